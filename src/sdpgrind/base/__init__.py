@@ -1,0 +1,1 @@
+"""Ground floor: units, argument checks, random numbers, executors, labelled records."""

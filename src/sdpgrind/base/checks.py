@@ -1,0 +1,87 @@
+"""One clear error at the door: argument, rule, unit, value. Arrays inside the house are trusted."""
+
+from collections.abc import Iterable, Sequence
+from math import isfinite
+from numbers import Real
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+def _with_unit(rule: str, unit: str) -> str:
+    return f"{rule} ({unit})" if unit else rule
+
+
+def refuse(name: str, rule: str, value: object, unit: str = "") -> ValueError:
+    """Give the error of a refused argument: ``<name> must be <rule> (<unit>); got <value>``."""
+    return ValueError(f"{name} must be {_with_unit(rule, unit)}; got {value!r}")
+
+
+def number(name: str, value: object, unit: str = "") -> float:
+    """Return `value` as a finite float."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise TypeError(f"{name} must be {_with_unit('a number', unit)}; got {value!r}")
+    if not isfinite(value):
+        raise refuse(name, "finite", float(value), unit)
+    return float(value)
+
+
+def positive(name: str, value: object, unit: str = "") -> float:
+    """Return `value` as a float > 0."""
+    checked = number(name, value, unit)
+    if checked <= 0:
+        raise refuse(name, "> 0", checked, unit)
+    return checked
+
+
+def nonnegative(name: str, value: object, unit: str = "") -> float:
+    """Return `value` as a float >= 0."""
+    checked = number(name, value, unit)
+    if checked < 0:
+        raise refuse(name, ">= 0", checked, unit)
+    return checked
+
+
+def within(name: str, value: object, low: float, high: float, unit: str = "") -> float:
+    """Return `value` as a float in [`low`, `high`]."""
+    checked = number(name, value, unit)
+    if not low <= checked <= high:
+        raise refuse(name, f"in [{low:g}, {high:g}]", checked, unit)
+    return checked
+
+
+def count(name: str, value: object, at_least: int = 1) -> int:
+    """Return `value` as an int >= `at_least`."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise TypeError(f"{name} must be a whole number; got {value!r}")
+    if value < at_least:
+        raise refuse(name, f">= {at_least}", int(value))
+    return int(value)
+
+
+def one_of(name: str, value: Any, choices: Iterable[Any]) -> Any:
+    """Return `value`, which must be one of `choices`."""
+    known = list(choices)
+    if value not in known:
+        raise refuse(name, "one of " + ", ".join(map(str, known)), value)
+    return value
+
+
+def finite_array(name: str, value: npt.ArrayLike, unit: str = "") -> Floats:
+    """Return `value` as a float array without NaN or infinity; the error names the first offender."""
+    array = np.asarray(value, dtype=float)
+    bad = np.flatnonzero(~np.isfinite(array.ravel()))
+    if bad.size:
+        raise refuse(f"{name}[{bad[0]}]", "finite", float(array.ravel()[bad[0]]), unit)
+    return array
+
+
+def unique(name: str, names: Sequence[str]) -> tuple[str, ...]:
+    """Return `names` as a tuple without repeats."""
+    for k, entry in enumerate(names):
+        if entry in names[:k]:
+            raise ValueError(f"{name} must be without repeats; got {entry!r} twice")
+    return tuple(names)

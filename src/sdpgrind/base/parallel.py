@@ -1,0 +1,30 @@
+"""Work on an executor: cut by the problem, never by the number of workers, so that results are bit-equal."""
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def execute(function: Callable[[Item], Result], items: Iterable[Item], executor: Executor | None = None) -> list[Result]:
+    """Return ``[function(item) for item in items]``, in that order, on `executor` where one is given.
+
+    Parameters
+    ----------
+    function : callable
+        Must be picklable (a module-level function or a partial of one) for executors of processes.
+    items : iterable
+        The pieces of work.
+    executor : concurrent.futures.Executor, optional
+        Threads, processes, ``dask.distributed``'s ``Client.get_executor()``, MPI, ... None works here and now.
+    """
+    if executor is None:
+        return [function(item) for item in items]
+    futures = [executor.submit(function, item) for item in items]
+    try:
+        return [future.result() for future in futures]
+    finally:
+        for future in futures:
+            future.cancel()

@@ -1,0 +1,178 @@
+"""Labelled records on disk: plans and logs as NetCDF, written whole, dtypes kept; problems as JSON in an attribute.
+
+A file says in its attribute ``kind`` what it holds. Packages announce the kinds that they can open as entry points of the
+group ``sdpgrind.records``; `load` finds the class and calls its ``from_file(path)``.
+"""
+
+import contextlib
+import dataclasses
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+
+Stored = TypeVar("Stored")
+
+_classes: dict[str, type] = {}
+_DTYPE = "stored_dtype"
+_NETCDF3 = {"int8", "int16", "int32", "float32", "float64"}
+
+
+@contextlib.contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary path beside `path`, renamed to `path` only when the block ends well."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"path must lie in an existing folder; got {str(target)!r}")
+    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def write(dataset: xr.Dataset, path: str | os.PathLike[str], kind: str) -> None:
+    """Write `dataset` to a NetCDF file at `path`, marked as `kind`."""
+    from sdpgrind import __version__
+
+    portable = dataset.map(_portable).assign_coords({name: _portable(c) for name, c in dataset.coords.items()})
+    portable.attrs = dataset.attrs | {"kind": kind, "version": __version__}
+    with whole_file(path) as temporary:
+        portable.to_netcdf(temporary, engine="scipy")
+
+
+def read(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a NetCDF file written by `write`, dtypes as they were."""
+    with xr.open_dataset(path, engine="scipy", decode_times=False, mask_and_scale=False) as opened:
+        dataset = opened.load()
+    return dataset.map(_restored).assign_coords({name: _restored(c) for name, c in dataset.coords.items()})
+
+
+def _portable(array: xr.DataArray) -> xr.DataArray:
+    """NetCDF 3 knows neither bool nor 64-bit whole numbers: store them as what holds them, and remember."""
+    kind = array.dtype.kind
+    if kind in "USO" or array.dtype.name in _NETCDF3:
+        return array
+    holder = np.int8 if kind == "b" else np.int32
+    if kind not in "biu" or (array.size and np.any(array.values.astype(holder) != array.values)):
+        holder = np.float64
+        if np.any(array.values.astype(holder) != array.values):
+            raise ValueError(f"{array.name} must fit float64 to be saved; its dtype is {array.dtype}")
+    stored = array.astype(holder)
+    stored.attrs = array.attrs | {_DTYPE: array.dtype.name}
+    return stored
+
+
+def _restored(array: xr.DataArray) -> xr.DataArray:
+    attrs = dict(array.attrs)
+    dtype = attrs.pop(_DTYPE, None)
+    restored = array.astype(dtype) if dtype else array.astype(array.dtype.newbyteorder("="))
+    if array.dtype.kind == "O":
+        restored = array.astype(str)
+    restored.attrs, restored.encoding = attrs, {}
+    return restored
+
+
+def load(path: str | os.PathLike[str]) -> Any:
+    """Open a saved plan or log of any package.
+
+    Parameters
+    ----------
+    path : str or path
+        A file written by ``save`` (NetCDF), or a journal of a run (SQLite).
+
+    Returns
+    -------
+    object
+        What was saved: a plan, a log, a journal.
+
+    Raises
+    ------
+    FileNotFoundError
+        When there is no such file.
+    ValueError
+        When the file is not one of ours.
+
+    Examples
+    --------
+    >>> import sdpgrind
+    >>> policy = sdpgrind.load("policy.nc")  # doctest: +SKIP
+    """
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"path must be an existing file; got {str(path)!r}")
+    kind = _kind(path)
+    for entry in entry_points(group="sdpgrind.records", name=kind):
+        return entry.load().from_file(path)
+    raise ValueError(f"path must be a file saved by this library; {str(path)!r} holds {kind or 'something else'}")
+
+
+def _kind(path: str | os.PathLike[str]) -> str:
+    with Path(path).open("rb") as file:
+        head = file.read(16)
+    if head.startswith(b"SQLite format 3"):
+        return "hwsim.journal"
+    if not head.startswith(b"CDF"):
+        return ""
+    with xr.open_dataset(path, engine="scipy", decode_times=False) as dataset:
+        return str(dataset.attrs.get("kind", ""))
+
+
+def stored(name: str) -> Callable[[type[Stored]], type[Stored]]:
+    """Mark a frozen dataclass as one that `encode` can write into a file, under `name`."""
+
+    def register(cls: type[Stored]) -> type[Stored]:
+        _classes[name] = cls
+        cls._stored_name = name  # type: ignore[attr-defined]
+        return cls
+
+    return register
+
+
+def encode(value: Any) -> str:
+    """Return JSON for dataclasses marked by `stored`, made of numbers, strings, None, arrays and tuples."""
+    return json.dumps(value, default=_as_json)
+
+
+def decode(text: str) -> Any:
+    """Return what `encode` was given; sequences come back as tuples."""
+    return _tuples(json.loads(text, object_hook=_from_json))
+
+
+def _as_json(value: Any) -> Any:
+    if dataclasses.is_dataclass(value) and hasattr(value, "_stored_name"):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
+        return {"stored": value._stored_name, **fields}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, range):
+        return list(value)
+    raise TypeError(f"{value!r} cannot be saved: {type(value).__name__} is not a plain value")
+
+
+def _from_json(fields: dict[str, Any]) -> Any:
+    name = fields.pop("stored", None)
+    if name is None:
+        return fields
+    if name not in _classes:
+        raise ValueError(f"the file holds a {name!r}, which this version does not know")
+    return _classes[name](**{key: _tuples(value) for key, value in fields.items()})
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(entry) for entry in value) if isinstance(value, list) else value

@@ -1,0 +1,23 @@
+"""Random numbers: one way in, independent children out, nothing global."""
+
+from typing import TypeAlias
+
+import numpy as np
+
+Seed: TypeAlias = int | np.random.SeedSequence | np.random.Generator
+
+
+def generator(rng: Seed) -> np.random.Generator:
+    """Return a Generator for `rng` (an int, a SeedSequence or a Generator, which is used as it is)."""
+    if isinstance(rng, np.random.Generator):
+        return rng
+    if isinstance(rng, np.random.SeedSequence):
+        return np.random.default_rng(rng)
+    if isinstance(rng, bool) or not isinstance(rng, int | np.integer) or rng < 0:
+        raise TypeError(f"rng must be an int >= 0, a SeedSequence or a Generator; got {rng!r}")
+    return np.random.default_rng(int(rng))
+
+
+def children(rng: Seed, number: int) -> list[np.random.Generator]:
+    """Return `number` independent generators; the k-th does not depend on how many there are."""
+    return list(generator(rng).spawn(number))

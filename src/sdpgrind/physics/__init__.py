@@ -1,0 +1,1 @@
+"""Grinding physics: pure functions, each law once."""

@@ -1,0 +1,1 @@
+"""Weld-bead grinding (Brown 1988)."""
