@@ -1,0 +1,402 @@
+"""Laws of a random amount: Rayleigh (translated or scaled), log-normal, normal, discrete, point."""
+
+from functools import lru_cache
+from math import factorial, pi, sqrt
+
+import numpy as np
+import numpy.typing as npt
+from numpy.polynomial.polynomial import polyval
+from scipy.special import erf, erfc, erfcx, ndtr, roots_hermitenorm, roots_legendre
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed, generator
+from sdpgrind.sdp._law import (
+    Law,
+    LocationScale,
+    Size,
+    amounts,
+    atom_over,
+    atom_under,
+    checked_power,
+    gauss_rule,
+)
+
+ROOT2 = sqrt(2.0)
+HALF_PI = sqrt(pi / 2)  # mean of the unit Rayleigh law
+RAYLEIGH_SD = sqrt(2 - pi / 2)
+NORMAL_REACH = 8.5  # P(Z > 8.5) < 1e-17
+RAYLEIGH_REACH = 8.85
+
+
+def _rayleigh_series(power: int) -> Floats:
+    """Coefficients, in powers of u^2, of E((u - Rho)+)^power / u^power: no cancellation for u < 1."""
+    k = np.arange(1, 16)
+    signs = np.where(k % 2, 1.0, -1.0) / (2.0**k * [factorial(int(n)) for n in k])
+    further = 1.0 / (2 * k + 1) if power == 1 else 2.0 / ((2 * k + 1) * (2 * k + 2))
+    return np.concatenate([[0.0], signs * further])
+
+
+_SERIES = {power: _rayleigh_series(power) for power in (1, 2)}
+
+
+class Rayleigh(LocationScale):
+    """Rayleigh law with a given mean and standard deviation, translated or scaled: Brown (1988), section 4.2.
+
+    With q = sd/sqrt(2 - pi/2) and unit Rayleigh Rho: where mean/sd >= `SWITCH` the law is translated,
+    D = (mean - q sqrt(pi/2)) + q Rho; where it is below, that would begin beneath 0, so the law is scaled,
+    D = mean/sqrt(pi/2) Rho, and its standard deviation is cut to mean/`SWITCH`.
+
+    Parameters
+    ----------
+    mean, sd : array_like
+        Mean >= 0 and requested standard deviation >= 0, in the unit of D; 0 gives a point mass.
+
+    Attributes
+    ----------
+    SWITCH : float
+        mean/sd at which the scaled law becomes the translated one: sqrt(pi/2)/sqrt(2 - pi/2), unit 1.
+
+    Raises
+    ------
+    ValueError
+        When a mean or an sd is negative or not finite.
+
+    Examples
+    --------
+    >>> law = Rayleigh([0.1, 1.0], 0.1)
+    >>> law.sd.round(6)
+    array([0.052272, 0.1     ])
+    >>> law.under(1.0).round(6)
+    array([0.9     , 0.040192])
+    """
+
+    SWITCH = HALF_PI / RAYLEIGH_SD
+
+    def __init__(self, mean: npt.ArrayLike, sd: npt.ArrayLike) -> None:
+        mean, sd = np.broadcast_arrays(amounts("mean", mean, 0.0), amounts("sd", sd, 0.0))
+        scale = np.minimum(sd / RAYLEIGH_SD, mean / HALF_PI)
+        self._set(np.maximum(mean - scale * HALF_PI, 0.0), scale)
+        self.mean, self.sd = mean.copy(), scale * RAYLEIGH_SD
+
+    @property
+    def support(self) -> tuple[Floats, Floats]:
+        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        return self._location, self._location + RAYLEIGH_REACH * self._scale
+
+    def sample(self, rng: Seed, size: Size | None = None) -> Floats:
+        """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
+        return self._location + self._scale * generator(rng).rayleigh(size=self.shape if size is None else size)
+
+    def nodes(self, n: int) -> tuple[Floats, Floats]:
+        """Return the Gauss rule with `n` points on the last axis; see `Law.nodes`. Unit of D."""
+        unit, weights = _rayleigh_rule(checks.count("n", n))
+        return self._placed(unit), np.broadcast_to(weights, (*self.shape, n))
+
+    def _fine(self) -> tuple[Floats, Floats]:
+        unit, weights = _rayleigh_points()
+        return self._placed(unit), np.broadcast_to(weights, (*self.shape, weights.size))
+
+    def _unit_under(self, v: Floats, power: int) -> Floats:
+        u = np.maximum(v, 0.0)
+        below = -np.expm1(-0.5 * u * u)
+        if power == 0:
+            return below
+        mean_part = HALF_PI * erf(u / ROOT2)
+        far = np.asarray(u - mean_part if power == 1 else u * u - 2 * u * mean_part + 2 * below)
+        near = u < 1
+        far[near] = u[near] ** power * polyval(u[near] ** 2, _SERIES[power])
+        return far
+
+    def _unit_over(self, v: Floats, power: int) -> Floats:
+        u = np.maximum(v, 0.0)
+        if power == 0:
+            return np.exp(-0.5 * u * u)
+        if power == 1:
+            upper: Floats = HALF_PI * erfc(u / ROOT2) + np.maximum(-v, 0.0)
+            return upper
+        beyond = 2 * np.exp(-0.5 * u * u) * np.maximum(1 - u * HALF_PI * erfcx(u / ROOT2), 0.0)
+        short = np.maximum(-v, 0.0)
+        return np.asarray(beyond + short * (2 * HALF_PI + short))
+
+
+@lru_cache(maxsize=1)
+def _rayleigh_points() -> tuple[Floats, Floats]:
+    x, w = roots_legendre(256)
+    points = 0.5 * RAYLEIGH_REACH * (x + 1)
+    weights = w * points * np.exp(-0.5 * points**2)
+    return points, weights / weights.sum()
+
+
+@lru_cache(maxsize=64)
+def _rayleigh_rule(n: int) -> tuple[Floats, Floats]:
+    return gauss_rule(*_rayleigh_points(), n)
+
+
+def _mills(x: Floats) -> Floats:
+    """Phi(x)/phi(x), meant for x <= 0, where both vanish."""
+    ratio: Floats = HALF_PI * erfcx(-x / ROOT2)
+    return ratio
+
+
+def normal_density(x: Floats) -> Floats:
+    """Density of the standard normal law."""
+    return np.exp(-0.5 * x * x) / sqrt(2 * pi)
+
+
+def normal_under(v: Floats, power: int) -> Floats:
+    """E((v - Z)+)^power of a standard normal Z, accurate in both tails."""
+    if power == 0:
+        return np.asarray(ndtr(v))
+    low = np.minimum(v, 0.0)
+    ratio = _mills(low)
+    if power == 1:
+        tail = normal_density(low) * np.maximum(1 + low * ratio, 0.0)
+        return np.where(v < 0, tail, v * ndtr(v) + normal_density(v))
+    tail = normal_density(low) * np.maximum((1 + low * low) * ratio + low, 0.0)
+    return np.where(v < 0, tail, (1 + v * v) * ndtr(v) + v * normal_density(v))
+
+
+@lru_cache(maxsize=64)
+def hermite(n: int) -> tuple[Floats, Floats]:
+    """Gauss rule of the standard normal law."""
+    points, weights = roots_hermitenorm(n)
+    return points, weights / weights.sum()
+
+
+class Normal(LocationScale):
+    """Normal law, of two signs.
+
+    Parameters
+    ----------
+    mean, sd : array_like
+        Mean and standard deviation >= 0, in the unit of D; sd = 0 gives a point mass.
+
+    Raises
+    ------
+    ValueError
+        When an sd is negative, or a value is not finite.
+
+    Examples
+    --------
+    >>> float(Normal(0.0, 1.0).under(0.0).round(6))
+    0.398942
+    """
+
+    def __init__(self, mean: npt.ArrayLike, sd: npt.ArrayLike) -> None:
+        self._set(amounts("mean", mean), amounts("sd", sd, 0.0))
+        self.mean, self.sd = self._location, self._scale
+
+    @property
+    def support(self) -> tuple[Floats, Floats]:
+        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        reach = NORMAL_REACH * self._scale
+        return self._location - reach, self._location + reach
+
+    def sample(self, rng: Seed, size: Size | None = None) -> Floats:
+        """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
+        return self._location + self._scale * generator(rng).standard_normal(self.shape if size is None else size)
+
+    def nodes(self, n: int) -> tuple[Floats, Floats]:
+        """Return the Gauss-Hermite rule with `n` points on the last axis; see `Law.nodes`. Unit of D."""
+        unit, weights = hermite(checks.count("n", n))
+        return self._placed(unit), np.broadcast_to(weights, (*self.shape, n))
+
+    def _fine(self) -> tuple[Floats, Floats]:
+        return self.nodes(128)
+
+    _panel_count = 9  # each about two standard deviations wide
+
+    def _unit_density(self, v: Floats) -> Floats:
+        return normal_density(v)
+
+    def _unit_under(self, v: Floats, power: int) -> Floats:
+        return normal_under(v, power)
+
+    def _unit_over(self, v: Floats, power: int) -> Floats:
+        return normal_under(-v, power)
+
+
+class LogNormal(Law):
+    """Log-normal law with a given mean and standard deviation.
+
+    ln D is normal with variance ln(1 + sd^2/mean^2) and mean ln(mean) less half of it: Brown (1988), Table 4-1.
+
+    Parameters
+    ----------
+    mean, sd : array_like
+        Mean >= 0 and standard deviation >= 0 of D itself, in the unit of D; 0 gives a point mass.
+
+    Raises
+    ------
+    ValueError
+        When a mean or an sd is negative or not finite.
+
+    Examples
+    --------
+    >>> law = LogNormal(1.0, 0.2)
+    >>> float(law.over(1.5, power=0).round(6))
+    0.015921
+    """
+
+    def __init__(self, mean: npt.ArrayLike, sd: npt.ArrayLike) -> None:
+        mean, sd = np.broadcast_arrays(amounts("mean", mean, 0.0), amounts("sd", sd, 0.0))
+        relative = np.divide(sd, mean, out=np.zeros(mean.shape), where=mean > 0)
+        self.shape, self.mean = mean.shape, mean.copy()
+        self._sigma = np.sqrt(np.log1p(relative**2))
+        self._spread = self._sigma > 0
+        self.sd = np.where(self._spread, sd, 0.0)
+        self._safe_mean = np.where(self._spread, mean, 1.0)
+        self._safe_sigma = np.where(self._spread, self._sigma, 1.0)
+
+    def under(self, y: npt.ArrayLike, power: int = 1) -> Floats:
+        """Return E((y - D)+)^power for power 1 and 2, P(D <= y) for power 0; unit of D to that power."""
+        y = np.asarray(y, dtype=float)
+        z, inside, top = self._standard(y, checked_power(power))
+        low, s = np.minimum(z, 0.0), self._safe_sigma
+        tail = top**power * normal_density(low) * _difference(low, -s, power)
+        body = self._incomplete(top, z, power)
+        smooth = np.where(inside, np.where(z < 0, tail, body), 0.0)
+        return np.where(self._spread, smooth, atom_under(y - self.mean, power))
+
+    def over(self, y: npt.ArrayLike, power: int = 1) -> Floats:
+        """Return E((D - y)+)^power for power 1 and 2, P(D > y) for power 0; unit of D to that power."""
+        y = np.asarray(y, dtype=float)
+        z, inside, top = self._standard(y, checked_power(power))
+        s = self._safe_sigma
+        far = np.maximum(z, power * s)
+        tail = top**power * normal_density(far) * _difference(-far, s, power)
+        gap = self.mean - y
+        whole = (1.0, gap, self.sd**2 + gap**2)[power]
+        body = whole - np.array([1, -1, 1])[power] * self._incomplete(top, z, power)
+        smooth = np.where(inside, np.where(z > power * s, tail, body), whole)
+        return np.where(self._spread, smooth, atom_over(y - self.mean, power))
+
+    @property
+    def support(self) -> tuple[Floats, Floats]:
+        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        reach, shift = NORMAL_REACH * self._sigma, 0.5 * self._sigma**2
+        return self.mean * np.exp(-reach - shift), self.mean * np.exp(reach - shift)
+
+    def sample(self, rng: Seed, size: Size | None = None) -> Floats:
+        """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
+        unit = generator(rng).standard_normal(self.shape if size is None else size)
+        return np.asarray(self.mean * np.exp(self._sigma * unit - 0.5 * self._sigma**2))
+
+    def _fine(self) -> tuple[Floats, Floats]:
+        unit, weights = hermite(128)
+        sigma = self._sigma[..., None]
+        points = self.mean[..., None] * np.exp(sigma * unit - 0.5 * sigma**2)
+        return points, np.broadcast_to(weights, points.shape)
+
+    def _standard(self, y: Floats, power: int) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
+        """Standard value of ln y, where y > 0, and y there (the mean elsewhere)."""
+        inside = y > 0
+        top = np.where(inside, y, self._safe_mean)
+        return np.log(top / self._safe_mean) / self._safe_sigma + 0.5 * self._safe_sigma, inside, top
+
+    def _incomplete(self, y: Floats, z: Floats, power: int) -> Floats:
+        """E((y - D)^power; D <= y), by the incomplete moments of D."""
+        m, s = self._safe_mean, self._safe_sigma
+        if power == 0:
+            return np.asarray(ndtr(z))
+        if power == 1:
+            return np.asarray(y * ndtr(z) - m * ndtr(z - s))
+        return np.asarray(y * y * ndtr(z) - 2 * y * m * ndtr(z - s) + m * m * np.exp(s * s) * ndtr(z - 2 * s))
+
+
+def _difference(x: Floats, step: Floats, power: int) -> Floats:
+    """Differences of Mills' ratio of order `power`: since y^k phi(z) = E(D^k) phi(z - k s), they are what is left."""
+    if power == 0:
+        return _mills(x)
+    if power == 1:
+        return np.maximum((_mills(x + step) - _mills(x)) * np.sign(step), 0.0)
+    return np.maximum(_mills(x) - 2 * _mills(x + step) + _mills(x + 2 * step), 0.0)
+
+
+class Discrete(Law):
+    """Law of finitely many values.
+
+    Parameters
+    ----------
+    values : array_like
+        The values, on the last axis, in the unit of D; the other axes make the `shape` of the array of laws.
+    weights : array_like, optional
+        Their probabilities, scaled to sum to 1, broadcast against `values`; equal by default.
+
+    Raises
+    ------
+    ValueError
+        When a value is not finite, a weight is negative, or weights sum to 0.
+
+    Examples
+    --------
+    >>> law = Discrete([0.0, 1.0], weights=[1, 3])
+    >>> float(law.mean), float(law.over(0.5, power=0))
+    (0.75, 0.75)
+    """
+
+    def __init__(self, values: npt.ArrayLike, weights: npt.ArrayLike | None = None) -> None:
+        values = np.atleast_1d(amounts("values", values))
+        weights = amounts("weights", np.ones(values.shape[-1]) if weights is None else weights, 0.0)
+        self._values, weights = np.broadcast_arrays(values, weights)
+        total = weights.sum(axis=-1, keepdims=True)
+        if self._values.shape[-1] == 0 or np.any(total <= 0):
+            raise checks.refuse("weights", "of positive sum", float(total.min(initial=0.0)))
+        self._weights = weights / total
+        self.shape = self._values.shape[:-1]
+        self.mean = np.sum(self._values * self._weights, axis=-1)
+        self.sd = np.sqrt(np.sum((self._values - self.mean[..., None]) ** 2 * self._weights, axis=-1))
+
+    def under(self, y: npt.ArrayLike, power: int = 1) -> Floats:
+        """Return E((y - D)+)^power for power 1 and 2, P(D <= y) for power 0; unit of D to that power."""
+        gap = np.asarray(y, dtype=float)[..., None] - self._values
+        return np.asarray(np.sum(atom_under(gap, checked_power(power)) * self._weights, axis=-1))
+
+    def over(self, y: npt.ArrayLike, power: int = 1) -> Floats:
+        """Return E((D - y)+)^power for power 1 and 2, P(D > y) for power 0; unit of D to that power."""
+        gap = np.asarray(y, dtype=float)[..., None] - self._values
+        return np.asarray(np.sum(atom_over(gap, checked_power(power)) * self._weights, axis=-1))
+
+    @property
+    def support(self) -> tuple[Floats, Floats]:
+        """Least and greatest value, two arrays of `shape`, in the unit of D."""
+        return self._values.min(axis=-1), self._values.max(axis=-1)
+
+    def sample(self, rng: Seed, size: Size | None = None) -> Floats:
+        """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
+        size = self.shape if size is None else size
+        uniform = generator(rng).random(np.broadcast_shapes(self.shape, size))[..., None]
+        rank = np.sum(uniform >= np.cumsum(self._weights, axis=-1)[..., :-1], axis=-1)
+        values = np.broadcast_to(self._values, (*rank.shape, self._values.shape[-1]))
+        return np.take_along_axis(values, rank[..., None], axis=-1)[..., 0]
+
+    def nodes(self, n: int = 1) -> tuple[Floats, Floats]:
+        """Return all the values (unit of D) and their weights, whatever `n`: the exact rule."""
+        return self._values, self._weights
+
+    def _fine(self) -> tuple[Floats, Floats]:
+        return self._values, self._weights
+
+
+class Point(Discrete):
+    """A sure amount: D = value.
+
+    Parameters
+    ----------
+    value : array_like
+        The amount, in the unit of D; its shape is the `shape` of the array of laws.
+
+    Raises
+    ------
+    ValueError
+        When a value is not finite.
+
+    Examples
+    --------
+    >>> Point([0.5, 2.0]).under(1.0)
+    array([0.5, 0. ])
+    """
+
+    def __init__(self, value: npt.ArrayLike) -> None:
+        super().__init__(amounts("value", value)[..., None])
