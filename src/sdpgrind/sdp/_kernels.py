@@ -1,0 +1,210 @@
+"""Compiled kernels of the shift transition and of the backward step. Plain arrays in, plain arrays out.
+
+Symbols: `weight[group, row, k]` is the probability weight of moving down `first_lag + k` cells; `gone` the probability of
+leaving the grid for a given value-to-go (into a stop: `stopped`), `above` what a full hat at the top node counts too much, `charge` everything
+charged on the way and beyond the edges. `value[target, node]` is the value-to-go, target = (mode, nodes of other axes).
+"""
+
+import numpy as np
+from numba import njit
+
+TIE_ABS, TIE_REL = 1e-9, 1e-7
+_OPTIONS = {"cache": True, "nogil": True, "fastmath": {"reassoc", "contract", "nsz"}}
+
+
+@njit(inline="always", **_OPTIONS)
+def _dot(weight, group, row, first_lag, low, high, flipped, target, node, nodes):
+    """Sum of weight[lag] * value[node - lag] over the targets 1..nodes-1; `flipped` is the value from the top down."""
+    begin = max(low, node - (nodes - 1))
+    count = max(0, min(high, node - 1) + 1 - begin)
+    shift = nodes - 1 - node + begin
+    begin -= first_lag
+    a = weight[group, row, begin : begin + count]  # slices from 0 on: the loop compiles to vector instructions
+    b = flipped[target, shift : shift + count]
+    total = 0.0
+    for k in range(count):
+        total += a[k] * b[k]
+    return total
+
+
+@njit(**_OPTIONS)
+def _expect(group, row, node, tables, value, flipped, level):
+    """E value(next) + charges of one row at one node. `flipped` is measured from the value of node 0."""
+    weight, first_lag, reach, gone, stopped, above, charge, target, part = tables
+    nodes = value.shape[1]
+    total = 0.0
+    for corner in range(target.shape[2]):
+        share = part[group, row, corner]
+        if share == 0.0:
+            continue
+        to = target[group, row, corner]
+        bottom = value[to, 0]
+        inner = _dot(weight, group, row, first_lag, reach[group, row, 0], reach[group, row, 1], flipped, to, node, nodes)
+        if above.shape[2] > 0:
+            inner -= above[group, row, node] * (value[to, nodes - 1] - bottom)
+        total += share * (inner + bottom)
+        if gone.shape[2] > 0 and bottom != 0.0:
+            total -= share * bottom * gone[group, row, node]
+        if stopped.shape[2] > 0 and level[to] != bottom:
+            total += share * (level[to] - bottom) * stopped[group, row, node]
+    return total + charge[group, row, node]
+
+
+@njit(**_OPTIONS)
+def scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
+    """Fill out[k, node] = E of the coarse rows; `dense[k, node]` already holds the inner sums where `use_dense`."""
+    weight, first_lag, reach, gone, stopped, above, charge, target, part = tables
+    nodes = value.shape[1]
+    for k in range(rows.size):
+        row = rows[k]
+        if not use_dense:
+            for node in range(nodes):
+                out[k, node] = _expect(group, row, node, tables, value, flipped, level)
+            continue
+        to = target[group, row, 0]
+        bottom = value[to, 0]
+        line, sums, charges = out[k], dense[k], charge[group, row]
+        for node in range(nodes):
+            line[node] = sums[node] + charges[node] + bottom
+        if gone.shape[2] > 0 and bottom != 0.0:
+            line -= bottom * gone[group, row]
+        if stopped.shape[2] > 0 and level[to] != bottom:
+            line += (level[to] - bottom) * stopped[group, row]
+        if above.shape[2] > 0:
+            line -= (value[to, nodes - 1] - bottom) * above[group, row]
+
+
+@njit(inline="always", **_OPTIONS)
+def _tie(value):
+    return TIE_ABS + TIE_REL * abs(value)
+
+
+@njit(**_OPTIONS)
+def _parabola(levels, a, b, c, qa, qb, qc):
+    """Vertex (control, value) of the parabola through three levels; the middle one where it does not open upward."""
+    left = (qb - qa) / (levels[b] - levels[a])
+    right = (qc - qb) / (levels[c] - levels[b])
+    bend = (right - left) / (levels[c] - levels[a])
+    if not bend > 0.0 or not left < 0.0 or not right > 0.0:
+        return levels[b], qb
+    u = 0.5 * (levels[a] + levels[b]) - left / (2 * bend)
+    return u, qa + left * (u - levels[a]) + bend * (u - levels[a]) * (u - levels[b])
+
+
+@njit(**_OPTIONS)
+def _descend(group, base, node, f, low, high, stride, q, tables, value, flipped, level, levels):
+    """Search around level `f` (value `q`) inside the regime [low, high]; return control, value and what the parabola gained."""
+    left = right = np.inf  # values at f - step and f + step of the last round
+    step = stride
+    while step > 1:
+        step //= 2
+        left = _expect(group, base + f - step, node, tables, value, flipped, level) if f - step >= low else np.inf
+        right = _expect(group, base + f + step, node, tables, value, flipped, level) if f + step <= high else np.inf
+        if left < q and left <= right:
+            f, right, q, left = f - step, q, left, np.nan
+        elif right < q:
+            f, left, q, right = f + step, q, right, np.nan
+    if f == low or f == high:
+        return levels[f], q, 0.0
+    if stride == 1 or np.isnan(left):
+        left = _expect(group, base + f - 1, node, tables, value, flipped, level)
+    if stride == 1 or np.isnan(right):
+        right = _expect(group, base + f + 1, node, tables, value, flipped, level)
+    if not (np.isfinite(left) and np.isfinite(right) and np.isfinite(q)):
+        return levels[f], q, 0.0
+    u, best = _parabola(levels, f - 1, f, f + 1, left, q, right)
+    return u, best, q - best
+
+
+@njit(**_OPTIONS)
+def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out_q, out_u, out_a, state):
+    """Best row of one move at every node: every local minimum of the scan, in every regime, is followed down.
+
+    `state`: [largest gain of a parabola so far]. Ties go to the lowest control.
+    """
+    count = levels.size
+    scanned = (count - 1) // stride + 1
+    choices = coarse_q.shape[0] // scanned
+    for node in range(value.shape[1]):
+        best, u_best, a_best, minimum = np.inf, levels[0], 0, np.inf
+        for k in range(coarse_q.shape[0]):
+            minimum = min(minimum, coarse_q[k, node])
+        for a in range(choices):
+            top = a * scanned
+            for regime in range(regimes.size - 1):
+                begin, end = regimes[regime] // stride, regimes[regime + 1] // stride
+                for k in range(begin, end + 1):
+                    q = coarse_q[top + k, node]
+                    before = coarse_q[top + k - 1, node] if k > begin else np.inf
+                    after = coarse_q[top + k + 1, node] if k < end else np.inf
+                    if not (q < before and q <= after) or q == np.inf:
+                        continue
+                    u, gain = levels[k * stride], 0.0
+                    if refine and end > begin and _promising(levels, stride, k, q, before, after, minimum):
+                        u, q, gain = _descend(group, base + a * count, node, k * stride, regimes[regime], regimes[regime + 1],
+                                              stride, q, tables, value, flipped, level, levels)
+                    if q < best - _tie(best) or best == np.inf:
+                        best, u_best, a_best = q, u, a
+                        state[0] = max(state[0], gain)
+                    minimum = min(minimum, q)
+        out_q[node], out_u[node], out_a[node] = minimum, u_best, a_best
+
+
+@njit(**_OPTIONS)
+def push(plan, tables, value, flipped, level, dense, use_dense, coarse_q, out_q, out_u, out_a, state):
+    """All moves of a bundle, all groups: out[move, group, node] = least expectation, with its control and entry.
+
+    `plan`: row, level, regime and scan offsets of each move, levels, regimes, strides, refine flags, scan rows.
+    """
+    row_at, level_at, regime_at, scan_at, levels, regimes, strides, refine, rows = plan
+    for move in range(strides.size):
+        scanned = rows[scan_at[move] : scan_at[move + 1]]
+        part = coarse_q[: scanned.size]
+        for group in range(out_q.shape[1]):
+            scan(group, scanned, tables, value, flipped, level, dense[scan_at[move] : scan_at[move + 1]], use_dense, part)
+            search(group, row_at[move], levels[level_at[move] : level_at[move + 1]], regimes[regime_at[move] : regime_at[move + 1]],
+                   strides[move], refine[move], part, tables, value, flipped, level,
+                   out_q[move, group], out_u[move, group], out_a[move, group], state)
+
+
+@njit(inline="always", **_OPTIONS)
+def _promising(levels, stride, k, q, before, after, minimum):
+    """Whether the neighbourhood of scan level k may hold less than `minimum`: twice what convexity would allow to be hidden."""
+    hidden = 0.0
+    if before < np.inf:
+        hidden = max(hidden, before - q)
+    if after < np.inf:
+        hidden = max(hidden, after - q)
+    return q - 2.0 * hidden < minimum
+
+
+@njit(**_OPTIONS)
+def choose(stop_q, move_q, shared, move_u, move_a, value, best, control, entry, gap):
+    """One backward step: value[mode, node] = min over stops and moves; ties go to stops, then to the first move.
+
+    `stop_q[stop, mode, node]`, `move_q[move, mode, node]` (mode 0 serves all where `shared[move]`).
+    `best` counts stops as -1, -2, ... and moves as 0, 1, ...
+    """
+    stops, moves = stop_q.shape[0], move_q.shape[0]
+    for mode in range(value.shape[0]):
+        for node in range(value.shape[1]):
+            low = np.inf
+            for k in range(stops):
+                low = min(low, stop_q[k, mode, node])
+            for k in range(moves):
+                low = min(low, move_q[k, 0 if shared[k] else mode, node])
+            chosen, second = -stops - 1, np.inf
+            for k in range(-stops, moves):
+                kk = -1 - (k + stops) if k < 0 else k
+                q = stop_q[-1 - kk, mode, node] if kk < 0 else move_q[kk, 0 if shared[kk] else mode, node]
+                if chosen == -stops - 1 and q <= low + _tie(low) and q < np.inf:
+                    chosen = kk
+                else:
+                    second = min(second, q)
+            value[mode, node], best[mode, node], gap[mode, node] = low, chosen, second - low
+            if chosen >= 0:
+                from_mode = 0 if shared[chosen] else mode
+                control[mode, node] = move_u[chosen, from_mode, node]
+                entry[mode, node] = move_a[chosen, from_mode, node]
+            else:
+                control[mode, node], entry[mode, node] = np.nan, 0

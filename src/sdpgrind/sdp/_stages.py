@@ -1,0 +1,188 @@
+"""Backward induction over a countdown, stops and moves of several durations, on time and late.
+
+The value-to-go of stage n is finished first; then every move is evaluated *into* it and the result is kept until the stage
+at which that move would have been begun (``n + duration``). So each slice is multiplied once, by all rows of all moves.
+
+Before the first stage of the table the value-to-go is ``base + late(time)``: for a late charge that is linear in the end,
+base is the stationary solution ``V = min{stop, min charge + rate * T + E V}`` (exact for all late times); for a convex one it
+is the stop charge, because no pass can pay any more once ``late(t + T_min) - late(t)`` exceeds every stop charge.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.progress import Progress
+from sdpgrind.sdp import _kernels
+from sdpgrind.sdp._bundles import Bundles
+from sdpgrind.sdp._charges import Linear
+from sdpgrind.sdp._grid import Grid, Ints
+from sdpgrind.sdp._problem import Problem, Stages
+from sdpgrind.sdp._stops import StopCharges
+
+CONVERGED = 1e-13
+"""Relative change at which the stationary late tail counts as solved."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """The solution on the grid; the first axis is the stage, from `first` on (one entry for `Forever`).
+
+    `best` counts stops as -1, -2, ... and moves as 0, 1, ...; `base` is what holds before the first stage.
+    """
+
+    first: int
+    value: Floats
+    best: npt.NDArray[np.int16]
+    control: Floats
+    entry: npt.NDArray[np.int32]
+    gap: Floats
+    search_error: float
+    base: "Table | None" = None
+
+
+def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
+    """Return the first stage of the table (<= 0) and whether what lies before it is the stationary tail."""
+    stages = problem.stages
+    assert isinstance(stages, Stages)
+    late = stages.late
+    if late is None:
+        return 0, False
+    if isinstance(late, Linear) and stages.late_window is None:
+        return -int(np.ceil(late.tolerance / stages.step - 1e-9)), True
+    shortest = min(move.duration for move in problem.moves) * stages.step
+    if stages.late_window is not None:
+        window = stages.late_window
+    elif late.zero or not late.convex:
+        raise ValueError(f"late must be convex and not nothing, or late_window be given ({stages.unit}); got {late!r}")
+    else:
+        window = stages.step
+        while late(window + shortest) - late(window) <= stop_max and window < 1e6 * stages.step:
+            window *= 2
+    return -int(np.ceil(window / stages.step - 1e-9)), False
+
+
+def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> Table:
+    """Solve on the grid by backward induction."""
+    stages = problem.stages
+    assert isinstance(stages, Stages)
+    stops = StopCharges(problem, grid)
+    first, stationary = late_stages(problem, stops.largest())
+    sweep = _Sweep(problem, grid, bundles, stops, first, stages.count)
+    if stages.late is not None:
+        sweep.base = sweep.stationary(stages.late) if stationary else sweep.stopped()
+    for stage in range(first, stages.count + 1):
+        sweep.step(stage)
+        if stage % 16 == 0:
+            progress((stage - first + 1) / (stages.count - first + 1), f"{grid.size} nodes, {stages.name} {stage * stages.step:g} {stages.unit}")
+    return sweep.table()
+
+
+class _Sweep:
+    """Working arrays of one backward induction."""
+
+    def __init__(self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int) -> None:
+        self.problem, self.grid, self.bundles, self.stops, self.first = problem, grid, bundles, stops, first
+        self.modes = len(problem.modes)
+        self.duration = [move.duration for move in problem.moves]
+        self.slots = max(self.duration) + 1
+        shape = (len(problem.moves), self.modes, grid.size)
+        self.q = np.full((self.slots, *shape), np.inf)
+        self.control = np.zeros((self.slots, *shape))
+        self.entry = np.zeros((self.slots, *shape), dtype=np.int32)
+        table = (last - first + 1, self.modes, grid.size)
+        self.value, self.gap, self.u = np.empty(table), np.empty(table), np.empty(table)
+        self.best, self.a = np.empty(table, dtype=np.int16), np.empty(table, dtype=np.int32)
+        self.base: Table | None = None
+        self._base_found: list[tuple[Any, Any, Any]] = []
+
+    def late(self, stage: int) -> float:
+        """Late charge at a stage."""
+        stages = self.problem.stages
+        late = stages.late if isinstance(stages, Stages) else None
+        return float(late(-stage * stages.step)) if late is not None and stage < 0 else 0.0  # type: ignore[union-attr]
+
+    def step(self, stage: int) -> None:
+        """Finish the value-to-go of `stage`, then evaluate every move into it."""
+        row, slot = stage - self.first, stage % self.slots
+        if self.base is not None:
+            self._from_base(stage, slot)
+        stop_q = self.stops.at(stage, self.late(stage))
+        self._choose(stop_q, slot, row)
+        self.q[slot] = np.inf
+        self._unreachable(stage, row)
+        self._push(stage, self.value[row], self.stops.level(stage, self.late(stage)))
+
+    def _choose(self, stop_q: Floats, slot: int, row: int) -> None:
+        _kernels.choose(
+            stop_q, self.q[slot], self.bundles.shared, self.control[slot], self.entry[slot],
+            self.value[row], self.best[row], self.u[row], self.a[row], self.gap[row],
+        )  # fmt: skip
+
+    def _unreachable(self, stage: int, row: int) -> None:
+        if not np.all(np.isfinite(self.value[row])):
+            mode, node = np.argwhere(~np.isfinite(self.value[row]))[0]
+            where = ", ".join(f"{axis.name} = {x[node]:g} {axis.unit}" for axis, x in zip(self.grid.axes, self.grid.points, strict=True))
+            raise ValueError(f"no stop and no move is allowed at stage {stage}, mode {self.problem.modes[mode]!r}, {where or 'no coordinates'}")
+
+    def _push(self, stage: int, value: Floats, level: Floats) -> None:
+        last = self.first + len(self.value) - 1
+        for moves, found in self.bundles.best(value, level, stage, last):
+            for k, move in enumerate(moves):
+                slot = (stage + self.duration[move]) % self.slots
+                used = slice(0, 1) if self.bundles.shared[move] else slice(None)
+                self.q[slot, move, used], self.control[slot, move, used], self.entry[slot, move, used] = found.q[k], found.control[k], found.entry[k]
+
+    def _from_base(self, stage: int, slot: int) -> None:
+        """Moves that end before the table begins."""
+        for move, duration in enumerate(self.duration):
+            if stage - duration < self.first:
+                q, control, entry = self._base_found[move]
+                used = slice(0, 1) if self.bundles.shared[move] else slice(None)
+                self.q[slot, move, used] = q + self.late(stage - duration)
+                self.control[slot, move, used], self.entry[slot, move, used] = control, entry
+
+    def stopped(self) -> Table:
+        """Beyond the late window one stops."""
+        stop_q = self.stops.at(self.first - 1, 0.0)
+        return self._settle(stop_q, stop_q.min(axis=0))
+
+    def stationary(self, late: Any) -> Table:
+        """The late side of a charge of constant rate: the same at all times."""
+        stop_q = self.stops.at(self.first - 1, 0.0)
+        value = stop_q.min(axis=0)
+        step = self.problem.step
+        for _ in range(100_000):
+            before = value
+            base = self._settle(stop_q, before, late.rate * step)
+            value = base.value[0]
+            if np.max(before - value) <= CONVERGED * max(1.0, float(np.max(np.abs(value)))):
+                return base
+        raise ValueError("the late side does not settle: some move costs no time and charges nothing")
+
+    def _settle(self, stop_q: Floats, value: Floats, rate: float = 0.0) -> Table:
+        """One sweep of the base; keeps what each move finds in `value`."""
+        found_all: list[Any] = [None] * len(self.duration)
+        q = np.full(self.q.shape[1:], np.inf)
+        for moves, found in self.bundles.best(value, self.stops.level(self.first - 1, 0.0), None, None):
+            for k, move in enumerate(moves):
+                found_all[move] = (found.q[k], found.control[k], found.entry[k])
+                used = slice(0, 1) if self.bundles.shared[move] else slice(None)
+                if rate:
+                    q[move, used] = found.q[k] + rate * self.duration[move]
+                    self.control[0, move, used], self.entry[0, move, used] = found.control[k], found.entry[k]
+        self._base_found = found_all
+        shape = value.shape
+        new, gap, u, best, a = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape, np.int16), np.empty(shape, np.int32)
+        _kernels.choose(stop_q, q, self.bundles.shared, self.control[0], self.entry[0], new, best, u, a, gap)
+        return Table(0, new[None], best[None], u[None], a[None], gap[None], 0.0)
+
+    def table(self) -> Table:
+        """The finished table."""
+        return Table(self.first, self.value, self.best, self.u, self.a, self.gap, self.bundles.search_error, self.base)
+
+
+__all__ = ["Ints", "Table", "late_stages", "solve_stages"]

@@ -1,0 +1,238 @@
+"""The fast backup of shift moves: tables once for each grid, then one matrix product and one kernel call a stage.
+
+All shift moves of a problem form one bundle, so that a stage costs a few microseconds of Python. Scanned rows are summed by
+a matrix product with the Toeplitz matrix of the value-to-go; the search between them uses single rows.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.sdp import _kernels
+from sdpgrind.sdp._edges import Exit
+from sdpgrind.sdp._grid import Grid, Ints, record
+from sdpgrind.sdp._law import Law
+from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._shift import Shift, refuse_leak
+
+BLOCKS = 4
+"""Column blocks of the matrix product: the lower triangle is not multiplied. Fixed, so that results never depend on it."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Best of each move: least expectation, control and entry of the lists, each [move, mode or 0, node]."""
+
+    q: Floats
+    control: Floats
+    entry: npt.NDArray[np.int32]
+
+
+class ShiftBundle:
+    """Shift moves of one problem on one grid.
+
+    Parameters
+    ----------
+    menus : sequence of Menu
+        Their moves share the falling axis.
+    per_mode : bool
+        Whether tables depend on the mode one starts from (a callback reads it, or the mode stays).
+    """
+
+    def __init__(self, menus: Sequence[Menu], per_mode: bool) -> None:
+        self.menus, self.per_mode = tuple(menus), per_mode
+        self.grid: Grid = menus[0].grid
+        self.axis = _shift(menus[0]).position(self.grid)
+        self.modes = len(menus[0].problem.modes)
+        self.others = self.grid.size // self.grid.shape[self.axis]
+        self.nodes = self.grid.shape[self.axis]
+        self.groups = self.others * (self.modes if per_mode else 1)
+        self.gain = np.zeros(1)
+        self._layout()
+        self._tables()
+
+    @property
+    def search_error(self) -> float:
+        """Largest amount ($) by which a parabola lowered a level so far; the error left is a fraction of it."""
+        return float(self.gain[0])
+
+    def _layout(self) -> None:
+        def offsets(sizes: list[int]) -> Ints:
+            return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+        menus = self.menus
+        self.row_at = offsets([m.rows for m in menus])
+        scans = [_scan_rows(m) + at for m, at in zip(menus, self.row_at, strict=False)]
+        self.scan_rows = np.concatenate(scans)
+        self.plan = (
+            self.row_at, offsets([m.levels.size for m in menus]), offsets([m.regimes.size for m in menus]), offsets([s.size for s in scans]),
+            np.concatenate([m.levels for m in menus]), np.concatenate([m.regimes for m in menus]),
+            np.array([m.stride for m in menus]), np.array([m.search for m in menus]), self.scan_rows,
+        )  # fmt: skip
+        self._coarse = np.empty((max(s.size for s in scans), self.nodes))
+
+    def _tables(self) -> None:
+        groups, rows, n = self.groups, int(self.row_at[-1]), self.nodes
+        laws = [_laws(menu, self.axis, self.per_mode) for menu in self.menus]
+        rising = any(float(np.min(law.support[0], initial=0.0)) < 0 for law, *_ in laws)
+        self.first_lag = 1 - n if rising else 0
+        self.weight = np.zeros((groups, rows, n - self.first_lag))
+        ends = [Exit.low(self.menus[0].problem, self.grid.axes[self.axis]), Exit.high(self.menus[0].problem, self.grid.axes[self.axis])]
+        used = ends if rising else ends[:1]
+        self.gone = np.zeros((groups, rows, n if any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used) else 0))
+        self.stopped = np.zeros((groups, rows, n if any(end.edge == "stop" for end in used) else 0))
+        self.above = np.zeros((groups, rows, n if rising else 0))
+        self.charge = np.zeros((groups, rows, n))
+        self.target = np.zeros((groups, rows, 2 ** (len(self.grid.axes) - 1)), dtype=np.int64)
+        self.part = np.ones(self.target.shape)
+        for menu, at, (law, s, c) in zip(self.menus, self.row_at, laws, strict=False):
+            here = slice(int(at), int(at) + menu.rows)
+            self._fill(menu, here, law, ends, rising)
+            self._aim(menu, here, s, c)
+        used = self.weight != 0
+        low = np.argmax(used, axis=2)
+        high = used.shape[2] - 1 - np.argmax(used[:, :, ::-1], axis=2)
+        self.reach = np.stack([low, np.where(used.any(axis=2), high, -1)], axis=2) + self.first_lag
+        self.tables = (self.weight, self.first_lag, self.reach, self.gone, self.stopped, self.above, self.charge, self.target, self.part)
+        self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
+        self._scan_weight = np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
+        self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
+        self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
+
+    def _fill(self, menu: Menu, here: slice, law: Law, ends: list[Exit], rising: bool) -> None:
+        n, h, axis = self.nodes, self.grid.spacing[self.axis], self.grid.axes[self.axis]
+        lag = np.arange(self.first_lag - 1, n + 1)
+        curve = law.under((h * lag)[:, None, None])
+        _put(self.weight, here, (curve[2:] - 2 * curve[1:-1] + curve[:-2]) / h)
+        x = (axis.low + h * np.arange(n))[:, None, None]
+        allowed = self._penalties(menu, here)
+        for end in ends if rising else ends[:1]:
+            probability = end.probability(law, x)
+            if end.edge == "refuse":
+                refuse_leak(menu, end, np.where(allowed, np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2), 0.0))
+            if end.edge != "hold":
+                _add(self.stopped if end.edge == "stop" else self.gone, here, probability)
+            _add(self.charge, here, end.charge(law, x, probability))
+            if end.sign < 0:
+                _add(self.above, here, end.full_hat(law, x, h, probability) - (probability if end.edge == "hold" else 0.0))
+
+    def _penalties(self, menu: Menu, here: slice) -> Any:
+        """Put the in-path charges into the table; tell where the move is allowed."""
+        points, mode = _group_points(menu, self.axis, self.per_mode)
+        c = _row_controls(menu, extra=2)
+        x = self.grid.coordinates[self.axis]
+        places = [np.asarray(p)[:, None, None] for p in points]
+        places.insert(self.axis, x[None, None, :])
+        s = menu.state(places, None if mode is None else mode[:, None, None])
+        penalty = menu.penalty(s, c)
+        self.charge[:, here] += penalty
+        return np.isfinite(penalty)
+
+    def _aim(self, menu: Menu, here: slice, s: Any, c: Any) -> None:
+        """Put where each row arrives: mode on arrival and the corners of the other axes."""
+        points, mode = _group_points(menu, self.axis, self.per_mode)
+        others = _shift(menu).others
+        after = others(s, c) if others else [p[:, None] for p in points]
+        node, part = Shift._targets(menu, self.axis, after, (self.groups, menu.rows))
+        if menu.into is not None:
+            arrival: Any = np.repeat(menu.into, menu.levels.size)
+        else:
+            arrival = 0 if mode is None else mode[:, None]
+        self.target[:, here] = np.moveaxis(node + arrival * self.others, 0, 2)
+        self.part[:, here] = np.moveaxis(part, 0, 2)
+
+    def best(self, value: Floats, level: Floats) -> Found:
+        """Return the best of each move for value[mode, node] and the stops' further charge level[mode]."""
+        v = self._by_line(value)
+        flipped = np.ascontiguousarray((v - v[:, :1])[:, ::-1])
+        for target, rows in self._runs:
+            _product(self._scan_weight[rows], flipped[target], self.first_lag, self._products[rows])
+        shape = (len(self.menus), self.groups, self.nodes)
+        q, control, entry = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
+        targets = np.repeat(level, self.others)
+        _kernels.push(self.plan, self.tables, v, flipped, targets, self._products, self.dense, self._coarse, q, control, entry, self.gain)
+        return Found(*(self._by_node(found) for found in (q, control, entry)))
+
+    def _by_line(self, value: Floats) -> Floats:
+        """[mode, node] to [(mode, other node), node of the falling axis]."""
+        if self.others == 1:
+            return value
+        lines = np.moveaxis(value.reshape(self.modes, *self.grid.shape), self.axis + 1, -1)
+        return np.ascontiguousarray(lines).reshape(-1, self.nodes)
+
+    def _by_node(self, found: Any) -> Any:
+        """[move, group, node of the falling axis] to [move, mode or 0, node]."""
+        if self.others == 1:
+            return found
+        rest = [k for i, k in enumerate(self.grid.shape) if i != self.axis]
+        lines = found.reshape(len(self.menus), -1, *rest, self.nodes)
+        return np.ascontiguousarray(np.moveaxis(lines, -1, self.axis + 2)).reshape(len(self.menus), -1, self.grid.size)
+
+
+def _shift(menu: Menu) -> Shift:
+    assert isinstance(menu.move.to, Shift)  # the caller bundles only these
+    return menu.move.to
+
+
+def _scan_rows(menu: Menu) -> Ints:
+    """Rows of the first scan: every stride-th level of every entry of the lists."""
+    return np.add.outer(np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)).ravel()
+
+
+def _row_controls(menu: Menu, extra: int = 1) -> Any:
+    """``c`` with shape (1, rows) or (1, rows, 1): groups first, nodes of the falling axis last."""
+    c = menu.row_controls()
+    return type(c)(*(np.asarray(f)[(None, slice(None), *([None] * (extra - 1)))] for f in c))
+
+
+def _group_points(menu: Menu, axis: int, per_mode: bool) -> tuple[list[Floats], Ints | None]:
+    """Coordinates on the other axes of every group, and its mode (None where tables do not depend on it)."""
+    modes = len(menu.problem.modes) if per_mode else 1
+    rest = [x for k, x in enumerate(menu.grid.coordinates) if k != axis]
+    points = [np.ravel(m) for m in np.meshgrid(*rest, indexing="ij")] if rest else []
+    lines = points[0].size if points else 1
+    mode = np.repeat(np.arange(modes), lines) if per_mode and len(menu.problem.modes) > 1 else None
+    return [np.tile(p, modes) for p in points], mode
+
+
+def _laws(menu: Menu, axis: int, per_mode: bool) -> tuple[Law, Any, Any]:
+    """The laws of all (groups, rows), with the ``s`` and ``c`` they were made from."""
+    points, mode = _group_points(menu, axis, per_mode)
+    places = [p[:, None] for p in points]
+    names = [a.name for k, a in enumerate(menu.grid.axes) if k != axis]
+    fields = dict(zip(names, places, strict=True)) | ({} if mode is None else {"mode": mode[:, None]})
+    s, c = record("S", tuple(fields))(**fields), _row_controls(menu)
+    return _shift(menu).law(s, c), s, c
+
+
+def _put(table: Floats, here: slice, found: Any) -> None:
+    table[:, here] = np.moveaxis(np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2)
+
+
+def _add(table: Floats, here: slice, found: Any) -> None:
+    if np.ndim(found):
+        table[:, here] += np.moveaxis(np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2)
+
+
+def _runs(targets: Ints) -> list[tuple[int, slice]]:
+    """Stretches of rows with the same target: each is one matrix product."""
+    ends = [0, *(np.flatnonzero(np.diff(targets)) + 1), targets.size]
+    return [(int(targets[a]), slice(int(a), int(b))) for a, b in zip(ends, ends[1:], strict=False)]
+
+
+def _product(weight: Floats, flipped: Floats, first_lag: int, out: Floats) -> None:
+    """out[row, node] = sum of weight[row, lag] * value[node - lag] over targets 1..n-1, by blocks of nodes."""
+    n, lags = flipped.size, weight.shape[1]
+    padded = np.zeros(n + 2 * lags)
+    padded[lags : lags + n - 1] = flipped[:-1]  # node 0 is the origin of the values: its weight does not matter
+    # Entry (lag, node) is the value of node - lag = flipped[n - 1 - node + lag].
+    start = lags + n - 1 + first_lag
+    matrix = np.lib.stride_tricks.as_strided(padded[start:], (lags, n), (padded.itemsize, -padded.itemsize))
+    edges = np.linspace(0, n, (BLOCKS if n >= 64 else 1) + 1).astype(int)
+    for begin, end in zip(edges, edges[1:], strict=False):
+        depth = min(lags, end - first_lag)
+        np.matmul(weight[:, :depth], np.ascontiguousarray(matrix[:depth, begin:end]), out=out[:, begin:end])
