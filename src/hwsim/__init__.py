@@ -1,1 +1,36 @@
-"""Hardware simulation."""
+"""Hardware simulation: plants, the loop between a controller and a plant, logs that survive, a command line.
+
+Examples
+--------
+>>> import hwsim
+>>> from sdpgrind import weldbead
+>>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
+>>> sorted(stand.accepts)
+['duration', 'feed_rate', 'normal_force', 'stop']
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from hwsim import protocols
+from hwsim._check import check
+from hwsim._journal import Journal
+from hwsim._log import Log
+from hwsim._loop import compare, run
+
+if TYPE_CHECKING:
+    from hwsim.plants._weldbead import WeldBeadStand
+
+__all__ = ["Journal", "Log", "WeldBeadStand", "check", "compare", "protocols", "run"]
+
+_PLANTS = {"WeldBeadStand": "_weldbead"}  # plants bring their physics along: imported when first used
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PLANTS:
+        return getattr(import_module(f"hwsim.plants.{_PLANTS[name]}"), name)
+    raise AttributeError(f"module 'hwsim' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,171 @@
+"""Do a plant and a controller fit? Everything that is wrong in one report, before the first tick."""
+
+import copy
+import inspect
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from hwsim._clock import Clock, common_tick, exact
+from hwsim._part import controllers
+from hwsim.protocols import Controller, Machine, Plant
+
+
+@runtime_checkable
+class _Retimed(Protocol):
+    def with_tick(self, tick: float) -> Plant: ...
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `check` found; false when something is wrong, and prints as one line a fault."""
+
+    plant: str
+    controller: str
+    faults: tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        return not self.faults
+
+    def __str__(self) -> str:
+        if self:
+            return f"{self.controller} and {self.plant} fit"
+        return "\n".join([f"{self.controller} and {self.plant} do not fit:", *(f"- {fault}" for fault in self.faults)])
+
+
+def check(plant: Plant, controller: Controller) -> Report:
+    """Say what is missing for `run(plant, controller)`, and try the plant's first moments.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine. It is started once (with seed 0) and measured; nothing is commanded.
+    controller : Controller
+        Not stepped.
+
+    Returns
+    -------
+    Report
+        True when all is well; ``print(report)`` gives one line a fault.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> class Unfinished:
+    ...     period = 0.1
+    ...     def step(self, *, height, temperature):
+    ...         return {}
+    >>> print(hwsim.check(hwsim.WeldBeadStand(weldbead.preset("P1")), Unfinished()))
+    Unfinished and WeldBeadStand do not fit:
+    - controller lacks reset
+    - controller's step needs temperature, which the plant does not measure
+    """
+    faults = list(_faults(plant, controller))
+    if not any(fault.startswith("plant lacks") for fault in faults):
+        faults += _first_moments(plant)
+    return Report(type(plant).__name__, type(controller).__name__, tuple(faults))
+
+
+def checked_clock(plant: Plant, controller: Controller) -> tuple[Plant, Clock]:
+    """Refuse what cannot run; give the clock on which it can, and the plant at that tick."""
+    faults = tuple(_faults(plant, controller))
+    if faults:
+        raise ValueError(str(Report(type(plant).__name__, type(controller).__name__, faults)))
+    clock = _clock(plant, controller)
+    if clock.tick != exact("tick of the plant", plant.tick):
+        assert isinstance(plant, _Retimed)  # _rates saw to it
+        plant = plant.with_tick(float(clock.tick))
+    return plant, clock
+
+
+def _faults(plant: Any, controller: Any) -> Iterator[str]:
+    missing = [*_lacks("plant", plant, Plant), *_lacks("controller", controller, Controller)]
+    if not missing:
+        for each in controllers(controller).values():
+            missing += _lacks("controller", each, Controller)
+    yield from missing
+    if any(fault.startswith("plant") for fault in missing):
+        return
+    for each in controllers(controller).values():
+        yield from _misfits(plant, each)
+    if not missing:
+        yield from _rates(plant, controller)
+
+
+def _lacks(role: str, thing: Any, protocol: type) -> list[str]:
+    names = [name for name in vars(protocol) if not name.startswith("_") and not hasattr(thing, name)]
+    return [f"{role} lacks {name}" for name in names]
+
+
+def _misfits(plant: Plant, controller: Any) -> Iterator[str]:
+    """Names and units on both sides."""
+    reads: Mapping[str, str] = getattr(controller, "reads", {})
+    for name in dict.fromkeys([*reads, *_needed(controller)]):
+        if name not in plant.measures:
+            yield f"controller's step needs {name}, which the plant does not measure"
+        elif reads.get(name, plant.measures[name]) != plant.measures[name]:
+            yield f"controller reads {name} in {_unit(reads[name])}, the plant measures it in {_unit(plant.measures[name])}"
+    commands: Mapping[str, str] = getattr(controller, "commands", {})
+    for name, unit in commands.items():
+        if name not in plant.accepts:
+            yield f"controller commands {name}, which the plant does not accept; it accepts {', '.join(plant.accepts)}"
+        elif unit != plant.accepts[name]:
+            yield f"controller commands {name} in {_unit(unit)}, the plant accepts it in {_unit(plant.accepts[name])}"
+
+
+def _unit(unit: str) -> str:
+    return unit or "1"
+
+
+def _needed(controller: Any) -> list[str]:
+    """Arguments without which `step` cannot be called."""
+    step = getattr(controller, "step", None)
+    parameters = inspect.signature(step).parameters.values() if callable(step) else ()
+    named = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY
+    return [p.name for p in parameters if p.default is p.empty and p.kind in named]
+
+
+def _rates(plant: Plant, controller: Controller) -> Iterator[str]:
+    """Every period must be a whole number of the plant's ticks, or the plant able to change its tick."""
+    try:
+        tick = _clock(plant, controller).tick
+    except (TypeError, ValueError) as error:
+        yield str(error)
+        return
+    if tick != exact("tick of the plant", plant.tick) and not isinstance(plant, _Retimed):
+        yield f"controller's period is no whole number of the plant's ticks of {plant.tick:g} s; a tick of {tick} s would fit"
+
+
+def _clock(plant: Plant, controller: Controller) -> Clock:
+    periods = {f"period of {name}": each.period for name, each in controllers(controller).items()}
+    rates = {name: period for name, period in periods.items() if period is not None}
+    return Clock(common_tick({"tick of the plant": plant.tick, **rates}))
+
+
+def _first_moments(plant: Plant) -> list[str]:
+    """Start a part and measure it: names, repeatability, copies."""
+    machine = plant.start(np.random.default_rng(0))
+    missing = _lacks("machine", machine, Machine)
+    return missing or list(_measured(plant, machine))
+
+
+def _measured(plant: Plant, machine: Machine) -> Iterator[str]:
+    reading = machine.step({}, 0)
+    for name in reading:
+        if name not in plant.measures:
+            yield f"machine measures {name}, which the plant does not announce in measures"
+    if machine.time != 0:
+        yield f"machine must be at time 0 when it is started and measured; its time is {machine.time}"
+    again = plant.start(np.random.default_rng(0)).step({}, 0)
+    if not _equal(reading, again):
+        yield "plant measures differently when it is started twice with equal rng: something else is random"
+    if not _equal(reading, copy.deepcopy(machine).step({}, 0)):
+        yield "a copy of the machine measures differently from the machine"
+
+
+def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    names = one.keys() == other.keys()
+    return names and all(np.array_equal(np.asarray(one[n]), np.asarray(other[n]), equal_nan=True) for n in one)

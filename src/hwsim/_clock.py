@@ -1,0 +1,64 @@
+"""Integer ticks: one tick of which every rate of a run is an exact multiple, found with rational arithmetic."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import gcd, lcm
+
+import numpy as np
+
+from sdpgrind.base import checks
+
+SMALLEST_TICK = Fraction(1, 1_000_000)  # s; finer rates are for hardware, not for a simulation loop
+_SIMPLEST = 1_000_000  # largest denominator of a rate
+_ROUNDING = 1e-15  # relative; a float such as 1/60 is this close to the fraction that was meant, by chance none is
+
+
+def simplest(value: float) -> Fraction:
+    """Return the simple fraction that the float `value` stands for (1/60), or its binary value when it is none."""
+    fraction = Fraction(value).limit_denominator(_SIMPLEST)
+    return fraction if abs(float(fraction) - value) <= _ROUNDING * abs(value) else Fraction(value)
+
+
+def exact(name: str, seconds: float) -> Fraction:
+    """Return the simple fraction (s) that a rate stands for; refuse what is none."""
+    fraction = simplest(checks.positive(name, seconds, "s"))
+    if fraction.denominator > _SIMPLEST:
+        raise checks.refuse(name, "a whole number of microseconds or a simple fraction such as 1/60", seconds, "s")
+    return fraction
+
+
+def common_tick(rates: Mapping[str, float]) -> Fraction:
+    """Return the largest tick (s) of which every rate (name -> s) is a whole multiple."""
+    fractions = [exact(name, seconds) for name, seconds in rates.items()]
+    tick = Fraction(gcd(*(f.numerator for f in fractions)), lcm(*(f.denominator for f in fractions)))
+    if tick < SMALLEST_TICK:
+        named = ", ".join(f"{name} = {seconds:.9g} s" for name, seconds in rates.items())
+        raise ValueError(f"rates must have a common tick of at least {float(SMALLEST_TICK):g} s; got {named}")
+    return tick
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Turns ticks into seconds and periods into ticks."""
+
+    tick: Fraction
+
+    def ticks(self, name: str, seconds: float) -> int:
+        """Whole number of ticks in `seconds`; refuse a remainder."""
+        number = exact(name, seconds) / self.tick
+        if number.denominator != 1:
+            raise checks.refuse(name, f"a whole number of ticks of {self.tick} s", seconds, "s")
+        return number.numerator
+
+    def nearest(self, seconds: float) -> int:
+        """Nearest whole number of ticks to `seconds`."""
+        return round(Fraction(seconds) / self.tick)
+
+    def seconds(self, ticks: int) -> float:
+        """Correctly rounded seconds of `ticks`."""
+        return ticks * self.tick.numerator / self.tick.denominator
+
+    def all_seconds(self, ticks: list[int]) -> checks.Floats:
+        """Correctly rounded seconds of many `ticks`."""
+        return np.array([self.seconds(t) for t in ticks], dtype=float)

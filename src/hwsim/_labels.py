@@ -1,0 +1,62 @@
+"""Names and units of everything in a log: plain values, so that a log or journal is read without the code that ran."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hwsim._part import controllers
+from hwsim.protocols import Controller, Plant
+from sdpgrind.base.records import stored
+
+
+@stored("hwsim.labels")
+@dataclass(frozen=True)
+class Labels:
+    """What is needed to label the parts of one run."""
+
+    plant: str
+    controller: str
+    measures: Mapping[str, str]
+    accepts: Mapping[str, str]
+    reports: Mapping[str, str]
+    outcomes: Mapping[str, tuple[str, str]]  # name -> (unit, dimension of arrays)
+    description: Mapping[str, float | str]
+
+    @classmethod
+    def of(cls, plant: Plant, controller: Controller) -> "Labels":
+        """Ask a plant and a controller."""
+        reports: dict[str, str] = {}
+        for each in controllers(controller).values():
+            reports |= getattr(each, "reports", {})
+        outcomes = {name: _with_dimension(name, unit) for name, unit in getattr(plant, "outcomes", {}).items()}
+        described = dict(getattr(plant, "description", {}))
+        names = type(plant).__name__, type(controller).__name__
+        return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described)
+
+    def column(self, name: str) -> dict[str, str]:
+        """Attributes of a column of a table."""
+        if name in self.measures:
+            return _attributes(name, self.measures[name])
+        if name.endswith("_command"):
+            bare = name.removesuffix("_command")
+            return _attributes(f"{bare} commanded", self.accepts.get(bare, ""))
+        return self._planned(name)
+
+    def outcome(self, name: str) -> tuple[str, dict[str, str]]:
+        """Dimension (where the value is an array) and attributes of an outcome."""
+        if name in self.outcomes:
+            unit, dimension = self.outcomes[name]
+            return dimension, _attributes(name, unit)
+        return f"{name}_index", self._planned(name)
+
+    def _planned(self, name: str) -> dict[str, str]:
+        bare = name.removesuffix("_planned")
+        return _attributes(f"{bare} planned" if bare != name else name, self.reports.get(bare, ""))
+
+
+def _with_dimension(name: str, unit: Any) -> tuple[str, str]:
+    return (unit, f"{name}_index") if isinstance(unit, str) else (str(unit[0]), str(unit[1]))
+
+
+def _attributes(name: str, unit: str) -> dict[str, str]:
+    return {"units": unit or "1", "long_name": name.replace("_", " ")}

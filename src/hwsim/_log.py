@@ -1,0 +1,143 @@
+"""The log of a run: tables by tier, the outcome of each part, pictures, a file."""
+
+import os
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+from hwsim import _frames
+from hwsim._frames import Frames
+from hwsim._labels import Labels
+from hwsim._part import Part
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+KIND = "hwsim.log"
+
+
+class Log:
+    """Everything measured, commanded and planned in a run; made by `run`, `compare` and `sdpgrind.load`.
+
+    ``log[tier]`` is the table (`xarray.Dataset`, dimension ``row``) of one tier of control: one row a step of its
+    controller, and a last row without a command when something was measured after its last step. Coordinates: ``part``
+    (number), ``time`` (s, from the start of the part) and, after `compare`, ``controller``. Columns, with ``units`` in
+    their attributes: ``<name>`` measured before the step, ``<name>_command`` commanded, ``<name>_planned`` reported by the
+    controller. NaN: no reading, no command.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> problem = weldbead.preset("P1")
+    >>> class OnePass:
+    ...     period = None
+    ...     tier = "sequence"
+    ...     def reset(self):
+    ...         self.passes = 0
+    ...     def step(self, **measured):
+    ...         self.passes += 1
+    ...         return {"stop": 1.0} if self.passes > 1 else {"duration": 20.0, "normal_force": 40.0}
+    >>> log = hwsim.run(hwsim.WeldBeadStand(problem), OnePass(), parts=3)
+    >>> log
+    <hwsim.Log: 3 parts on WeldBeadStand, tables sequence>
+    >>> log["sequence"].height.units, log.outcome.passes.values
+    ('mm', array([1., 1., 1.]))
+    """
+
+    def __init__(self, make: Callable[[], Frames]) -> None:
+        self._make = make
+
+    @classmethod
+    def of(cls, parts: Sequence[Part], labels: Labels) -> Self:
+        """Label the parts of a run when they are first looked at (private to this package)."""
+        return cls(lambda: _frames.from_parts(parts, labels))
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a log written by `save`; `sdpgrind.load` calls this.
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> log = hwsim.Log.from_file("run.nc")  # doctest: +SKIP
+        """
+        from sdpgrind.base import records
+
+        dataset = records.read(path)
+        return cls(lambda: _frames.from_dataset(dataset))
+
+    @cached_property
+    def _frames(self) -> Frames:
+        return self._make()
+
+    @property
+    def outcome(self) -> "xr.Dataset":
+        """What each part became (dimension ``part``; after `compare` also ``controller``), units in the attributes.
+
+        Beside the plant's own figures: ``<name>_planned``, what the controller reported at its first step of the part.
+        """
+        return self._frames.outcome
+
+    @property
+    def tiers(self) -> tuple[str, ...]:
+        """Names of the tables."""
+        return tuple(self._frames.tables)
+
+    def __getitem__(self, tier: str) -> "xr.Dataset":
+        try:
+            return self._frames.tables[tier]
+        except KeyError:
+            raise KeyError(f"tier must be one of {', '.join(self.tiers)}; got {tier!r}") from None
+
+    def __len__(self) -> int:
+        return int(self.outcome.sizes["part"])
+
+    def __repr__(self) -> str:
+        return f"<hwsim.Log: {len(self)} parts on {self.outcome.attrs['plant']}, tables {', '.join(self.tiers)}>"
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the log to a NetCDF file, whole or not at all; `sdpgrind.load` reads it back, bit for bit.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write, in a folder that exists.
+
+        Examples
+        --------
+        >>> log.save("run.nc")  # doctest: +SKIP
+        """
+        from sdpgrind.base import records
+
+        records.write(_frames.to_dataset(self._frames), path, KIND)
+
+    def plot(self) -> "Figure":
+        """Draw the run: the picture of its plant where there is one, else every measured quantity against time.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Axes in mm, s, N, W, $ as labelled.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib (extra ``plot``).
+
+        Examples
+        --------
+        >>> log.plot().savefig("run.png")  # doctest: +SKIP
+        """
+        from hwsim._plots import draw
+
+        return draw(self)
+
+
+def same(one: Log, other: Log) -> bool:
+    """Whether two logs hold the same, bit for bit, NaN included."""
+    if one.tiers != other.tiers:
+        return False
+    tables: list[Any] = [(one[tier], other[tier]) for tier in one.tiers]
+    return all(a.identical(b) for a, b in [*tables, (one.outcome, other.outcome)])

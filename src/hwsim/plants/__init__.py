@@ -1,0 +1,1 @@
+"""Simulated machines; they stand flat in `hwsim`."""

@@ -1,0 +1,159 @@
+"""What `hwsim` asks of controllers, plants, machines and adaptations. Nobody has to import or inherit these.
+
+**Order of one tick**: measure; step the controllers that are due, by priority; commands take effect; the plant
+advances; log. Time is counted in whole ticks from the start of a part; nothing here reads the wall clock.
+
+Beside what the protocols demand, `hwsim` uses what it finds:
+
+========== =================== =======================================================================================
+of         name                meaning
+========== =================== =======================================================================================
+controller ``report()``        mapping of what it predicts or decided, logged as ``<name>_planned`` beside its command;
+                               what it says at its first step of a part also stands in the outcome
+controller ``tier``            name of its table in the log (default ``"controller"``)
+controller ``tiers``           mapping name -> controller: several controllers of one part, the first has priority;
+                               each is stepped at its own period
+controller ``reads``           mapping name -> unit of the measurements that it needs
+controller ``commands``        mapping name -> unit of what it commands
+controller ``reports``         mapping name -> unit of what it reports
+plant      ``outcomes``        mapping name -> unit of the outcome, or (unit, dimension) where the value is an array
+plant      ``description``     mapping of plain values (start, limits) that the log keeps among its attributes
+plant      ``with_tick(tick)`` gives the same plant with another tick (s), for plants that can advance by any time
+========== =================== =======================================================================================
+"""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final, Protocol, runtime_checkable
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hwsim._log import Log
+
+__all__ = ["FOREVER", "Adaptation", "Controller", "Machine", "Plant"]
+
+FOREVER: Final = 2**62
+"""Number of ticks that means "until your next event"."""
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """Decides: measurements in, commands out; a state of its own, no clock, no input or output.
+
+    Examples
+    --------
+    >>> from hwsim.protocols import Controller
+    >>> class TurnOff:
+    ...     period = None
+    ...     def reset(self): ...
+    ...     def step(self, **measurement):
+    ...         return {"stop": 1.0}
+    >>> isinstance(TurnOff(), Controller)
+    True
+    """
+
+    @property
+    def period(self) -> float | None:
+        """Time between two steps (s); None: one step at each event of the plant (a pass, a part)."""
+
+    def reset(self) -> None:
+        """Forget the part before; called once before each part."""
+
+    def step(self, **measurement: Any) -> Mapping[str, Any]:
+        """Return what the plant shall do now, by names that it accepts and in their units; an empty mapping: go on.
+
+        Parameters
+        ----------
+        **measurement
+            Everything that the plant measures, in its units: floats, or arrays (a scanned profile). NaN is a missing
+            reading.
+        """
+
+
+@runtime_checkable
+class Machine(Protocol):
+    """One live part on a plant: holds all that changes, the hidden truth included; can be copied at any tick.
+
+    Examples
+    --------
+    >>> from hwsim.protocols import Machine
+    >>> isinstance(object(), Machine)
+    False
+    """
+
+    @property
+    def time(self) -> int:
+        """Ticks since the part was started."""
+
+    @property
+    def done(self) -> bool:
+        """Whether the part is finished; nothing is stepped any more."""
+
+    @property
+    def event(self) -> bool:
+        """Whether the last step ended at an event (a pass is over); controllers without a period are stepped then."""
+
+    def step(self, command: Mapping[str, Any], ticks: int) -> Mapping[str, Any]:
+        """Take `command`, advance, and return a fresh mapping of what is measured then.
+
+        Parameters
+        ----------
+        command : mapping
+            What changes, by names that the plant accepts and in their units; what was commanded before is held.
+        ticks : int
+            Advance by so many ticks (of the plant's ``tick``, s), or by fewer when an event or the end comes first.
+            0: only measure. `FOREVER`: until the next event; a machine with nothing under way does not move then.
+        """
+
+    def outcome(self) -> Mapping[str, Any]:
+        """Return what the part became: floats, or arrays, in the units of the plant's ``outcomes``."""
+
+
+@runtime_checkable
+class Plant(Protocol):
+    """A machine tool as it is described: simulated, recorded or real. Never changes; `start` makes what does.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from hwsim.protocols import Plant
+    >>> from sdpgrind import weldbead
+    >>> isinstance(hwsim.WeldBeadStand(weldbead.preset("P1")), Plant)
+    True
+    """
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of everything measured."""
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of everything that can be commanded."""
+
+    @property
+    def tick(self) -> float:
+        """Smallest time by which a machine advances (s); periods of controllers are whole numbers of it."""
+
+    def start(self, rng: np.random.Generator) -> Machine:
+        """Draw the hidden truth of the next part from `rng` and return the part, ready, at time 0."""
+
+
+@runtime_checkable
+class Adaptation(Protocol):
+    """Learns between parts: re-estimates, shifts a margin, plans anew.
+
+    It must depend on nothing but its own start and what it was shown, so that a killed series can be replayed from
+    its journal.
+
+    Examples
+    --------
+    >>> from hwsim.protocols import Adaptation
+    >>> class Keep:
+    ...     def next(self, controller, part_log):
+    ...         return controller
+    >>> isinstance(Keep(), Adaptation)
+    True
+    """
+
+    def next(self, controller: Controller, part_log: "Log") -> Controller:
+        """Return the controller of the next part, given the one of the last part (as it began) and its log."""

@@ -1,0 +1,139 @@
+"""Controllers that follow a plan of a weld bead."""
+
+from collections.abc import Mapping
+from math import isnan, nan
+from typing import Any, Protocol, runtime_checkable
+
+
+@runtime_checkable
+class _Policy(Protocol):
+    """What the controller uses of a policy."""
+
+    problem: Any
+    dataset: Any
+
+    def value(self, *, height: float, time_left: float) -> Any: ...
+
+    def action(self, *, height: float, time_left: float) -> Any: ...
+
+
+class SequenceController:
+    """Looks up the next pass in a policy, after each pass, from what was really removed.
+
+    Steps once for each event (a pass is over, the bead was scanned). Commands ``duration`` (s), ``feed_rate`` (mm/s) and
+    ``normal_force`` (N) of the next pass, or ``stop``. Reports the expected penalty from here on (``penalty``, $), the mean
+    depth that it expects of the pass (``mean_cut``, mm) and the gap to the next best duration (``gap``, $).
+
+    A missing scan (NaN) is replaced by what the last pass was expected to leave, a missing clock by its duration.
+
+    Parameters
+    ----------
+    policy : SequencePolicy
+        The plan to follow, as `plan` gives it.
+
+    Raises
+    ------
+    ValueError
+        From `step`: the bead is higher (mm) or the deadline farther (s) than the policy was planned for; the first
+        reading is missing.
+
+    Examples
+    --------
+    >>> from sdpgrind import weldbead
+    >>> controller = weldbead.SequenceController(weldbead.plan(weldbead.preset("P1"), tolerance=1e-2))
+    >>> command = controller.step(height=1.0, time_left=10.0)
+    >>> command["duration"], command["stop"], controller.report()["penalty"] > 0
+    (10.0, 0.0, True)
+    >>> controller.step(height=0.0, time_left=0.0)
+    {'stop': 1.0}
+    """
+
+    period: float | None = None
+    tier = "sequence"
+    reads: Mapping[str, str] = {"height": "mm", "time_left": "s"}
+    commands: Mapping[str, str] = {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""}
+    reports: Mapping[str, str] = {"penalty": "$", "mean_cut": "mm", "gap": "$"}
+
+    def __init__(self, policy: _Policy) -> None:
+        if not isinstance(policy, _Policy):
+            raise TypeError(f"policy must be a policy, as weldbead.plan gives it; got {policy!r}")
+        self._policy = policy
+        self.reset()
+
+    @property
+    def policy(self) -> Any:
+        """The plan that is followed."""
+        return self._policy
+
+    @property
+    def identity(self) -> tuple[Any, ...]:
+        """What tells this controller from another one: the problem and the tables of its policy."""
+        return type(self).__name__, self._policy.problem, self._policy.dataset
+
+    def reset(self) -> None:
+        """Forget the bead before.
+
+        Examples
+        --------
+        >>> controller.reset()  # doctest: +SKIP
+        """
+        self._expected_height = self._expected_time = nan
+        self._report = dict.fromkeys(self.reports, nan)
+
+    def step(self, *, height: float, time_left: float, **others: Any) -> dict[str, float]:
+        """Return the next pass, or ``{"stop": 1.0}``.
+
+        Parameters
+        ----------
+        height : float
+            Height of the bead as scanned (mm); < 0: overground.
+        time_left : float
+            Time to the deadline (s); < 0: late.
+        **others
+            Further measurements; not used.
+
+        Examples
+        --------
+        >>> controller.step(height=1.0, time_left=10.0)  # doctest: +SKIP
+        """
+        height, time_left = self._known(height, time_left)
+        self._check(height, time_left)
+        action = self._policy.action(height=height, time_left=time_left)
+        stop = bool(action.stop)
+        mean_cut = 0.0 if stop else float(action.mean_cut)
+        value = float(self._policy.value(height=height, time_left=time_left))
+        self._report = {"penalty": value, "mean_cut": mean_cut, "gap": float(action.gap)}
+        if stop:
+            return {"stop": 1.0}
+        self._expected_height, self._expected_time = height - mean_cut, time_left - float(action.duration)
+        return {name: float(getattr(action, name)) for name in ("duration", "feed_rate", "normal_force")} | {"stop": 0.0}
+
+    def report(self) -> dict[str, float]:
+        """Return expected penalty-to-go ($), mean cut (mm) and gap ($) of the last step.
+
+        Examples
+        --------
+        >>> controller.report()["penalty"]  # doctest: +SKIP
+        """
+        return self._report
+
+    def _known(self, height: float, time_left: float) -> tuple[float, float]:
+        """Fill in missing readings."""
+        height = self._expected_height if isnan(height) else float(height)
+        time_left = self._expected_time if isnan(time_left) else float(time_left)
+        if isnan(height) or isnan(time_left):
+            raise ValueError("height (mm) and time_left (s) must both be read before the first pass; got nan")
+        return height, time_left
+
+    def _check(self, height: float, time_left: float) -> None:
+        problem = self._policy.problem
+        if height > problem.height_max:
+            raise ValueError(
+                f"height must be <= height_max = {problem.height_max:g} of the policy (mm); got {height!r}: "
+                "plan with a larger height_max, it costs little"
+            )
+        if time_left > problem.horizon:
+            raise ValueError(
+                f"time_left must be <= horizon = {problem.horizon:g} of the policy (s); got {time_left!r}: "
+                "plan with a longer horizon"
+            )
