@@ -1,0 +1,124 @@
+"""Power of a disc whose speed droops with torque, and the removal rate of that power. Numbers or arrays."""
+
+from typing import Any
+
+N_MM_S_PER_W = 1000.0
+
+
+def disc_torque(normal_force: Any, friction_ratio: Any, disk_radius: Any) -> Any:
+    """Return the shaft torque (N mm) of a normal force: F_t R = mu F_n R, Brown (1988) (4.4d).
+
+    Parameters
+    ----------
+    normal_force : float or array
+        Normal force, N.
+    friction_ratio : float or array
+        Tangential over normal force, unit 1.
+    disk_radius : float or array
+        Disc radius, mm.
+
+    Examples
+    --------
+    >>> round(disc_torque(50.0, 0.3, 85.0), 9)
+    1275.0
+    """
+    return friction_ratio * disk_radius * normal_force
+
+
+def disc_speed(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
+    """Return the disc speed (rad/s) under a torque: omega = omega0 - beta torque, Brown (1988) (4.8).
+
+    Parameters
+    ----------
+    torque : float or array
+        Shaft torque, N mm.
+    free_speed : float or array
+        Speed without load, rad/s.
+    speed_droop : float or array
+        Loss of speed, rad/(s N mm).
+
+    Examples
+    --------
+    >>> disc_speed(1000.0, 560.0, 0.1)
+    460.0
+    """
+    return free_speed - speed_droop * torque
+
+
+def disc_power(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
+    """Return the power at the contact (W): torque times speed, Brown (1988) (4.4c) with (4.8).
+
+    Parameters
+    ----------
+    torque : float or array
+        Shaft torque, N mm.
+    free_speed : float or array
+        Speed without load, rad/s.
+    speed_droop : float or array
+        Loss of speed, rad/(s N mm).
+
+    Examples
+    --------
+    >>> disc_power(1275.0, 500.0, 0.0)
+    637.5
+    """
+    return torque * disc_speed(torque, free_speed, speed_droop) / N_MM_S_PER_W
+
+
+def removal_rate(grinding_power: Any, specific_energy: Any, idle_power: Any) -> Any:
+    """Return the removal rate (mm^3/s) of a power: Q = (Pi - K2)/K1, Brown (1988) (4.4a); negative below K2.
+
+    Parameters
+    ----------
+    grinding_power : float or array
+        Power at the contact, W.
+    specific_energy : float or array
+        Energy to remove a volume, J/mm^3.
+    idle_power : float or array
+        Power that removes nothing, W.
+
+    Examples
+    --------
+    >>> removal_rate(637.5, 10.0, 100.0)
+    53.75
+    """
+    return (grinding_power - idle_power) / specific_energy
+
+
+def peak_torque(free_speed: Any, speed_droop: Any) -> Any:
+    """Return the torque (N mm) of greatest power, omega0/(2 beta); more torque never grinds more.
+
+    Parameters
+    ----------
+    free_speed : float or array
+        Speed without load, rad/s.
+    speed_droop : float or array
+        Loss of speed, rad/(s N mm), > 0.
+
+    Examples
+    --------
+    >>> round(peak_torque(560.0, 0.1), 9)
+    2800.0
+    """
+    return free_speed / (2 * speed_droop)
+
+
+def torque_of_power(grinding_power: Any, free_speed: Any, speed_droop: Any) -> Any:
+    """Return the smaller torque (N mm) that makes a power, in the form that does not cancel for a small droop.
+
+    Parameters
+    ----------
+    grinding_power : float or array
+        Power at the contact, W, at most omega0^2/(4 beta) 1e-3.
+    free_speed : float or array
+        Speed without load, rad/s.
+    speed_droop : float or array
+        Loss of speed, rad/(s N mm).
+
+    Examples
+    --------
+    >>> torque_of_power(637.5, 500.0, 0.0)
+    1275.0
+    """
+    power = grinding_power * N_MM_S_PER_W
+    return 2 * power / (free_speed + (free_speed**2 - 4 * speed_droop * power) ** 0.5)

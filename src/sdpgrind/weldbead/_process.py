@@ -1,0 +1,147 @@
+"""The static cut: what a disc pressed on a bead and fed along it removes on average."""
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind import physics
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+
+_POSITIVE = {
+    "specific_energy": "J/mm^3",
+    "friction_ratio": "1",
+    "disk_radius": "mm",
+    "free_speed": "rad/s",
+    "bead_width": "mm",
+}
+_NONNEGATIVE = {"idle_power": "W", "speed_droop": "rad/(s N mm)"}
+
+
+class Coefficients(NamedTuple):
+    """Brown's (1988) short forms in cut = (C1 C3 F + C2)/V, (4.6): C1 (mm^2/N), C2 (mm^2/s), C3 (1/s) at free speed."""
+
+    C1: float
+    C2: float
+    C3: float
+
+
+@stored("weldbead.process")
+@dataclasses.dataclass(frozen=True)
+class GrindingProcess(Frozen):
+    """Grinding a bead with a disc: Brown (1988), (4.4) to (4.8), in J, W, N, mm, s.
+
+    The power at the contact is 1e-3 mu R F (omega0 - beta mu R F) W; what exceeds the idle power removes metal.
+
+    Parameters
+    ----------
+    specific_energy : float
+        Energy to remove a volume, K1, J/mm^3.
+    idle_power : float
+        Power that removes nothing, K2, W.
+    friction_ratio : float
+        Tangential over normal force, mu, unit 1.
+    disk_radius : float
+        Disc radius R, mm.
+    free_speed : float
+        Disc speed without load, omega0, rad/s.
+    speed_droop : float
+        Loss of speed with shaft torque, beta, rad/(s N mm); 0 for a stiff drive.
+    bead_width : float
+        Width of the bead w, mm.
+
+    Raises
+    ------
+    ValueError
+        When a value is not finite, an idle power or a droop is negative, or another value is not positive.
+
+    Examples
+    --------
+    >>> process = GrindingProcess(10.0, 100.0, 0.3, 85.0, 500.0, 0.0, 12.5)
+    >>> float(process.mean_cut(normal_force=50.0, feed_rate=12.5))
+    0.344
+    """
+
+    specific_energy: float
+    idle_power: float
+    friction_ratio: float
+    disk_radius: float
+    free_speed: float
+    speed_droop: float
+    bead_width: float
+
+    def __post_init__(self) -> None:
+        for name, unit in _POSITIVE.items():
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
+        for name, unit in _NONNEGATIVE.items():
+            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), unit))
+
+    def _torque(self, normal_force: npt.ArrayLike) -> Floats:
+        force = np.asarray(normal_force, dtype=float)
+        return np.asarray(physics.disc_torque(force, self.friction_ratio, self.disk_radius))
+
+    def disk_speed(self, normal_force: npt.ArrayLike) -> Floats:
+        """Return the disc speed (rad/s) under a normal force (N), Brown (4.8); 0 where the disc has stalled."""
+        return np.asarray(
+            np.maximum(physics.disc_speed(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0)
+        )
+
+    def grinding_power(self, normal_force: npt.ArrayLike) -> Floats:
+        """Return the power at the contact (W) of a normal force (N), Brown (4.4c); 0 where the disc has stalled."""
+        return np.asarray(
+            np.maximum(physics.disc_power(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0)
+        )
+
+    def removal_rate(self, normal_force: npt.ArrayLike) -> Floats:
+        """Return the removal rate (mm^3/s) of a normal force (N), Brown (4.4a); never negative."""
+        power = self.grinding_power(normal_force)
+        return np.asarray(np.maximum(physics.removal_rate(power, self.specific_energy, self.idle_power), 0.0))
+
+    def mean_cut(self, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
+        """Return the mean depth of a pass (mm) at a normal force (N) and a feed (mm/s), Brown (4.5); never negative."""
+        return self.removal_rate(normal_force) / (self.bead_width * np.asarray(feed_rate, dtype=float))
+
+    def force_of_power(self, grinding_power: npt.ArrayLike) -> Floats:
+        """Return the smaller normal force (N) that makes a power (W) at the contact; inf where none does."""
+        power = np.asarray(grinding_power, dtype=float)
+        reached = power <= self.peak_power
+        torque = physics.torque_of_power(np.where(reached, power, 0.0), self.free_speed, self.speed_droop)
+        return np.where(reached, torque / (self.friction_ratio * self.disk_radius), np.inf)
+
+    def normal_force(self, mean_cut: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
+        """Return the least normal force (N) whose mean cut (mm) at a feed (mm/s) is `mean_cut`; inf where none is."""
+        rate = self.bead_width * np.asarray(mean_cut, dtype=float) * np.asarray(feed_rate, dtype=float)
+        return self.force_of_power(self.idle_power + self.specific_energy * rate)
+
+    @property
+    def threshold_force(self) -> float:
+        """Normal force (N) below which nothing is removed: its power is the idle power; inf where none reaches it."""
+        return float(self.force_of_power(self.idle_power))
+
+    @property
+    def peak_force(self) -> float:
+        """Normal force (N) of greatest power; more never grinds more. inf without droop."""
+        if self.speed_droop == 0:
+            return np.inf
+        return float(physics.peak_torque(self.free_speed, self.speed_droop) / (self.friction_ratio * self.disk_radius))
+
+    @property
+    def peak_power(self) -> float:
+        """Greatest power (W) at the contact; inf without droop."""
+        if self.speed_droop == 0:
+            return np.inf
+        torque = physics.peak_torque(self.free_speed, self.speed_droop)
+        return float(physics.disc_power(torque, self.free_speed, self.speed_droop))
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """C1 (mm^2/N), C2 (mm^2/s) and C3 (1/s) of Brown (4.6); C3 at the free speed, mu included."""
+        return Coefficients(
+            C1=1e-3 / self.specific_energy,
+            C2=-self.idle_power / (self.bead_width * self.specific_energy),
+            C3=self.friction_ratio * self.disk_radius * self.free_speed / self.bead_width,
+        )
