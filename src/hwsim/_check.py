@@ -106,8 +106,8 @@ def _misfits(plant: Plant, controller: Any) -> Iterator[str]:
     for name in dict.fromkeys([*reads, *_needed(controller)]):
         if name not in plant.measures:
             yield f"controller's step needs {name}, which the plant does not measure"
-        elif reads.get(name, plant.measures[name]) != plant.measures[name]:
-            yield f"controller reads {name} in {_unit(reads[name])}, the plant measures it in {_unit(plant.measures[name])}"
+        elif (wanted := reads.get(name, plant.measures[name])) != (unit := plant.measures[name]):
+            yield f"controller reads {name} in {_unit(wanted)}, the plant measures it in {_unit(unit)}"
     commands: Mapping[str, str] = getattr(controller, "commands", {})
     for name, unit in commands.items():
         if name not in plant.accepts:
@@ -136,7 +136,8 @@ def _rates(plant: Plant, controller: Controller) -> Iterator[str]:
         yield str(error)
         return
     if tick != exact("tick of the plant", plant.tick) and not isinstance(plant, _Retimed):
-        yield f"controller's period is no whole number of the plant's ticks of {plant.tick:g} s; a tick of {tick} s would fit"
+        ticks = f"the plant's ticks of {plant.tick:g} s"
+        yield f"controller's period is no whole number of {ticks}; a tick of {tick} s would fit"
 
 
 def _clock(plant: Plant, controller: Controller) -> Clock:

@@ -56,8 +56,8 @@ def _outcome(parts: Sequence[Part], labels: Labels) -> "xr.Dataset":
         values = _joined([part.outcome.get(name, np.array(np.nan))[np.newaxis] for part in parts])
         variables[name] = (("part", dimension)[: values.ndim], values, attrs)
     coords = {"part": ("part", np.arange(len(parts)), {"long_name": "part"})}
-    attrs = {"plant": labels.plant, "controller": labels.controller} | dict(labels.description)
-    return xr.Dataset(variables, coords, attrs)
+    names = {"plant": labels.plant, "controller": labels.controller}
+    return xr.Dataset(variables, coords, {**names, **labels.description})
 
 
 def _joined(blocks: Sequence[Column]) -> Column:

@@ -134,7 +134,9 @@ class Journal:
             row = (number, json.dumps(outcome), _packed(part))
             self._database.execute("INSERT INTO part VALUES (?, ?, ?)", row)
         except sqlite3.IntegrityError:
-            raise RuntimeError(f"part {number} is in {str(self.path)!r} already: another run is writing there") from None
+            raise RuntimeError(
+                f"part {number} is in {str(self.path)!r} already: another run is writing there"
+            ) from None
 
     def close(self) -> None:
         """Close the file."""

@@ -23,8 +23,8 @@ class Log:
     ``log[tier]`` is the table (`xarray.Dataset`, dimension ``row``) of one tier of control: one row a step of its
     controller, and a last row without a command when something was measured after its last step. Coordinates: ``part``
     (number), ``time`` (s, from the start of the part) and, after `compare`, ``controller``. Columns, with ``units`` in
-    their attributes: ``<name>`` measured before the step, ``<name>_command`` commanded, ``<name>_planned`` reported by the
-    controller. NaN: no reading, no command.
+    their attributes: ``<name>`` measured before the step, ``<name>_command`` commanded, ``<name>_planned`` reported by
+    the controller. NaN: no reading, no command.
 
     Examples
     --------

@@ -80,7 +80,7 @@ def _decide(
 ) -> tuple[dict[str, Any], list[tuple[Tier, Row]]]:
     """Step the controllers that are due; the first that commands a name has it."""
     command: dict[str, Any] = {}
-    fresh = []
+    fresh: list[tuple[Tier, Row]] = []
     for tier in tiers:
         if tier.due > now or (tier.period is None and not event):
             continue

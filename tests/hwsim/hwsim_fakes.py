@@ -2,22 +2,23 @@
 
 from dataclasses import dataclass
 from math import nan
+from typing import ClassVar
 
 import numpy as np
 
 
 @dataclass(frozen=True)
 class Tank:
-    """Level falls by `flow` per tick, a random leak is its hidden truth; event when an alarm level is passed; ends empty."""
+    """Level falls by `flow` and a random leak, its hidden truth; event when an alarm level is passed; ends empty."""
 
     level: float = 10.0
     tick: float = 0.1
     alarm: float = 5.0
     leak: float = 0.0
-    measures = {"level": "mm", "temperature": "K"}
-    accepts = {"flow": "mm/s", "close": ""}
-    outcomes = {"level": "mm", "leak": "mm/s", "levels": ("mm", "tick")}
-    description = {"colour": "red"}
+    measures: ClassVar = {"level": "mm", "temperature": "K"}
+    accepts: ClassVar = {"flow": "mm/s", "close": ""}
+    outcomes: ClassVar = {"level": "mm", "leak": "mm/s", "levels": ("mm", "tick")}
+    description: ClassVar = {"colour": "red"}
 
     def start(self, rng):
         return Water(self, self.leak * rng.random())
@@ -72,9 +73,9 @@ class Drain:
     """Opens the tap at every step; remembers what it saw."""
 
     tier = "tap"
-    reads = {"level": "mm"}
-    commands = {"flow": "mm/s"}
-    reports = {"end": "s"}
+    reads: ClassVar = {"level": "mm"}
+    commands: ClassVar = {"flow": "mm/s"}
+    reports: ClassVar = {"end": "s"}
 
     def __init__(self, flow=2.0, period=None):
         self.flow, self.period, self.seen, self.steps = flow, period, [], 0

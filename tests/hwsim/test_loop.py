@@ -4,6 +4,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from math import isnan
 from multiprocessing import get_context
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -164,7 +165,7 @@ def test_text_and_scans_in_commands_and_measurements():
     assert column([np.ones((2, 3))] * 4).shape == (4, 6)
 
 
-# Parts ------------------------------------------------------------------------------------------------------------------
+# Parts ----------------------------------------------------------------------------------------------------------------
 
 
 def test_part_k_is_the_same_whatever_the_number_of_parts():
@@ -250,7 +251,7 @@ def test_a_machine_can_be_copied_at_any_tick():
     assert machine.step({}, 9) == twin.step({}, 9)
 
 
-# Refusals ---------------------------------------------------------------------------------------------------------------
+# Refusals -------------------------------------------------------------------------------------------------------------
 
 
 class Says(Drain):
@@ -276,13 +277,13 @@ class Says(Drain):
 def test_bad_commands(command, error, message):
     with pytest.raises(error, match=message) as caught:
         hwsim.run(Tank(), Says(command), parts=2)
-    assert caught.value.__notes__ [-1] == "in part 0"
+    assert caught.value.__notes__[-1] == "in part 0"
 
 
 def test_misfits_are_refused_before_the_first_tick():
     class Wrong(Drain):
-        reads = {"level": "um", "pressure": "bar"}
-        commands = {"flow": "l/min", "pump": "W"}
+        reads: ClassVar = {"level": "um", "pressure": "bar"}
+        commands: ClassVar = {"flow": "l/min", "pump": "W"}
 
     tank = Diary()
     with pytest.raises(ValueError) as caught:
@@ -298,16 +299,19 @@ def test_misfits_are_refused_before_the_first_tick():
 
 
 def test_period_that_the_plant_cannot_keep():
-    with pytest.raises(ValueError, match="no whole number of the plant's ticks of 0.1 s; a tick of 1/60 s would fit"):
+    with pytest.raises(ValueError, match=r"no whole number of the plant's ticks of 0.1 s; a tick of 1/60 s would fit"):
         hwsim.run(FixedTank(), Drain(period=1 / 60))
 
 
 def test_other_refusals():
     with pytest.raises(ValueError, match="parts must be >= 1; got 0"):
         hwsim.run(Tank(), Drain(), parts=0)
-    with pytest.raises(ValueError, match="controllers must be a mapping .* got none"):
+    with pytest.raises(ValueError, match=r"controllers must be a mapping .* got none"):
         hwsim.compare(Tank(), {})
-    with ThreadPoolExecutor(1) as executor, pytest.raises(ValueError, match="executor must be None where adapt is given"):
+    with (
+        ThreadPoolExecutor(1) as executor,
+        pytest.raises(ValueError, match="executor must be None where adapt is given"),
+    ):
         hwsim.run(Tank(), Drain(), adapt=Faster(), executor=executor)
     with pytest.raises(KeyError, match="tier must be one of tap; got 'force'"):
         hwsim.run(Tank(), Drain())["force"]

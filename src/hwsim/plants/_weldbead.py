@@ -24,13 +24,14 @@ class WeldBeadStand(Frozen):
     grinder returns (``reset_time``), never while a controller thinks.
 
     Measures ``height`` (mm, scanned), ``time_left`` (s, < 0: late), and of the last pass (NaN before the first)
-    ``grinding_power`` (W), ``normal_force`` and ``tangential_force`` (N), ``removal_rate`` (mm^3/s) and ``cut_depth`` (mm),
-    both from the two scans, and ``feed_rate`` (mm/s). Accepts ``normal_force`` (N) with ``duration`` (s, reset included),
-    ``feed_rate`` (mm/s) or both, and ``stop``.
+    ``grinding_power`` (W), ``normal_force`` and ``tangential_force`` (N), ``removal_rate`` (mm^3/s) and ``cut_depth``
+    (mm), both from the two scans, and ``feed_rate`` (mm/s). Accepts ``normal_force`` (N) with ``duration`` (s, reset
+    included), ``feed_rate`` (mm/s) or both, and ``stop``.
 
     Outcome of a bead: ``penalty`` ($: height, lateness, finish and pass charges), ``height`` left (mm), ``overground``
-    (mm), ``passes``, ``time`` (s), ``lateness`` (s), ``burned`` (passes beyond the burn limit), and the hidden truth of each
-    pass: ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3), ``true_idle_power`` (W), ``true_friction_ratio``.
+    (mm), ``passes``, ``time`` (s), ``lateness`` (s), ``burned`` (passes beyond the burn limit), and the hidden truth of
+    each pass: ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3), ``true_idle_power`` (W) and
+    ``true_friction_ratio``; that is the process with which the static cut is what was removed.
 
     Parameters
     ----------

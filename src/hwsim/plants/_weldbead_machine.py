@@ -74,7 +74,9 @@ class WeldBead:
         """Refuse a pass that the stand cannot do."""
         problem = self._problem
         if "normal_force" not in command:
-            raise ValueError(f"a pass needs normal_force (N) and duration (s) or feed_rate (mm/s); got {dict(command)!r}")
+            raise ValueError(
+                f"a pass needs normal_force (N) and duration (s) or feed_rate (mm/s); got {dict(command)!r}"
+            )
         force = checks.positive("normal_force", command["normal_force"], "N")
         if force > problem.force_max * (1 + _AGREE):
             raise checks.refuse("normal_force", f"<= force_max = {problem.force_max:g}", force, "N")
@@ -97,7 +99,9 @@ class WeldBead:
             raise checks.refuse("duration", f"> reset_time = {reset:g}", duration, "s")
         feed_rate = checks.positive("feed_rate", command.get("feed_rate", length / (duration - reset)), "mm/s")
         if abs(length / feed_rate + reset - duration) > _AGREE * duration:
-            rule = f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} s, reset {reset:g} s"
+            rule = (
+                f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} s, reset {reset:g} s"
+            )
             raise checks.refuse("feed_rate", rule, feed_rate, "mm/s")
         return duration, feed_rate
 
@@ -127,7 +131,8 @@ class WeldBead:
         """Finish of the bead and burn, both by the commanded pass."""
         problem = self._problem
         pass_ = done.normal_force, done.feed_rate
-        if problem.finish_charge is not None and float(problem.model.mean_cut(*pass_)) >= problem.min_cut:
+        mean_cut = float(problem.scatter.expected(problem.model).mean_cut(*pass_))
+        if problem.finish_charge is not None and mean_cut >= problem.min_cut * (1 - _AGREE):
             self._finish = float(problem.finish_charge(done.feed_rate))
         if problem.burn_limit is not None:
             self._burned += float(problem.burn_limit.margin(self._process, *pass_)) < -_BURNS
@@ -161,7 +166,7 @@ class WeldBead:
         lateness = max(0.0, -self._time_left())
         penalty = float(problem.height_charge(self._height)) + self._finish + problem.pass_charge * len(self._truth)
         if problem.lateness_charge is not None:
-            penalty += float(problem.lateness_charge(lateness))
+            penalty += float(np.asarray(problem.lateness_charge(np.asarray(lateness))))
         return {
             "penalty": penalty,
             "height": self._height,

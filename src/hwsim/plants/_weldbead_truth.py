@@ -1,7 +1,6 @@
 """The hidden truth of one pass: which coefficients explain the depth that it removed."""
 
 from collections.abc import Callable
-from math import sqrt
 from typing import NamedTuple
 
 from sdpgrind.weldbead import GrindingProcess, Scatter
@@ -56,8 +55,8 @@ def _shares(scatter: Scatter, done: _Pass) -> tuple[float, list[tuple[str, float
     """Mean cut (mm) and the share of each coefficient in the variance."""
     mean, sd = scatter.moments(*done)
     names = (scatter.attribution,) if isinstance(scatter.attribution, str) else scatter.attribution
-    if len(names) == 1 or float(sd) == 0:
-        return float(mean), [(name, 1.0 if k == len(names) - 1 else 0.0) for k, name in enumerate(names)]
+    if not isinstance(scatter.relative_sd, tuple) or float(sd) == 0:
+        return float(mean), [(names[-1], 1.0)]
     single = [scatter.replace(attribution=n, relative_sd=r) for n, r in zip(names, scatter.relative_sd, strict=True)]
     variances = [float(each.moments(*done)[1]) ** 2 for each in single]
     return float(mean), [(name, variance / sum(variances)) for name, variance in zip(names, variances, strict=True)]
@@ -82,15 +81,11 @@ def _idle_power(done: _Pass, now: Coefficients, cut: float) -> Coefficients:
 
 
 def _friction_ratio(done: _Pass, now: Coefficients, cut: float) -> Coefficients:
-    """Smaller root of power = 1e-3 R Ft (omega0 - beta R Ft); beyond the peak of power, K1 takes the rest."""
-    process = done.process
-    linear = 1e-3 * process.disk_radius * process.free_speed
-    square = 1e-3 * process.speed_droop * process.disk_radius**2
+    """Power depends on mu F alone; where the drive has not the power that is needed, K1 takes the rest."""
     power = now.specific_energy * done.swept * cut + now.idle_power
-    root = linear**2 - 4 * square * power
-    tangential = 2 * power / (linear + sqrt(max(root, 0.0))) if root >= 0 else linear / (2 * square)
-    explained = now._replace(friction_ratio=tangential / done.normal_force)
-    return explained if root >= 0 else _specific_energy(done, explained, cut)
+    needed = min(float(done.process.force_of_power(power)), done.process.peak_force)
+    explained = now._replace(friction_ratio=done.process.friction_ratio * needed / done.normal_force)
+    return explained if needed < done.process.peak_force else _specific_energy(done, explained, cut)
 
 
 _EXPLAIN: dict[str, Callable[[_Pass, Coefficients, float], Coefficients]] = {

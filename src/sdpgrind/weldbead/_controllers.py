@@ -20,9 +20,9 @@ class _Policy(Protocol):
 class SequenceController:
     """Looks up the next pass in a policy, after each pass, from what was really removed.
 
-    Steps once for each event (a pass is over, the bead was scanned). Commands ``duration`` (s), ``feed_rate`` (mm/s) and
-    ``normal_force`` (N) of the next pass, or ``stop``. Reports the expected penalty from here on (``penalty``, $), the mean
-    depth that it expects of the pass (``mean_cut``, mm) and the gap to the next best duration (``gap``, $).
+    Steps once for each event (a pass is over, the bead was scanned). Commands ``duration`` (s), ``feed_rate`` (mm/s)
+    and ``normal_force`` (N) of the next pass, or ``stop``. Reports the expected penalty from here on (``penalty``, $),
+    the mean depth that it expects of the pass (``mean_cut``, mm) and the gap to the next best duration (``gap``, $).
 
     A missing scan (NaN) is replaced by what the last pass was expected to leave, a missing clock by its duration.
 
@@ -106,7 +106,9 @@ class SequenceController:
         if stop:
             return {"stop": 1.0}
         self._expected_height, self._expected_time = height - mean_cut, time_left - float(action.duration)
-        return {name: float(getattr(action, name)) for name in ("duration", "feed_rate", "normal_force")} | {"stop": 0.0}
+        return {name: float(getattr(action, name)) for name in ("duration", "feed_rate", "normal_force")} | {
+            "stop": 0.0
+        }
 
     def report(self) -> dict[str, float]:
         """Return expected penalty-to-go ($), mean cut (mm) and gap ($) of the last step.

@@ -1,0 +1,80 @@
+"""Pictures of logs: each plant may bring one; a log of any other plant gets one panel for each measured quantity."""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from hwsim._log import Log
+
+# Plant -> module with a function ``picture(log)``. A table, never a name out of a file: files cannot choose code.
+_PICTURES = {"WeldBeadStand": "hwsim.plants._weldbead_picture"}
+_MOST_PARTS = 50  # more lines than these cannot be told apart
+
+
+def draw(log: "Log") -> "Figure":
+    """Draw a log with the picture of its plant."""
+    module = _PICTURES.get(str(log.outcome.attrs["plant"]))
+    if module is not None and "controller" not in log.outcome.dims:
+        picture: Callable[[Log], Figure] = import_module(module).picture
+        return picture(log)
+    return compared(log) if "controller" in log.outcome.dims else _all_measured(log)
+
+
+def label(variable: Any, name: str) -> str:
+    """Axis label of a labelled array: its long name and unit."""
+    unit = variable.attrs.get("units", "1")
+    text = variable.attrs.get("long_name", name)
+    escaped = unit.replace("$", r"\$")
+    return text if unit == "1" else f"{text} ({escaped})"
+
+
+def compared(log: "Log") -> "Figure":
+    """Box plots of every scalar outcome, one box a controller."""
+    outcome = log.outcome
+    names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _varies(v)]
+    figure, axes = _panels(len(names), columns=min(3, len(names)))
+    controllers = [str(name) for name in outcome.controller.values]
+    for axis, name in zip(axes, names, strict=True):
+        rows = [row[np.isfinite(row)] for row in outcome[name].values]
+        axis.boxplot(rows, tick_labels=controllers, showmeans=True)
+        axis.set_title(label(outcome[name], name))
+    figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller")
+    return figure
+
+
+def _varies(variable: Any) -> bool:
+    values = variable.values[np.isfinite(variable.values)]
+    return bool(values.size) and bool(np.ptp(values) > 0)
+
+
+def _all_measured(log: "Log") -> "Figure":
+    """Every measured and commanded quantity of the first table against time, one line a part."""
+    table = log[log.tiers[0]]
+    names = [str(n) for n, v in table.data_vars.items() if v.dims == ("row",) and np.isfinite(v.values).any()]
+    figure, axes = _panels(len(names), columns=1)
+    for axis, name in zip(axes, names, strict=True):
+        for part in range(min(len(log), _MOST_PARTS)):
+            rows = table.isel(row=np.flatnonzero(table.part.values == part))
+            axis.plot(rows.time, rows[name], ".-", lw=0.8, ms=3, alpha=0.7)
+        axis.set_ylabel(label(table[name], name))
+    axes[-1].set_xlabel(label(table.time, "time"))
+    return figure
+
+
+def _panels(number: int, columns: int) -> tuple["Figure", list[Any]]:
+    if number == 0:
+        raise ValueError("the log holds nothing to draw: no quantity has a reading")
+    pyplot = need("matplotlib.pyplot", "plot")
+    rows = -(-number // columns)
+    size = (4.2 * columns + 3 * (columns == 1), 1.2 + 2.2 * rows)
+    figure, axes = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    for spare in axes.ravel()[number:]:
+        spare.remove()
+    return figure, list(axes.ravel()[:number])
