@@ -51,14 +51,14 @@ def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.
     machine = plant.start(rng)
     controller.reset()
     tiers = [_tier(name, each, clock) for name, each in controllers(controller).items()]
-    blank = dict.fromkeys(plant.measures, nan)
-    reading = blank | dict(machine.step(_NOTHING, 0))
+    measures, accepts = dict(plant.measures), dict(plant.accepts)
+    reading = _whole(machine.step(_NOTHING, 0), measures)
     event = True  # the start is one
     while not machine.done:
         now = machine.time
         try:
-            command, fresh = _decide(tiers, now, event, reading, plant.accepts)
-            reading = blank | dict(machine.step(command, _wait(tiers, now)))
+            command, fresh = _decide(tiers, now, event, reading, accepts)
+            reading = _whole(machine.step(command, _wait(tiers, now)), measures)
         except Exception as error:
             error.add_note(f"at {clock.seconds(now):g} s of the part")
             raise
@@ -68,6 +68,13 @@ def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.
         if not event and machine.time == now and not machine.done:
             raise RuntimeError("nothing is under way and nothing was commanded: the part would never end")
     return _finished(tiers, machine, reading, plant, clock)
+
+
+def _whole(measured: Mapping[str, Any], measures: Mapping[str, str]) -> dict[str, Any]:
+    """A copy of what was measured; what is missing is NaN."""
+    if len(measured) == len(measures):
+        return dict(measured)
+    return dict.fromkeys(measures, nan) | dict(measured)
 
 
 def _tier(name: str, controller: Controller, clock: Clock) -> Tier:
@@ -86,9 +93,9 @@ def _decide(
             continue
         given = tier.controller.step(**reading)
         _check_command(tier.name, given, accepts)
-        for name, value in given.items():
-            command.setdefault(name, value)
-        fresh.append((tier, (now, reading, dict(given), dict(tier.report()) if tier.report else _NOTHING)))
+        given = dict(given)
+        command = given | command if command else given
+        fresh.append((tier, (now, reading, given, dict(tier.report()) if tier.report else _NOTHING)))
         if tier.period is not None:
             tier.due = now + tier.period
     return command, fresh
@@ -107,8 +114,11 @@ def _check_command(tier: str, given: Any, accepts: Mapping[str, str]) -> None:
 
 def _wait(tiers: list[Tier], now: int) -> int:
     """Ticks until the next controller with a period is due."""
-    due = [tier.due for tier in tiers if tier.period is not None]
-    return min(due) - now if due else FOREVER
+    due = FOREVER + now
+    for tier in tiers:
+        if tier.period is not None and tier.due < due:
+            due = tier.due
+    return due - now
 
 
 def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], plant: Plant, clock: Clock) -> Part:

@@ -1,0 +1,139 @@
+"""Quantities as people write them: ``"150 mm"``, ``"7 in"``, ``"12.8 J/mm^3"``, ``"300 rpm"``, or a plain number.
+
+Factors are exact fractions of SI units, so that ``"150 mm"`` is 150.0 to the last bit.
+"""
+
+import math
+import re
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from sdpgrind.base import checks
+
+Exponents = tuple[Fraction, ...]  # of length, time, mass, angle, money
+
+
+class Unit(NamedTuple):
+    """A factor to SI units and the exponents of a unit."""
+
+    factor: Fraction
+    exponents: Exponents
+
+    def times(self, other: "Unit", sign: int = 1) -> "Unit":
+        """Product with the unit `other`, or quotient (`sign` = -1)."""
+        exponents = tuple(a + sign * b for a, b in zip(self.exponents, other.exponents, strict=True))
+        return Unit(self.factor * other.factor**sign, exponents)
+
+    def power(self, exponent: Fraction) -> "Unit":
+        """Unit to a power."""
+        return Unit(Fraction(self.factor**exponent), tuple(a * exponent for a in self.exponents))
+
+
+def _unit(factor: str | Fraction, *exponents: int) -> Unit:
+    return Unit(Fraction(factor), tuple(Fraction(e) for e in (*exponents, *[0] * (5 - len(exponents)))))
+
+
+_TURN = Fraction(2 * math.pi)
+_FORCE, _ENERGY, _POWER, _ANGLE = (1, -2, 1), (2, -2, 1), (2, -3, 1), (0, 0, 0, 1)
+_POUND = Fraction("4.4482216152605")  # N
+_UNITS = {
+    **{name: _unit(f, 1) for name, f in {"m": "1", "cm": "0.01", "mm": "0.001", "um": "1e-6", "µm": "1e-6"}.items()},
+    **{name: _unit(f, 1) for name, f in {"μm": "1e-6", "in": "0.0254", "inch": "0.0254", "ft": "0.3048"}.items()},
+    **{name: _unit(f, 0, 1) for name, f in {"s": "1", "ms": "0.001", "min": "60", "h": "3600"}.items()},
+    **{name: _unit(f, 0, 0, 1) for name, f in {"kg": "1", "g": "0.001"}.items()},
+    **{name: _unit(f, *_FORCE) for name, f in {"N": Fraction(1), "kN": Fraction(1000), "lbf": _POUND}.items()},
+    **{name: _unit(f, *_ENERGY) for name, f in {"J": "1", "mJ": "0.001", "kJ": "1000"}.items()},
+    **{name: _unit(f, *_POWER) for name, f in {"W": "1", "mW": "0.001", "kW": "1000"}.items()},
+    "hp": _unit(550 * Fraction("0.3048") * _POUND, *_POWER),
+    **{
+        name: _unit(f, *_ANGLE)
+        for name, f in {"rad": Fraction(1), "rev": _TURN, "deg": _TURN / 360, "°": _TURN / 360}.items()
+    },
+    **{name: _unit(f, 0, -1, 0, 1) for name, f in {"Hz": _TURN, "rpm": _TURN / 60}.items()},
+    **{name: _unit(f, 0, 0, 0, 0, 1) for name, f in {"$": "1", "ct": "0.01"}.items()},
+    **{name: _unit(f) for name, f in {"1": "1", "%": "0.01"}.items()},
+}
+_TOKEN = re.compile(r"\s*([A-Za-zµμ]+|[$%°()^*/·]|-?\d+(?:\.\d+)?)")
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
+
+
+def quantity(name: str, value: Any, unit: str) -> float:
+    """Return `value`, a number in `unit` or a text with a unit of its own, as a float in `unit`."""
+    if not isinstance(value, str):
+        return checks.number(name, value, unit)
+    split = _NUMBER.match(value)
+    if split is None:
+        raise ValueError(f'{name} must be a number ({unit or "1"}) or a text such as "3 {unit}"; got {value!r}')
+    number, written = split.groups()
+    if not written:
+        return checks.number(name, float(number), unit)
+    try:
+        given, wanted = parse(written), parse(unit or "1")
+    except ValueError as error:
+        raise ValueError(f"{name} must have a unit like {unit or '1'}; got {value!r}: {error}") from None
+    if given.exponents != wanted.exponents:
+        raise ValueError(f"{name} must have a unit like {unit or '1 (none)'}; got {value!r}")
+    return checks.number(name, float(Fraction(number) * given.factor / wanted.factor), unit)
+
+
+def parse(text: str) -> Unit:
+    """Read a unit: names, products (space, ``*``), quotients, powers, parentheses."""
+    tokens = _tokens(text)
+    unit = _product(tokens)
+    if tokens:
+        raise ValueError(f"{tokens[0]!r} is out of place")
+    return unit
+
+
+def _tokens(text: str) -> list[str]:
+    text = text.replace("²", "^2").replace("³", "^3")
+    tokens, end = [], 0
+    while end < len(text.rstrip()):
+        found = _TOKEN.match(text, end)
+        if found is None:
+            raise ValueError(f"{text[end:].strip()!r} is no unit")
+        tokens.append(found[1])
+        end = found.end()
+    return tokens
+
+
+def _product(tokens: list[str]) -> Unit:
+    unit = _power(tokens)
+    while tokens and tokens[0] != ")":
+        sign = -1 if tokens[0] == "/" else 1
+        if tokens[0] in "*/·":
+            tokens.pop(0)
+        unit = unit.times(_power(tokens), sign)
+    return unit
+
+
+def _power(tokens: list[str]) -> Unit:
+    unit = _atom(tokens)
+    if tokens[:1] == ["^"]:
+        tokens.pop(0)
+        return unit.power(_exponent(tokens))
+    return unit
+
+
+def _atom(tokens: list[str]) -> Unit:
+    token = tokens.pop(0) if tokens else ""
+    if token == "(":
+        unit = _product(tokens)
+        if not tokens or tokens.pop(0) != ")":
+            raise ValueError("a parenthesis is not closed")
+        return unit
+    if token not in _UNITS:
+        raise ValueError(f"{token!r} is no unit known here" if token else "a unit is missing at the end")
+    return _UNITS[token]
+
+
+def _exponent(tokens: list[str]) -> Fraction:
+    """A number, or a fraction in parentheses."""
+    taken = [tokens.pop(0)] if tokens else []
+    if taken == ["("]:
+        end = tokens.index(")") if ")" in tokens else len(tokens)
+        taken, tokens[: end + 1] = tokens[:end], []
+    try:
+        return Fraction("".join(taken))
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f"{''.join(taken)!r} is no exponent") from None

@@ -1,0 +1,170 @@
+"""``hwsim weldbead``: plan a job (or load its policy), grind beads on the simulated stand, report."""
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hwsim._fingerprint import fingerprint
+from hwsim._weldbead_report import report
+
+if TYPE_CHECKING:
+    from hwsim._log import Log
+    from hwsim.plants._weldbead import WeldBeadStand
+
+_HELP = "plan a weld-bead grinding job and run it, pass by pass, on a simulated stand"
+_MORE = """
+With --out the policy, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after
+the last finished bead, with the results that it would have had; a finished run is reported again.
+"""
+
+
+def add_to(areas: Any) -> None:
+    """Add the command to the parser's subparsers."""
+    parser = areas.add_parser("weldbead", help=_HELP, description=_HELP.capitalize() + ".", epilog=_MORE)
+    parser.add_argument("problem", nargs="?", type=Path, metavar="problem.toml", help="the job (mm, s, N, J, W)")
+    parser.add_argument("--preset", help="a ready problem instead of a file: P1 ... P5, C0")
+    parser.add_argument("--policy", type=Path, metavar="p.nc", help="follow this saved policy instead of planning")
+    parser.add_argument("--parts", type=int, default=20, metavar="N", help="number of beads (20)")
+    parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
+    parser.add_argument("--tolerance", type=float, default=1e-5, help="of the plan's expected penalty, $ (1e-5)")
+    parser.set_defaults(work=work)
+
+
+def work(arguments: argparse.Namespace) -> None:
+    """Do what the command line asks for."""
+    stand, given = _stand(arguments)
+    _check_numbers(arguments)
+    out: Path | None = arguments.out
+    if out is not None:
+        _check_folder(out, stand, given)
+    policy = given or _kept_policy(out) or _planned(stand, arguments.tolerance)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        if not (out / "policy.nc").exists():
+            policy.save(out / "policy.nc")
+    log = _run(stand, policy, arguments)
+    print(report(_title(arguments), log, policy, stand))
+    if out is not None:
+        _keep(out, log, policy)
+
+
+def _title(arguments: argparse.Namespace) -> str:
+    return str(arguments.problem or arguments.preset or arguments.policy)
+
+
+def _check_numbers(arguments: argparse.Namespace) -> None:
+    from sdpgrind.base import checks
+
+    checks.count("--parts", arguments.parts)
+    checks.count("--rng", arguments.rng, at_least=0)
+    checks.positive("--tolerance", arguments.tolerance, "$")
+
+
+def _stand(arguments: argparse.Namespace) -> tuple["WeldBeadStand", Any]:
+    """The stand, and the policy where one is given."""
+    if arguments.problem is not None and arguments.preset is not None:
+        raise ValueError("either problem.toml or --preset must be given, not both")
+    policy = _loaded(arguments.policy) if arguments.policy is not None else None
+    if arguments.problem is None and arguments.preset is None:
+        if policy is None:
+            raise ValueError("problem.toml, --preset or --policy must be given; try: hwsim weldbead --preset P1")
+        return _stand_of(policy.problem), policy
+    stand = _stand_of_file(arguments.problem) if arguments.preset is None else _stand_of_preset(arguments.preset)
+    if policy is not None and policy.problem != stand.problem:
+        changed = _differences(policy.problem, stand.problem)
+        raise ValueError(f"--policy {arguments.policy} is for another problem: {changed} differs")
+    return stand, policy
+
+
+def _stand_of(problem: Any) -> "WeldBeadStand":
+    from hwsim.plants._weldbead import WeldBeadStand
+
+    return WeldBeadStand(problem)
+
+
+def _stand_of_preset(name: str) -> "WeldBeadStand":
+    from sdpgrind import weldbead
+
+    return _stand_of(weldbead.preset(name))
+
+
+def _stand_of_file(path: Path) -> "WeldBeadStand":
+    from hwsim._weldbead_toml import read
+
+    return read(path)
+
+
+def _loaded(path: Path) -> Any:
+    import sdpgrind
+    from sdpgrind import weldbead
+
+    policy = sdpgrind.load(path)
+    if not isinstance(policy, weldbead.SequencePolicy):
+        raise ValueError(f"--policy must be a saved policy of a weld bead; {path} holds a {type(policy).__name__}")
+    return policy
+
+
+def _differences(one: Any, other: Any) -> str:
+    """Names of the fields in which two problems differ."""
+    names = [field.name for field in dataclasses.fields(one)]
+    return ", ".join(name for name in names if getattr(one, name) != getattr(other, name))
+
+
+def _check_folder(out: Path, stand: "WeldBeadStand", given: Any) -> None:
+    """Refuse a folder that holds something else before anything is computed."""
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"--out must be a folder; {out} is a file")
+    kept = _kept_policy(out)
+    if kept is None:
+        return
+    if kept.problem != stand.problem:
+        changed = _differences(kept.problem, stand.problem)
+        raise ValueError(f"--out {out} holds a run of another problem ({changed} differs): choose another folder")
+    if given is not None and fingerprint(given) != fingerprint(kept):
+        raise ValueError(f"--out {out} holds a run of another policy: choose another folder")
+
+
+def _kept_policy(out: Path | None) -> Any:
+    return _loaded(out / "policy.nc") if out is not None and (out / "policy.nc").exists() else None
+
+
+def _planned(stand: "WeldBeadStand", tolerance: float) -> Any:
+    from sdpgrind import weldbead
+    from sdpgrind.base.progress import TerminalLine
+
+    return weldbead.plan(stand.problem, tolerance=tolerance, progress=TerminalLine())
+
+
+def _run(stand: "WeldBeadStand", policy: Any, arguments: argparse.Namespace) -> "Log":
+    from hwsim._loop import run
+    from sdpgrind import weldbead
+    from sdpgrind.base.progress import TerminalLine
+
+    controller = weldbead.SequenceController(policy)
+    journal = None if arguments.out is None else arguments.out / "run.db"
+    return run(stand, controller, parts=arguments.parts, rng=arguments.rng, journal=journal, progress=TerminalLine())
+
+
+def _keep(out: Path, log: "Log", policy: Any) -> None:
+    log.save(out / "run.nc")
+    kept = ["policy.nc", "run.nc", "run.db", *_pictures(out, log, policy)]
+    print(f"\nkept in {out}: {', '.join(kept)}")
+
+
+def _pictures(out: Path, log: "Log", policy: Any) -> list[str]:
+    """Draw what can be drawn; without matplotlib the run is still kept."""
+    from sdpgrind.base.extras import need
+    from sdpgrind.base.records import whole_file
+
+    try:
+        pyplot = need("matplotlib.pyplot", "plot")
+    except ImportError as error:
+        return [f"no pictures ({error})"]
+    pyplot.switch_backend("agg")
+    for name, figure in (("policy.png", policy.plot()), ("run.png", log.plot())):
+        with whole_file(out / name) as temporary:
+            figure.savefig(temporary, format="png", dpi=150)
+        pyplot.close(figure)
+    return ["policy.png", "run.png"]

@@ -1,0 +1,66 @@
+"""What ``hwsim weldbead`` prints: the first beads, and the plan's promise beside what came of it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hwsim._log import Log
+    from hwsim.plants._weldbead import WeldBeadStand
+
+_SHOWN = 10  # beads printed one by one
+_COLUMNS = (("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("lateness", ".1f"), ("penalty", ".4f"))
+
+
+def report(title: str, log: "Log", policy: Any, stand: "WeldBeadStand") -> str:
+    """Return the whole report as text."""
+    return "\n".join([*_head(title, policy, stand), "", *_beads(log), "", *_summary(log)])
+
+
+def _head(title: str, policy: Any, stand: "WeldBeadStand") -> Iterator[str]:
+    yield f"{title}: beads of {stand.start_height:g} mm, {stand.start_time:g} s to the deadline"
+    problem = policy.problem
+    durations = f"{problem.durations[0]:g} ... {problem.durations[-1]:g} s"
+    yield f"policy: passes of {durations}, up to {problem.force_max:g} N; value known to {float(policy.error):.1g} $"
+
+
+def _beads(log: "Log") -> Iterator[str]:
+    outcome = log.outcome
+    yield "  ".join(["bead", *(f"{_heading(outcome, name):>12}" for name, _ in _COLUMNS)])
+    for k in range(min(len(log), _SHOWN)):
+        cells = (f"{_cell(outcome[name].values[k], form):>12}" for name, form in _COLUMNS)
+        yield "  ".join([f"{k:4d}", *cells])
+    if len(log) > _SHOWN:
+        yield f" ...  ({len(log) - _SHOWN} more)"
+
+
+def _cell(value: Any, form: str) -> str:
+    return format(int(value) if form == "d" else float(value), form)
+
+
+def _heading(outcome: Any, name: str) -> str:
+    unit = outcome[name].attrs["units"]
+    return name if unit == "1" else f"{name} {unit}"
+
+
+def _summary(log: "Log") -> Iterator[str]:
+    """Planned against realised, with the standard error of the mean."""
+    outcome = log.outcome
+    planned = float(outcome.penalty_planned.values.mean())
+    yield f"{'mean of ' + str(len(log)) + ' beads':<24}{'planned':>12}{'realised':>12}{'std. error':>12}"
+    yield _line("penalty ($)", outcome.penalty.values, ".4f", planned)
+    yield _line("passes", outcome.passes.values, ".2f")
+    yield _line("height left (mm)", outcome.height.values, ".4f")
+    yield _line("overground (%)", 100.0 * (outcome.overground.values > 0), ".1f")
+    yield _line("overground depth (mm)", outcome.overground.values, ".4f")
+    yield _line("late (%)", 100.0 * (outcome.lateness.values > 0), ".1f")
+    yield _line("time used (s)", outcome.time.values, ".1f")
+    if outcome.burned.values.any():
+        yield _line("burned passes", outcome.burned.values, ".2f")
+
+
+def _line(name: str, values: Any, form: str, planned: float | None = None) -> str:
+    error = format(values.std(ddof=1) / np.sqrt(values.size), form) if values.size > 1 else "-"
+    promise = "" if planned is None else format(planned, form)
+    return f"{name:<24}{promise:>12}{format(values.mean(), form):>12}{error:>12}"

@@ -1,0 +1,48 @@
+"""Command line ``hwsim``, one command an area: ``hwsim weldbead examples/weldbead.toml --parts 20 --out runs/bead``."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from hwsim import _weldbead_cli
+
+REFUSED, INTERRUPTED = 2, 130  # exit status
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status: 0; 2 for bad input, said in one line; 130 when interrupted.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments; those of the process by default.
+
+    Examples
+    --------
+    >>> from hwsim.cli import main
+    >>> main(["weldbead", "--preset", "P1", "--parts", "20"])  # doctest: +SKIP
+    0
+    """
+    arguments = _parser().parse_args(argv)
+    try:
+        arguments.work(arguments)
+    except (ValueError, OSError, ImportError) as error:
+        print(f"hwsim: {_one_line(error)}", file=sys.stderr)
+        return REFUSED
+    except KeyboardInterrupt:
+        print("hwsim: interrupted; the same command with the same --out goes on from here", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="hwsim", description="Run controllers on simulated machines.")
+    areas = parser.add_subparsers(title="areas", required=True, metavar="AREA")
+    _weldbead_cli.add_to(areas)
+    return parser
+
+
+def _one_line(error: Exception) -> str:
+    notes = ", ".join(getattr(error, "__notes__", []))
+    text = " ".join(str(error).split())
+    return f"{text} ({notes})" if notes else text

@@ -1,0 +1,122 @@
+"""The picture of a run on the weld-bead stand: every bead against time, what it cost, what the passes removed."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from hwsim._log import Log
+
+_GOOD, _BAD, _PLAN, _REAL = "tab:blue", "tab:red", "0.15", "tab:orange"
+_MOST_BEADS = 100  # more lines than these cannot be told apart
+
+
+def picture(log: "Log") -> "Figure":
+    """Draw a log of `WeldBeadStand`: height against time, penalties, cuts, and power against removal rate."""
+    pyplot = need("matplotlib.pyplot", "plot")
+    figure: Figure
+    figure, axes = pyplot.subplots(2, 2, figsize=(11, 7.5), layout="constrained")
+    table = log[log.tiers[0]]
+    _heights(axes[0, 0], log, table)
+    _penalties(axes[0, 1], log)
+    _cuts(axes[1, 0], table)
+    _powers(axes[1, 1], log, table)
+    for axis in axes.ravel():
+        axis.grid(alpha=0.25, lw=0.5)
+        axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(_title(log))
+    return figure
+
+
+def _title(log: "Log") -> str:
+    out = log.outcome
+    over = 100 * float((out.overground.values > 0).mean())
+    beads = f"{len(log)} beads" if len(log) > 1 else "1 bead"
+    return f"{beads}: {out.passes.values.mean():.1f} passes each, {over:.0f} % overground"
+
+
+def _heights(axis: Any, log: "Log", table: Any) -> None:
+    """Scanned height of each bead; a pass is a slope, its reset a level."""
+    reset = float(log.outcome.attrs["reset_time"])
+    over = log.outcome.overground.values > 0
+    shown = min(len(log), _MOST_BEADS)
+    for part in range(shown):
+        rows = np.flatnonzero(table.part.values == part)
+        time, height = table.time.values[rows], table.height.values[rows]
+        ends = np.maximum(time[1:] - reset, time[:-1])
+        x = np.concatenate([time[:1], np.stack([ends, time[1:]], axis=1).ravel()])
+        y = np.concatenate([height[:1], np.repeat(height[1:], 2)])
+        colour = _BAD if over[part] else _GOOD
+        axis.plot(x, y, "-", color=colour, lw=0.9, alpha=max(0.25, 1 - shown / 60))
+        axis.plot(time, height, "o", color=colour, ms=2.5, alpha=max(0.25, 1 - shown / 60))
+    _target_and_deadline(axis, log)
+    axis.set(xlabel="time (s)", ylabel="height of the bead (mm)")
+    some = f", the first {shown}" if shown < len(log) else ""
+    axis.set_title(f"Every pass{some}", loc="left")
+
+
+def _target_and_deadline(axis: Any, log: "Log") -> None:
+    deadline = float(log.outcome.attrs["start_time"])
+    axis.axhline(0, color=_PLAN, lw=1)
+    axis.axvline(deadline, color=_PLAN, lw=1, ls="--")
+    low, high = axis.get_ylim()
+    low = min(low, -0.08 * high)  # room for the words
+    axis.set_ylim(low, high)
+    axis.axhspan(low, 0, color=_BAD, alpha=0.06, lw=0)
+    small: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8}
+    axis.annotate("target", (0, 0), (2, 3), **small)
+    axis.annotate("overground", (0, 0), (2, -3), color=_BAD, va="top", **small)
+    axis.annotate("deadline", (deadline, high), (-3, -3), ha="right", va="top", rotation=90, **small)
+
+
+def _penalties(axis: Any, log: "Log") -> None:
+    """Realised penalties, their mean with its standard error, and what the policy had expected."""
+    values = log.outcome.penalty.values
+    axis.hist(values, bins=min(40, max(8, values.size // 5)), color=_GOOD, alpha=0.45)
+    mean = values.mean()
+    error = values.std(ddof=1) / np.sqrt(values.size) if values.size > 1 else 0.0
+    axis.axvspan(mean - error, mean + error, color=_REAL, alpha=0.3, lw=0)
+    axis.axvline(mean, color=_REAL, label=rf"realised {mean:.4f} $\pm$ {error:.4f} \$")
+    if "penalty_planned" in log.outcome:
+        planned = log.outcome.penalty_planned.values.mean()
+        axis.axvline(planned, color=_PLAN, ls="--", label=rf"planned {planned:.4f} \$")
+    axis.set(xlabel=r"penalty of a bead (\$)", ylabel="beads")
+    axis.set_title("What it cost", loc="left")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _cuts(axis: Any, table: Any) -> None:
+    """Depth of each pass against what the policy expected of it."""
+    same = table.part.values[1:] == table.part.values[:-1]
+    measured = table.cut_depth.values[1:][same]
+    if "mean_cut_planned" in table:
+        expected = table.mean_cut_planned.values[:-1][same]
+        axis.set(xlabel="mean cut expected of the pass (mm)", ylabel="cut by two scans (mm)")
+    else:
+        expected = np.arange(measured.size) + 1.0
+        axis.set(xlabel="pass", ylabel="cut by two scans (mm)")
+    axis.plot(expected, measured, ".", color=_GOOD, ms=3, alpha=0.5)
+    if "mean_cut_planned" in table and measured.size:
+        line = np.array([0, expected.max()])
+        axis.plot(line, line, color=_PLAN, lw=1, ls="--")
+    axis.set_title("What passes removed", loc="left")
+
+
+def _powers(axis: Any, log: "Log", table: Any) -> None:
+    """Measured power against removal rate: its slope is the specific energy, its intercept the idle power."""
+    rate, power = table.removal_rate.values, table.grinding_power.values
+    axis.plot(rate, power, ".", color=_GOOD, ms=3, alpha=0.5, label="passes")
+    if np.isfinite(rate).any():
+        energy = np.nanmedian(log.outcome.true_specific_energy.values)
+        idle = np.nanmedian(log.outcome.true_idle_power.values)
+        line = np.array([0, np.nanmax(rate)])
+        label = f"median truth: {energy:.1f} J/mm³, {idle:.0f} W"
+        axis.plot(line, idle + energy * line, color=_PLAN, lw=1, ls="--", label=label)
+    axis.set(xlabel="removal rate (mm³/s)", ylabel="grinding power (W)")
+    axis.set_ylim(bottom=0)
+    axis.set_title("What the sensors say", loc="left")
+    axis.legend(frameon=False, fontsize=8)
