@@ -1,44 +1,158 @@
-"""Moves grouped by how they are evaluated: all shifts together, everything else one by one."""
+"""Moves grouped by how they are evaluated, cut into blocks by the grid, here or on an executor.
 
+Shifts go together, everything else one by one. The cut depends on the grid alone, never on the number of workers, and a
+block's result on nothing but the block: so results are bit-equal on any executor. A worker prepares a block when it first
+gets it and keeps it; from then on only slices of the value-to-go travel.
+"""
+
+import hashlib
+import pickle
 from collections.abc import Iterator
 from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import execute
+from sdpgrind.sdp._found import Found
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._pointwise import PointBundle
 from sdpgrind.sdp._problem import Problem, Stages
 from sdpgrind.sdp._shift import Shift
-from sdpgrind.sdp._toeplitz import Found, ShiftBundle
+from sdpgrind.sdp._toeplitz import ShiftBundle
+
+LINES, NODES = 4, 2048
+"""Lines along the falling axis, and nodes, in one block."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What a worker needs to prepare and evaluate one block of one bundle."""
+
+    moves: tuple[int, ...]
+    per_mode: bool
+    block: tuple[int, int]
+
+    def prepare(self, problem: Problem, grid: Grid, stage: float | None = None, keep: bool = True) -> Any:
+        """Return the bundle of this block."""
+        menus, block = [Menu(problem, grid, k) for k in self.moves], slice(*self.block)
+        if isinstance(menus[0].move.to, Shift):
+            return ShiftBundle(menus, self.per_mode, block, stage)
+        return PointBundle(menus[0], self.per_mode, block, stage, keep)
 
 
 class Bundles:
     """All moves of a problem on a grid, ready to be evaluated into a value-to-go."""
 
-    def __init__(self, problem: Problem, grid: Grid, executor: Executor | None = None) -> None:
-        self.problem, self.grid = problem, grid
-        self.menus = [Menu(problem, grid, k) for k in range(len(problem.moves))]
-        self.shared = np.array([not self._per_mode(menu) for menu in self.menus])
-        self._ready: list[tuple[list[int], ShiftBundle]] = []
-        self._timed: list[int] = [k for k, move in enumerate(problem.moves) if move.timed]
-        for per_mode in (False, True):
-            shifts = [k for k, m in enumerate(self.menus) if isinstance(m.move.to, Shift) and not m.move.timed and self.shared[k] != per_mode]
-            if shifts:
-                self._ready.append((shifts, ShiftBundle([self.menus[k] for k in shifts], per_mode)))
-
-    @property
-    def search_error(self) -> float:
-        """Largest amount ($) by which a parabola lowered a level."""
-        return max((bundle.search_error for _, bundle in self._ready), default=0.0)
+    def __init__(self, problem: Problem, grid: Grid, executor: Executor | None = None, keep: bool = True) -> None:
+        self.problem, self.grid, self.keep = problem, grid, keep
+        self.shared = np.array([not _per_mode(Menu(problem, grid, k)) for k in range(len(problem.moves))])
+        self.gain = 0.0
+        still = [k for k, move in enumerate(problem.moves) if not move.timed]
+        self._timed = [k for k, move in enumerate(problem.moves) if move.timed]
+        self._groups = [(moves, self._cut(moves)) for moves in self._together(still)]
+        several = sum(len(pieces) for _, pieces in self._groups) > 1 and len(problem.axes) > 1
+        self._remote = _Remote(problem, grid, executor) if executor is not None and several else None
+        self._here = {} if self._remote else {piece: piece.prepare(problem, grid, None, keep) for _, pieces in self._groups for piece in pieces}
 
     def best(self, value: Floats, level: Floats, stage: int | None, last: int | None) -> Iterator[tuple[list[int], Found]]:
-        """Yield the moves of each bundle with what is best into value[mode, node] at `stage`."""
-        for moves, bundle in self._ready:
-            yield moves, bundle.best(value, level)
+        """Yield the moves of each bundle with what is best into value[mode, node], which is that of `stage`.
 
-    def _per_mode(self, menu: Menu) -> bool:
-        """Whether the move must be evaluated for each mode: where it keeps the mode or a callback reads it."""
-        if len(self.problem.modes) == 1:
-            return False
-        return menu.move.into is None
+        Moves that would begin beyond the stage `last` are left out where that saves work; `stage` None: the late side.
+        """
+        for moves, pieces in self._groups:
+            yield moves, self._join(moves, pieces, self._evaluate(pieces, value, level))
+        for move in self._timed:
+            departure = stage + self.problem.moves[move].duration if stage is not None else None
+            if departure is None or last is None or departure > last:
+                continue
+            pieces = self._cut([move])
+            ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
+            yield [move], self._join([move], pieces, [(b.best(value, level), float(b.gain[0])) for b in ready])
+
+    def _evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
+        if self._remote is not None:
+            return self._remote.evaluate(pieces, value, level)
+        return [(self._here[piece].best(value, level), float(self._here[piece].gain[0])) for piece in pieces]
+
+    def _join(self, moves: list[int], pieces: list[Piece], results: list[tuple[Found, float]]) -> Found:
+        """Put blocks together: [move, mode or 0, node]."""
+        self.gain = max(self.gain, *(gain for _, gain in results))
+        shift = self.problem.moves[moves[0]].to
+        if len(pieces) == 1 and not isinstance(shift, Shift):
+            return results[0][0]
+        parts = [np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")]
+        if not isinstance(shift, Shift):
+            return Found(*parts)
+        axis = shift.position(self.grid)
+        rest = [n for k, n in enumerate(self.grid.shape) if k != axis]
+        lines = [np.moveaxis(p.reshape(*p.shape[:2], *rest, p.shape[-1]), -1, axis + 2) for p in parts]
+        return Found(*(p.reshape(*p.shape[:2], self.grid.size) for p in lines))
+
+    def _together(self, moves: list[int]) -> list[list[int]]:
+        """Shifts that share the falling axis and the treatment of modes go together; the order of the moves is kept."""
+        groups: dict[Any, list[int]] = {}
+        for k in moves:
+            to = self.problem.moves[k].to
+            key = (to.axis, bool(self.shared[k])) if isinstance(to, Shift) else k
+            groups.setdefault(key, []).append(k)
+        return list(groups.values())
+
+    def _cut(self, moves: list[int]) -> list[Piece]:
+        to = self.problem.moves[moves[0]].to
+        total, size = self.grid.size, NODES
+        if isinstance(to, Shift):
+            total, size = self.grid.size // self.grid.shape[to.position(self.grid)], LINES
+        return [Piece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total))) for a in range(0, total, size)]
+
+
+def _per_mode(menu: Menu) -> bool:
+    """Whether a move is evaluated for each mode: where it keeps the mode, or where a callback reads it."""
+    return len(menu.problem.modes) > 1 and (menu.move.into is None or _reads_mode(menu))
+
+
+def _reads_mode(menu: Menu) -> bool:
+    """Evaluate the move at one node without the mode: a callback that asks for it is found out."""
+    stages = menu.problem.stages
+    stage = np.array([stages.step]) if isinstance(stages, Stages) else None
+    first = tuple(x[:1] for x in menu.grid.points)
+    try:
+        menu.move.to.rows(menu, first, None, stage, np.zeros(1, dtype=np.int64), menu.levels[:1])
+    except AttributeError as error:
+        if error.name == "mode":
+            return True
+        raise
+    return False
+
+
+class _Remote:
+    """Bundles that live in workers."""
+
+    def __init__(self, problem: Problem, grid: Grid, executor: Executor) -> None:
+        self.executor = executor
+        self.recipe = pickle.dumps((problem, grid))
+        self.token = hashlib.sha256(self.recipe).hexdigest()
+
+    def evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
+        """Evaluate every piece; the recipe travels along, and is unpacked once in each worker."""
+        return execute(partial(_work, self.token, self.recipe, value, level), pieces, self.executor)
+
+
+@lru_cache(maxsize=4)
+def _unpacked(token: str, recipe: bytes) -> tuple[Problem, Grid]:
+    problem, grid = pickle.loads(recipe)
+    return problem, grid
+
+
+@lru_cache(maxsize=256)
+def _prepared(token: str, recipe: bytes, piece: Piece) -> Any:
+    return piece.prepare(*_unpacked(token, recipe))
+
+
+def _work(token: str, recipe: bytes, value: Floats, level: Floats, piece: Piece) -> tuple[Found, float]:
+    bundle = _prepared(token, recipe, piece)
+    return bundle.best(value, level), float(bundle.gain[0])

@@ -208,3 +208,25 @@ def choose(stop_q, move_q, shared, move_u, move_a, value, best, control, entry, 
                 entry[mode, node] = move_a[chosen, from_mode, node]
             else:
                 control[mode, node], entry[mode, node] = np.nan, 0
+
+
+@njit(**_OPTIONS)
+def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
+    """Best row at every node where all rows q[row, node] are known: the level, or the parabola through its neighbours."""
+    count = levels.size
+    for node in range(q.shape[1]):
+        best, u_best, a_best, minimum = np.inf, levels[0], 0, np.inf
+        for a in range(q.shape[0] // count):
+            for regime in range(regimes.size - 1):
+                begin, end = a * count + regimes[regime], a * count + regimes[regime + 1]
+                for k in range(begin, end + 1):
+                    value, u, gain = q[k, node], levels[k - a * count], 0.0
+                    if refine and begin < k < end and value < q[k - 1, node] and value <= q[k + 1, node] and q[k - 1, node] < np.inf and q[k + 1, node] < np.inf:
+                        f = k - a * count
+                        u, lower = _parabola(levels, f - 1, f, f + 1, q[k - 1, node], value, q[k + 1, node])
+                        gain, value = value - lower, lower
+                    if value < best - _tie(best) or (best == np.inf and value < np.inf):
+                        best, u_best, a_best = value, u, a
+                        state[0] = max(state[0], gain)
+                    minimum = min(minimum, value)
+        out_q[node], out_u[node], out_a[node] = minimum, u_best, a_best

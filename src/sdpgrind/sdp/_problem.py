@@ -14,12 +14,14 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.records import stored
 from sdpgrind.sdp._charges import Charge, OneSided
 
 Edge: TypeAlias = Literal["refuse", "hold", "stop"] | float
 Callback: TypeAlias = Callable[..., Any]
 
 
+@stored("sdp.axis")
 @dataclass(frozen=True)
 class Axis:
     """One continuous state coordinate on a uniform grid.

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.sdp._edges import Exit
+from sdpgrind.sdp._edges import Exit, beyond
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._law import Law
 
@@ -19,36 +20,35 @@ class Tail:
     law: Law
     x: Floats
 
-    def excess(self, level: Floats) -> Floats:
-        """E (charge - level)+ over what left, for P points, `level` ($) being one number for each (it may be negative)."""
-        y = self.x - self.end.place
-        gone = self.end.probability(self.law, self.x)
-        total = self.end.charge(self.law, self.x, gone) - np.minimum(level, 0.0) * gone
-        for k in np.flatnonzero(level > 0):
-            total[k] = self._excess_above(k, y, float(level[k]))
-        return np.asarray(total)
+    def excess(self, level: float) -> Floats:
+        """Return E (charge - level)+ over what left, for each of the points; the level ($) may be negative."""
+        y = np.subtract(self.x, self.end.place)
+        if level <= 0:
+            gone = self.end.probability(self.law, self.x)
+            return np.asarray(self.end.charge(self.law, self.x, gone) - level * gone)
+        start = self._distance(level)
+        if not np.isfinite(start):
+            return np.zeros(self.x.shape)
+        place = y + self.end.sign * start
+        moment = "expected_over" if self.end.sign > 0 else "expected_under"
+        pieces = [piece for part in self.end.parts for piece in beyond(part, start)]
+        passed = self.law.over(place, 0) if self.end.sign > 0 else self.law.under(place, 0)
+        return np.asarray(sum(getattr(piece, moment)(self.law, place) for piece in pieces) - level * passed)
 
-    def _excess_above(self, k: int, y: Floats, level: float) -> float:
-        """Charges are convex sums here, so search the distance at which they pass the level, then add the moments beyond."""
-        from scipy.optimize import brentq
+    def _distance(self, level: float) -> float:
+        """Distance beyond the end at which the charge reaches `level`; infinite where it never does."""
 
         def over(z: float) -> float:
             return float(sum(part(z) for part in self.end.parts)) - level
 
-        reach = 1.0
-        while over(reach) < 0 and reach < 1e12:
-            reach *= 2
-        if reach >= 1e12:
+        if over(1e-300) >= 0:
             return 0.0
-        start = 0.0 if over(1e-300) >= 0 else brentq(over, 0.0, reach, xtol=1e-15)
-        from sdpgrind.sdp._edges import beyond
-
-        place = y[k] + self.end.sign * start
-        pieces = [piece for part in self.end.parts for piece in beyond(part, start)]
-        moment = "expected_over" if self.end.sign > 0 else "expected_under"
-        beyond_level = sum(getattr(piece, moment)(self.law, place) for piece in pieces)
-        probability = self.law.over(place, 0) if self.end.sign > 0 else self.law.under(place, 0)
-        return float(np.broadcast_to(beyond_level - level * probability, self.x.shape)[k])
+        reach = 1.0
+        while over(reach) < 0:
+            reach *= 2
+            if reach > 1e9:
+                return float("inf")
+        return float(brentq(over, 0.0, reach, xtol=1e-15))
 
 
 @dataclass(frozen=True)

@@ -78,14 +78,14 @@ class Shift:
         node, part = corners([menu.grid.shape[k] for k in rest], index)
         return np.broadcast_to(node, (len(node), *shape)) if not rest else node, np.broadcast_to(part, (len(part), *shape)) if not rest else part
 
-    def sample(self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats, rng: np.random.Generator) -> tuple[Floats, ...]:
-        """Draw the next coordinates from P points with one control each."""
+    def sample(self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats, rng: np.random.Generator) -> tuple[tuple[Floats, ...], Any]:
+        """Draw the next coordinates from P points with one control each (and no further charge)."""
         ax = self.position(menu.grid)
         s, c = menu.state(points, mode, stage, without=self.axis), menu.controls(choice, level)
         fallen = points[ax] - self.law(s, c).sample(rng, points[ax].shape)
         after = list(self.others(s, c)) if self.others else [p for k, p in enumerate(points) if k != ax]
         after.insert(ax, fallen)
-        return tuple(np.broadcast_to(p, points[ax].shape) for p in after)
+        return tuple(np.broadcast_to(p, points[ax].shape) for p in after), 0.0
 
 
 def arrived(menu: Menu, axis: int, value: Any) -> Any:

@@ -19,7 +19,7 @@ from sdpgrind.base.progress import Progress
 from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._charges import Linear
-from sdpgrind.sdp._grid import Grid, Ints
+from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._problem import Problem, Stages
 from sdpgrind.sdp._stops import StopCharges
 
@@ -182,7 +182,4 @@ class _Sweep:
 
     def table(self) -> Table:
         """The finished table."""
-        return Table(self.first, self.value, self.best, self.u, self.a, self.gap, self.bundles.search_error, self.base)
-
-
-__all__ = ["Ints", "Table", "late_stages", "solve_stages"]
+        return Table(self.first, self.value, self.best, self.u, self.a, self.gap, self.bundles.gain, self.base)

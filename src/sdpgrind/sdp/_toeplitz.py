@@ -5,31 +5,21 @@ a matrix product with the Toeplitz matrix of the value-to-go; the search between
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._edges import Exit
-from sdpgrind.sdp._grid import Grid, Ints, record
+from sdpgrind.sdp._found import Found
+from sdpgrind.sdp._grid import Grid, Ints
 from sdpgrind.sdp._law import Law
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._shift import Shift, refuse_leak
 
 BLOCKS = 4
 """Column blocks of the matrix product: the lower triangle is not multiplied. Fixed, so that results never depend on it."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """Best of each move: least expectation, control and entry of the lists, each [move, mode or 0, node]."""
-
-    q: Floats
-    control: Floats
-    entry: npt.NDArray[np.int32]
 
 
 class ShiftBundle:
@@ -41,24 +31,24 @@ class ShiftBundle:
         Their moves share the falling axis.
     per_mode : bool
         Whether tables depend on the mode one starts from (a callback reads it, or the mode stays).
+    block : slice
+        The lines along the falling axis (nodes of the other axes, flattened) that one starts from.
+    stage : float, optional
+        The stage coordinate of departure, for timed moves.
     """
 
-    def __init__(self, menus: Sequence[Menu], per_mode: bool) -> None:
-        self.menus, self.per_mode = tuple(menus), per_mode
+    def __init__(self, menus: Sequence[Menu], per_mode: bool, block: slice, stage: float | None = None) -> None:
+        self.menus, self.per_mode, self.block, self.stage = tuple(menus), per_mode, block, stage
         self.grid: Grid = menus[0].grid
         self.axis = _shift(menus[0]).position(self.grid)
         self.modes = len(menus[0].problem.modes)
         self.others = self.grid.size // self.grid.shape[self.axis]
         self.nodes = self.grid.shape[self.axis]
-        self.groups = self.others * (self.modes if per_mode else 1)
+        self.sources = self.modes if per_mode else 1
+        self.groups = (block.stop - block.start) * self.sources
         self.gain = np.zeros(1)
         self._layout()
         self._tables()
-
-    @property
-    def search_error(self) -> float:
-        """Largest amount ($) by which a parabola lowered a level so far; the error left is a fraction of it."""
-        return float(self.gain[0])
 
     def _layout(self) -> None:
         def offsets(sizes: list[int]) -> Ints:
@@ -77,14 +67,15 @@ class ShiftBundle:
 
     def _tables(self) -> None:
         groups, rows, n = self.groups, int(self.row_at[-1]), self.nodes
-        laws = [_laws(menu, self.axis, self.per_mode) for menu in self.menus]
+        laws = [self._laws(menu) for menu in self.menus]
         rising = any(float(np.min(law.support[0], initial=0.0)) < 0 for law, *_ in laws)
         self.first_lag = 1 - n if rising else 0
         self.weight = np.zeros((groups, rows, n - self.first_lag))
         ends = [Exit.low(self.menus[0].problem, self.grid.axes[self.axis]), Exit.high(self.menus[0].problem, self.grid.axes[self.axis])]
         used = ends if rising else ends[:1]
         self.gone = np.zeros((groups, rows, n if any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used) else 0))
-        self.stopped = np.zeros((groups, rows, n if any(end.edge == "stop" for end in used) else 0))
+        self.stopped = np.zeros((groups, rows, 0))
+        self._ends, self._stops = used, any(end.edge == "stop" for end in used)
         self.above = np.zeros((groups, rows, n if rising else 0))
         self.charge = np.zeros((groups, rows, n))
         self.target = np.zeros((groups, rows, 2 ** (len(self.grid.axes) - 1)), dtype=np.int64)
@@ -97,7 +88,7 @@ class ShiftBundle:
         low = np.argmax(used, axis=2)
         high = used.shape[2] - 1 - np.argmax(used[:, :, ::-1], axis=2)
         self.reach = np.stack([low, np.where(used.any(axis=2), high, -1)], axis=2) + self.first_lag
-        self.tables = (self.weight, self.first_lag, self.reach, self.gone, self.stopped, self.above, self.charge, self.target, self.part)
+        self.tables: tuple[Any, ...] = (self.weight, self.first_lag, self.reach, self.gone, self.stopped, self.above, self.charge, self.target, self.part)
         self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
         self._scan_weight = np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
         self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
@@ -114,27 +105,27 @@ class ShiftBundle:
             probability = end.probability(law, x)
             if end.edge == "refuse":
                 refuse_leak(menu, end, np.where(allowed, np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2), 0.0))
-            if end.edge != "hold":
-                _add(self.stopped if end.edge == "stop" else self.gone, here, probability)
+            if end.edge not in ("hold", "stop"):
+                _add(self.gone, here, probability)
             _add(self.charge, here, end.charge(law, x, probability))
             if end.sign < 0:
                 _add(self.above, here, end.full_hat(law, x, h, probability) - (probability if end.edge == "hold" else 0.0))
 
     def _penalties(self, menu: Menu, here: slice) -> Any:
         """Put the in-path charges into the table; tell where the move is allowed."""
-        points, mode = _group_points(menu, self.axis, self.per_mode)
+        points, mode = self._starts()
         c = _row_controls(menu, extra=2)
         x = self.grid.coordinates[self.axis]
         places = [np.asarray(p)[:, None, None] for p in points]
         places.insert(self.axis, x[None, None, :])
-        s = menu.state(places, None if mode is None else mode[:, None, None])
+        s = menu.state(places, None if mode is None else mode[:, None, None], self.stage)
         penalty = menu.penalty(s, c)
         self.charge[:, here] += penalty
         return np.isfinite(penalty)
 
     def _aim(self, menu: Menu, here: slice, s: Any, c: Any) -> None:
         """Put where each row arrives: mode on arrival and the corners of the other axes."""
-        points, mode = _group_points(menu, self.axis, self.per_mode)
+        points, mode = self._starts()
         others = _shift(menu).others
         after = others(s, c) if others else [p[:, None] for p in points]
         node, part = Shift._targets(menu, self.axis, after, (self.groups, menu.rows))
@@ -153,9 +144,39 @@ class ShiftBundle:
             _product(self._scan_weight[rows], flipped[target], self.first_lag, self._products[rows])
         shape = (len(self.menus), self.groups, self.nodes)
         q, control, entry = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
-        targets = np.repeat(level, self.others)
+        targets = np.repeat(level, self.others) if self.others > 1 else level
+        if self._stops and not self.stopped.size and np.any(targets != v[:, 0]):
+            self._tabulate_stopped()
         _kernels.push(self.plan, self.tables, v, flipped, targets, self._products, self.dense, self._coarse, q, control, entry, self.gain)
         return Found(*(self._by_node(found) for found in (q, control, entry)))
+
+    def _starts(self) -> tuple[list[Floats], Ints | None]:
+        """Coordinates on the other axes of every group, and its mode (None where there is but one or none matters)."""
+        rest = [x for k, x in enumerate(self.grid.coordinates) if k != self.axis]
+        points = [np.ravel(m)[self.block] for m in np.meshgrid(*rest, indexing="ij")]
+        lines = self.block.stop - self.block.start
+        mode = np.repeat(np.arange(self.modes), lines) if self.per_mode and self.modes > 1 else None
+        return [np.tile(p, self.sources) for p in points], mode
+
+    def _laws(self, menu: Menu) -> tuple[Law, Any, Any]:
+        """The laws of all (groups, rows), with the ``s`` and ``c`` they were made from."""
+        points, mode = self._starts()
+        places = [p[:, None] for p in points]
+        places.insert(self.axis, np.empty(0))
+        s = menu.state(places, None if mode is None else mode[:, None], self.stage, without=_shift(menu).axis)
+        c = _row_controls(menu)
+        return _shift(menu).law(s, c), s, c
+
+    def _tabulate_stopped(self) -> None:
+        """Probabilities of ending beyond an edge: wanted only where that is charged otherwise than ending at the first node."""
+        self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
+        x = (self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes))[:, None, None]
+        for menu, at in zip(self.menus, self.row_at, strict=False):
+            law = self._laws(menu)[0]
+            for end in self._ends:
+                if end.edge == "stop":
+                    _add(self.stopped, slice(int(at), int(at) + menu.rows), end.probability(law, x))
+        self.tables = (*self.tables[:4], self.stopped, *self.tables[5:])
 
     def _by_line(self, value: Floats) -> Floats:
         """[mode, node] to [(mode, other node), node of the falling axis]."""
@@ -165,12 +186,8 @@ class ShiftBundle:
         return np.ascontiguousarray(lines).reshape(-1, self.nodes)
 
     def _by_node(self, found: Any) -> Any:
-        """[move, group, node of the falling axis] to [move, mode or 0, node]."""
-        if self.others == 1:
-            return found
-        rest = [k for i, k in enumerate(self.grid.shape) if i != self.axis]
-        lines = found.reshape(len(self.menus), -1, *rest, self.nodes)
-        return np.ascontiguousarray(np.moveaxis(lines, -1, self.axis + 2)).reshape(len(self.menus), -1, self.grid.size)
+        """[move, group, node of the falling axis] to [move, mode or 0, line, node of the falling axis]."""
+        return found.reshape(len(self.menus), self.sources, -1, self.nodes)
 
 
 def _shift(menu: Menu) -> Shift:
@@ -187,26 +204,6 @@ def _row_controls(menu: Menu, extra: int = 1) -> Any:
     """``c`` with shape (1, rows) or (1, rows, 1): groups first, nodes of the falling axis last."""
     c = menu.row_controls()
     return type(c)(*(np.asarray(f)[(None, slice(None), *([None] * (extra - 1)))] for f in c))
-
-
-def _group_points(menu: Menu, axis: int, per_mode: bool) -> tuple[list[Floats], Ints | None]:
-    """Coordinates on the other axes of every group, and its mode (None where tables do not depend on it)."""
-    modes = len(menu.problem.modes) if per_mode else 1
-    rest = [x for k, x in enumerate(menu.grid.coordinates) if k != axis]
-    points = [np.ravel(m) for m in np.meshgrid(*rest, indexing="ij")] if rest else []
-    lines = points[0].size if points else 1
-    mode = np.repeat(np.arange(modes), lines) if per_mode and len(menu.problem.modes) > 1 else None
-    return [np.tile(p, modes) for p in points], mode
-
-
-def _laws(menu: Menu, axis: int, per_mode: bool) -> tuple[Law, Any, Any]:
-    """The laws of all (groups, rows), with the ``s`` and ``c`` they were made from."""
-    points, mode = _group_points(menu, axis, per_mode)
-    places = [p[:, None] for p in points]
-    names = [a.name for k, a in enumerate(menu.grid.axes) if k != axis]
-    fields = dict(zip(names, places, strict=True)) | ({} if mode is None else {"mode": mode[:, None]})
-    s, c = record("S", tuple(fields))(**fields), _row_controls(menu)
-    return _shift(menu).law(s, c), s, c
 
 
 def _put(table: Floats, here: slice, found: Any) -> None:

@@ -1,0 +1,142 @@
+"""Problems without a deadline: value iteration to get near, then exact evaluation of the policy found, until nothing changes."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.progress import Progress
+from sdpgrind.sdp import _kernels
+from sdpgrind.sdp._bundles import Bundles
+from sdpgrind.sdp._charges import Charge
+from sdpgrind.sdp._grid import Grid
+from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._problem import Problem
+from sdpgrind.sdp._rows import Rows
+from sdpgrind.sdp._sampled import Sampled
+from sdpgrind.sdp._stages import Table
+from sdpgrind.sdp._stops import StopCharges
+
+SETTLED = 1e-11
+"""Relative Bellman residual at which the value counts as solved."""
+DIRECT = 6000
+"""States up to which a policy is evaluated by a direct solve."""
+
+
+def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> Table:
+    """Solve ``J = min(stop, min charge + E J)`` on the grid."""
+    refuse_endless(problem, grid)
+    stops = StopCharges(problem, grid)
+    value = np.zeros((len(problem.modes), grid.size))
+    table = _improve(problem, grid, bundles, stops, value)
+    for sweep in range(10_000):
+        change = float(np.max(np.abs(table.value[0] - value)))
+        scale = max(1.0, float(np.max(np.abs(table.value[0]))))
+        progress(min(0.99, sweep / 200), f"{grid.size} nodes, sweep {sweep}, change {change:.1e}")
+        if change <= SETTLED * scale:
+            return table
+        value = table.value[0]
+        if change <= 1e-2 * scale or sweep % 20 == 19:
+            value = _evaluated(problem, grid, stops, table, value)
+        table = _improve(problem, grid, bundles, stops, value)
+    raise ValueError(f"the value-to-go does not settle; the last sweep still changed it by {change:.3g} $")
+
+
+def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, value: Floats) -> Table:
+    """One Bellman sweep."""
+    shape = (len(problem.moves), *value.shape)
+    q, u, a = np.full(shape, np.inf), np.zeros(shape), np.zeros(shape, dtype=np.int32)
+    for moves, found in bundles.best(value, stops.level(0, 0.0), None, None):
+        for k, move in enumerate(moves):
+            used = slice(0, 1) if bundles.shared[move] else slice(None)
+            q[move, used], u[move, used], a[move, used] = found.q[k], found.control[k], found.entry[k]
+    new, gap, control = np.empty(value.shape), np.empty(value.shape), np.empty(value.shape)
+    best, entry = np.empty(value.shape, dtype=np.int16), np.empty(value.shape, dtype=np.int32)
+    stop_q = stops.at(0, 0.0) if problem.stops else np.full((0, *value.shape), np.inf)
+    _kernels.choose(stop_q, q, bundles.shared, u, a, new, best, control, entry, gap)
+    return Table(0, new[None], best[None], control[None], entry[None], gap[None], bundles.gain)
+
+
+def policy_rows(problem: Problem, grid: Grid, best: Any, control: Floats, entry: Any) -> list[tuple[Any, Any, Rows]]:
+    """Return, for each move that a policy [mode, node] uses: the modes and nodes where it does, and its exact rows there."""
+    out = []
+    for k in range(len(problem.moves)):
+        mode, node = np.nonzero(best == k)
+        if node.size:
+            menu = Menu(problem, grid, k)
+            start = tuple(x[node] for x in grid.points)
+            told = mode if len(problem.modes) > 1 else None
+            rows = menu.move.to.rows(menu, start, told, None, entry[mode, node].astype(np.int64), control[mode, node])
+            out.append((mode, node, rows))
+    return out
+
+
+def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: Table, value: Floats) -> Floats:
+    """The cost of following the table's policy for ever; `value` where that policy never ends."""
+    size = value.size
+    rest = np.zeros(size)
+    best = table.best[0]
+    stop_q = stops.at(0, 0.0) if problem.stops else None
+    if stop_q is not None:
+        for k in range(stop_q.shape[0]):
+            rest.reshape(value.shape)[best == -1 - k] = stop_q[k][best == -1 - k]
+    blocks = []
+    for mode, node, rows in policy_rows(problem, grid, best, table.control[0], table.entry[0]):
+        matrix = sparse.coo_array(rows.matrix)
+        start, end = mode * grid.size + node, rows.mode * grid.size
+        blocks.append((matrix.data, start[matrix.row], end[matrix.row] + matrix.col))
+        rest[start] = rows.charge + rows.stopped * stops.level(0, 0.0)[rows.mode]
+    data, row, col = (np.concatenate(part) for part in zip(*blocks, strict=True))
+    step = sparse.csr_array((data, (row, col)), shape=(size, size))
+    found = _solve(step, rest, value.ravel())
+    good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(1.0, np.max(np.abs(found)))
+    return found.reshape(value.shape) if good else value
+
+
+def _solve(step: Any, rest: Floats, start: Floats) -> Floats:
+    if start.size <= DIRECT:
+        try:
+            solved: Floats = splu(sparse.csc_array(sparse.eye_array(start.size) - step)).solve(rest)
+            return solved
+        except RuntimeError:  # singular: the policy never ends
+            return np.full(start.size, np.nan)
+    value = start
+    for _ in range(5000):
+        new = step @ value + rest
+        if np.max(np.abs(new - value)) <= 1e-12 * max(1.0, float(np.max(np.abs(new)))):
+            break
+        value = new
+    return new
+
+
+def refuse_endless(problem: Problem, grid: Grid) -> None:
+    """Raise where no policy can end: one backward sweep after the other over what can reach a stop or a stopping edge."""
+    bare = dataclasses.replace(
+        problem,
+        axes=[dataclasses.replace(a, below=_free(a.below), above=_free(a.above)) for a in problem.axes],
+        moves=[dataclasses.replace(m, charge=0.0, to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to) for m in problem.moves],
+        stops=[dataclasses.replace(s, charge=Charge() if isinstance(s.charge, Charge) else _nothing, extra=None) for s in problem.stops],
+    )
+    bundles, stops = Bundles(bare, grid), StopCharges(bare, grid)
+    away = np.ones((len(problem.modes), grid.size))
+    while True:
+        table = _improve(bare, grid, bundles, stops, away)
+        now = np.where(np.minimum(table.value[0], away) < 1 - 1e-12, 0.0, 1.0)
+        if np.array_equal(now, away):
+            break
+        away = now
+    if np.any(away):
+        mode, node = np.argwhere(away)[0]
+        where = ", ".join(f"{a.name} = {x[node]:g} {a.unit}".strip() for a, x in zip(grid.axes, grid.points, strict=True))
+        raise ValueError(f"the process never ends from {where or 'its start'}" + (f", mode {problem.modes[mode]!r}" if len(problem.modes) > 1 else "") + ": no policy reaches a stop from there")
+
+
+def _free(edge: Any) -> Any:
+    return edge if isinstance(edge, str) else 0.0
+
+
+def _nothing(s: Any) -> float:
+    return 0.0

@@ -1,0 +1,177 @@
+"""The exact distribution of a policy's final penalty, by the forward recursion that is adjoint to the backward one."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._rows import Tail
+from sdpgrind.sdp._stops import charge_of, stop_state
+
+if TYPE_CHECKING:
+    from sdpgrind.sdp._policy import Policy
+
+NEGLIGIBLE = 1e-15
+"""Probability that is not followed any further."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """Mass that left the grid into a stop: where from, with which probabilities, and what it is charged besides."""
+
+    tail: Tail
+    probability: Floats
+    extra: float
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Distribution of the final penalty: atoms at nodes where the policy stops, and exact tails beyond stopping edges.
+
+    In-path charges are not part of the final penalty; their expectation is `on_the_way`. Exact for the process whose
+    outcomes are put on neighbour nodes at random, which is the one that the table solves.
+
+    Attributes
+    ----------
+    charge, probability : array
+        Penalties ($) and probabilities of the atoms.
+    final : array (axes, atoms)
+        Coordinates at which the atoms end.
+    on_the_way : float
+        Expected in-path charge, $.
+    moves : float
+        Expected number of moves.
+    """
+
+    charge: Floats
+    probability: Floats
+    final: Floats
+    tails: tuple[Left, ...]
+    on_the_way: float
+    moves: float
+
+    @property
+    def total(self) -> float:
+        """Total probability (1, up to rounding)."""
+        return float(self.probability.sum() + self._gone(1) + self._gone(-1))
+
+    @property
+    def mean(self) -> float:
+        """Expected penalty, in-path charges included, $."""
+        return self.excess(0.0) + self.on_the_way
+
+    @property
+    def probability_below(self) -> float:
+        """Probability of ending beyond the low end of an axis (a weld bead: of overgrinding)."""
+        return self._gone(1)
+
+    @property
+    def probability_above(self) -> float:
+        """Probability of ending beyond the high end of an axis."""
+        return self._gone(-1)
+
+    def excess(self, level: float) -> float:
+        """Return E (penalty - level)+, $, for a level in $."""
+        total = float(self.probability @ np.maximum(self.charge - level, 0.0))
+        return total + sum(float(left.probability @ left.tail.excess(level - left.extra)) for left in self.tails)
+
+    def exceeds(self, level: float) -> float:
+        """Return P(penalty > level), for a level in $."""
+        step = 1e-7 * max(1.0, abs(level))
+        return (self.excess(level) - self.excess(level + step)) / step
+
+    def cvar(self, confidence: float) -> float:
+        """Return the conditional value at risk: the mean penalty ($) of the worst ``1 - confidence`` of all cases.
+
+        By Rockafellar and Uryasev: the least of ``c + E (penalty - c)+ / (1 - confidence)`` over c.
+        """
+        checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
+        if confidence == 0:
+            return self.excess(0.0)
+
+        def bound(level: float) -> float:
+            return level + self.excess(level) / (1 - confidence)
+
+        high = max(1e-12, float(self.charge.max(initial=0.0)))
+        while self.excess(high) > 1e-12 * (1 - confidence):
+            high *= 2
+        return min(bound(c) for c in (0.0, float(minimize_scalar(bound, bounds=(0.0, high), method="bounded", options={"xatol": 1e-12 + 1e-10 * high}).x), *np.unique(self.charge[self.probability > 1e-6])[:64]))
+
+    def _gone(self, sign: int) -> float:
+        return sum(float(left.probability @ left.tail.end.probability(left.tail.law, left.tail.x)) for left in self.tails if left.tail.end.sign == sign)
+
+
+def distribution(policy: "Policy", state: dict[str, Any]) -> Distribution:
+    """Spread probability forward from one state; see `Policy.distribution`."""
+    problem = policy.need_problem("distribution")
+    place = policy.locate(state)
+    if place.row.size != 1:
+        raise ValueError(f"distribution must start from one state; got {place.row.size}")
+    if policy.layout.count is None:
+        raise ValueError("distribution needs stages: a process without end has no finite forward recursion")
+    return _Spread(policy, problem).run(place)
+
+
+class _Spread:
+    """Probability [mode, node] by stage, and what has been charged."""
+
+    def __init__(self, policy: "Policy", problem: Any) -> None:
+        self.policy, self.problem, self.layout = policy, problem, policy.layout
+        self.menus = [Menu(problem, policy.grid, k) for k in range(len(problem.moves))]
+        self.waiting: dict[int, Floats] = defaultdict(lambda: np.zeros((len(problem.modes), policy.grid.size)))
+        self.atoms: list[tuple[Floats, Floats, Floats]] = []
+        self.tails: list[Left] = []
+        self.on_the_way = self.moves = 0.0
+
+    def run(self, place: Any) -> Distribution:
+        node, part = self.policy.grid.corners(place.index)
+        stage = int(np.floor(place.time[0] / self.layout.step + 1e-9))
+        np.add.at(self.waiting[stage][int(place.mode[0])], np.ravel(node), np.ravel(part))
+        while self.waiting:
+            stage = max(self.waiting)
+            self._spread(stage, self.waiting.pop(stage))
+        charge, probability, final = (np.concatenate(x, axis=-1) for x in zip(*self.atoms, strict=True)) if self.atoms else (np.empty(0), np.empty(0), np.empty((len(self.layout.axes), 0)))
+        return Distribution(charge, probability, final, tuple(self.tails), self.on_the_way, self.moves)
+
+    def _spread(self, stage: int, mass: Floats) -> None:
+        t = self.policy.table
+        row = max(stage - self.policy.first, 0)
+        for k in np.unique(t.best[row][mass > NEGLIGIBLE]):
+            mode, node = np.nonzero((t.best[row] == k) & (mass > NEGLIGIBLE))
+            if k < 0:
+                self._stop(stage, int(k), mode, node, mass[mode, node])
+            else:
+                self._move(stage, row, int(k), mode, node, mass[mode, node])
+
+    def _late(self, stage: int) -> float:
+        return float(self.layout.late_charge(-stage * self.layout.step)) if stage < 0 else 0.0
+
+    def _stop(self, stage: int, k: int, mode: Any, node: Any, mass: Floats) -> None:
+        points = tuple(x[node] for x in self.policy.grid.points)
+        s = stop_state(self.problem, points, mode, stage)
+        charge = np.broadcast_to(charge_of(self.problem, self.problem.stops[-1 - k], s), mass.shape) + self._late(stage)
+        self.atoms.append((charge, mass, np.array(points).reshape(len(points), -1)))
+
+    def _move(self, stage: int, row: int, k: int, mode: Any, node: Any, mass: Floats) -> None:
+        t, menu = self.policy.table, self.menus[k]
+        points = tuple(x[node] for x in self.policy.grid.points)
+        told = mode if len(self.problem.modes) > 1 else None
+        entry, control = t.entry[row, mode, node].astype(np.int64), t.control[row, mode, node]
+        time = np.full(mass.size, stage * self.layout.step)
+        rows = menu.move.to.rows(menu, points, told, time, entry, control)
+        arrival = stage - menu.move.duration
+        for end in np.unique(rows.mode):
+            here = rows.mode == end
+            extra = (self.layout.edge_extra[end] if self.layout.edge_extra else 0.0) + self._late(arrival)
+            self.tails += [Left(tail, np.where(here, mass, 0.0), extra) for tail in rows.tails if float(mass[here] @ rows.stopped[here]) > NEGLIGIBLE]
+        beyond = sum((tail.end.charge(tail.law, tail.x, tail.end.probability(tail.law, tail.x)) for tail in rows.tails), 0.0)
+        self.on_the_way += float(mass @ (rows.charge - beyond))
+        self.moves += float(mass.sum())
+        after = rows.spread(mass, len(self.problem.modes))
+        if after.max(initial=0.0) > NEGLIGIBLE:
+            self.waiting[arrival] += after

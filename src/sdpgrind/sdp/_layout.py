@@ -1,0 +1,80 @@
+"""What a policy must know of its problem to be looked up: names, axes, stages, edges. Plain data, saved with the policy."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+from sdpgrind.sdp._charges import Charge, OneSided
+from sdpgrind.sdp._grid import Grid
+from sdpgrind.sdp._problem import Axis, Move, Problem, Stages
+from sdpgrind.sdp._stops import StopCharges
+
+
+@stored("sdp.action_names")
+@dataclass(frozen=True)
+class ActionNames(Frozen):
+    """A move as a policy shows it: its name, duration in stages, continuous control and listed controls."""
+
+    name: str
+    duration: int
+    level: str | None
+    lists: tuple[tuple[str, tuple[float, ...]], ...]
+
+
+@stored("sdp.layout")
+@dataclass(frozen=True)
+class Layout(Frozen):
+    """Names and numbers of a problem; `count` is None where it goes on for ever."""
+
+    axes: tuple[Axis, ...]
+    moves: tuple[ActionNames, ...]
+    stops: tuple[str, ...]
+    modes: tuple[str, ...]
+    count: int | None
+    step: float
+    stage_name: str
+    stage_unit: str
+    late: OneSided | None
+    stationary: bool
+    edge_charge: Charge | None
+    edge_extra: tuple[float, ...]
+
+    @classmethod
+    def of(cls, problem: Problem, grid: Grid, stationary: bool) -> "Layout":
+        """Read a problem on its final grid."""
+        stages = problem.stages if isinstance(problem.stages, Stages) else None
+        stopping = any("stop" in (axis.below, axis.above) for axis in problem.axes)
+        extra = tuple(float(x) for x in StopCharges(problem, grid).level(0, 0.0)) if stopping else ()
+        charge = problem.stops[0].charge if stopping else None
+        return cls(
+            axes=grid.axes,
+            moves=tuple(_names(move) for move in problem.moves),
+            stops=tuple(stop.name for stop in problem.stops),
+            modes=tuple(problem.modes),
+            count=stages.count if stages else None,
+            step=stages.step if stages else 0.0,
+            stage_name=stages.name if stages else "",
+            stage_unit=stages.unit if stages else "",
+            late=stages.late if stages else None,
+            stationary=stationary,
+            edge_charge=charge if isinstance(charge, Charge) else None,
+            edge_extra=extra,
+        )
+
+    @property
+    def grid(self) -> Grid:
+        """The grid."""
+        return Grid(self.axes)
+
+    def late_charge(self, late_by: Any) -> Floats:
+        """Late charge for times >= 0 by which one is late."""
+        return np.zeros(np.shape(late_by)) if self.late is None else np.asarray(self.late(np.maximum(late_by, 0.0)))
+
+
+def _names(move: Move) -> ActionNames:
+    lists = tuple((name, tuple(float(x) for x in entry)) for name, entry in move.lists.items())
+    return ActionNames(move.name, move.duration, move.level_name, lists)

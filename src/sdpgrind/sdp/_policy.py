@@ -1,0 +1,371 @@
+"""Policy: the solved table, looked up by state, plotted, saved and loaded."""
+
+import os
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from sdpgrind.base import records
+from sdpgrind.base.checks import Floats, refuse
+from sdpgrind.base.rng import Seed
+from sdpgrind.sdp import _lookup
+from sdpgrind.sdp._grid import Grid, Ints
+from sdpgrind.sdp._layout import Layout
+from sdpgrind.sdp._place import Place
+from sdpgrind.sdp._problem import Problem
+from sdpgrind.sdp._stages import Table
+
+EDGE = 1e-9
+"""Share of a cell or stage that counts as rounding."""
+
+
+@dataclass(frozen=True)
+class Action:
+    """What a policy says to do; for arrays of states every field is an array.
+
+    Attributes
+    ----------
+    stop : bool
+        Whether to stop.
+    name : str
+        Name of the stop or move.
+    duration : float
+        Time the move takes, in the stages' unit (0 for a stop).
+    controls : dict
+        Values of the move's controls (NaN where another move, or none, is chosen); also attributes of the action.
+    gap : float
+        By how much ($) the best alternative among the other moves and stops is worse.
+    """
+
+    stop: Any
+    name: Any
+    duration: Any
+    controls: dict[str, Any]
+    gap: Any
+
+    def __getattr__(self, name: str) -> Any:
+        controls = self.__dict__.get("controls", {})
+        if name in controls:
+            return controls[name]
+        raise AttributeError(f"an action has stop, name, duration, gap and the controls {', '.join(controls)}; it has no {name!r}", name=name, obj=self)
+
+
+class Policy:
+    """A solved problem; made by `plan`, immutable.
+
+    Attributes
+    ----------
+    problem : Problem or None
+        What was solved (None after loading a problem made of functions, which no file can hold).
+    layout : Layout
+        Names, axes and stages as plain data.
+    error : float or None
+        Estimated distance of the value-to-go from the converged one ($), grid and search together; None where a single
+        grid was solved.
+    """
+
+    def __init__(self, problem: Problem | None, grid: Grid, table: Table, error: float | None, layout: Layout | None = None) -> None:
+        base = table.base
+        stationary = base is not None and bool(np.any(base.best >= 0))
+        self.layout = layout if layout is not None else Layout.of(problem, grid, stationary)  # type: ignore[arg-type]
+        self.problem, self.error, self.grid = problem, error, grid
+        self.table = table if base is None else _stacked(base, table)
+        self.has_base = base is not None
+        self.first = table.first - 1 if base is not None else table.first
+
+    # -- looking up ------------------------------------------------------------------------------------------------
+
+    def value(self, **state: Any) -> Any:
+        """Return the expected penalty-to-go ($) at states.
+
+        Parameters
+        ----------
+        **state
+            The coordinates, the stage coordinate and, where there are modes, ``mode`` (name or number; the first by
+            default); numbers or arrays. Between stages the answer is that of the stage below (fewer left).
+
+        Returns
+        -------
+        float or array
+
+        Raises
+        ------
+        ValueError
+            Where a state lies outside the table.
+        """
+        place = self.locate(state)
+        out = np.empty(place.row.size)
+        _lookup.interpolate(self.table.value, place.row, place.mode, self._shape, place.index, out)
+        return _shaped(self._beyond(place, out + place.late, slope=False), place.shape)
+
+    def gradient(self, **state: Any) -> Any:
+        """Return the derivative of the value-to-go with respect to each axis, $ per its unit.
+
+        Central differences of the table, interpolated: second order where the value-to-go is smooth, a blend of both
+        sides within a cell of a kink.
+
+        Returns
+        -------
+        dict of float or array
+            By name of the axis.
+        """
+        place = self.locate(state)
+        out = {}
+        for k, axis in enumerate(self.layout.axes):
+            slope = np.empty(place.row.size)
+            _lookup.interpolate(self._slopes[k], place.row, place.mode, self._shape, place.index, slope)
+            out[axis.name] = _shaped(self._beyond(place, slope, slope=True), place.shape)
+        return out
+
+    def action(self, **state: Any) -> Action:
+        """Return what to do at states (see `value` for how to give them)."""
+        place = self.locate(state)
+        best, entry, control, gap = self.act(place)
+        durations = np.array([0.0] * len(self.layout.stops) + [m.duration * (self.layout.step or 1.0) for m in self.layout.moves])
+        names = np.array([*self.layout.stops, *(m.name for m in self.layout.moves)])
+        which = np.where(best < 0, -1 - best, best + len(self.layout.stops))
+        shape = place.shape
+        controls = {name: _shaped(values, shape) for name, values in self.controls(best, entry, control).items()}
+        name = names[which].reshape(shape)
+        return Action(_shaped(best < 0, shape), str(name) if not shape else name, _shaped(durations[which], shape), controls, _shaped(gap, shape))
+
+    def act(self, place: Place) -> tuple[Any, Any, Floats, Floats]:
+        """Return move (stops are negative), entry of the lists, continuous control and gap at located states."""
+        n = place.row.size
+        best, entry, control, gap = np.empty(n, np.int16), np.empty(n, np.int32), np.empty(n), np.empty(n)
+        t = self.table
+        _lookup.act(t.best, t.entry, t.control, t.gap, self.switches, place.row, place.mode, self._shape, place.index, best, entry, control, gap)
+        outside = self._outside(place)
+        if np.any(outside):
+            best[outside], gap[outside], control[outside] = -1, 0.0, np.nan
+        return best, entry, control, gap
+
+    def controls(self, best: Any, entry: Any, control: Floats) -> dict[str, Floats]:
+        """Return the value of every control of every move, NaN where that move is not the chosen one."""
+        out: dict[str, Floats] = {}
+        for k, move in enumerate(self.layout.moves):
+            chosen = best == k
+            for name, values in [*move.lists, *([(move.level, None)] if move.level else [])]:
+                column = out.setdefault(name, np.full(best.shape, np.nan))
+                column[chosen] = control[chosen] if values is None else np.asarray(values)[entry[chosen]]
+        return out
+
+    def locate(self, state: dict[str, Any]) -> Place:
+        """Find states in the table, or refuse them."""
+        layout = self.layout
+        names = [axis.name for axis in layout.axes] + ([layout.stage_name] if layout.count is not None else [])
+        extra = set(state) - set(names) - {"mode"}
+        if extra or set(names) - set(state):
+            raise TypeError(f"a state is given by {', '.join([*names, 'mode'] if len(layout.modes) > 1 else names)}; got {', '.join(state) or 'nothing'}")
+        arrays = np.broadcast_arrays(*(np.asarray(state[name], dtype=float) for name in names), np.asarray(self._mode(state.get("mode", 0))))
+        shape = arrays[-1].shape
+        points = tuple(np.ravel(a) for a in arrays[: len(layout.axes)])
+        mode = np.ravel(arrays[-1]).astype(np.int64)
+        time = np.ravel(arrays[len(layout.axes)]) if layout.count is not None else np.zeros(mode.size)
+        row, late = self._rows(time) if layout.count is not None else (np.zeros(mode.size, np.int64), np.zeros(mode.size))
+        index = np.array([self._position(k, points[k]) for k in range(len(points))]).reshape(len(points), -1)
+        return Place(row, late, mode, index, points, shape, time)
+
+    def _mode(self, mode: Any) -> Any:
+        if isinstance(mode, str):
+            if mode not in self.layout.modes:
+                raise refuse("mode", "one of " + ", ".join(self.layout.modes), mode)
+            return self.layout.modes.index(mode)
+        if np.any(np.asarray(mode) < 0) or np.any(np.asarray(mode) >= len(self.layout.modes)):
+            raise refuse("mode", f"in [0, {len(self.layout.modes) - 1}]", mode)
+        return mode
+
+    def _rows(self, time: Floats) -> tuple[Ints, Floats]:
+        """Slices of stage coordinates, and the late charge that the base slice lacks."""
+        layout = self.layout
+        stage = time / layout.step
+        if not np.all(np.isfinite(stage)) or np.any(stage > layout.count + EDGE):  # type: ignore[operator]
+            bad = time[~(stage <= layout.count + EDGE)][0]  # type: ignore[operator]
+            raise refuse(layout.stage_name, f"<= {layout.count * layout.step:g}, the horizon of the policy", float(bad), layout.stage_unit)  # type: ignore[operator]
+        below = np.floor(stage + EDGE).astype(np.int64)
+        lowest = self.first + (1 if self.has_base else 0)
+        if not self.has_base and np.any(below < lowest):
+            raise refuse(layout.stage_name, f">= {lowest * layout.step:g} (the deadline of this policy is fixed)", float(time[below < lowest][0]), layout.stage_unit)
+        between = (below < 0) & (below >= lowest) & (np.abs(stage - below) > EDGE)
+        if np.any(between):
+            raise refuse(layout.stage_name, f"a multiple of {layout.step:g} where it is < 0", float(time[between][0]), layout.stage_unit)
+        in_base = below < lowest
+        late = np.where(in_base, layout.late_charge(-time), 0.0)
+        return np.where(in_base, 0, below - self.first), late
+
+    def _position(self, k: int, x: Floats) -> Floats:
+        axis = self.layout.axes[k]
+        if not np.all(np.isfinite(x)):
+            raise refuse(axis.name, "finite", float(x[~np.isfinite(x)][0]), axis.unit)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            index = np.nan_to_num(self.grid.index(k, x), nan=-1.0, neginf=-1.0)
+        for beyond, edge, rule in ((index < -EDGE, axis.below, f">= {axis.low:g}"), (index > axis.nodes - 1 + EDGE, axis.above, f"<= {axis.high:g}")):
+            if edge == "refuse" and np.any(beyond):
+                raise refuse(axis.name, rule, float(x[beyond][0]), axis.unit)
+        return index
+
+    def _outside(self, place: Place) -> npt.NDArray[np.bool_]:
+        """States beyond an edge at which the process ends."""
+        gone = np.zeros(place.row.size, dtype=bool)
+        for axis, x in zip(self.layout.axes, place.points, strict=True):
+            for beyond, edge in ((x < axis.low, axis.below), (x > axis.high, axis.above)):
+                if edge not in ("hold", "refuse"):
+                    gone |= beyond
+        return gone
+
+    def _beyond(self, place: Place, out: Floats, slope: bool) -> Floats:
+        """Put the exact charge (or its slope) where a state lies beyond a stopping edge."""
+        for axis, x in zip(self.layout.axes, place.points, strict=True):
+            for beyond, edge in ((x < axis.low, axis.below), (x > axis.high, axis.above)):
+                if edge in ("hold", "refuse") or not np.any(beyond):
+                    continue
+                if edge != "stop":
+                    out[beyond] = 0.0 if slope else edge
+                elif slope:
+                    out[beyond] = self.layout.edge_charge.slope(x[beyond])  # type: ignore[union-attr]
+                else:
+                    out[beyond] = self.layout.edge_charge(x[beyond]) + np.asarray(self.layout.edge_extra)[place.mode[beyond]] + self._late_at(place)[beyond]  # type: ignore[misc]
+        return out
+
+    def _late_at(self, place: Place) -> Floats:
+        """Late charge of located states, in the base slice or out of it."""
+        late_by = -(place.row + self.first) * self.layout.step
+        in_base = (place.row == 0) & self.has_base
+        return np.where(in_base, place.late, self.layout.late_charge(late_by))
+
+    @cached_property
+    def _shape(self) -> Ints:
+        return np.array(self.grid.shape, dtype=np.int64)
+
+    @cached_property
+    def _slopes(self) -> list[Floats]:
+        value = self.table.value.reshape(*self.table.value.shape[:2], *self.grid.shape)
+        slopes = [np.gradient(value, x, axis=k + 2, edge_order=2) for k, x in enumerate(self.grid.coordinates)]
+        return [slope.reshape(self.table.value.shape) for slope in slopes]
+
+    @cached_property
+    def switches(self) -> Floats:
+        """On one axis: the part of each cell [row, mode, cell] at which the actions of its two nodes change places."""
+        from sdpgrind.sdp._switch import switches
+
+        return switches(self) if len(self.grid.axes) == 1 else np.empty((0, 0, 0))
+
+    # -- predicting ------------------------------------------------------------------------------------------------
+
+    def simulate(self, *, runs: int = 10_000, rng: Seed = 0, problem: Problem | None = None, snap: bool = False, executor: Executor | None = None, **state: Any) -> Any:
+        """Follow the policy on the model, by Monte-Carlo (no machine, no sensor).
+
+        Parameters
+        ----------
+        runs : int
+            Number of runs.
+        rng : int, SeedSequence or Generator
+            Source of randomness; results depend on it and on `runs`, not on the executor.
+        problem : Problem, optional
+            Another truth, with the same axes and moves.
+        snap : bool
+            Put every outcome on one of its neighbour nodes at random, as the table's interpolation does: the mean is then
+            exactly the table's value. False: states are continuous, as in life.
+        executor : concurrent.futures.Executor, optional
+            Where to run blocks of runs.
+        **state
+            Where to start (one state).
+
+        Returns
+        -------
+        Runs
+            Penalty ($), moves and final state of each run.
+        """
+        from sdpgrind.sdp._simulate import simulate
+
+        return simulate(self, runs, rng, problem, snap, executor, state)
+
+    def distribution(self, **state: Any) -> Any:
+        """Return the exact distribution of the final penalty from one state, by the forward recursion on the grid."""
+        from sdpgrind.sdp._forward import distribution
+
+        return distribution(self, state)
+
+    def alternatives(self, within: float, **state: Any) -> dict[str, float]:
+        """Return the stops and moves that cost at most `within` $ more than the best, with what each costs ($), at one state."""
+        from sdpgrind.sdp._switch import alternatives
+
+        return alternatives(self, within, state)
+
+    def need_problem(self, purpose: str) -> Problem:
+        """Return the problem, or say that a loaded policy has none."""
+        if self.problem is None:
+            raise ValueError(f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem=")
+        return self.problem
+
+    # -- keeping ---------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The table with labels and units (dimensions: stage, mode, axes)."""
+        layout, t = self.layout, self.table
+        dims = ("stage", "mode", *(axis.name for axis in layout.axes))
+        shape = (*t.value.shape[:2], *self.grid.shape)
+        level = [m.level for m in layout.moves if m.level]
+        described = {
+            "value": (t.value, {"units": "$", "long_name": "expected penalty-to-go"}),
+            "best": (t.best, {"long_name": "stops -1, -2, ... then moves 0, 1, ...", "stops": ", ".join(layout.stops), "moves": ", ".join(m.name for m in layout.moves)}),
+            "entry": (t.entry, {"long_name": "entry of the move's lists of controls"}),
+            "control": (t.control, {"long_name": "continuous control: " + (", ".join(sorted(set(level))) or "none")}),
+            "gap": (t.gap, {"units": "$", "long_name": "how much worse the best alternative is"}),
+        }
+        coordinates = {axis.name: (axis.name, x, {"units": axis.unit}) for axis, x in zip(layout.axes, self.grid.coordinates, strict=True)}
+        stages = np.arange(self.first, self.first + t.value.shape[0])
+        attrs = {"layout": records.encode(layout), "first": self.first, "base": int(self.has_base), "search_error": t.search_error}
+        return xr.Dataset(
+            {name: (dims, array.reshape(shape), note) for name, (array, note) in described.items()},
+            {**coordinates, "mode": ("mode", list(layout.modes)), "stage": ("stage", stages * layout.step, {"units": layout.stage_unit, "long_name": layout.stage_name})},
+            attrs | ({} if self.error is None else {"error": self.error}),
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the policy to a NetCDF file. Functions of the problem cannot be saved; everything that look-ups need is."""
+        records.write(self.dataset, path, "sdp.policy")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Policy":
+        """Read a policy written by `save`."""
+        return cls.from_dataset(records.read(path), None)
+
+    @classmethod
+    def from_dataset(cls, dataset: xr.Dataset, problem: Problem | None) -> "Policy":
+        """Rebuild a policy from its `dataset`."""
+        layout: Layout = records.decode(dataset.attrs["layout"])
+        shape = (dataset.sizes["stage"], dataset.sizes["mode"], -1)
+        arrays = [np.ascontiguousarray(dataset[name].values.reshape(shape)) for name in ("value", "best", "control", "entry", "gap")]
+        table = Table(int(dataset.attrs["first"]), *arrays, float(dataset.attrs["search_error"]))
+        error = dataset.attrs.get("error")
+        policy = cls(problem, layout.grid, table, None if error is None else float(error), layout)
+        policy.has_base = bool(dataset.attrs["base"])
+        return policy
+
+    def plot(self, mode: str | int = 0) -> Any:
+        """Draw value-to-go and actions (one axis: against stage; two: the last slice); return the figure."""
+        from sdpgrind.sdp._plot import plot
+
+        return plot(self, int(self._mode(mode)))
+
+    def __repr__(self) -> str:
+        size = " x ".join(str(n) for n in (*self.table.value.shape[:2], *self.grid.shape))
+        error = "not estimated" if self.error is None else f"{self.error:.2g} $"
+        return f"Policy(stages x modes x nodes = {size}, error {error})"
+
+
+def _shaped(values: Any, shape: tuple[int, ...]) -> Any:
+    return values.reshape(shape) if shape else values.item()
+
+
+def _stacked(base: Table, table: Table) -> Table:
+    """The base slice before the others."""
+    pairs = {name: np.concatenate([getattr(base, name), getattr(table, name)]) for name in ("value", "best", "control", "entry", "gap")}
+    return Table(table.first - 1, search_error=table.search_error, **pairs)
