@@ -1,0 +1,143 @@
+"""What every estimator gives: values with their covariance, a status and a sentence."""
+
+import dataclasses
+from enum import StrEnum
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import t as student
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+
+
+class Status(StrEnum):
+    """How an estimation ended; the text says what happened and what to try. No unit."""
+
+    OK = "the data determine the values"
+    UNDETERMINED = "the data do not determine all values: take points at more, and more different, conditions"
+    IMPOSSIBLE = "the values are physically impossible: look for bad readings or a wrong unit"
+
+
+@stored("identify.estimate")
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Estimate(Frozen):
+    """Estimated values with their covariance.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Names of the p values.
+    value : array, shape (p,)
+        Values, in `units`.
+    covariance : array, shape (p, p)
+        Their covariance, in products of `units`.
+    status : Status
+        How it ended.
+    message : str
+        A sentence on the data; by default that of the status.
+    units : tuple of str
+        Unit of each value; shown, never converted.
+    freedom : float
+        Degrees of freedom that the covariance rests on, unit 1; inf where the noise was known.
+
+    Raises
+    ------
+    ValueError
+        When the shapes do not agree.
+
+    Examples
+    --------
+    >>> estimate = Estimate(("specific_energy", "idle_power"), [10.0, 100.0], [[0.01, 0.0], [0.0, 4.0]],
+    ...                     units=("J/mm^3", "W"))
+    >>> estimate["idle_power"], estimate.sd.tolist()
+    (100.0, [0.1, 2.0])
+    >>> estimate
+    Estimate(specific_energy = 10 ± 0.1 J/mm^3, idle_power = 100 ± 2 W; the data determine the values)
+    """
+
+    names: tuple[str, ...]
+    value: Floats
+    covariance: Floats
+    status: Status = Status.OK
+    message: str = ""
+    units: tuple[str, ...] = ()
+    freedom: float = np.inf
+
+    def __post_init__(self) -> None:
+        size = len(checks.unique("names", self.names))
+        value, covariance = np.array(self.value, dtype=float), np.array(self.covariance, dtype=float)
+        if value.shape != (size,) or covariance.shape != (size, size):
+            raise ValueError(
+                f"value and covariance must be of shape {(size,)} and {(size, size)} for {size} names;"
+                f" got {value.shape} and {covariance.shape}"
+            )
+        value.flags.writeable = covariance.flags.writeable = False
+        object.__setattr__(self, "names", tuple(self.names))
+        object.__setattr__(self, "value", value)
+        object.__setattr__(self, "covariance", covariance)
+        object.__setattr__(self, "status", Status(self.status))
+        object.__setattr__(self, "message", self.message or str(self.status))
+        object.__setattr__(self, "units", tuple(self.units) or ("",) * size)
+
+    def __getitem__(self, name: str) -> float:
+        """Return the value of that name, in its unit."""
+        return float(self.value[self.names.index(checks.one_of("name", name, self.names))])
+
+    @property
+    def ok(self) -> bool:
+        """Whether the values may be used."""
+        return self.status is Status.OK
+
+    @property
+    def sd(self) -> Floats:
+        """Standard deviations, shape (p,), in `units`."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Floats:
+        """Correlations, shape (p, p), unit 1; 0 where a standard deviation is 0 or infinite."""
+        sd = np.where(np.isfinite(self.sd) & (self.sd > 0), self.sd, np.inf)
+        off = np.where(np.isfinite(self.covariance), self.covariance, 0.0) / np.outer(sd, sd)
+        return np.asarray(np.where(np.eye(len(self.names), dtype=bool), 1.0, off))
+
+    def interval(self, confidence: float = 0.95) -> Floats:
+        """Return the ends of the two-sided interval of each value.
+
+        Parameters
+        ----------
+        confidence : float
+            Probability in (0, 1) that an interval holds the true value, unit 1.
+
+        Returns
+        -------
+        array, shape (p, 2)
+            Low and high end, in `units`; Student's law with `freedom` degrees of freedom.
+        """
+        if not 0 < checks.number("confidence", confidence, "1") < 1:
+            raise checks.refuse("confidence", "in (0, 1)", confidence, "1")
+        reach = float(student.ppf(0.5 + confidence / 2, self.freedom)) * self.sd
+        return np.stack([self.value - reach, self.value + reach], axis=1)
+
+    def __repr__(self) -> str:
+        rows = zip(self.names, self.value, self.sd, self.units, strict=True)
+        shown = ", ".join(f"{name} = {value:.6g} ± {sd:.2g} {unit}".rstrip() for name, value, sd, unit in rows)
+        return f"Estimate({shown}; {self.message})"
+
+
+def finished(estimate: Estimate, throw: bool) -> Estimate:
+    """Return `estimate`, or raise its message when it failed and `throw` is set."""
+    if throw and not estimate.ok:
+        raise ValueError(estimate.message)
+    return estimate
+
+
+def columns(**arrays: npt.ArrayLike) -> tuple[Floats, ...]:
+    """Return finite one-dimensional float arrays of one length; the error names the offender."""
+    checked = [checks.finite_array(name, values) for name, values in arrays.items()]
+    for name, values in zip(arrays, checked, strict=True):
+        if values.ndim != 1 or values.size != checked[0].size:
+            raise ValueError(f"{name} must be one-dimensional with {checked[0].size} entries; got shape {values.shape}")
+    return tuple(checked)

@@ -1,0 +1,290 @@
+"""Least squares: weighted, total (noise on both sides), recursive with forgetting."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.identify._estimate import Estimate, Status, columns, finished
+
+_RANK = 1e-11  # least singular value, over the greatest, of columns scaled to length 1
+
+
+def least_squares(
+    matrix: npt.ArrayLike,
+    target: npt.ArrayLike,
+    *,
+    weights: npt.ArrayLike | None = None,
+    noise_sd: float | None = None,
+    names: Sequence[str] = (),
+    units: Sequence[str] = (),
+    throw: bool = True,
+) -> Estimate:
+    """Fit ``target = matrix @ value`` with the least weighted sum of squared residuals.
+
+    By QR of columns scaled to length 1, so that the units of the columns do not matter.
+
+    Parameters
+    ----------
+    matrix : array_like, shape (n, p)
+        Known exactly; n > p rows, or n >= p when `noise_sd` is given.
+    target : array_like, shape (n,)
+        Where the noise is, any unit.
+    weights : array_like, shape (n,), optional
+        Inverse variances of the noise up to a common factor, > 0; equal by default.
+    noise_sd : float, optional
+        Standard deviation of the noise of a row of weight 1, in the unit of `target`; by default it is estimated from
+        the residuals.
+    names, units : sequence of str
+        Names and units of the values.
+    throw : bool
+        Raise when the data do not determine the values; else the estimate's status says so.
+
+    Returns
+    -------
+    Estimate
+        Value and covariance, in `units`.
+
+    Raises
+    ------
+    ValueError
+        For NaN, shapes that do not agree, too few rows, or (with `throw`) undetermined values.
+
+    Examples
+    --------
+    >>> fit = least_squares([[1, 0], [1, 1], [1, 2]], [1.0, 3.0, 5.0], names=("start", "slope"))
+    >>> fit.value.round(9).tolist()
+    [1.0, 2.0]
+    """
+    rows, goal = _system(matrix, target)
+    scale = np.ones(goal.size) if weights is None else np.sqrt(_weights(weights, goal.size))
+    count, size = rows.shape
+    if count < size + (noise_sd is None):
+        raise checks.refuse("target", f"at least {size + (noise_sd is None)} points", count)
+    solver = _Square(rows * scale[:, None], goal * scale)
+    freedom = np.inf if noise_sd is not None else float(count - size)
+    variance = solver.square / freedom if noise_sd is None else checks.nonnegative("noise_sd", noise_sd) ** 2
+    return finished(solver.estimate(variance * solver.inverse, freedom, names, units), throw)
+
+
+class _Square:
+    """Solution of a least-squares problem by QR and the singular values of its scaled triangle."""
+
+    def __init__(self, rows: Floats, goal: Floats) -> None:
+        length = np.sqrt(np.sum(rows**2, axis=0))
+        length = np.where(length > 0, length, 1.0)
+        q, r = np.linalg.qr(rows / length)
+        u, s, vt = np.linalg.svd(r)
+        self.determined = bool(s[-1] > _RANK * s[0]) if rows.shape[0] >= rows.shape[1] else False
+        kept = s > _RANK * s[0]
+        backward = vt.T * np.where(kept, 1 / np.where(kept, s, 1.0), 0.0)
+        self.value = backward @ (u.T @ (q.T @ goal)) / length
+        self.square = float(np.sum((goal - rows @ self.value) ** 2))
+        self.inverse = backward @ backward.T / np.outer(length, length)
+
+    def estimate(self, covariance: Floats, freedom: float, names: Sequence[str], units: Sequence[str]) -> Estimate:
+        size = self.value.size
+        names = tuple(names) or tuple(f"value{k}" for k in range(size))
+        if self.determined:
+            return Estimate(names, self.value, covariance, units=tuple(units), freedom=freedom)
+        endless = np.diag(np.full(size, np.inf))
+        return Estimate(names, self.value, endless, Status.UNDETERMINED, units=tuple(units), freedom=freedom)
+
+
+def _system(matrix: npt.ArrayLike, target: npt.ArrayLike) -> tuple[Floats, Floats]:
+    rows, goal = checks.finite_array("matrix", matrix), checks.finite_array("target", target)
+    if rows.ndim != 2 or goal.shape != rows.shape[:1]:
+        raise ValueError(f"matrix and target must be of shape (n, p) and (n,); got {rows.shape} and {goal.shape}")
+    return rows, goal
+
+
+def _weights(weights: npt.ArrayLike, count: int) -> Floats:
+    values = np.broadcast_to(checks.finite_array("weights", weights), (count,))
+    if np.any(values <= 0):
+        raise checks.refuse("weights", "> 0", float(values.min()))
+    return values
+
+
+def total_least_squares(
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    *,
+    noise_ratio: float,
+    names: Sequence[str] = ("intercept", "slope"),
+    units: Sequence[str] = (),
+    throw: bool = True,
+) -> Estimate:
+    """Fit the line ``y = intercept + slope x`` where both x and y are noisy, their noises in a known ratio.
+
+    The sum of (y - intercept - slope x)^2/(noise_ratio^2 + slope^2) is least: distances across the line in the metric
+    of the noise. The covariance is that of large samples of constant noise.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        At least 3 points.
+    noise_ratio : float
+        Standard deviation of the noise of y over that of x, > 0, unit of y over unit of x. Large: all noise on y, which
+        is `least_squares` of y on x; small: all noise on x.
+    names, units : sequence of str
+        Names and units of intercept and slope.
+    throw : bool
+        Raise when the data do not determine the line; else the estimate's status says so.
+
+    Returns
+    -------
+    Estimate
+        Intercept and slope, in `units`.
+
+    Raises
+    ------
+    ValueError
+        For NaN, fewer than 3 points, a ratio that is not positive, or (with `throw`) a cloud without a direction.
+
+    Examples
+    --------
+    >>> total_least_squares([0.0, 1.0, 2.0], [1.0, 3.0, 5.0], noise_ratio=2.0).value.round(9).tolist()
+    [1.0, 2.0]
+    """
+    x, y = columns(x=x, y=y)
+    if x.size < 3:
+        raise checks.refuse("x", "at least 3 points", x.size)
+    ratio = checks.positive("noise_ratio", noise_ratio)
+    names, units = tuple(names), tuple(units)
+    dx, dy = x - x.mean(), (y - y.mean()) / ratio
+    across, along = _principal(dx, dy)
+    if abs(along[0]) <= _RANK or across[1] <= (1 + 1e-9) * across[0]:
+        failed = Estimate(names, np.zeros(2), np.diag([np.inf, np.inf]), Status.UNDETERMINED, units=units)
+        return finished(failed, throw)
+    slope = float(ratio * along[1] / along[0])
+    return _line(x, y, slope, ratio, names, units)
+
+
+def _principal(dx: Floats, dy: Floats) -> tuple[Floats, Floats]:
+    """Squared spreads (least, greatest) of a centred cloud, and the direction of the greatest."""
+    spread, axes = np.linalg.eigh(np.array([[dx @ dx, dx @ dy], [dx @ dy, dy @ dy]]))
+    return spread, axes[:, 1]
+
+
+def _line(x: Floats, y: Floats, slope: float, ratio: float, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
+    """The line of that slope through the centre. With v = e - slope u the noise across, x + slope v/(ratio^2 + slope^2)
+    is the best guess of the true x, and its own noise is independent of v.
+    """
+    count, metric = x.size, ratio**2 + slope**2
+    intercept = float(y.mean() - slope * x.mean())
+    across = y - intercept - slope * x
+    variance_across = float(across @ across) / (count - 2)
+    guess = x + slope * across / metric
+    spread = float(np.sum((guess - guess.mean()) ** 2))
+    true_spread = spread - (count - 1) * variance_across * ratio**2 / metric**2
+    slope_variance = variance_across * spread / true_spread**2 if true_spread > 0 else np.inf
+    centre = float(x.mean())
+    covariance = slope_variance * np.array([[centre**2, -centre], [-centre, 1.0]])
+    covariance[0, 0] += variance_across / count
+    return Estimate(names, np.array([intercept, slope]), covariance, units=units, freedom=float(count - 2))
+
+
+class RecursiveLeastSquares:
+    """Least squares row by row, older rows forgotten at a rate.
+
+    The triangle of the information matrix is carried (a square-root form): each row is rotated in, so rounding never
+    makes the covariance indefinite. Without forgetting the estimate is that of `least_squares` on all rows so far. With
+    it the covariance counts the weights as what they are, not as inverse variances, so that it is right for constant
+    noise.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the p values.
+    forgetting : float
+        Weight of a row relative to the next one, in (0, 1], unit 1; 1 remembers everything, the memory is about
+        1/(1 - forgetting) rows.
+    units : sequence of str
+        Units of the values.
+
+    Raises
+    ------
+    ValueError
+        When the forgetting is out of range.
+
+    Examples
+    --------
+    >>> rls = RecursiveLeastSquares(("start", "slope"))
+    >>> for x in (0.0, 1.0, 2.0):
+    ...     rls.update([1.0, x], 1.0 + 2.0 * x)
+    >>> rls.estimate.value.round(9).tolist()
+    [1.0, 2.0]
+    """
+
+    def __init__(self, names: Sequence[str], *, forgetting: float = 1.0, units: Sequence[str] = ()) -> None:
+        self._names, self._units = checks.unique("names", names), tuple(units)
+        if not 0 < checks.number("forgetting", forgetting, "1") <= 1:
+            raise checks.refuse("forgetting", "in (0, 1]", forgetting, "1")
+        self._forgetting = float(forgetting)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget every row."""
+        size = len(self._names)
+        self._triangle = np.zeros((size + 1, size + 1))  # of the rows and, in the last column, their targets
+        self._double = np.zeros((size, size))  # triangle of the rows with their weights squared
+        self._weight = 0.0
+        self._count = 0
+
+    @property
+    def count(self) -> int:
+        """Number of rows taken in."""
+        return self._count
+
+    def update(self, row: npt.ArrayLike, target: float) -> None:
+        """Take in ``target = row @ value + noise``.
+
+        Parameters
+        ----------
+        row : array_like, shape (p,)
+            Known exactly.
+        target : float
+            Reading, any unit.
+
+        Raises
+        ------
+        ValueError
+            For NaN or a row of the wrong length.
+        """
+        entry = checks.finite_array("row", row)
+        if entry.shape != (len(self._names),):
+            raise ValueError(f"row must be of shape {(len(self._names),)}; got {entry.shape}")
+        fresh = np.append(entry, checks.number("target", target))
+        self._triangle = _rotated(self._triangle * np.sqrt(self._forgetting), fresh)
+        self._double = _rotated(self._double * self._forgetting, entry)
+        self._weight = self._forgetting * self._weight + 1.0
+        self._count += 1
+
+    @property
+    def estimate(self) -> Estimate:
+        """Estimate from the rows so far; `Status.UNDETERMINED` until they determine the values."""
+        size = len(self._names)
+        solver = _Square(self._triangle[:, :size], self._triangle[:, size])
+        information, double = solver.inverse, self._double.T @ self._double
+        freedom = self._weight - float(np.trace(information @ double))
+        if freedom <= 1e-9 * self._weight:
+            solver.determined = False
+            freedom = 1.0
+        covariance = solver.square / freedom * information @ double @ information
+        # Weights squared, so many rows of equal weight would know as much about the noise.
+        rows = max(self._effective - size, 1.0)
+        return solver.estimate(0.5 * (covariance + covariance.T), rows, self._names, self._units)
+
+    @property
+    def _effective(self) -> float:
+        """(sum of weights)^2 / sum of squared weights."""
+        f = self._forgetting
+        squares = float(self._count) if f == 1 else (1 - f ** (2 * self._count)) / (1 - f * f)
+        return self._weight**2 / squares if squares else 0.0
+
+
+def _rotated(triangle: Floats, row: Floats) -> Floats:
+    """Triangle with one more row rotated in."""
+    return np.asarray(np.linalg.qr(np.vstack([triangle, row]), mode="r"))
