@@ -1,0 +1,87 @@
+"""The controller that follows a policy: what it looks up, commands and reports; missing readings; refusals."""
+
+from math import nan
+from types import SimpleNamespace
+
+import pytest
+
+from sdpgrind import weldbead
+from sdpgrind.weldbead._controllers import SequenceController
+
+P1 = weldbead.preset("P1")
+
+
+class Thirds:
+    """A policy of one sentence: every pass takes a third of the bead in 8 s, until 0.1 mm are left."""
+
+    problem = P1
+    dataset = None
+
+    def __init__(self):
+        self.asked = []
+
+    def value(self, *, height, time_left):
+        return 0.5 * height
+
+    def action(self, *, height, time_left):
+        self.asked.append((height, time_left))
+        stop = height < 0.1
+        return SimpleNamespace(
+            stop=stop,
+            duration=nan if stop else 8.0,
+            feed_rate=nan if stop else 50.0 / 6.0,
+            normal_force=nan if stop else 30.0,
+            mean_cut=nan if stop else height / 3,
+            gap=0.25,
+        )
+
+
+def test_looks_up_what_was_measured():
+    policy = Thirds()
+    controller = SequenceController(policy)
+    command = controller.step(height=1.2, time_left=20.0, grinding_power=nan)
+    assert command == {"duration": 8.0, "feed_rate": 50.0 / 6.0, "normal_force": 30.0, "stop": 0.0}
+    assert controller.report() == {"penalty": 0.6, "mean_cut": pytest.approx(0.4), "gap": 0.25}
+    assert controller.step(height=0.05, time_left=12.0) == {"stop": 1.0}
+    assert controller.report() == {"penalty": 0.025, "mean_cut": 0.0, "gap": 0.25}
+    assert policy.asked == [(1.2, 20.0), (0.05, 12.0)]
+
+
+def test_missing_readings_are_replaced_by_what_was_expected():
+    policy = Thirds()
+    controller = SequenceController(policy)
+    controller.step(height=0.9, time_left=20.0)
+    controller.step(height=nan, time_left=12.0)
+    controller.step(height=0.3, time_left=nan)
+    assert policy.asked[1:] == [(pytest.approx(0.6), 12.0), (0.3, 4.0)]
+
+
+def test_late_time_is_passed_on():
+    policy = Thirds()
+    SequenceController(policy).step(height=0.9, time_left=-6.0)
+    assert policy.asked == [(0.9, -6.0)]
+
+
+def test_reset_forgets():
+    controller = SequenceController(Thirds())
+    controller.step(height=0.9, time_left=20.0)
+    controller.reset()
+    with pytest.raises(ValueError, match=r"height \(mm\) and time_left \(s\) must both be read before the first pass"):
+        controller.step(height=nan, time_left=20.0)
+
+
+def test_bead_beyond_the_plan_is_refused_with_advice():
+    controller = SequenceController(Thirds())
+    with pytest.raises(
+        ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.01: plan with a"
+    ):
+        controller.step(height=2.01, time_left=20.0)
+    with pytest.raises(
+        ValueError, match=r"time_left must be <= horizon = 60 of the policy \(s\); got 61.0: plan with a"
+    ):
+        controller.step(height=1.0, time_left=61.0)
+
+
+def test_only_policies_are_followed():
+    with pytest.raises(TypeError, match="policy must be a policy, as weldbead.plan gives it; got SequenceProblem"):
+        SequenceController(P1)

@@ -1,0 +1,153 @@
+"""Jobs as TOML: the shipped example, every table, and one clear line for every fault."""
+
+from pathlib import Path
+
+import pytest
+
+import hwsim
+from hwsim._weldbead_toml import read
+from hwsim.cli import main
+from sdpgrind import sdp, weldbead
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "weldbead.toml"
+
+P1 = """
+bead_length = 50.0
+reset_time = "2 s"
+durations = [6, 8, "10 s", 12, 14, 16, 18, 20]
+force_max = "0.05 kN"
+height_max = 2.0
+horizon = "1 min"
+stage = 2
+[process]
+specific_energy = "10 J/mm^3"
+idle_power = "0.1 kW"
+friction_ratio = "30 %"
+disk_radius = "8.5 cm"
+free_speed = 500.0
+speed_droop = 0.0
+bead_width = 12.5
+[scatter]
+attribution = "C1"
+relative_sd = 0.15
+[height_charge]
+under = { linear = 2.0 }
+over = { linear = "10 $/mm" }
+"""
+
+
+@pytest.fixture
+def job(tmp_path):
+    """Write a changed P1 and give its path."""
+
+    def write(old="", new="", more=""):
+        assert old in P1
+        path = tmp_path / "job.toml"
+        path.write_text(P1.replace(old, new, 1) + more if old else P1 + more)
+        return path
+
+    return write
+
+
+def test_p1_as_a_file_is_p1(job):
+    assert read(job()) == hwsim.WeldBeadStand(weldbead.preset("P1"))
+
+
+def test_the_example_is_section_6_5_of_the_source():
+    stand = read(EXAMPLE)
+    process = stand.problem.model
+    assert (process.specific_energy, process.idle_power, process.bead_width) == (12.8, 114.0, 12.7)
+    assert 0.30 <= process.friction_ratio <= 0.37
+    assert (process.disk_radius, stand.problem.bead_length, process.free_speed) == (88.9, 150.0, 500.0)
+    assert stand.problem.durations == (12, 16, 20, 24, 28, 32, 36, 40)
+
+
+def test_every_table(job):
+    more = """
+[lateness_charge]
+quadratic = "0.01 $/s^2"
+[finish_charge]
+charge = 0.4
+reference_rate = "12.5 mm/s"
+[burn_limit]
+kind = "force"
+burn_coefficient = 16.0
+[stand]
+height = 1.2
+time = "20 s"
+height_noise = "10 um"
+[stand.truth]
+specific_energy = "14 J/mm^3"
+[stand.truth.scatter]
+attribution = ["K1", "mu"]
+relative_sd = [0.1, "5 %"]
+law = "lognormal"
+"""
+    stand = read(job("[process]", "pass_charge = 0.03\nmin_cut = '0.02 mm'\n[process]", more))
+    p1 = weldbead.preset("P1")
+    problem = p1.replace(
+        lateness_charge=sdp.Quadratic(0.01),
+        finish_charge=weldbead.FinishCharge(0.4, reference_rate=12.5),
+        burn_limit=weldbead.ForceBurnLimit(16.0),
+        pass_charge=0.03,
+        min_cut=0.02,
+    )
+    truth = problem.replace(specific_energy=14.0, scatter=weldbead.Scatter(("K1", "mu"), (0.1, 0.05), "lognormal"))
+    assert stand == hwsim.WeldBeadStand(problem, truth=truth, height=1.2, time=20.0, height_noise=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "limit"),
+    [
+        ("kind = 'power'\nburn_coefficient = 204", weldbead.PowerBurnLimit(204.0)),
+        ("kind = 'malkin'\ndiameter = '17 cm'", weldbead.MalkinBurnLimit.published(170.0)),
+        ("kind = 'malkin'\ndiameter = 170\nu0 = 6\nB = 10", weldbead.MalkinBurnLimit(6.0, 10.0, 170.0)),
+    ],
+)
+def test_burn_limits(job, text, limit):
+    # an idle power that leaves a force to Malkin's limit
+    assert read(job("0.1 kW", "10 W", f"[burn_limit]\n{text}\n")).problem.burn_limit == limit
+
+
+def test_charges_of_every_kind(job):
+    path = job("under = { linear = 2.0 }", "under = { constant = '3 $', tolerance = '0.05 mm' }")
+    assert read(path).problem.height_charge.under == sdp.Constant(3.0, 0.05)
+    path = job("linear = 2.0", "quadratic = '2 $/mm^2'")
+    assert read(path).problem.height_charge.under == sdp.Quadratic(2.0)
+
+
+FAULTS = [
+    ("bead_length", "bead_lenght", "", "bead_length is missing; is bead_lenght meant?"),
+    ("bead_width = 12.5\n", "", "", "process.bead_width is missing"),
+    ("stage = 2\n", "stage = 2\ncolour = 1\n", "", "colour is not a key; keys here are bead_length, burn_limit"),
+    ("idle_power", "tip_power = 3\nidle_power", "", "process.tip_power is not a key; is process.idle_power meant?"),
+    ('"0.05 kN"', '"50 mm"', "", "force_max must have a unit like N; got '50 mm'"),
+    ('"0.05 kN"', '"50 Newton"', "", "force_max must have a unit like N; got '50 Newton': 'Newton' is no unit known"),
+    ('"10 s"', '"10 mm"', "", "durations[2] must have a unit like s; got '10 mm'"),
+    ("[6, 8", "6 #", "", "durations must be a list of numbers (s); got 6"),
+    ('"0.05 kN"', "-3", "", "force_max must be > 0 (N); got -3.0"),
+    ('"0.05 kN"', "true", "", "force_max must be a number (N); got True"),
+    ('"0.05 kN"', "5", "", "force_max must be > the threshold force 7.84314 N"),
+    ("stage = 2", "stage = 2.5", "", "durations[0] must be a multiple of the stage, 2.5 s (s); got 6.0"),
+    ('"C1"', '"C4"', "", "attribution must be one of C1, K1, K2, mu; got 'C4'"),
+    ("relative_sd = 0.15", "relative_sd = -0.15", "", "relative_sd must be >= 0 (1); got -0.15"),
+    ("{ linear = 2.0 }", "2.0", "", "height_charge.under must be a table; got 2.0"),
+    ("{ linear = 2.0 }", "{ cubic = 2.0 }", "", "height_charge.under.cubic is not a key; keys here are constant"),
+    ("{ linear = 2.0 }", "{}", "", "height_charge.under must have one of linear, quadratic, constant; got none"),
+    ("linear = 2.0", "linear = '2 $/s'", "", "height_charge.under.linear must have a unit like $/mm; got '2 $/s'"),
+    ("", "", "[burn_limit]\nkind = 'hot'\n", "burn_limit.kind must be one of force, power, malkin; got 'hot'"),
+    ("", "", "[stand]\nheigth = 1\n", "stand.heigth is not a key; is stand.height meant?"),
+    ("", "", "[stand]\nheight_noise = -1\n", "height_noise must be >= 0 (mm); got -1.0"),
+    ("", "", "[stand.truth]\ncolour = 3\n", "stand.truth.colour is not a key; keys here are bead_width, disk_radius"),
+    ("stage = 2", "stage = = 2", "", "Invalid value (at line 8, column 9)"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "more", "line"), FAULTS)
+def test_one_clear_line_and_nothing_written(job, tmp_path, capsys, old, new, more, line):
+    path = job(old, new, more)
+    assert main(["weldbead", str(path), "--out", str(tmp_path / "out")]) == 2
+    out, error = capsys.readouterr()
+    assert out == "" and error.count("\n") == 1
+    assert error.startswith(f"hwsim: {path}: {line}")
+    assert [file.name for file in tmp_path.iterdir()] == ["job.toml"]
