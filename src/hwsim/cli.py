@@ -46,3 +46,7 @@ def _one_line(error: Exception) -> str:
     notes = ", ".join(getattr(error, "__notes__", []))
     text = " ".join(str(error).split())
     return f"{text} ({notes})" if notes else text
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -83,5 +83,5 @@ def test_bead_beyond_the_plan_is_refused_with_advice():
 
 
 def test_only_policies_are_followed():
-    with pytest.raises(TypeError, match="policy must be a policy, as weldbead.plan gives it; got SequenceProblem"):
+    with pytest.raises(TypeError, match=r"policy must be a policy, as weldbead.plan gives it; got SequenceProblem"):
         SequenceController(P1)
