@@ -1,10 +1,17 @@
-"""Weld-bead grinding (Brown 1988)."""
+"""Weld-bead grinding: stochastic dynamic programming of a grinding sequence (Brown 1988).
+
+Given a bead of mean height x and the time left to a deadline, `plan` says whether to stop, or which feed and normal force
+the next pass should use, so that the expected penalty at the end of the whole sequence is least.
+"""
 
 from sdpgrind.weldbead._burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
+from sdpgrind.weldbead._planner import plan, sdp_problem
+from sdpgrind.weldbead._policy import Risk, SequenceAction, SequencePolicy
 from sdpgrind.weldbead._presets import PresetInfo, preset, presets
 from sdpgrind.weldbead._problem import FinishCharge, SequenceProblem
 from sdpgrind.weldbead._process import Coefficients, GrindingProcess
 from sdpgrind.weldbead._scatter import Scatter
+from sdpgrind.weldbead._sweep import Sensitivity, sensitivity, sweep
 
 __all__ = [
     "BurnLimit",
@@ -15,8 +22,16 @@ __all__ = [
     "MalkinBurnLimit",
     "PowerBurnLimit",
     "PresetInfo",
+    "Risk",
     "Scatter",
+    "Sensitivity",
+    "SequenceAction",
+    "SequencePolicy",
     "SequenceProblem",
+    "plan",
     "preset",
     "presets",
+    "sdp_problem",
+    "sensitivity",
+    "sweep",
 ]

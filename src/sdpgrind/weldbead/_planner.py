@@ -1,0 +1,168 @@
+"""The sequence planner: a weld-bead problem written as a problem of `sdp`, and solved."""
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.base.progress import Progress
+from sdpgrind.weldbead._policy import SequencePolicy
+from sdpgrind.weldbead._problem import SequenceProblem
+
+START_NODES = 101
+"""Grid from which a plan to a tolerance is refined."""
+HALVINGS = 6
+"""Largest number of times that the stage is halved for a continuous feed."""
+
+
+def plan(
+    problem: SequenceProblem,
+    *,
+    tolerance: float | None = 1e-5,
+    nodes: int | None = None,
+    feed: str = "lattice",
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> SequencePolicy:
+    """Plan a grinding sequence: Brown (1988), chapter 5.
+
+    Parameters
+    ----------
+    problem : SequenceProblem
+        What to plan.
+    tolerance : float, optional
+        Largest estimated error of the expected penalty ($) anywhere in the table. None: one solve on `nodes` nodes.
+    nodes : int, optional
+        Height nodes of that single grid (401 by default), or the first grid of the refinement.
+    feed : {"lattice", "continuous"}
+        The durations of the problem; or any feed between the slowest and the fastest of them: the stage is halved, all its
+        multiples being durations, until the expected penalty changes by at most `tolerance` at the states of the coarser.
+    executor : concurrent.futures.Executor, optional
+        Passed on to `sdp.plan`, which ignores it on one axis.
+    progress : callable(share, text), optional
+        By default one line on a terminal when it takes long.
+
+    Returns
+    -------
+    SequencePolicy
+        Expected penalty ($) and best pass for every height (mm) and time left (s).
+
+    Raises
+    ------
+    ValueError
+        When the tolerance cannot be reached.
+
+    Examples
+    --------
+    >>> from sdpgrind import weldbead
+    >>> policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-3)
+    >>> round(policy.value(height=1.0, time_left=10.0), 3)
+    0.634
+    """
+    checks.one_of("feed", feed, ("lattice", "continuous"))
+    if feed == "continuous":
+        return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)
+    start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
+    table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress)
+    return SequencePolicy(problem, table)
+
+
+def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progress | None) -> SequencePolicy:
+    policy = plan(with_stage(problem, problem.stage), tolerance=tolerance / 4, progress=progress)
+    for _ in range(HALVINGS):
+        finer = plan(with_stage(problem, policy.problem.stage / 2), tolerance=tolerance / 4, progress=progress)
+        change = _largest_change(policy, finer)
+        policy = finer
+        if change <= tolerance:
+            return policy
+    raise ValueError(f"tolerance must be reachable within {HALVINGS} halvings of the stage ($); got {tolerance:g}, last change {change:.2g}")
+
+
+def with_stage(problem: SequenceProblem, stage: float) -> SequenceProblem:
+    """Return the problem with another stage (s), every multiple of it from the fastest to the slowest pass being a duration."""
+    low, high = problem.durations[0], problem.durations[-1]
+    durations = np.arange(round(low / stage), round(high / stage) + 1) * stage
+    return problem.replace(stage=stage, durations=tuple(float(t) for t in durations))
+
+
+def _largest_change(coarse: SequencePolicy, fine: SequencePolicy) -> float:
+    height = np.linspace(0.0, coarse.problem.height_max, 201)[:, None]
+    time = np.arange(0.0, coarse.problem.horizon + coarse.problem.stage / 2, coarse.problem.stage)
+    return float(np.max(np.abs(coarse.value(height=height, time_left=time) - fine.value(height=height, time_left=time))))
+
+
+def sdp_problem(problem: SequenceProblem, nodes: int = 401, levels: int = 401, search: bool = True) -> sdp.Problem:
+    """Return a weld-bead problem as the solver sees it.
+
+    Parameters
+    ----------
+    problem : SequenceProblem
+        The problem.
+    nodes : int
+        Nodes of the height axis, 0 to ``height_max`` mm.
+    levels : int
+        Levels of the normal force (N).
+    search : bool
+        Whether the force may fall between levels.
+
+    Examples
+    --------
+    >>> from sdpgrind import weldbead
+    >>> [move.name for move in weldbead.sdp_problem(weldbead.preset("P1")).moves][:2]
+    ['6 s', '8 s']
+    """
+    finish = problem.finish_charge
+    moves = [_move(problem, k, levels, search) for k in range(len(problem.durations)) if np.less(*problem.force_interval(problem.durations[k]))]
+    modes = ("",) if finish is None else ("no pass", *(move.name for move in moves))
+    extra = None if finish is None else Finish((0.0, *(float(finish(problem.feed_rate(_seconds(move, problem)))) for move in moves)))
+    late = problem.lateness_charge
+    return sdp.Problem(
+        axes=[sdp.Axis("height", 0.0, problem.height_max, nodes, "mm", below="stop")],
+        moves=moves,
+        stops=[sdp.Stop("stop", problem.height_charge, extra=extra)],
+        stages=sdp.Stages(round(problem.horizon / problem.stage), problem.stage, late=late, late_window=problem.late_window),  # type: ignore[arg-type]
+        modes=modes,
+    )
+
+
+def _seconds(move: sdp.Move, problem: SequenceProblem) -> float:
+    return move.duration * problem.stage
+
+
+def _move(problem: SequenceProblem, k: int, levels: int, search: bool) -> sdp.Move:
+    duration = problem.durations[k]
+    low, high = problem.force_interval(duration)
+    name = f"{duration:g} s"
+    return sdp.Move(
+        name,
+        {"normal_force": sdp.Levels(low, high, levels, problem.force_breaks(duration), search)},
+        sdp.Shift("height", partial(_cut, problem, duration)),
+        duration=round(duration / problem.stage),
+        charge=problem.pass_charge,
+        allowed=None if problem.finish_charge is None else _some_left,
+        into=None if problem.finish_charge is None else name,
+    )
+
+
+def _cut(problem: SequenceProblem, duration: float, s: Any, c: Any) -> sdp.Law:
+    return problem.cut(duration, c.normal_force)
+
+
+def _some_left(s: Any, c: Any) -> Any:
+    """No pass starts from a bead that is ground down: a rule, where the finish is charged (see the user's pages)."""
+    return s.height > 0
+
+
+@dataclass(frozen=True)
+class Finish:
+    """The finish charge ($) by mode, the mode being the last pass."""
+
+    charges: tuple[float, ...]
+
+    def __call__(self, s: Any) -> Any:
+        """Return the charge ($) of the modes of ``s``."""
+        return np.asarray(self.charges)[np.asarray(s.mode, dtype=np.int64)]

@@ -1,0 +1,296 @@
+"""The planned sequence: look it up again after each pass."""
+
+import os
+from concurrent.futures import Executor
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sdpgrind import sdp
+from sdpgrind.base import checks, records
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed
+from sdpgrind.weldbead._problem import SequenceProblem
+from sdpgrind.weldbead._process import GrindingProcess
+
+
+class SequenceAction:
+    """What to do next; always of this type, fields are arrays where states were.
+
+    Attributes
+    ----------
+    stop : bool
+        Stop grinding.
+    duration : float
+        Duration of the pass, reset included, s (0 when stopping).
+    feed_rate : float
+        Feed of the pass, mm/s (NaN when stopping).
+    normal_force : float
+        Normal force, N (NaN when stopping).
+    gap : float
+        How much ($) the best other duration, or stopping, would cost more.
+    """
+
+    __slots__ = ("_problem", "duration", "feed_rate", "gap", "normal_force", "stop")
+
+    def __init__(self, stop: Any, duration: Any, feed_rate: Any, normal_force: Any, gap: Any, problem: SequenceProblem) -> None:
+        self.stop, self.duration, self.feed_rate = stop, duration, feed_rate
+        self.normal_force, self.gap, self._problem = normal_force, gap, problem
+
+    @property
+    def mean_cut(self) -> Any:
+        """Mean depth that the pass removes, mm (0 when stopping)."""
+        problem = self._problem
+        going = ~np.asarray(self.stop)
+        mean = problem.scatter.moments(problem.model, np.where(going, self.normal_force, 0.0), np.where(going, self.feed_rate, 1.0))[0]
+        found = np.where(going, mean, 0.0)
+        return float(found) if found.ndim == 0 else found
+
+    def __repr__(self) -> str:
+        if np.ndim(self.stop):
+            return f"SequenceAction({np.size(self.stop)} states, {int(np.sum(self.stop))} of them stop)"
+        if self.stop:
+            return f"SequenceAction(stop, gap={self.gap:.4g} $)"
+        return (
+            f"SequenceAction(duration={self.duration:g} s, feed_rate={self.feed_rate:.4g} mm/s, normal_force={self.normal_force:.4g} N,"
+            f" mean_cut={self.mean_cut:.4g} mm, gap={self.gap:.4g} $)"
+        )
+
+
+class Risk:
+    """Risk figures of a policy from one state, exact (no Monte-Carlo).
+
+    Attributes
+    ----------
+    mean : float
+        Expected penalty, $.
+    overground : float
+        Probability of grinding below the target, 1.
+    cvar : float
+        Mean penalty of the worst ``1 - confidence`` of the cases (finish, height and lateness charge), $.
+    passes : float
+        Expected number of passes.
+    distribution : sdp.Distribution
+        All of it.
+    """
+
+    def __init__(self, distribution: sdp.Distribution, confidence: float) -> None:
+        self.distribution, self.confidence = distribution, confidence
+        self.mean, self.overground = distribution.mean, distribution.probability_below
+        self.cvar, self.passes = distribution.cvar(confidence), distribution.moves
+
+    def __repr__(self) -> str:
+        return (
+            f"Risk(mean {self.mean:.6g} $, overground with probability {self.overground:.4g},"
+            f" CVaR at {self.confidence:g}: {self.cvar:.4g} $, {self.passes:.3g} passes)"
+        )
+
+
+class SequencePolicy:
+    """A planned grinding sequence; made by `weldbead.plan`, immutable.
+
+    Attributes
+    ----------
+    problem : SequenceProblem
+        What was planned.
+    table : sdp.Policy
+        The solver's table.
+    """
+
+    def __init__(self, problem: SequenceProblem, table: sdp.Policy) -> None:
+        self.problem, self.table = problem, table
+        axis = table.layout.axes[0]
+        self._modes = table.layout.modes
+        self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
+        self._height_max, self._per_stage = axis.high, 1.0 / table.layout.step
+        self._stages, self._origin = float(table.layout.count or 0), -table.first
+        self._values = memoryview(table.table.value)
+        self._feeds = [problem.feed_rate(move.duration * problem.stage) for move in table.layout.moves]
+        self._durations = [move.duration * problem.stage for move in table.layout.moves]
+
+    @property
+    def error(self) -> float | None:
+        """Estimated distance of the expected penalty from the converged one, $; None where a single grid was solved."""
+        return self.table.error
+
+    # -- looking up ------------------------------------------------------------------------------------------------
+
+    def value(self, height: Any, time_left: Any, last_duration: Any = None) -> Any:
+        """Return the expected penalty ($) from a height and a time left on.
+
+        Parameters
+        ----------
+        height : float or array
+            Mean bead height left, mm; below 0 the bead is overground.
+        time_left : float or array
+            Time to the deadline, s; below 0 it is late. Between stages the answer is that of the stage below.
+        last_duration : float or array, optional
+            Duration (s) of the last pass, where the finish is charged; None: no pass yet.
+
+        Raises
+        ------
+        ValueError
+            Above the greatest height or the horizon of the plan, or late off the stages where the table has to be read.
+        """
+        if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
+            stage = time_left * self._per_stage + 1e-9
+            if 0.0 <= height <= self._height_max and 0.0 <= stage < self._stages + 0.5:
+                cell = height * self._per_height
+                k = int(cell)
+                if k == self._cells:
+                    k -= 1
+                row = int(stage) + self._origin
+                low = self._values[row, 0, k]
+                return low + (cell - k) * (self._values[row, 0, k + 1] - low)
+        return self.table.value(height=height, time_left=time_left, **self._mode(last_duration))
+
+    def action(self, height: Any, time_left: Any, last_duration: Any = None) -> SequenceAction:
+        """Return what to do at a height (mm) and a time left (s); see `value` for the arguments.
+
+        Inside one duration the force is interpolated between nodes; where neighbouring nodes differ in what to do, that
+        of the side on which the state lies, both having been compared one step ahead.
+        """
+        if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
+            stage = time_left * self._per_stage + 1e-9
+            if 0.0 <= height <= self._height_max and 0.0 <= stage < self._stages + 0.5:
+                return self._scalar_action(height * self._per_height, int(stage) + self._origin)
+        place = self.table.locate({"height": height, "time_left": time_left} | self._mode(last_duration))
+        best, _, force, gap = self.table.act(place)
+        which = np.maximum(best, 0)
+        stop = best < 0
+        duration = np.where(stop, 0.0, np.asarray(self._durations)[which])
+        feed = np.where(stop, np.nan, np.asarray(self._feeds)[which])
+        fields = [x.reshape(place.shape) if place.shape else x.item() for x in (stop, duration, feed, np.where(stop, np.nan, force), gap)]
+        return SequenceAction(*fields, self.problem)
+
+    @cached_property
+    def _tables(self) -> tuple[memoryview, ...]:
+        t = self.table.table
+        return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap, self.table.switches))
+
+    def _scalar_action(self, cell: float, row: int) -> SequenceAction:
+        best, force, gap, switch = self._tables
+        k = int(cell)
+        if k == self._cells:
+            k -= 1
+        part = cell - k
+        move, other = best[row, 0, k], best[row, 0, k + 1]
+        g = gap[row, 0, k]
+        if part > 0:  # infinite where there is no alternative
+            g = (1 - part) * g + part * gap[row, 0, k + 1]
+        if move == other:
+            f = force[row, 0, k]
+            f += part * (force[row, 0, k + 1] - f)
+        elif part > switch[row, 0, k]:
+            move, f = other, force[row, 0, k + 1]
+        else:
+            f = force[row, 0, k]
+        if move < 0:
+            return SequenceAction(True, 0.0, np.nan, np.nan, g, self.problem)
+        return SequenceAction(False, self._durations[move], self._feeds[move], f, g, self.problem)
+
+    def gradient(self, height: Any, time_left: Any, last_duration: Any = None) -> Any:
+        """Return the derivative of the expected penalty with respect to height, $/mm; see `value` for the arguments."""
+        return self.table.gradient(height=height, time_left=time_left, **self._mode(last_duration))["height"]
+
+    def alternatives(self, height: float, time_left: float, within: float, last_duration: float | None = None) -> dict[str, float]:
+        """Return every duration (or "stop") that costs at most `within` $ more than the best, with its expected penalty ($).
+
+        Parameters are one height (mm), one time left (s) and the duration (s) of the last pass, as in `value`.
+        """
+        return self.table.alternatives(within, height=height, time_left=time_left, **self._mode(last_duration))
+
+    def _mode(self, last_duration: Any) -> dict[str, Any]:
+        if last_duration is None:
+            return {}
+        if self.problem.finish_charge is None:
+            return {}
+        durations = np.asarray(self._durations)
+        given = np.asarray(last_duration, dtype=float)
+        mode = np.argmin(np.abs(durations - given[..., None]), axis=-1)
+        for k in np.flatnonzero(np.abs(durations[np.ravel(mode)] - np.ravel(given)) > 1e-9):
+            raise checks.refuse("last_duration", "one of " + ", ".join(f"{t:g}" for t in durations), float(np.ravel(given)[k]), "s")
+        return {"mode": mode + 1}
+
+    # -- predicting ------------------------------------------------------------------------------------------------
+
+    def simulate(
+        self,
+        model: GrindingProcess | SequenceProblem | None = None,
+        *,
+        runs: int = 10_000,
+        height: float,
+        time_left: float,
+        rng: Seed = 0,
+        snap: bool = False,
+        executor: Executor | None = None,
+    ) -> sdp.Runs:
+        """Follow the policy on the model, by Monte-Carlo (no machine, no sensor).
+
+        Parameters
+        ----------
+        model : GrindingProcess or SequenceProblem, optional
+            Another truth than the one that was planned for.
+        runs : int
+            Number of sequences.
+        height, time_left : float
+            Where they start, mm and s.
+        rng : int, SeedSequence or Generator
+            Source of randomness.
+        snap : bool
+            Put outcomes on neighbour nodes at random, as the table does (the mean is then the table's value).
+        executor : concurrent.futures.Executor, optional
+            Where to run blocks of sequences; results do not depend on it.
+
+        Returns
+        -------
+        sdp.Runs
+            Penalty ($), passes (`moves`), final height (mm) and time left (s) of each sequence.
+        """
+        from sdpgrind.weldbead._planner import sdp_problem
+
+        truth = model if isinstance(model, SequenceProblem) else self.problem if model is None else self.problem.replace(model=model)
+        problem = self.table.problem if model is None else sdp_problem(truth, self._cells + 1)
+        start = {"height": height, "time_left": time_left}
+        return self.table.simulate(runs=runs, rng=rng, problem=problem, snap=snap, executor=executor, **start)  # type: ignore[no-any-return]
+
+    def risk(self, height: float, time_left: float, confidence: float = 0.95) -> Risk:
+        """Return exact risk figures from a height (mm) and a time left (s); `confidence` is the probability of the CVaR."""
+        return Risk(self.table.distribution(height=height, time_left=time_left), confidence)
+
+    # -- keeping ---------------------------------------------------------------------------------------------------
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The table with labels and units, and the problem as JSON."""
+        return self.table.dataset.assign_attrs(problem=records.encode(self.problem))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write policy and problem to a NetCDF file, which `sdpgrind.load` opens."""
+        records.write(self.dataset, path, "weldbead.sequence")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "SequencePolicy":
+        """Read a policy written by `save`; everything works again, for the problem is data."""
+        from sdpgrind.weldbead._planner import sdp_problem
+
+        dataset = records.read(path)
+        problem: SequenceProblem = records.decode(dataset.attrs["problem"])
+        return cls(problem, sdp.Policy.from_dataset(dataset, sdp_problem(problem, dataset.sizes["height"])))
+
+    def plot(self) -> Any:
+        """Draw expected penalty, duration and force over time left and height; return the figure."""
+        from sdpgrind.weldbead._plots import plot_policy
+
+        return plot_policy(self)
+
+    def states(self) -> tuple[Floats, Floats]:
+        """Return the heights (mm) and times left (s) of the table's nodes, on time."""
+        count = self.table.layout.count or 0
+        return self.table.grid.coordinates[0], np.arange(count + 1) * self.problem.stage
+
+    def __repr__(self) -> str:
+        error = "not estimated" if self.error is None else f"{self.error:.2g} $"
+        return f"SequencePolicy({self._cells + 1} heights to {self._height_max:g} mm, {self.problem.horizon:g} s, error {error})"
