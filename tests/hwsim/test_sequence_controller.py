@@ -1,5 +1,6 @@
 """The controller that follows a policy: what it looks up, commands and reports; missing readings; refusals."""
 
+import copy
 from math import nan
 from types import SimpleNamespace
 
@@ -20,11 +21,12 @@ class Thirds:
     def __init__(self):
         self.asked = []
 
-    def value(self, *, height, time_left):
+    def value(self, height, time_left, last_duration=None):
         return 0.5 * height
 
-    def action(self, *, height, time_left):
+    def action(self, height, time_left, last_duration=None):
         self.asked.append((height, time_left))
+        self.last = last_duration
         stop = height < 0.1
         return SimpleNamespace(
             stop=stop,
@@ -60,6 +62,29 @@ def test_late_time_is_passed_on():
     policy = Thirds()
     SequenceController(policy).step(height=0.9, time_left=-6.0)
     assert policy.asked == [(0.9, -6.0)]
+
+
+def test_last_pass_is_told_where_its_finish_is_charged():
+    policy = Thirds()
+    controller = SequenceController(policy)
+    controller.step(height=0.9, time_left=20.0)
+    controller.step(height=0.6, time_left=12.0)
+    assert policy.last is None
+    policy.problem = P1.replace(finish_charge=weldbead.FinishCharge(0.4, reference_rate=12.5))
+    controller.reset()
+    controller.step(height=0.9, time_left=20.0)
+    assert policy.last is None
+    controller.step(height=0.6, time_left=12.0)
+    assert policy.last == 8.0
+
+
+def test_copies_have_a_state_of_their_own_and_share_the_policy():
+    controller = SequenceController(Thirds())
+    controller.step(height=0.9, time_left=20.0)
+    twin = copy.deepcopy(controller)
+    controller.step(height=0.3, time_left=12.0)
+    twin.step(height=nan, time_left=12.0)
+    assert controller.policy.asked[-1] == (pytest.approx(0.6), 12.0) and twin.policy is controller.policy
 
 
 def test_reset_forgets():

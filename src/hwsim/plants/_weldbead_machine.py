@@ -131,9 +131,10 @@ class WeldBead:
         """Finish of the bead and burn, both by the commanded pass."""
         problem = self._problem
         pass_ = done.normal_force, done.feed_rate
-        mean_cut = float(problem.scatter.expected(problem.model).mean_cut(*pass_))
-        if problem.finish_charge is not None and mean_cut >= problem.min_cut * (1 - _AGREE):
-            self._finish = float(problem.finish_charge(done.feed_rate))
+        if problem.finish_charge is not None:
+            mean_cut = float(problem.scatter.expected(problem.model).mean_cut(*pass_))
+            if mean_cut >= problem.min_cut * (1 - _AGREE):
+                self._finish = float(problem.finish_charge(done.feed_rate))
         if problem.burn_limit is not None:
             self._burned += float(problem.burn_limit.margin(self._process, *pass_)) < -_BURNS
 

@@ -76,7 +76,11 @@ def _target_and_deadline(axis: Any, log: "Log") -> None:
 def _penalties(axis: Any, log: "Log") -> None:
     """Realised penalties, their mean with its standard error, and what the policy had expected."""
     values = log.outcome.penalty.values
-    axis.hist(values, bins=min(40, max(8, values.size // 5)), color=_GOOD, alpha=0.45)
+    most = float(np.quantile(values, 0.995)) if values.size >= 200 else float(values.max())
+    axis.hist(values, bins=min(40, max(8, values.size // 5)), range=(0, most or 1.0), color=_GOOD, alpha=0.45)
+    if beyond := int((values > most).sum()):
+        told = f"{beyond} more, up to {values.max():.3g} " + r"\$ →"
+        axis.annotate(told, (1, 0.06), xycoords="axes fraction", ha="right", fontsize=8)
     mean = values.mean()
     error = values.std(ddof=1) / np.sqrt(values.size) if values.size > 1 else 0.0
     axis.axvspan(mean - error, mean + error, color=_REAL, alpha=0.3, lw=0)
@@ -89,6 +93,11 @@ def _penalties(axis: Any, log: "Log") -> None:
     axis.legend(frameon=False, fontsize=8)
 
 
+def _faint(points: int) -> float:
+    """Opacity of so many points."""
+    return float(np.clip(300 / max(points, 1), 0.15, 0.8))
+
+
 def _cuts(axis: Any, table: Any) -> None:
     """Depth of each pass against what the policy expected of it."""
     same = table.part.values[1:] == table.part.values[:-1]
@@ -99,7 +108,7 @@ def _cuts(axis: Any, table: Any) -> None:
     else:
         expected = np.arange(measured.size) + 1.0
         axis.set(xlabel="pass", ylabel="cut by two scans (mm)")
-    axis.plot(expected, measured, ".", color=_GOOD, ms=3, alpha=0.5)
+    axis.plot(expected, measured, ".", color=_GOOD, ms=3, alpha=_faint(measured.size))
     if "mean_cut_planned" in table and measured.size:
         line = np.array([0, expected.max()])
         axis.plot(line, line, color=_PLAN, lw=1, ls="--")
@@ -109,7 +118,7 @@ def _cuts(axis: Any, table: Any) -> None:
 def _powers(axis: Any, log: "Log", table: Any) -> None:
     """Measured power against removal rate: its slope is the specific energy, its intercept the idle power."""
     rate, power = table.removal_rate.values, table.grinding_power.values
-    axis.plot(rate, power, ".", color=_GOOD, ms=3, alpha=0.5, label="passes")
+    axis.plot(rate, power, ".", color=_GOOD, ms=3, alpha=_faint(rate.size), label="passes")
     if np.isfinite(rate).any():
         energy = np.nanmedian(log.outcome.true_specific_energy.values)
         idle = np.nanmedian(log.outcome.true_idle_power.values)

@@ -1,20 +1,12 @@
 """Controllers that follow a plan of a weld bead."""
 
+import copy
 from collections.abc import Mapping
 from math import isnan, nan
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Self
 
-
-@runtime_checkable
-class _Policy(Protocol):
-    """What the controller uses of a policy."""
-
-    problem: Any
-    dataset: Any
-
-    def value(self, *, height: float, time_left: float) -> Any: ...
-
-    def action(self, *, height: float, time_left: float) -> Any: ...
+if TYPE_CHECKING:
+    from sdpgrind.weldbead._policy import SequencePolicy
 
 
 class SequenceController:
@@ -54,14 +46,14 @@ class SequenceController:
     commands: Mapping[str, str] = {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""}
     reports: Mapping[str, str] = {"penalty": "$", "mean_cut": "mm", "gap": "$"}
 
-    def __init__(self, policy: _Policy) -> None:
-        if not isinstance(policy, _Policy):
+    def __init__(self, policy: "SequencePolicy") -> None:
+        if not callable(getattr(policy, "action", None)):
             raise TypeError(f"policy must be a policy, as weldbead.plan gives it; got {policy!r}")
         self._policy = policy
         self.reset()
 
     @property
-    def policy(self) -> Any:
+    def policy(self) -> "SequencePolicy":
         """The plan that is followed."""
         return self._policy
 
@@ -78,6 +70,7 @@ class SequenceController:
         >>> controller.reset()  # doctest: +SKIP
         """
         self._expected_height = self._expected_time = nan
+        self._last: dict[str, float] = {}  # the last pass, where its finish is charged for
         self._report = dict.fromkeys(self.reports, nan)
 
     def step(self, *, height: float, time_left: float, **others: Any) -> dict[str, float]:
@@ -98,14 +91,14 @@ class SequenceController:
         """
         height, time_left = self._known(height, time_left)
         self._check(height, time_left)
-        action = self._policy.action(height=height, time_left=time_left)
+        action = self._policy.action(height, time_left, **self._last)
         stop = bool(action.stop)
         mean_cut = 0.0 if stop else float(action.mean_cut)
-        value = float(self._policy.value(height=height, time_left=time_left))
+        value = float(self._policy.value(height, time_left, **self._last))
         self._report = {"penalty": value, "mean_cut": mean_cut, "gap": float(action.gap)}
         if stop:
             return {"stop": 1.0}
-        self._expected_height, self._expected_time = height - mean_cut, time_left - float(action.duration)
+        self._remember(height - mean_cut, time_left, float(action.duration))
         return {name: float(getattr(action, name)) for name in ("duration", "feed_rate", "normal_force")} | {
             "stop": 0.0
         }
@@ -118,6 +111,16 @@ class SequenceController:
         >>> controller.report()["penalty"]  # doctest: +SKIP
         """
         return self._report
+
+    def _remember(self, height: float, time_left: float, duration: float) -> None:
+        """What the pass should leave, for a reading that is missing after it."""
+        self._expected_height, self._expected_time = height, time_left - duration
+        if self._policy.problem.finish_charge is not None:
+            self._last = {"last_duration": duration}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """A controller with a state of its own; the policy never changes and is shared."""
+        return copy.copy(self)
 
     def _known(self, height: float, time_left: float) -> tuple[float, float]:
         """Fill in missing readings."""
