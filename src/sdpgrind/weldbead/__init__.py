@@ -4,7 +4,10 @@ Given a bead of mean height x and the time left to a deadline, `plan` says wheth
 the next pass should use, so that the expected penalty at the end of the whole sequence is least.
 """
 
+from sdpgrind.weldbead._attribution import ScatterEstimate
 from sdpgrind.weldbead._burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
+from sdpgrind.weldbead._coefficients import FrictionEstimator, PowerEstimator
+from sdpgrind.weldbead._identify import identify
 from sdpgrind.weldbead._planner import plan, sdp_problem
 from sdpgrind.weldbead._policy import Risk, SequenceAction, SequencePolicy
 from sdpgrind.weldbead._presets import PresetInfo, preset, presets
@@ -18,16 +21,20 @@ __all__ = [
     "Coefficients",
     "FinishCharge",
     "ForceBurnLimit",
+    "FrictionEstimator",
     "GrindingProcess",
     "MalkinBurnLimit",
     "PowerBurnLimit",
+    "PowerEstimator",
     "PresetInfo",
     "Risk",
     "Scatter",
+    "ScatterEstimate",
     "Sensitivity",
     "SequenceAction",
     "SequencePolicy",
     "SequenceProblem",
+    "identify",
     "plan",
     "preset",
     "presets",

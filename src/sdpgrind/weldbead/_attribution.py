@@ -1,0 +1,200 @@
+"""Which coefficient scatters, and by which law: Brown (1988), section 8.3, point 4.
+
+Each attribution says how the standard deviation of the depth varies with force and feed. The depths of passes at
+several forces and feeds, divided by what it predicts, have to scatter alike; the likelihood (of normal residuals) tells
+which attribution does that best.
+"""
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from sdpgrind import identify as idf
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.weldbead._data import Readings, readings
+from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead._scatter import ATTRIBUTIONS, Scatter
+
+SCATTER_METHODS = ("fit", "model")
+LAW_METHODS = ("kernel", "sample")
+_DECISIVE = 3.0  # difference of log-likelihood: 20 times as likely
+
+
+@dataclasses.dataclass(frozen=True)
+class ScatterEstimate(Frozen):
+    """How much the depth scatters under each attribution, and which of them the data favour.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The attributions compared.
+    relative_sd : tuple of float
+        Relative standard deviation of the coefficient under each, unit 1.
+    standard_error : tuple of float
+        Standard error of these, unit 1.
+    log_likelihood : tuple of float
+        Log-likelihood of the standardised residuals under each, unit 1.
+    favoured : str
+        The likeliest.
+    plausible : tuple of str
+        All that are less than 20 times as unlikely, the favoured one first.
+    distinguishable : bool
+        Whether the plausible ones all predict the same scatter (C1 and mu do without droop), so that it does not matter
+        which is taken.
+    scatter : Scatter
+        The favoured attribution with its relative standard deviation: what `SequenceProblem.updated` takes.
+    process : GrindingProcess
+        The process whose mean cut was taken, K1 (J/mm^3) and K2 (W) fitted unless the model's were.
+    message : str
+        What it rests on.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sdpgrind import weldbead
+    >>> process, rng = weldbead.preset("P1").model, np.random.default_rng(0)
+    >>> force, feed = np.tile([15.0, 30.0, 50.0], 60), np.repeat([3.0, 12.0], 90)
+    >>> depth = weldbead.Scatter("K2", 0.3).cut(process, force, feed).sample(rng)
+    >>> data = {"normal_force": force, "feed_rate": feed, "cut_depth": depth}
+    >>> weldbead.identify(data, "scatter", model=process).favoured
+    'K2'
+    """
+
+    names: tuple[str, ...]
+    relative_sd: tuple[float, ...]
+    standard_error: tuple[float, ...]
+    log_likelihood: tuple[float, ...]
+    favoured: str
+    plausible: tuple[str, ...]
+    distinguishable: bool
+    scatter: Scatter
+    process: GrindingProcess
+    message: str
+
+    def __getitem__(self, name: str) -> float:
+        """Return the relative standard deviation (unit 1) under the attribution of that name."""
+        return self.relative_sd[self.names.index(checks.one_of("name", name, self.names))]
+
+
+class _Fit(NamedTuple):
+    scatter: Scatter
+    process: GrindingProcess
+    likelihood: float
+    unit: Floats  # standardised residuals
+    sd: Floats
+
+
+def estimate_scatter(
+    data: Any, method: str, *, model: GrindingProcess | None, law: str, depth_noise: float
+) -> ScatterEstimate:
+    """Compare the attributions; see `identify`."""
+    read, process = _passes(data, model, method)
+    fits = {name: _fitted(read, process, name, method == "fit", law, depth_noise) for name in ATTRIBUTIONS}
+    order = sorted(fits, key=lambda name: -fits[name].likelihood)
+    best = fits[order[0]]
+    plausible = tuple(name for name in order if fits[name].likelihood > best.likelihood - _DECISIVE)
+    return ScatterEstimate(
+        names=ATTRIBUTIONS,
+        relative_sd=tuple(float(fits[name].scatter.total) for name in ATTRIBUTIONS),
+        standard_error=tuple(_standard_error(fits[name]) for name in ATTRIBUTIONS),
+        log_likelihood=tuple(fits[name].likelihood for name in ATTRIBUTIONS),
+        favoured=order[0],
+        plausible=plausible,
+        distinguishable=all(np.allclose(fits[name].sd, best.sd, rtol=1e-6) for name in plausible),
+        scatter=best.scatter,
+        process=best.process,
+        message=read.message,
+    )
+
+
+def estimate_law(
+    data: Any,
+    method: str,
+    *,
+    model: GrindingProcess | None,
+    law: str,
+    depth_noise: float,
+    attribution: str | None,
+    bandwidth: float | None,
+) -> Scatter:
+    """Empirical law of the standardised depths; see `identify`."""
+    read, process = _passes(data, model, "fit")
+    negative = int(np.sum(read["cut_depth"] < 0))
+    if negative:
+        raise ValueError(f"cut_depth must be >= 0 (mm); got {negative} of {read.points} that are not")
+    if attribution is None:
+        attribution = estimate_scatter(data, "fit", model=model, law=law, depth_noise=depth_noise).favoured
+    fit = _fitted(read, process, checks.one_of("attribution", attribution, ATTRIBUTIONS), True, law, depth_noise)
+    if bandwidth is None:
+        bandwidth = float((0.75 * read.points) ** -0.2) if method == "kernel" else 0.0
+    return fit.scatter.replace(law="empirical", sample=tuple(fit.unit.tolist()), bandwidth=bandwidth)
+
+
+def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[Readings, GrindingProcess]:
+    """Passes whose mean cut is positive, and the model."""
+    if not isinstance(model, GrindingProcess):
+        raise TypeError(f"model must be a GrindingProcess, whose mean cut the depths scatter about; got {model!r}")
+    read = readings(data, ("normal_force", "feed_rate", "cut_depth"))
+    if np.any(read["feed_rate"] <= 0):
+        raise checks.refuse("feed_rate", "> 0", float(read["feed_rate"].min()), "mm/s")
+    read = read.only(read["normal_force"] > 1.02 * model.threshold_force)
+    read.require(4 if method == "fit" else 3)
+    return (read.levels("normal_force") if method == "fit" else read), model
+
+
+def _fitted(read: Readings, process: GrindingProcess, name: str, refit: bool, law: str, noise: float) -> _Fit:
+    """The relative sd of greatest likelihood under one attribution."""
+
+    def tried(log_r: float) -> _Fit:
+        scatter = Scatter(name, float(np.exp(log_r)), law=law)
+        return _evaluated(read, _refitted(read, process, scatter, noise) if refit else process, scatter, noise)
+
+    bound = float(np.log(0.5 if law == "normal" else 3.0))
+    found = minimize_scalar(
+        lambda log_r: -tried(log_r).likelihood, bounds=(np.log(1e-4), bound), method="bounded", options={"xatol": 1e-7}
+    )
+    best = tried(float(found.x))
+    # Greatest likelihood divides by n where n less the number of fitted coefficients is due.
+    inflated = best.scatter.total * np.sqrt(read.points / (read.points - (2 if refit else 0)))
+    return best._replace(scatter=Scatter(name, min(float(inflated), float(np.exp(bound))), law=law))
+
+
+def _evaluated(read: Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> _Fit:
+    mean, sd = _mean_and_sd(read, process, scatter, noise)
+    unit = (read["cut_depth"] - mean) / sd
+    likelihood = -float(np.sum(0.5 * unit**2 + np.log(sd) + 0.5 * np.log(2 * np.pi)))
+    return _Fit(scatter, process, likelihood, unit, sd)
+
+
+def _mean_and_sd(read: Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> tuple[Floats, Floats]:
+    mean, sd = scatter.moments(process, read["normal_force"], read["feed_rate"])
+    if scatter.law == "rayleigh":
+        sd = np.minimum(sd, mean / sdp.Rayleigh.SWITCH)
+    floor = 1e-6 * float(np.abs(read["cut_depth"]).max() or 1.0)
+    return mean, np.sqrt(sd**2 + noise**2 + floor**2)
+
+
+def _refitted(read: Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> GrindingProcess:
+    """K1 and K2 of the mean cut under that scatter: the removal rate on the power, weighted, three times over."""
+    power = scatter.expected(process).grinding_power(read["normal_force"])
+    whole = process.bead_width * read["feed_rate"]
+    rows, rate = np.column_stack([np.ones(power.size), power]), whole * read["cut_depth"]
+    for _ in range(3):
+        weights = 1 / (whole * _mean_and_sd(read, process, scatter, noise)[1]) ** 2
+        a, b = idf.least_squares(rows, rate, weights=weights / weights.max(), throw=False).value
+        if a > 0 or b <= 0:  # no idle power below 0
+            a, b = 0.0, float(np.sum(weights * power * rate) / np.sum(weights * power**2))
+        if b <= 0:
+            return process
+        process = process.replace(specific_energy=1 / b, idle_power=-a / b)
+    return process
+
+
+def _standard_error(fit: _Fit) -> float:
+    kurtosis = float(np.mean(fit.unit**4) / np.mean(fit.unit**2) ** 2)
+    return float(fit.scatter.total * np.sqrt((kurtosis - 1) / (4 * fit.unit.size)))

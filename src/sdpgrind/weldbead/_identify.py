@@ -1,0 +1,138 @@
+"""From the log of passes back to the model: what the coefficients are, and how the depth scatters."""
+
+from typing import Any, Literal, TypedDict, Unpack, overload
+
+from sdpgrind.base import checks
+from sdpgrind.identify import Estimate
+from sdpgrind.weldbead._attribution import (
+    LAW_METHODS,
+    SCATTER_METHODS,
+    ScatterEstimate,
+    estimate_law,
+    estimate_scatter,
+)
+from sdpgrind.weldbead._coefficients import (
+    FRICTION_METHODS,
+    POWER_METHODS,
+    estimate_friction,
+    estimate_power,
+)
+from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead._scatter import Scatter
+
+_METHODS = {
+    "power": POWER_METHODS,
+    "friction": FRICTION_METHODS,
+    "scatter": SCATTER_METHODS,
+    "law": LAW_METHODS,
+}
+
+
+class Options(TypedDict, total=False):
+    """Keyword arguments of `identify`, in its units."""
+
+    method: str | None
+    model: GrindingProcess | None
+    forgetting: float
+    noise_ratio: float | None
+    law: str
+    depth_noise: float
+    attribution: str | None
+    bandwidth: float | None
+    throw: bool
+
+
+@overload
+def identify(data: Any, what: Literal["power", "friction"], **options: Unpack[Options]) -> Estimate: ...
+@overload
+def identify(data: Any, what: Literal["scatter"], **options: Unpack[Options]) -> ScatterEstimate: ...
+@overload
+def identify(data: Any, what: Literal["law"], **options: Unpack[Options]) -> Scatter: ...
+def identify(
+    data: Any,
+    what: str,
+    *,
+    method: str | None = None,
+    model: GrindingProcess | None = None,
+    forgetting: float = 1.0,
+    noise_ratio: float | None = None,
+    law: str = "rayleigh",
+    depth_noise: float = 0.0,
+    attribution: str | None = None,
+    bandwidth: float | None = None,
+    throw: bool = True,
+) -> Estimate | ScatterEstimate | Scatter:
+    """Estimate from passes what `SequenceProblem.updated` takes.
+
+    ========== ========================== ==========================================================================
+    `what`     quantities of `data`       result and methods (the first is the default)
+    ========== ========================== ==========================================================================
+    "power"    grinding_power,            `Estimate` of specific_energy (J/mm^3) and idle_power (W). "regression":
+               removal_rate               removal rate on power, right where the first is the noisy one; "total": both
+                                          noisy; "recursive": old passes forgotten; "printed": power on removal rate,
+                                          Brown (1988), section 4.1, which noise makes too flat
+    "friction" normal_force,              `Estimate` of friction_ratio (1): "regression", "recursive"
+               tangential_force
+    "scatter"  normal_force, feed_rate,   `ScatterEstimate`: which coefficient scatters. "fit": K1 and K2 of the mean
+               cut_depth                  cut fitted too, >= 4 passes; "model": taken from `model`
+    "law"      as "scatter"               `Scatter` with the empirical law of the standardised depths. "kernel":
+                                          smoothed, "sample": as they are
+    ========== ========================== ==========================================================================
+
+    Parameters
+    ----------
+    data : mapping of arrays, or log
+        Arrays of one length by name: grinding_power (W), removal_rate (mm^3/s), normal_force (N), tangential_force (N),
+        feed_rate (mm/s), cut_depth (mm), one entry for each pass, no NaN. Or a log, whose table "sequence" has them;
+        there NaN is "no reading" and its row is left out and counted.
+    what : {"power", "friction", "scatter", "law"}
+        What to estimate.
+    method : str, optional
+        See above.
+    model : GrindingProcess, optional
+        The process about whose mean cut the depths scatter; needed for "scatter" and "law".
+    forgetting : float
+        For "recursive": weight of a pass relative to the next, in (0, 1], unit 1.
+    noise_ratio : float, optional
+        For "total": sd of the power's noise over that of the removal rate's, J/mm^3.
+    law : str
+        For "scatter" and "law": the law that the depths are taken to have (a scaled Rayleigh law scatters less than
+        asked), as in `Scatter`.
+    depth_noise : float
+        For "scatter" and "law": sd of the measurement of the depth, mm, which is no scatter of the process.
+    attribution : str, optional
+        For "law": the attribution by which to standardise; by default the favoured one.
+    bandwidth : float, optional
+        For "law": kernel in standard deviations, unit 1; by default Silverman's rule.
+    throw : bool
+        For "power" and "friction": raise when the passes do not determine the values; else the status says so.
+
+    Returns
+    -------
+    Estimate, ScatterEstimate or Scatter
+        See above.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For missing or bad readings, fewer than 3 passes, one power level only, or (with `throw`) a failed estimate.
+
+    Examples
+    --------
+    >>> power = [150.0, 300.0, 450.0, 600.0]
+    >>> rate = [5.1, 19.8, 35.2, 49.9]
+    >>> identify({"grinding_power": power, "removal_rate": rate}, "power")
+    Estimate(specific_energy = 10.0134 ± 0.066 J/mm^3, idle_power = 99.6328 ± 2.1 W; from 4 passes)
+    """
+    methods = _METHODS[checks.one_of("what", what, _METHODS)]
+    method = checks.one_of("method", methods[0] if method is None else method, methods)
+    if what == "power":
+        return estimate_power(data, method, forgetting=forgetting, noise_ratio=noise_ratio, throw=throw)
+    if what == "friction":
+        return estimate_friction(data, method, forgetting=forgetting, throw=throw)
+    noise = checks.nonnegative("depth_noise", depth_noise, "mm")
+    if what == "scatter":
+        return estimate_scatter(data, method, model=model, law=law, depth_noise=noise)
+    return estimate_law(
+        data, method, model=model, law=law, depth_noise=noise, attribution=attribution, bandwidth=bandwidth
+    )
