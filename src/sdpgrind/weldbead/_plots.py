@@ -24,9 +24,7 @@ def plot_policy(policy: "SequencePolicy") -> Any:
         (action.normal_force, "normal force [N]", "cividis", None),
     )
     for ax, (field, label, name, steps) in zip(axes, panels, strict=True):
-        cmap = plt.get_cmap(name, steps) if steps else plt.get_cmap(name)
-        cmap = cmap.copy()
-        cmap.set_bad("0.88")
+        cmap = (plt.get_cmap(name, steps) if steps else plt.get_cmap(name)).with_extremes(bad="0.88")
         limits = _centred(policy.problem.durations) if steps else (None, None)
         image = ax.pcolormesh(time, height[1:], field, shading="nearest", cmap=cmap, vmin=limits[0], vmax=limits[1], rasterized=True)
         figure.colorbar(image, ax=ax, label=label, ticks=policy.problem.durations if steps and steps <= 12 else None)
