@@ -31,6 +31,11 @@ def test_value_and_covariance_against_scipy():
     assert (low, high) == (pytest.approx(twin.slope - reach), pytest.approx(twin.slope + reach))
 
 
+def test_interval_of_known_noise_is_normal():
+    fit = identify.Estimate(("a",), [1.0], [[4.0]])
+    np.testing.assert_allclose(fit.interval(0.99), [[1 - 2 * 2.5758293, 1 + 2 * 2.5758293]], rtol=1e-7)
+
+
 def test_weights_are_repetitions():
     matrix, y = line_data(6)
     weights = np.array([1, 3, 2, 1, 1, 4])
@@ -185,12 +190,12 @@ def test_many_rows_leave_a_covariance():
 
 
 def test_estimate_shows_and_stores_itself():
-    fit = identify.Estimate(("a", "b"), [1.0, 2.0], [[4.0, 1.0], [1.0, 1.0]], units=("mm", ""), message="of 5 points")
+    fit = identify.Estimate(("a", "b"), [1.0, 2.0], [[4.0, 1.0], [1.0, 1.0]], units=("mm", "1"), message="of 5 points")
     assert repr(fit) == "Estimate(a = 1 ± 2 mm, b = 2 ± 1; of 5 points)"
     np.testing.assert_allclose(fit.correlation, [[1.0, 0.5], [0.5, 1.0]])
     twin = records.decode(records.encode(fit))
     np.testing.assert_array_equal(twin.covariance, fit.covariance)
-    assert (twin.names, twin.status, twin.units) == (fit.names, identify.Status.OK, ("mm", ""))
+    assert (twin.names, twin.status, twin.units) == (fit.names, identify.Status.OK, ("mm", "1"))
     with pytest.raises(ValueError, match="read-only"):
         fit.value[0] = 3.0
 

@@ -5,7 +5,7 @@ from enum import StrEnum
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import t as student
+from scipy.special import ndtri, stdtrit
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -118,11 +118,13 @@ class Estimate(Frozen):
         """
         if not 0 < checks.number("confidence", confidence, "1") < 1:
             raise checks.refuse("confidence", "in (0, 1)", confidence, "1")
-        reach = float(student.ppf(0.5 + confidence / 2, self.freedom)) * self.sd
+        share = 0.5 + confidence / 2
+        reach = (stdtrit(self.freedom, share) if np.isfinite(self.freedom) else ndtri(share)) * self.sd
         return np.stack([self.value - reach, self.value + reach], axis=1)
 
     def __repr__(self) -> str:
-        rows = zip(self.names, self.value, self.sd, self.units, strict=True)
+        units = ("" if unit == "1" else unit for unit in self.units)
+        rows = zip(self.names, self.value, self.sd, units, strict=True)
         shown = ", ".join(f"{name} = {value:.6g} ± {sd:.2g} {unit}".rstrip() for name, value, sd, unit in rows)
         return f"Estimate({shown}; {self.message})"
 

@@ -124,9 +124,12 @@ def estimate_law(
 ) -> Scatter:
     """Empirical law of the standardised depths; see `identify`."""
     read, process = _passes(data, model, "fit")
-    negative = int(np.sum(read["cut_depth"] < 0))
+    negative = int(np.sum(read["cut_depth"] < -5 * depth_noise))
     if negative:
-        raise ValueError(f"cut_depth must be >= 0 (mm); got {negative} of {read.points} that are not")
+        raise ValueError(
+            f"cut_depth must be >= 0 up to 5 depth_noise, {5 * depth_noise:g} mm (mm);"
+            f" got {negative} of {read.points} that are not"
+        )
     if attribution is None:
         attribution = estimate_scatter(data, "fit", model=model, law=law, depth_noise=depth_noise).favoured
     fit = _fitted(read, process, checks.one_of("attribution", attribution, ATTRIBUTIONS), True, law, depth_noise)

@@ -100,6 +100,7 @@ def identify(
         asked), as in `Scatter`.
     depth_noise : float
         For "scatter" and "law": sd of the measurement of the depth, mm, which is no scatter of the process.
+        "law" refuses depths below 0 by more than five of them.
     attribution : str, optional
         For "law": the attribution by which to standardise; by default the favoured one.
     bandwidth : float, optional
