@@ -7,6 +7,7 @@ the next pass should use, so that the expected penalty at the end of the whole s
 from sdpgrind.weldbead._attribution import ScatterEstimate
 from sdpgrind.weldbead._burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead._coefficients import FrictionEstimator, PowerEstimator
+from sdpgrind.weldbead._controllers import SequenceController
 from sdpgrind.weldbead._identify import identify
 from sdpgrind.weldbead._planner import plan, sdp_problem
 from sdpgrind.weldbead._policy import Risk, SequenceAction, SequencePolicy
@@ -32,6 +33,7 @@ __all__ = [
     "ScatterEstimate",
     "Sensitivity",
     "SequenceAction",
+    "SequenceController",
     "SequencePolicy",
     "SequenceProblem",
     "identify",
