@@ -6,23 +6,23 @@ rolls it back.
 """
 
 import contextlib
-import io
 import json
+import math
 import os
 import sqlite3
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
 from hwsim._labels import Labels
 from hwsim._log import Log
-from hwsim._part import Part
+from hwsim._part import Column, Part
 
 _SCHEMA = """
 CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, arrays BLOB NOT NULL);
+CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, names TEXT NOT NULL, arrays BLOB NOT NULL);
 """
 _VERSION = "1"
 _PATIENCE = 60.0  # s to wait for another process that is writing
@@ -121,18 +121,20 @@ class Journal:
 
     def read(self, limit: int = -1) -> Iterator[Part]:
         """Give the first `limit` finished parts (private to this package)."""
-        rows = self._database.execute("SELECT number, arrays FROM part ORDER BY number LIMIT ?", (limit,)).fetchall()
-        for expected, (number, arrays) in enumerate(rows):
+        rows = self._database.execute(
+            "SELECT number, names, arrays FROM part ORDER BY number LIMIT ?", (limit,)
+        ).fetchall()
+        for expected, (number, names, arrays) in enumerate(rows):
             if number != expected:
                 raise ValueError(f"{str(self.path)!r} lacks part {expected}")
-            yield _unpacked(arrays)
+            yield _unpacked(names, arrays)
 
     def add(self, number: int, part: Part) -> None:
         """Write one finished part, durably, in one transaction (private to this package)."""
         outcome = {name: value.tolist() for name, value in part.outcome.items()}
         try:
-            row = (number, json.dumps(outcome), _packed(part))
-            self._database.execute("INSERT INTO part VALUES (?, ?, ?)", row)
+            row = (number, json.dumps(outcome), *_packed(part))
+            self._database.execute("INSERT INTO part VALUES (?, ?, ?, ?)", row)
         except sqlite3.IntegrityError:
             raise RuntimeError(
                 f"part {number} is in {str(self.path)!r} already: another run is writing there"
@@ -152,21 +154,22 @@ class Journal:
         return f"<hwsim.Journal: {self.parts} parts in {str(self.path)!r}>"
 
 
-def _packed(part: Part) -> bytes:
-    """Arrays of a part, bit for bit; names are ``tier/column``, those of the outcome have no tier."""
-    named: dict[str, Any] = {f"/{name}": value for name, value in part.outcome.items()}
+def _packed(part: Part) -> tuple[str, bytes]:
+    """Index (name, dtype, shape) and bytes of the arrays of a part; names are ``tier/column``, outcomes ``/name``."""
+    named: dict[str, Column] = {f"/{name}": value for name, value in part.outcome.items()}
     for tier, table in part.tables.items():
         named |= {f"{tier}/{name}": value for name, value in table.items()}
-    buffer = io.BytesIO()
-    np.savez(buffer, **named)
-    return buffer.getvalue()
+    index = [(name, value.dtype.str, value.shape) for name, value in named.items()]
+    return json.dumps(index), b"".join(value.tobytes() for value in named.values())
 
 
-def _unpacked(arrays: bytes) -> Part:
-    tables: dict[str, dict[str, Any]] = {}
-    outcome: dict[str, Any] = {}
-    with np.load(io.BytesIO(arrays), allow_pickle=False) as named:
-        for key in named.files:
-            tier, _, name = key.rpartition("/")
-            (tables.setdefault(tier, {}) if tier else outcome)[name] = named[key]
+def _unpacked(index: str, arrays: bytes) -> Part:
+    tables: dict[str, dict[str, Column]] = {}
+    outcome: dict[str, Column] = {}
+    start = 0
+    for key, dtype, shape in json.loads(index):
+        tier, _, name = key.rpartition("/")
+        value = np.frombuffer(arrays, dtype, math.prod(shape), start).reshape(shape)
+        (tables.setdefault(tier, {}) if tier else outcome)[name] = value
+        start += value.nbytes
     return Part(tables, outcome)

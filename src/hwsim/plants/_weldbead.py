@@ -76,7 +76,7 @@ class WeldBeadStand(Frozen):
     truth: Truth = None
     height: float | None = None
     time: float | None = None
-    height_noise: float = 0.005
+    height_noise: float = 0.002
     power_noise: float = 5.0
     force_noise: float = 0.5
 
