@@ -2,7 +2,11 @@
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-from typing import TypeVar
+from contextlib import AbstractContextManager
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from threadpoolctl import ThreadpoolController
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -28,3 +32,18 @@ def execute(function: Callable[[Item], Result], items: Iterable[Item], executor:
     finally:
         for future in futures:
             future.cancel()
+
+
+@lru_cache(maxsize=1)
+def _controller() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def one_blas_thread() -> AbstractContextManager[Any]:
+    """Return a context in which BLAS uses one thread.
+
+    Our matrix products are many and small: a second thread gains little on an idle machine, costs tenfold on a busy one
+    (both wait for each other at every product), and the order of its sums is not ours to fix.
+    """
+    limit: AbstractContextManager[Any] = _controller().limit(limits=1, user_api="blas")
+    return limit

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.parallel import execute
+from sdpgrind.base.parallel import execute, one_blas_thread
 from sdpgrind.sdp._found import Found
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._menu import Menu
@@ -83,8 +83,12 @@ class Bundles:
         """Put blocks together: [move, mode or 0, node]."""
         self.gain = max(self.gain, *(gain for _, gain in results))
         shift = self.problem.moves[moves[0]].to
-        if len(pieces) == 1 and not isinstance(shift, Shift):
-            return results[0][0]
+        if len(pieces) == 1:
+            found = results[0][0]
+            if not isinstance(shift, Shift):
+                return found
+            if len(self.grid.shape) == 1:
+                return Found(found.q[:, :, 0], found.control[:, :, 0], found.entry[:, :, 0])
         parts = [np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")]
         if not isinstance(shift, Shift):
             return Found(*parts)
@@ -155,4 +159,5 @@ def _prepared(token: str, recipe: bytes, piece: Piece) -> Any:
 
 def _work(token: str, recipe: bytes, value: Floats, level: Floats, piece: Piece) -> tuple[Found, float]:
     bundle = _prepared(token, recipe, piece)
-    return bundle.best(value, level), float(bundle.gain[0])
+    with one_blas_thread():
+        return bundle.best(value, level), float(bundle.gain[0])

@@ -180,12 +180,12 @@ def _promising(levels, stride, k, q, before, after, minimum):
 
 @njit(**_OPTIONS)
 def choose(stop_q, move_q, shared, move_u, move_a, value, best, control, entry, gap):
-    """One backward step: value[mode, node] = min over stops and moves; ties go to stops, then to the first move.
+    """One backward step: value[mode, node] = min over stops and moves; ties go to stops, then to the first move. Tell whether all are finite.
 
     `stop_q[stop, mode, node]`, `move_q[move, mode, node]` (mode 0 serves all where `shared[move]`).
     `best` counts stops as -1, -2, ... and moves as 0, 1, ...
     """
-    stops, moves = stop_q.shape[0], move_q.shape[0]
+    stops, moves, finite = stop_q.shape[0], move_q.shape[0], True
     for mode in range(value.shape[0]):
         for node in range(value.shape[1]):
             low = np.inf
@@ -202,12 +202,14 @@ def choose(stop_q, move_q, shared, move_u, move_a, value, best, control, entry, 
                 else:
                     second = min(second, q)
             value[mode, node], best[mode, node], gap[mode, node] = low, chosen, second - low
+            finite = finite and np.isfinite(low)
             if chosen >= 0:
                 from_mode = 0 if shared[chosen] else mode
                 control[mode, node] = move_u[chosen, from_mode, node]
                 entry[mode, node] = move_a[chosen, from_mode, node]
             else:
                 control[mode, node], entry[mode, node] = np.nan, 0
+    return finite
 
 
 @njit(**_OPTIONS)

@@ -7,6 +7,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Progress, TerminalLine
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._forever import solve_forever
@@ -73,9 +74,9 @@ def plan(
 
 def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progress) -> tuple[Table, Grid]:
     grid = Grid.of(problem, refine)
-    bundles = Bundles(problem, grid, executor)
     solve = solve_stages if isinstance(problem.stages, Stages) else solve_forever
-    return solve(problem, grid, bundles, tell), grid
+    with one_blas_thread():
+        return solve(problem, grid, Bundles(problem, grid, executor), tell), grid
 
 
 def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell: Progress) -> Policy:

@@ -87,8 +87,8 @@ class _Sweep:
     def __init__(self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int) -> None:
         self.problem, self.grid, self.bundles, self.stops, self.first = problem, grid, bundles, stops, first
         self.modes = len(problem.modes)
-        self.duration = [move.duration for move in problem.moves]
-        self.slots = max(self.duration) + 1
+        self.duration = np.array([move.duration for move in problem.moves])
+        self.slots = int(self.duration.max()) + 1
         shape = (len(problem.moves), self.modes, grid.size)
         self.q = np.full((self.slots, *shape), np.inf)
         self.control = np.zeros((self.slots, *shape))
@@ -111,30 +111,32 @@ class _Sweep:
         if self.base is not None:
             self._from_base(stage, slot)
         stop_q = self.stops.at(stage, self.late(stage))
-        self._choose(stop_q, slot, row)
+        if not self._choose(stop_q, slot, row):
+            self._refuse_unreachable(stage, row)
         self.q[slot] = np.inf
-        self._unreachable(stage, row)
         self._push(stage, self.value[row], self.stops.level(stage, self.late(stage)))
 
-    def _choose(self, stop_q: Floats, slot: int, row: int) -> None:
-        _kernels.choose(
+    def _choose(self, stop_q: Floats, slot: int, row: int) -> bool:
+        finite: bool = _kernels.choose(
             stop_q, self.q[slot], self.bundles.shared, self.control[slot], self.entry[slot],
             self.value[row], self.best[row], self.u[row], self.a[row], self.gap[row],
         )  # fmt: skip
+        return finite
 
-    def _unreachable(self, stage: int, row: int) -> None:
-        if not np.all(np.isfinite(self.value[row])):
-            mode, node = np.argwhere(~np.isfinite(self.value[row]))[0]
-            where = ", ".join(f"{axis.name} = {x[node]:g} {axis.unit}" for axis, x in zip(self.grid.axes, self.grid.points, strict=True))
-            raise ValueError(f"no stop and no move is allowed at stage {stage}, mode {self.problem.modes[mode]!r}, {where or 'no coordinates'}")
+    def _refuse_unreachable(self, stage: int, row: int) -> None:
+        mode, node = np.argwhere(~np.isfinite(self.value[row]))[0]
+        where = ", ".join(f"{axis.name} = {x[node]:g} {axis.unit}" for axis, x in zip(self.grid.axes, self.grid.points, strict=True))
+        raise ValueError(f"no stop and no move is allowed at stage {stage}, mode {self.problem.modes[mode]!r}, {where or 'no coordinates'}")
 
     def _push(self, stage: int, value: Floats, level: Floats) -> None:
         last = self.first + len(self.value) - 1
         for moves, found in self.bundles.best(value, level, stage, last):
-            for k, move in enumerate(moves):
-                slot = (stage + self.duration[move]) % self.slots
-                used = slice(0, 1) if self.bundles.shared[move] else slice(None)
-                self.q[slot, move, used], self.control[slot, move, used], self.entry[slot, move, used] = found.q[k], found.control[k], found.entry[k]
+            # All moves of a bundle share the treatment of modes; their departures fall into different slots.
+            at = ((stage + self.duration[moves]) % self.slots, moves)
+            if self.bundles.shared[moves[0]]:
+                self.q[:, :, 0][at], self.control[:, :, 0][at], self.entry[:, :, 0][at] = found.q[:, 0], found.control[:, 0], found.entry[:, 0]
+            else:
+                self.q[at], self.control[at], self.entry[at] = found.q, found.control, found.entry
 
     def _from_base(self, stage: int, slot: int) -> None:
         """Moves that end before the table begins."""

@@ -91,6 +91,7 @@ class ShiftBundle:
         self.tables: tuple[Any, ...] = (self.weight, self.first_lag, self.reach, self.gone, self.stopped, self.above, self.charge, self.target, self.part)
         self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
         self._scan_weight = np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
+        self._product = _Product(n, self.weight.shape[2], self.first_lag)
         self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
         self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
 
@@ -141,14 +142,15 @@ class ShiftBundle:
         v = self._by_line(value)
         flipped = np.ascontiguousarray((v - v[:, :1])[:, ::-1])
         for target, rows in self._runs:
-            _product(self._scan_weight[rows], flipped[target], self.first_lag, self._products[rows])
+            self._product(self._scan_weight[rows], flipped[target], self._products[rows])
         shape = (len(self.menus), self.groups, self.nodes)
         q, control, entry = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
         targets = np.repeat(level, self.others) if self.others > 1 else level
         if self._stops and not self.stopped.size and np.any(targets != v[:, 0]):
             self._tabulate_stopped()
         _kernels.push(self.plan, self.tables, v, flipped, targets, self._products, self.dense, self._coarse, q, control, entry, self.gain)
-        return Found(*(self._by_node(found) for found in (q, control, entry)))
+        lines = (len(self.menus), self.sources, -1, self.nodes)  # [move, mode or 0, line, node of the falling axis]
+        return Found(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
 
     def _starts(self) -> tuple[list[Floats], Ints | None]:
         """Coordinates on the other axes of every group, and its mode (None where there is but one or none matters)."""
@@ -185,10 +187,6 @@ class ShiftBundle:
         lines = np.moveaxis(value.reshape(self.modes, *self.grid.shape), self.axis + 1, -1)
         return np.ascontiguousarray(lines).reshape(-1, self.nodes)
 
-    def _by_node(self, found: Any) -> Any:
-        """[move, group, node of the falling axis] to [move, mode or 0, line, node of the falling axis]."""
-        return found.reshape(len(self.menus), self.sources, -1, self.nodes)
-
 
 def _shift(menu: Menu) -> Shift:
     assert isinstance(menu.move.to, Shift)  # the caller bundles only these
@@ -221,15 +219,24 @@ def _runs(targets: Ints) -> list[tuple[int, slice]]:
     return [(int(targets[a]), slice(int(a), int(b))) for a, b in zip(ends, ends[1:], strict=False)]
 
 
-def _product(weight: Floats, flipped: Floats, first_lag: int, out: Floats) -> None:
-    """out[row, node] = sum of weight[row, lag] * value[node - lag] over targets 1..n-1, by blocks of nodes."""
-    n, lags = flipped.size, weight.shape[1]
-    padded = np.zeros(n + 2 * lags)
-    padded[lags : lags + n - 1] = flipped[:-1]  # node 0 is the origin of the values: its weight does not matter
-    # Entry (lag, node) is the value of node - lag = flipped[n - 1 - node + lag].
-    start = lags + n - 1 + first_lag
-    matrix = np.lib.stride_tricks.as_strided(padded[start:], (lags, n), (padded.itemsize, -padded.itemsize))
-    edges = np.linspace(0, n, (BLOCKS if n >= 64 else 1) + 1).astype(int)
-    for begin, end in zip(edges, edges[1:], strict=False):
-        depth = min(lags, end - first_lag)
-        np.matmul(weight[:, :depth], np.ascontiguousarray(matrix[:depth, begin:end]), out=out[:, begin:end])
+class _Product:
+    """out[row, node] = sum of weight[row, lag] * value[node - lag] over the targets 1..n-1, by blocks of nodes."""
+
+    def __init__(self, nodes: int, lags: int, first_lag: int) -> None:
+        self._padded = np.zeros(nodes + 2 * lags)
+        self._inside = self._padded[lags : lags + nodes - 1]  # node 0 is the origin of the values: its weight does not matter
+        # Entry (lag, node) of the Toeplitz matrix is the value of node - lag = flipped[nodes - 1 - node + lag].
+        start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
+        view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
+        edges = np.linspace(0, nodes, (BLOCKS if nodes >= 64 else 1) + 1).astype(int)
+        self._blocks = []
+        for begin, end in zip(edges, edges[1:], strict=False):
+            depth = min(lags, int(end) - first_lag)
+            self._blocks.append((slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin))))
+
+    def __call__(self, weight: Floats, flipped: Floats, out: Floats) -> None:
+        """Multiply; `flipped` is the value from the top node down."""
+        self._inside[:] = flipped[:-1]
+        for columns, depth, view, matrix in self._blocks:
+            matrix[:] = view
+            np.matmul(weight[:, :depth], matrix, out=out[:, columns])
