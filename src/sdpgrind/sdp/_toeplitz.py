@@ -114,6 +114,9 @@ class ShiftBundle:
 
     def _penalties(self, menu: Menu, here: slice) -> Any:
         """Put the in-path charges into the table; tell where the move is allowed."""
+        if menu.move.allowed is None and not callable(menu.move.charge):
+            self.charge[:, here] += menu.move.charge
+            return True
         points, mode = self._starts()
         c = _row_controls(menu, extra=2)
         x = self.grid.coordinates[self.axis]
@@ -127,6 +130,8 @@ class ShiftBundle:
     def _aim(self, menu: Menu, here: slice, s: Any, c: Any) -> None:
         """Put where each row arrives: mode on arrival and the corners of the other axes."""
         points, mode = self._starts()
+        if not points and menu.into is None and mode is None:
+            return
         others = _shift(menu).others
         after = others(s, c) if others else [p[:, None] for p in points]
         node, part = Shift._targets(menu, self.axis, after, (self.groups, menu.rows))

@@ -1,6 +1,7 @@
 """How much the depth of a pass scatters, and by which law, when one coefficient of the process is random."""
 
 import dataclasses
+from functools import lru_cache
 from math import sqrt
 
 import numpy as np
@@ -111,7 +112,8 @@ class Scatter(Frozen):
         Mean power, threshold and peak force (N), and mean cut (mm) of the returned process are those that a random mu
         leaves on average; other attributions change nothing.
         """
-        return process.replace(speed_droop=process.speed_droop * (1 + self._relative("mu") ** 2))
+        factor = 1 + self._relative("mu") ** 2
+        return process if factor == 1 or not process.speed_droop else process.replace(speed_droop=factor * process.speed_droop)
 
     def power_moments(self, process: GrindingProcess, normal_force: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return mean and sd (W) of the power that removes, K1 w V times the depth, at a normal force (N)."""
@@ -157,24 +159,28 @@ class Scatter(Frozen):
 
         It is the same at every feed (mm/s). NaN where the law is another one or stays what it is.
         """
-        return np.full(np.shape(feed_rate), self._switch(process) if self.law == "rayleigh" else np.nan)
-
-    def _switch(self, process: GrindingProcess) -> float:
-        def surplus(force: float) -> float:
-            mean, sd = self.power_moments(process, force)
-            return float(mean - sdp.Rayleigh.SWITCH * sd)
-
-        expected = self.expected(process)
-        low = expected.threshold_force * (1 + 1e-9) or 1e-9 * expected.peak_force
-        if not low < expected.peak_force or surplus(low) >= 0:
-            return np.nan
-        # Far above the threshold the ratio of mean and sd has reached its limit: no switch there, no switch at all.
-        high = min(expected.peak_force, 1e6 * low)
-        if surplus(high) <= 0:
-            return np.nan
-        return float(brentq(surplus, low, high, xtol=1e-14 * low, rtol=4 * np.finfo(float).eps))
+        return np.full(np.shape(feed_rate), _switch(self, process) if self.law == "rayleigh" else np.nan)
 
     @property
     def total(self) -> float:
         """Root of the sum of squares of the relative standard deviations, unit 1."""
         return sqrt(sum(self._relative(name) ** 2 for name in self._sources))
+
+
+@lru_cache(maxsize=64)
+def _switch(scatter: Scatter, process: GrindingProcess) -> float:
+    """The force at which the mean is `sdp.Rayleigh.SWITCH` standard deviations; the same at every feed."""
+
+    def surplus(force: float) -> float:
+        mean, sd = scatter.power_moments(process, force)
+        return float(mean - sdp.Rayleigh.SWITCH * sd)
+
+    expected = scatter.expected(process)
+    low = expected.threshold_force * (1 + 1e-9) or 1e-9 * expected.peak_force
+    if not low < expected.peak_force or surplus(low) >= 0:
+        return np.nan
+    # Far above the threshold the ratio of mean and sd has reached its limit: no switch there, no switch at all.
+    high = min(expected.peak_force, 1e6 * low)
+    if surplus(high) <= 0:
+        return np.nan
+    return float(brentq(surplus, low, high, xtol=1e-14 * low, rtol=4 * np.finfo(float).eps))
