@@ -91,29 +91,51 @@ def _parabola(levels, a, b, c, qa, qb, qc):
     return u, qa + left * (u - levels[a]) + bend * (u - levels[a]) * (u - levels[b])
 
 
+@njit(inline="always", **_OPTIONS)
+def _next(a, b, c, qa, qb, qc, halve):
+    """Level to try inside the bracket a < b < c: the vertex of the parabola (in the number of the level), or a halving."""
+    if b - a <= 0 or (halve and c - b >= b - a):
+        return b + 1 if b - a <= 0 else (b + c) // 2 if c - b > 1 else b - 1
+    if c - b <= 0 or halve:
+        return b - 1 if c - b <= 0 else (a + b + 1) // 2 if b - a > 1 else b + 1
+    left, right = (qb - qa) / (b - a), (qc - qb) / (c - b)
+    bend = (right - left) / (c - a)
+    x = b
+    if bend > 0.0 and bend < np.inf:
+        x = int(np.rint(0.5 * (a + b) - left / (2.0 * bend)))
+    if x == b:
+        x = b + 1 if c - b > b - a else b - 1
+    return min(max(x, a + 1), c - 1)
+
+
 @njit(**_OPTIONS)
-def _descend(group, base, node, f, low, high, stride, q, tables, value, flipped, level, levels):
-    """Search around level `f` (value `q`) inside the regime [low, high]; return control, value and what the parabola gained."""
-    left = right = np.inf  # values at f - step and f + step of the last round
-    step = stride
-    while step > 1:
-        step //= 2
-        left = _expect(group, base + f - step, node, tables, value, flipped, level) if f - step >= low else np.inf
-        right = _expect(group, base + f + step, node, tables, value, flipped, level) if f + step <= high else np.inf
-        if left < q and left <= right:
-            f, right, q, left = f - step, q, left, np.nan
-        elif right < q:
-            f, left, q, right = f + step, q, right, np.nan
-    if f == low or f == high:
-        return levels[f], q, 0.0
-    if stride == 1 or np.isnan(left):
-        left = _expect(group, base + f - 1, node, tables, value, flipped, level)
-    if stride == 1 or np.isnan(right):
-        right = _expect(group, base + f + 1, node, tables, value, flipped, level)
-    if not (np.isfinite(left) and np.isfinite(right) and np.isfinite(q)):
-        return levels[f], q, 0.0
-    u, best = _parabola(levels, f - 1, f, f + 1, left, q, right)
-    return u, best, q - best
+def _descend(group, base, node, f, low, high, stride, q, before, after, tables, value, flipped, level, levels):
+    """Follow the minimum around level `f` (value `q`, scanned neighbours `before` and `after`) inside the regime [low, high].
+
+    A bracket a < b < c of levels is closed until they are neighbours; at an end of the regime a or c coincides with b.
+    Return control, value and what the last parabola gained.
+    """
+    a, b, c = max(f - stride, low), f, min(f + stride, high)
+    qa, qb, qc = before, q, after
+    tries = 0
+    while b - a > 1 or c - b > 1:
+        x = _next(a, b, c, qa, qb, qc, tries > 4)
+        qx = _expect(group, base + x, node, tables, value, flipped, level)
+        if qx < qb:
+            if x < b:
+                c, qc = b, qb
+            else:
+                a, qa = b, qb
+            b, qb = x, qx
+        elif x < b:
+            a, qa = x, qx
+        else:
+            c, qc = x, qx
+        tries += 1
+    if a == b or c == b or not (np.isfinite(qa) and np.isfinite(qb) and np.isfinite(qc)):
+        return levels[b], qb, 0.0
+    u, best = _parabola(levels, a, b, c, qa, qb, qc)
+    return u, best, qb - best
 
 
 @njit(**_OPTIONS)
@@ -142,7 +164,7 @@ def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value
                     u, gain = levels[k * stride], 0.0
                     if refine and end > begin and _promising(levels, stride, k, q, before, after, minimum):
                         u, q, gain = _descend(group, base + a * count, node, k * stride, regimes[regime], regimes[regime + 1],
-                                              stride, q, tables, value, flipped, level, levels)
+                                              stride, q, before, after, tables, value, flipped, level, levels)
                     if q < best - _tie(best) or best == np.inf:
                         best, u_best, a_best = q, u, a
                         state[0] = max(state[0], gain)
