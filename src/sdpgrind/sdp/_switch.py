@@ -88,9 +88,10 @@ def alternatives(policy: "Policy", within: float, state: dict[str, Any]) -> dict
     s = stop_state(problem, [p for p in place.points], place.mode, stage)
     late = float(policy._late_at(place)[0])
     costs = {stop.name: float(np.ravel(charge_of(problem, stop, s))[0]) + late for stop in problem.stops}
-    node, part = policy.grid.corners(place.index)
+    node, part = (np.ravel(x) for x in policy.grid.corners(place.index))
+    node, part = node[part > 0], part[part > 0]  # infinite costs at a corner without weight do not count
     for k, q in enumerate(_move_costs(policy, problem, row, mode)):
-        costs[problem.moves[k].name] = float(np.sum(np.ravel(part) * q[np.ravel(node)]))
+        costs[problem.moves[k].name] = float(part @ q[node])
     best = min(costs.values())
     return {name: q for name, q in sorted(costs.items(), key=lambda item: item[1]) if q <= best + within}
 
