@@ -131,4 +131,5 @@ def _unprefixed(prefix: str, dataset: "xr.Dataset") -> "xr.Dataset":
     own = dataset[[name for name in dataset.variables if str(name).startswith(start)]]
     names = {name: str(name).removeprefix(start) for name in {*own.variables, *own.dims}}
     bare = own.rename(names)
-    return bare.set_coords([name for name in ("part", "time", "controller") if name in bare.variables])
+    coords = {"part", "controller"} if prefix == _OUTCOME else {"part", "controller", "time"}
+    return bare.set_coords([name for name in bare.variables if name in coords])

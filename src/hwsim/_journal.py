@@ -12,7 +12,7 @@ import os
 import sqlite3
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -79,9 +79,18 @@ class Journal:
     def from_file(cls, path: str | os.PathLike[str]) -> Self:
         """Open the journal at `path`; `sdpgrind.load` calls this.
 
+        Parameters
+        ----------
+        path : str or path
+            An existing journal.
+
         Examples
         --------
-        >>> journal = hwsim.Journal.from_file("run.db")  # doctest: +SKIP
+        >>> import hwsim
+        >>> hwsim.Journal.from_file("none.db")
+        Traceback (most recent call last):
+            ...
+        FileNotFoundError: path must be an existing journal; got 'none.db'
         """
         return cls(path)
 
@@ -131,7 +140,7 @@ class Journal:
 
     def add(self, number: int, part: Part) -> None:
         """Write one finished part, durably, in one transaction (private to this package)."""
-        outcome = {name: value.tolist() for name, value in part.outcome.items()}
+        outcome = {name: _as_json(value) for name, value in part.outcome.items()}
         try:
             row = (number, json.dumps(outcome), *_packed(part))
             self._database.execute("INSERT INTO part VALUES (?, ?, ?, ?)", row)
@@ -152,6 +161,14 @@ class Journal:
 
     def __repr__(self) -> str:
         return f"<hwsim.Journal: {self.parts} parts in {str(self.path)!r}>"
+
+
+def _as_json(value: Column) -> Any:
+    """For people and SQL; JSON knows neither NaN nor infinity."""
+    plain = value.astype(object)
+    if value.dtype.kind == "f":
+        plain[~np.isfinite(value)] = None
+    return plain.tolist()
 
 
 def _packed(part: Part) -> tuple[str, bytes]:

@@ -58,10 +58,21 @@ class Log:
     def from_file(cls, path: str | os.PathLike[str]) -> Self:
         """Read a log written by `save`; `sdpgrind.load` calls this.
 
+        Parameters
+        ----------
+        path : str or path
+            The file.
+
         Examples
         --------
-        >>> import hwsim
-        >>> log = hwsim.Log.from_file("run.nc")  # doctest: +SKIP
+        >>> import hwsim, tempfile
+        >>> from sdpgrind import weldbead
+        >>> problem = weldbead.preset("P1")
+        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=2).save(f"{folder}/run.nc")
+        ...     hwsim.Log.from_file(f"{folder}/run.nc")
+        <hwsim.Log: 2 parts on WeldBeadStand, tables sequence>
         """
         from sdpgrind.base import records
 
@@ -105,9 +116,22 @@ class Log:
         path : str or path
             File to write, in a folder that exists.
 
+        Raises
+        ------
+        FileNotFoundError
+            When there is no such folder.
+
         Examples
         --------
-        >>> log.save("run.nc")  # doctest: +SKIP
+        >>> import hwsim, sdpgrind, tempfile
+        >>> from sdpgrind import weldbead
+        >>> problem = weldbead.preset("P1")
+        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
+        >>> log = hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=2)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     log.save(f"{folder}/run.nc")
+        ...     sdpgrind.load(f"{folder}/run.nc").outcome.equals(log.outcome)
+        True
         """
         from sdpgrind.base import records
 
@@ -128,6 +152,11 @@ class Log:
 
         Examples
         --------
+        >>> import hwsim
+        >>> from sdpgrind import weldbead
+        >>> problem = weldbead.preset("P1")
+        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
+        >>> log = hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=20)
         >>> log.plot().savefig("run.png")  # doctest: +SKIP
         """
         from hwsim._plots import draw

@@ -132,7 +132,7 @@ def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], p
     outcome = dict(machine.outcome()) | planned
     return Part(
         {tier.name: _table(tier.rows, plant, clock) for tier in tiers},
-        {name: np.asarray(value, dtype=float) for name, value in outcome.items()},
+        {name: _figure(value) for name, value in outcome.items()},
     )
 
 
@@ -147,6 +147,14 @@ def _table(rows: list[Row], plant: Plant, clock: Clock) -> dict[str, Column]:
     for name in dict.fromkeys(name for row in reported for name in row):
         table[f"{name}_planned"] = column([row.get(name, nan) for row in reported])
     return table
+
+
+def _figure(value: Any) -> Column:
+    """A number or an array of numbers; anything else as text."""
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return np.asarray(str(value))
 
 
 def column(values: list[Any]) -> Column:

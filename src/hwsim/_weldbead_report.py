@@ -15,14 +15,16 @@ _COLUMNS = (("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("lateness", ".
 
 def report(title: str, log: "Log", policy: Any, stand: "WeldBeadStand") -> str:
     """Return the whole report as text."""
-    return "\n".join([*_head(title, policy, stand), "", *_beads(log), "", *_summary(log)])
+    risk = policy.risk(height=stand.start_height, time_left=stand.start_time)
+    return "\n".join([*_head(title, policy, stand), "", *_beads(log), "", *_summary(log, risk)])
 
 
 def _head(title: str, policy: Any, stand: "WeldBeadStand") -> Iterator[str]:
     yield f"{title}: beads of {stand.start_height:g} mm, {stand.start_time:g} s to the deadline"
     problem = policy.problem
     durations = f"{problem.durations[0]:g} ... {problem.durations[-1]:g} s"
-    yield f"policy: passes of {durations}, up to {problem.force_max:g} N; value known to {float(policy.error):.1g} $"
+    known = "" if policy.error is None else f"; expected penalty known to {policy.error:.0e} $"
+    yield f"policy: passes of {durations}, up to {problem.force_max:g} N{known}"
 
 
 def _beads(log: "Log") -> Iterator[str]:
@@ -44,15 +46,15 @@ def _heading(outcome: Any, name: str) -> str:
     return name if unit == "1" else f"{name} {unit}"
 
 
-def _summary(log: "Log") -> Iterator[str]:
-    """Planned against realised, with the standard error of the mean."""
+def _summary(log: "Log", risk: Any) -> Iterator[str]:
+    """Planned (the policy on its own model) against realised (the stand), with the standard error of the mean."""
     outcome = log.outcome
     planned = float(outcome.penalty_planned.values.mean())
     yield f"{'mean of ' + str(len(log)) + ' beads':<24}{'planned':>12}{'realised':>12}{'std. error':>12}"
     yield _line("penalty ($)", outcome.penalty.values, ".4f", planned)
-    yield _line("passes", outcome.passes.values, ".2f")
+    yield _line("passes", outcome.passes.values, ".2f", float(risk.passes))
     yield _line("height left (mm)", outcome.height.values, ".4f")
-    yield _line("overground (%)", 100.0 * (outcome.overground.values > 0), ".1f")
+    yield _line("overground (%)", 100.0 * (outcome.overground.values > 0), ".1f", 100.0 * float(risk.overground))
     yield _line("overground depth (mm)", outcome.overground.values, ".4f")
     yield _line("late (%)", 100.0 * (outcome.lateness.values > 0), ".1f")
     yield _line("time used (s)", outcome.time.values, ".1f")

@@ -59,11 +59,14 @@ class Controller(Protocol):
     def reset(self) -> None:
         """Forget the part before; called once before each part."""
 
-    def step(self, **measurement: Any) -> Mapping[str, Any]:
+    # The loop passes names only; ``*nothing`` lets a step that names its measurements fit this protocol.
+    def step(self, *nothing: Any, **measurement: Any) -> Mapping[str, Any]:
         """Return what the plant shall do now, by names that it accepts and in their units; an empty mapping: go on.
 
         Parameters
         ----------
+        *nothing
+            Nothing: measurements come by name.
         **measurement
             Everything that the plant measures, in its units: floats, or arrays (a scanned profile). NaN is a missing
             reading.

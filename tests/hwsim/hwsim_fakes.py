@@ -17,7 +17,7 @@ class Tank:
     leak: float = 0.0
     measures: ClassVar = {"level": "mm", "temperature": "K"}
     accepts: ClassVar = {"flow": "mm/s", "close": ""}
-    outcomes: ClassVar = {"level": "mm", "leak": "mm/s", "levels": ("mm", "tick")}
+    outcomes: ClassVar = {"level": "mm", "leak": "mm/s", "levels": ("mm", "tick"), "time": "s"}
     description: ClassVar = {"colour": "red"}
 
     def start(self, rng):
@@ -66,7 +66,7 @@ class Water:
             self.time += ticks
 
     def outcome(self):
-        return {"level": self.level, "leak": self.leak, "levels": self.levels}
+        return {"level": self.level, "leak": self.leak, "levels": self.levels, "time": self.time * self.tank.tick}
 
 
 class Drain:

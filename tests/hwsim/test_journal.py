@@ -85,6 +85,18 @@ def test_outcomes_can_be_read_with_sqlite_alone(tmp_path):
     assert [level for (level,) in levels] == log.outcome.level.values.tolist()
 
 
+def test_a_figure_that_is_no_number_is_null_for_sqlite(tmp_path):
+    class Unsure(Drain):
+        def report(self):
+            return {"end": float("nan")}
+
+    hwsim.run(noisy_tank(), Unsure(), journal=tmp_path / "run.db")
+    with sqlite3.connect(tmp_path / "run.db") as database:
+        found = database.execute("SELECT json_type(outcome, '$.end_planned') FROM part").fetchone()
+    database.close()
+    assert found == ("null",)
+
+
 def test_another_process_reads_while_the_run_goes_on(tmp_path):
     path = tmp_path / "run.db"
     script = "import sys, hwsim; print(hwsim.Journal(sys.argv[1]).parts)"

@@ -4,11 +4,15 @@ import importlib.util
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hwsim
+from hwsim.cli import main
+from sdpgrind import weldbead
 
 _SPEC = importlib.util.spec_from_file_location("kill", Path(__file__).parents[2] / "benchmarks" / "kill.py")
 kill = importlib.util.module_from_spec(_SPEC)
@@ -36,8 +40,33 @@ def test_every_announced_part_is_there_and_at_most_one_more(tmp_path, announced)
         heard = announced + len([line for line in process.stdout if line.endswith("\n")])
     with hwsim.Journal(path) as journal:
         assert heard <= journal.parts <= heard + 1
-        from hwsim_fakes import Drain, noisy_tank
-
-        from hwsim._log import same
 
         assert same(journal.log(), hwsim.run(noisy_tank(), Drain(), parts=journal.parts, rng=5))
+
+
+class Here(kill.Job):
+    """Resumes in this process, which has imported everything already."""
+
+    def finish(self, out):
+        assert main(["weldbead", *self.arguments, "--out", str(out)]) == 0
+        return (out / "run.nc").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    """A job whose policy is planned already, its uninterrupted log, and how long it lasts."""
+    folder = tmp_path_factory.mktemp("kill")
+    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101).save(folder / "p1.nc")
+    job = Here(("--policy", str(folder / "p1.nc"), "--parts", "250", "--rng", "3"))
+    start = time.perf_counter()
+    kill.Job.finish(job, folder / "whole")
+    lasts = time.perf_counter() - start
+    return job, (folder / "whole" / "run.nc").read_bytes(), lasts
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_command_line_killed_at_a_random_moment(tmp_path, job, seed):
+    line, whole, lasts = job
+    delay = float(np.random.default_rng(seed).uniform(0.0, lasts))
+    left = kill.kill_once(line, tmp_path / "out", whole, delay)
+    assert left.same and left.left >= left.seen

@@ -67,7 +67,12 @@ class SequenceController:
 
         Examples
         --------
-        >>> controller.reset()  # doctest: +SKIP
+        >>> from sdpgrind import weldbead
+        >>> controller = weldbead.SequenceController(weldbead.plan(weldbead.preset("P1"), tolerance=1e-2))
+        >>> command = controller.step(height=1.0, time_left=10.0)
+        >>> controller.reset()
+        >>> controller.report()["penalty"]
+        nan
         """
         self._expected_height = self._expected_time = nan
         self._last: dict[str, float] = {}  # the last pass, where its finish is charged for
@@ -87,7 +92,10 @@ class SequenceController:
 
         Examples
         --------
-        >>> controller.step(height=1.0, time_left=10.0)  # doctest: +SKIP
+        >>> from sdpgrind import weldbead
+        >>> controller = weldbead.SequenceController(weldbead.plan(weldbead.preset("P1"), tolerance=1e-2))
+        >>> {name: round(value, 2) for name, value in controller.step(height=1.0, time_left=10.0).items()}
+        {'duration': 10.0, 'feed_rate': 6.25, 'normal_force': 50.0, 'stop': 0.0}
         """
         height, time_left = self._known(height, time_left)
         self._check(height, time_left)
@@ -108,7 +116,11 @@ class SequenceController:
 
         Examples
         --------
-        >>> controller.report()["penalty"]  # doctest: +SKIP
+        >>> from sdpgrind import weldbead
+        >>> controller = weldbead.SequenceController(weldbead.plan(weldbead.preset("P1"), tolerance=1e-2))
+        >>> command = controller.step(height=1.0, time_left=10.0)
+        >>> sorted(controller.report())
+        ['gap', 'mean_cut', 'penalty']
         """
         return self._report
 

@@ -1,0 +1,154 @@
+"""``hwsim weldbead``: what it prints, what it keeps, what it refuses."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import hwsim
+import sdpgrind
+from hwsim import _weldbead_cli
+from hwsim._log import same
+from hwsim.cli import main
+from sdpgrind import weldbead
+
+JOB = ["weldbead", "--preset", "P1", "--tolerance", "1e-2", "--parts", "6", "--rng", "4"]
+KEPT = ["policy.nc", "policy.png", "run.db", "run.nc", "run.png"]
+
+
+@pytest.fixture(scope="module")
+def policy():
+    return weldbead.plan(weldbead.preset("P1"), tolerance=1e-2)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "deep" / "p1"
+    assert main([*JOB, "--out", str(folder)]) == 0
+    return folder
+
+
+def refused(capsys, *arguments):
+    """Exit status 2, one line on standard error, nothing on standard output; give the line."""
+    assert main(["weldbead", *map(str, arguments)]) == 2
+    out, error = capsys.readouterr()
+    assert out == "" and error.count("\n") == 1 and error.startswith("hwsim: ")
+    return error.removeprefix("hwsim: ").strip()
+
+
+def test_keeps_policy_log_journal_and_pictures(finished, policy):
+    assert sorted(file.name for file in finished.iterdir()) == KEPT
+    log = sdpgrind.load(finished / "run.nc")
+    stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
+    assert same(log, hwsim.run(stand, weldbead.SequenceController(policy), parts=6, rng=4))
+    with sdpgrind.load(finished / "run.db") as journal:
+        assert same(journal.log(), log)
+    assert sdpgrind.load(finished / "policy.nc").problem == weldbead.preset("P1")
+
+
+def test_prints_planned_beside_realised(finished, policy, capsys):
+    assert main([*JOB, "--out", str(finished)]) == 0
+    out, error = capsys.readouterr()
+    lines = {line[:24].strip(): line[24:].split() for line in out.splitlines()}
+    outcome = sdpgrind.load(finished / "run.nc").outcome
+    penalty = outcome.penalty.values
+    planned = f"{outcome.penalty_planned.values.mean():.4f}"
+    assert float(planned) == pytest.approx(policy.value(height=1.5, time_left=30.0), abs=1e-3)  # by a noisy scan
+    standard_error = f"{np.std(penalty, ddof=1) / np.sqrt(6):.4f}"
+    assert lines["mean of 6 beads"] == ["planned", "realised", "std.", "error"]
+    assert lines["penalty ($)"] == [planned, f"{penalty.mean():.4f}", standard_error]
+    assert float(lines["passes"][1]) == pytest.approx(outcome.passes.values.mean(), abs=0.006)
+    assert float(lines["late (%)"][0]) == 0.0
+    assert sum(line.startswith("   ") for line in out.splitlines()) == 6
+    assert error == ""
+
+
+def test_finished_run_is_reported_again_unchanged(finished, capsys):
+    before = {name: (finished / name).read_bytes() for name in ("run.nc", "policy.nc", "run.db")}
+    outputs = []
+    for _ in range(2):
+        assert main([*JOB, "--out", str(finished)]) == 0
+        outputs.append(capsys.readouterr().out)
+    assert outputs[0] == outputs[1]
+    assert before == {name: (finished / name).read_bytes() for name in before}
+
+
+def test_policy_from_a_file_gives_the_same_run(finished, tmp_path, capsys):
+    arguments = ["--policy", str(finished / "policy.nc"), "--parts", "6", "--rng", "4", "--out", str(tmp_path)]
+    assert main(["weldbead", *arguments]) == 0
+    assert (tmp_path / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
+
+
+def test_without_out_nothing_is_written(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(JOB) == 0
+    assert "kept" not in capsys.readouterr().out and list(tmp_path.iterdir()) == []
+
+
+def test_one_bead_has_no_standard_error(finished, capsys):
+    assert main(["weldbead", "--policy", str(finished / "policy.nc"), "--parts", "1"]) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("penalty"))
+    assert line.split()[-1] == "-"
+
+
+def test_a_run_can_be_made_longer(finished, tmp_path, capsys):
+    job = ["weldbead", "--policy", str(finished / "policy.nc"), "--rng", "4", "--out", str(tmp_path / "run")]
+    assert main([*job, "--parts", "2"]) == main([*job, "--parts", "6"]) == 0
+    assert (tmp_path / "run" / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
+
+
+def test_interrupted(monkeypatch, capsys):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_weldbead_cli, "_run", interrupt)
+    assert main(JOB) == 130
+    assert capsys.readouterr().err == "hwsim: interrupted; the same command with the same --out goes on from here\n"
+
+
+def test_journal_of_another_seed(finished, capsys):
+    before = (finished / "run.nc").read_bytes()
+    line = refused(capsys, *JOB[1:-1], "5", "--out", finished)
+    assert line.startswith("journal must be of this run;") and line.endswith("was begun with another rng")
+    assert (finished / "run.nc").read_bytes() == before
+
+
+def test_folder_of_another_problem_or_policy(finished, tmp_path, capsys):
+    line = refused(capsys, "--preset", "P4", "--out", finished)
+    assert line == f"--out {finished} holds a run of another problem (burn_limit differs): choose another folder"
+    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51).save(tmp_path / "coarse.nc")
+    line = refused(capsys, "--policy", tmp_path / "coarse.nc", "--out", finished)
+    assert line == f"--out {finished} holds a run of another policy: choose another folder"
+
+
+def test_other_refusals(finished, tmp_path, capsys):
+    policy, log = finished / "policy.nc", finished / "run.nc"
+    assert refused(capsys) == "problem.toml, --preset or --policy must be given; try: hwsim weldbead --preset P1"
+    assert refused(capsys, "a.toml", "--preset", "P1") == "either problem.toml or --preset must be given, not both"
+    assert "No such file" in refused(capsys, tmp_path / "no.toml")
+    assert refused(capsys, "--preset", "P9").endswith("got 'P9'")
+    assert refused(capsys, "--preset", "P1", "--parts", 0) == "--parts must be >= 1; got 0"
+    assert refused(capsys, "--preset", "P1", "--rng", -1) == "--rng must be >= 0; got -1"
+    assert refused(capsys, "--preset", "P1", "--tolerance", 0) == "--tolerance must be > 0 ($); got 0.0"
+    assert refused(capsys, "--policy", log) == f"--policy must be a saved policy of a weld bead; {log} holds a Log"
+    differs = refused(capsys, "--preset", "P4", "--policy", policy)
+    assert differs == f"--policy {policy} is for another problem: burn_limit differs"
+    assert refused(capsys, "--preset", "P1", "--out", log) == f"--out must be a folder; {log} is a file"
+
+
+def test_error_on_the_machine_names_part_and_time(finished, tmp_path, capsys):
+    tall = tmp_path / "job.toml"
+    from test_weldbead_toml import P1
+
+    tall.write_text(P1 + "[stand]\nheight = 3.0\n")
+    line = refused(capsys, tall, "--policy", finished / "policy.nc")
+    assert line.startswith("height must be <= height_max = 2 of the policy (mm); got 2.99")
+    assert line.endswith("(at 0 s of the part, in part 0)")
+
+
+def test_as_a_program():
+    done = subprocess.run([sys.executable, "-m", "hwsim.cli", "weldbead"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stderr.startswith("hwsim: problem.toml, --preset or --policy must be given")
+    done = subprocess.run([sys.executable, "-m", "hwsim.cli", "--help"], capture_output=True, text=True, check=True)
+    assert "weldbead" in done.stdout
