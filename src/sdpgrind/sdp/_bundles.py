@@ -70,9 +70,13 @@ class Bundles:
             departure = stage + self.problem.moves[move].duration if stage is not None else None
             if departure is None or last is None or departure > last:
                 continue
-            pieces = self._cut([move])
-            ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
-            yield [move], self._join([move], pieces, [(b.best(value, level), float(b.gain[0])) for b in ready])
+            yield [move], self.timed(move, value, level, departure)
+
+    def timed(self, move: int, value: Floats, level: Floats, departure: int) -> Found:
+        """Return what is best of one timed move that begins at the stage `departure` and leads into value[mode, node]."""
+        pieces = self._cut([move])
+        ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
+        return self._join([move], pieces, [(b.best(value, level), float(b.gain[0])) for b in ready])
 
     def _evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
         if self._remote is not None:

@@ -36,14 +36,17 @@ def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after:
     charged = charge is not None
 
     @njit(nogil=True)
-    def sweep(points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, q):
-        """q[row, node] = E (value(next) + charges); returns the worst coordinate that left a refused edge (NaN: none)."""
+    def sweep(points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, penalty, q):
+        """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite; returns the worst coordinate that left a refused edge (NaN: none)."""
         worst = np.nan
         low, part = np.empty(n_axes, dtype=np.int64), np.empty(n_axes)
         for row in range(controls.shape[0]):
             c = control(*to_fixed_tuple(controls[row], n_control))
             ahead, beyond = value[target[row]], level[target[row]]
             for node in range(points.shape[0]):
+                if penalty[row, node] == np.inf:
+                    q[row, node] = 0.0
+                    continue
                 s = state(*to_fixed_tuple(points[node], n_state))
                 total = 0.0
                 for k in range(weight.size):
@@ -103,7 +106,7 @@ def expect(bundle: "PointBundle", move: Sampled, value: Floats, level: Floats) -
         sweep = _kernel(move.step, move.charge, *types, sizes)
         worst = sweep(
             _columns(s, bundle.count), _columns(c, menu.rows), _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
-            *_edges(menu), value, bundle.target[k], level, out[k],
+            *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out[k],
         )  # fmt: skip
         if not np.isnan(worst):
             raise ValueError(f"move {menu.move.name!r} must not leave an axis whose edge is 'refuse'; got {worst:g}")

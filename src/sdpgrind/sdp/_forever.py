@@ -11,7 +11,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress
 from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._bundles import Bundles
-from sdpgrind.sdp._charges import Charge
+from sdpgrind.sdp._charges import Charge, Linear
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._problem import Problem
@@ -118,7 +118,7 @@ def refuse_endless(problem: Problem, grid: Grid) -> None:
         problem,
         axes=[dataclasses.replace(a, below=_free(a.below), above=_free(a.above)) for a in problem.axes],
         moves=[dataclasses.replace(m, charge=0.0, to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to) for m in problem.moves],
-        stops=[dataclasses.replace(s, charge=Charge() if isinstance(s.charge, Charge) else _nothing, extra=None) for s in problem.stops],
+        stops=[dataclasses.replace(s, charge=Charge(Linear(0.0), Linear(0.0)) if isinstance(s.charge, Charge) else _nothing, extra=None) for s in problem.stops],
     )
     bundles, stops = Bundles(bare, grid), StopCharges(bare, grid)
     away = np.ones((len(problem.modes), grid.size))

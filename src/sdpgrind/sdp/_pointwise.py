@@ -10,7 +10,7 @@ from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._found import Found
 from sdpgrind.sdp._grid import Ints, record
 from sdpgrind.sdp._menu import Menu
-from sdpgrind.sdp._sampled import CHUNK, Sampled, land
+from sdpgrind.sdp._sampled import CHUNK, Sampled, land, masked
 
 KEEP = 30_000_000
 """Largest number of table entries that is kept; beyond it every sweep evaluates anew."""
@@ -109,7 +109,8 @@ class PointBundle:
         e = record("E", tuple(self.noise))(**self.noise)
         after, extra = move.arrive(self.menu, s, c, e)
         shape = (c[0].shape[0] if len(c) else 1, self.count, self.weight.size)
-        return land(self.menu, tuple(np.broadcast_to(x, shape) for x in after)), np.broadcast_to(extra, shape)
+        after, extra = masked(self.menu, after, extra, np.isfinite(self.penalty[source, rows])[:, :, None], shape)
+        return land(self.menu, after), extra
 
     def _tabulate(self) -> tuple[Any, Floats, Floats]:
         """The sparse matrix from value[mode, node] to expectations [source, row, node], and the charges of leaving."""

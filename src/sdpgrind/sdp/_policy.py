@@ -168,7 +168,7 @@ class Policy:
         mode = np.ravel(arrays[-1]).astype(np.int64)
         time = np.ravel(arrays[len(layout.axes)]) if layout.count is not None else np.zeros(mode.size)
         row, late = self._rows(time) if layout.count is not None else (np.zeros(mode.size, np.int64), np.zeros(mode.size))
-        index = np.array([self._position(k, points[k]) for k in range(len(points))]).reshape(len(points), -1)
+        index = np.array([self._position(k, points[k]) for k in range(len(points))]).reshape(len(points), mode.size)
         return Place(row, late, mode, index, points, shape, time)
 
     def _mode(self, mode: Any) -> Any:

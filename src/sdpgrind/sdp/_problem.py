@@ -172,6 +172,8 @@ class Move:
 
     def __post_init__(self) -> None:
         checks.count(f"move {self.name!r}: duration", self.duration, at_least=1)
+        if not callable(self.charge):
+            checks.number(f"move {self.name!r}: charge", self.charge, "$, or a function of s and c")
         levels = [name for name, control in self.controls.items() if isinstance(control, Levels)]
         if len(levels) > 1:
             raise ValueError(f"move {self.name!r}: controls must have at most one Levels; got {levels}")
@@ -278,6 +280,10 @@ class Problem:
         two_axes = len(stopping) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         if stopping and not (exact or two_axes):
             raise ValueError(f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis")
+
+        numbers = [axis.name for axis in self.axes if not isinstance(axis.below, str) or not isinstance(axis.above, str)]
+        if numbers and isinstance(self.stages, Stages) and self.stages.late is not None:
+            raise ValueError(f"the ends of the axis {numbers[0]!r} must not be numbers beside a late charge, which they would not bear; use 'stop'")
 
     @property
     def stop_axis(self) -> int:

@@ -75,13 +75,15 @@ class Sampled:
         s = menu.state(column, None if mode is None else mode[:, None], stage if np.ndim(stage) == 0 else stage[:, None])
         after, extra = self.arrive(menu, s, menu.controls(choice[:, None], level[:, None]), e)
         full = (points[0].size, weight.size)
-        landing = land(menu, tuple(np.broadcast_to(x, full) for x in after))
+        penalty = np.broadcast_to(menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), full[:1])
+        after, extra = masked(menu, after, extra, np.isfinite(penalty)[:, None], full)
+        landing = land(menu, after)
         index = np.broadcast_to(np.arange(full[0])[:, None], full)
         data = (weight * landing.part).ravel()
         cells = (np.broadcast_to(index, landing.node.shape).ravel(), landing.node.ravel())
         matrix = sparse.csr_array((data, cells), shape=(full[0], menu.grid.size))
         matrix.sum_duplicates()
-        charge = (landing.charge + extra) @ weight + menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level))
+        charge = (landing.charge + extra) @ weight + penalty
         arrival = mode if menu.into is None else menu.into[choice]
         return Rows(matrix, np.broadcast_to(0 if arrival is None else arrival, full[0]).astype(int), charge, landing.stopped @ weight)
 
@@ -125,6 +127,12 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
                 charge, inside = np.where(leaving, edge, charge), np.where(leaving, 0.0, inside)
         index.append(np.clip(np.nan_to_num(i, nan=0.0, neginf=0.0), 0.0, axis.nodes - 1))
     return index, inside, charge, stopped
+
+
+def masked(menu: Menu, after: tuple[Floats, ...], extra: Any, allowed: Any, shape: tuple[int, ...]) -> tuple[tuple[Floats, ...], Floats]:
+    """Return next coordinates and charges of this shape, put on the grid for nothing where the move is not allowed: they do not count there."""
+    inside = tuple(np.where(allowed, np.broadcast_to(x, shape), axis.low) for axis, x in zip(menu.grid.axes, after, strict=True))
+    return inside, np.where(allowed, np.broadcast_to(extra, shape), 0.0)
 
 
 def land(menu: Menu, after: tuple[Floats, ...]) -> Landing:

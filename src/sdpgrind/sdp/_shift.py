@@ -58,23 +58,25 @@ class Shift:
         grid, ax = menu.grid, self.position(menu.grid)
         s, c = menu.state(points, mode, stage, without=self.axis), menu.controls(choice, level)
         law, x = self.law(s, c), points[ax]
-        line, charge, stopped, tails = _line(menu, ax, law, x)
+        penalty = np.broadcast_to(menu.penalty(menu.state(points, mode, stage), c), x.shape)
+        allowed = np.isfinite(penalty)
+        line, charge, stopped, tails = _line(menu, ax, law, x, allowed)
         others = [p for k, p in enumerate(points) if k != ax]
-        node, part = self._targets(menu, ax, self.others(s, c) if self.others else others, x.shape)
+        node, part = self._targets(menu, ax, self.others(s, c) if self.others else others, allowed)
         whole = np.zeros((x.size, grid.size // grid.shape[ax], grid.shape[ax]))
         for n, p in zip(node, part, strict=True):
             whole[np.arange(x.size), n] += p[:, None] * line
         full = (*(n for k, n in enumerate(grid.shape) if k != ax), grid.shape[ax])
         matrix = np.moveaxis(whole.reshape(x.size, *full), -1, ax + 1).reshape(x.size, grid.size)
-        charge = charge + menu.penalty(menu.state(points, mode, stage), c)
+        charge = charge + penalty
         arrival = mode if menu.into is None else menu.into[choice]
         return Rows(matrix, np.broadcast_to(0 if arrival is None else arrival, x.shape).astype(int), charge, stopped, tails)
 
     @staticmethod
-    def _targets(menu: Menu, ax: int, after: Any, shape: tuple[int, ...]) -> tuple[Ints, Floats]:
-        """Nodes (flat, over the other axes) and weights, (corners, *shape), of where the other coordinates arrive."""
-        rest = [k for k in range(len(menu.grid.axes)) if k != ax]
-        index = [np.broadcast_to(arrived(menu, k, value), shape) for k, value in zip(rest, after, strict=True)]
+    def _targets(menu: Menu, ax: int, after: Any, allowed: Any) -> tuple[Ints, Floats]:
+        """Nodes (flat, over the other axes) and weights, (corners, *shape of `allowed`), of where the other coordinates arrive."""
+        rest, shape = [k for k in range(len(menu.grid.axes)) if k != ax], allowed.shape
+        index = [arrived(menu, k, np.where(allowed, value, menu.grid.axes[k].low)) for k, value in zip(rest, after, strict=True)]
         node, part = corners([menu.grid.shape[k] for k in rest], index)
         return np.broadcast_to(node, (len(node), *shape)) if not rest else node, np.broadcast_to(part, (len(part), *shape)) if not rest else part
 
@@ -99,7 +101,7 @@ def arrived(menu: Menu, axis: int, value: Any) -> Any:
     return np.clip(index, 0.0, top)
 
 
-def _line(menu: Menu, ax: int, law: Law, x: Floats) -> tuple[Floats, Floats, Floats, tuple[Tail, ...]]:
+def _line(menu: Menu, ax: int, law: Law, x: Floats, allowed: Any) -> tuple[Floats, Floats, Floats, tuple[Tail, ...]]:
     """Weights (P, nodes of the falling axis) from points x, expected charge and probability of the exits, and their tails."""
     axis, h = menu.grid.axes[ax], menu.grid.spacing[ax]
     y = x - (axis.low + h * np.arange(-1, axis.nodes + 1))[:, None]
@@ -116,7 +118,7 @@ def _line(menu: Menu, ax: int, law: Law, x: Floats) -> tuple[Floats, Floats, Flo
             stopped = stopped + probability
             tails.append(Tail(end, law, x))
         elif end.edge == "refuse":
-            refuse_leak(menu, end, probability)
+            refuse_leak(menu, end, np.where(allowed, probability, 0.0))
     return weight, charge, stopped, tuple(tails)
 
 

@@ -148,7 +148,7 @@ class _Block:
         first = self.policy.first
         row = np.maximum(self.stage[alive] - first, 0) if self.layout.count is not None else np.zeros(alive.size, dtype=np.int64)
         points = tuple(p[alive] for p in self.points)
-        index = np.array([np.nan_to_num(self.policy.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]).reshape(len(points), -1)
+        index = np.array([np.nan_to_num(self.policy.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]).reshape(len(points), alive.size)
         return Place(row, np.zeros(alive.size), self.mode[alive], index, points, (alive.size,), np.zeros(alive.size))
 
     def _advance(self, alive: Ints) -> Ints:

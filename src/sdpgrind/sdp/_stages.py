@@ -71,6 +71,7 @@ def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progr
     assert isinstance(stages, Stages)
     stops = StopCharges(problem, grid)
     first, stationary = late_stages(problem, stops.largest())
+    _refuse_late(problem, stops, first, stationary)
     sweep = _Sweep(problem, grid, bundles, stops, first, stages.count)
     if stages.late is not None:
         sweep.base = sweep.stationary(stages.late) if stationary else sweep.stopped()
@@ -79,6 +80,18 @@ def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progr
         if stage % 16 == 0:
             progress((stage - first + 1) / (stages.count - first + 1), f"{grid.size} nodes, {stages.name} {stage * stages.step:g} {stages.unit}")
     return sweep.table()
+
+
+def _refuse_late(problem: Problem, stops: StopCharges, first: int, stationary: bool) -> None:
+    """Refuse what has no late side: before the table begins one must be able to stop, and the tail has no stage coordinate."""
+    stages = problem.stages
+    if not isinstance(stages, Stages) or stages.late is None:
+        return
+    if not np.all(np.isfinite(stops.at(first - 1, 0.0).min(axis=0, initial=np.inf))):
+        raise ValueError("late must be None where one may not stop everywhere; a stop is masked, or there is none")
+    timed = [move.name for move in problem.moves if move.timed]
+    if stationary and timed:
+        raise ValueError(f"late_window must be given ({stages.unit}) where moves are timed: their late side has no end; got None and {timed[0]!r}")
 
 
 class _Sweep:
@@ -142,10 +155,16 @@ class _Sweep:
         """Moves that end before the table begins."""
         for move, duration in enumerate(self.duration):
             if stage - duration < self.first:
-                q, control, entry = self._base_found[move]
+                q, control, entry = self._base_found[move] or self._timed_from_base(move, stage)
                 used = slice(0, 1) if self.bundles.shared[move] else slice(None)
                 self.q[slot, move, used] = q + self.late(stage - duration)
                 self.control[slot, move, used], self.entry[slot, move, used] = control, entry
+
+    def _timed_from_base(self, move: int, stage: int) -> Any:
+        """What a timed move that begins at `stage` finds in the base."""
+        assert self.base is not None  # the caller saw to it
+        found = self.bundles.timed(move, self.base.value[0], self.stops.level(self.first - 1, 0.0), stage)
+        return found.q[0], found.control[0], found.entry[0]
 
     def stopped(self) -> Table:
         """Beyond the late window one stops."""
@@ -165,15 +184,15 @@ class _Sweep:
                 return base
         raise ValueError("the late side does not settle: some move costs no time and charges nothing")
 
-    def _settle(self, stop_q: Floats, value: Floats, rate: float = 0.0) -> Table:
-        """One sweep of the base; keeps what each move finds in `value`."""
+    def _settle(self, stop_q: Floats, value: Floats, rate: float | None = None) -> Table:
+        """One sweep of the base (`rate` None: one only stops); keeps what each move finds in `value`."""
         found_all: list[Any] = [None] * len(self.duration)
         q = np.full(self.q.shape[1:], np.inf)
         for moves, found in self.bundles.best(value, self.stops.level(self.first - 1, 0.0), None, None):
             for k, move in enumerate(moves):
                 found_all[move] = (found.q[k], found.control[k], found.entry[k])
                 used = slice(0, 1) if self.bundles.shared[move] else slice(None)
-                if rate:
+                if rate is not None:
                     q[move, used] = found.q[k] + rate * self.duration[move]
                     self.control[0, move, used], self.entry[0, move, used] = found.control[k], found.entry[k]
         self._base_found = found_all

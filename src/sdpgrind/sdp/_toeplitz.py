@@ -82,8 +82,8 @@ class ShiftBundle:
         self.part = np.ones(self.target.shape)
         for menu, at, (law, s, c) in zip(self.menus, self.row_at, laws, strict=False):
             here = slice(int(at), int(at) + menu.rows)
-            self._fill(menu, here, law, ends, rising)
-            self._aim(menu, here, s, c)
+            allowed = self._fill(menu, here, law, ends, rising)
+            self._aim(menu, here, s, c, np.broadcast_to(allowed, (groups, menu.rows, n)).any(axis=2))
         used = self.weight != 0
         low = np.argmax(used, axis=2)
         high = used.shape[2] - 1 - np.argmax(used[:, :, ::-1], axis=2)
@@ -95,7 +95,7 @@ class ShiftBundle:
         self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
         self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
 
-    def _fill(self, menu: Menu, here: slice, law: Law, ends: list[Exit], rising: bool) -> None:
+    def _fill(self, menu: Menu, here: slice, law: Law, ends: list[Exit], rising: bool) -> Any:
         n, h, axis = self.nodes, self.grid.spacing[self.axis], self.grid.axes[self.axis]
         lag = np.arange(self.first_lag - 1, n + 1)
         curve = law.under((h * lag)[:, None, None])
@@ -111,6 +111,7 @@ class ShiftBundle:
             _add(self.charge, here, end.charge(law, x, probability))
             if end.sign < 0:
                 _add(self.above, here, end.full_hat(law, x, h, probability) - (probability if end.edge == "hold" else 0.0))
+        return allowed
 
     def _penalties(self, menu: Menu, here: slice) -> Any:
         """Put the in-path charges into the table; tell where the move is allowed."""
@@ -127,14 +128,14 @@ class ShiftBundle:
         self.charge[:, here] += penalty
         return np.isfinite(penalty)
 
-    def _aim(self, menu: Menu, here: slice, s: Any, c: Any) -> None:
-        """Put where each row arrives: mode on arrival and the corners of the other axes."""
+    def _aim(self, menu: Menu, here: slice, s: Any, c: Any, allowed: Any) -> None:
+        """Put where each row (groups, rows) arrives, where it is allowed: mode on arrival and the corners of the other axes."""
         points, mode = self._starts()
         if not points and menu.into is None and mode is None:
             return
         others = _shift(menu).others
         after = others(s, c) if others else [p[:, None] for p in points]
-        node, part = Shift._targets(menu, self.axis, after, (self.groups, menu.rows))
+        node, part = Shift._targets(menu, self.axis, after, allowed)
         if menu.into is not None:
             arrival: Any = np.repeat(menu.into, menu.levels.size)
         else:
