@@ -78,6 +78,13 @@ class Bundles:
         ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
         return self._join([move], pieces, [(b.best(value, level), float(b.gain[0])) for b in ready])
 
+    def alone(self) -> ShiftBundle | None:
+        """Return the bundle where all moves are shifts of one axis and mode, here; else None."""
+        if len(self.grid.shape) != 1 or len(self.problem.modes) > 1 or self._timed or len(self._here) != 1:
+            return None
+        bundle = next(iter(self._here.values()))
+        return bundle if isinstance(bundle, ShiftBundle) else None
+
     def _evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
         if self._remote is not None:
             return self._remote.evaluate(pieces, value, level)

@@ -173,6 +173,22 @@ def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value
 
 
 @njit(**_OPTIONS)
+def first_least(q, levels, out_q, out_u, out_a):
+    """Least row at every node where only the levels count; ties go to the first. Two passes that run along the nodes."""
+    count = levels.size
+    out_q[:] = q[0]
+    for row in range(1, q.shape[0]):
+        line = q[row]
+        for node in range(out_q.size):
+            out_q[node] = min(out_q[node], line[node])
+    for row in range(q.shape[0] - 1, -1, -1):
+        line, u, a = q[row], levels[row % count], row // count
+        for node in range(out_q.size):
+            if line[node] <= out_q[node] + _tie(out_q[node]):
+                out_u[node], out_a[node] = u, a
+
+
+@njit(**_OPTIONS)
 def push(plan, tables, value, flipped, level, dense, use_dense, coarse_q, out_q, out_u, out_a, state):
     """All moves of a bundle, all groups: out[move, group, node] = least expectation, with its control and entry.
 
@@ -184,6 +200,9 @@ def push(plan, tables, value, flipped, level, dense, use_dense, coarse_q, out_q,
         part = coarse_q[: scanned.size]
         for group in range(out_q.shape[1]):
             scan(group, scanned, tables, value, flipped, level, dense[scan_at[move] : scan_at[move + 1]], use_dense, part)
+            if not refine[move] and strides[move] == 1:
+                first_least(part, levels[level_at[move] : level_at[move + 1]], out_q[move, group], out_u[move, group], out_a[move, group])
+                continue
             search(group, row_at[move], levels[level_at[move] : level_at[move + 1]], regimes[regime_at[move] : regime_at[move + 1]],
                    strides[move], refine[move], part, tables, value, flipped, level,
                    out_q[move, group], out_u[move, group], out_a[move, group], state)
@@ -232,6 +251,48 @@ def choose(stop_q, move_q, shared, move_u, move_a, value, best, control, entry, 
             else:
                 control[mode, node], entry[mode, node] = np.nan, 0
     return finite
+
+
+@njit(**_OPTIONS)
+def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, tables, coarse_q, shared, table, state):
+    """A whole backward induction in one axis and one mode; see `_stages` for what it does stage by stage.
+
+    `late[k]` is the late charge at stage ``first - longest duration + k``. Return -1, or the row at which no stop and no move
+    is allowed, or -2 where the probabilities of stopping beyond the edge are needed and missing.
+    """
+    ring_q, ring_u, ring_a = ring
+    value, best, control, entry, gap = table
+    nodes, slots, lags = value.shape[2], ring_q.shape[0], scan_weight.shape[1]
+    first_lag, before = tables[1], slots - 1
+    matrix, dense = np.zeros((lags, nodes)), np.empty((scan_weight.shape[0], nodes))
+    flipped, here = np.empty((1, nodes)), np.empty(1)
+    shape = (duration.size, 1, nodes)
+    found_q, found_u, found_a = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
+    for row in range(value.shape[0]):
+        slot = (row + before) % slots
+        for move in range(duration.size):
+            if row < duration[move] and base[0].size > 0:
+                ring_q[slot, move, 0] = base[0][move, 0] + late[row + before - duration[move]]
+                ring_u[slot, move, 0], ring_a[slot, move, 0] = base[1][move, 0], base[2][move, 0]
+        here[0] = level[0] + late[row + before]
+        if not choose(stop_q + late[row + before], ring_q[slot], shared, ring_u[slot], ring_a[slot],
+                      value[row], best[row], control[row], entry[row], gap[row]):
+            return row
+        ring_q[slot] = np.inf
+        v = value[row]
+        if tables[4].shape[2] == 0 and tables[3].shape[2] == 0 and here[0] != v[0, 0]:
+            return -2
+        for node in range(nodes):
+            flipped[0, nodes - 1 - node] = v[0, node] - v[0, 0]
+        for lag in range(lags):
+            for node in range(max(0, lag + first_lag + 1), min(nodes, nodes + lag + first_lag)):
+                matrix[lag, node] = v[0, node - lag - first_lag] - v[0, 0]
+        np.dot(scan_weight, matrix, dense)
+        push(plan, tables, v, flipped, here, dense, True, coarse_q, found_q, found_u, found_a, state)
+        for move in range(duration.size):
+            to = (row + duration[move] + before) % slots
+            ring_q[to, move, 0], ring_u[to, move, 0], ring_a[to, move, 0] = found_q[move, 0], found_u[move, 0], found_a[move, 0]
+    return -1
 
 
 @njit(**_OPTIONS)

@@ -23,6 +23,8 @@ from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._problem import Problem, Stages
 from sdpgrind.sdp._stops import StopCharges
 
+SMALL = 64
+"""Nodes below which the induction is one compiled call."""
 CONVERGED = 1e-13
 """Relative change at which the stationary late tail counts as solved."""
 
@@ -75,6 +77,8 @@ def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progr
     sweep = _Sweep(problem, grid, bundles, stops, first, stages.count)
     if stages.late is not None:
         sweep.base = sweep.stationary(stages.late) if stationary else sweep.stopped()
+    if sweep.at_once():
+        return sweep.table()
     for stage in range(first, stages.count + 1):
         sweep.step(stage)
         if stage % 16 == 0:
@@ -117,6 +121,30 @@ class _Sweep:
         stages = self.problem.stages
         late = stages.late if isinstance(stages, Stages) else None
         return float(late(-stage * stages.step)) if late is not None and stage < 0 else 0.0  # type: ignore[union-attr]
+
+    def at_once(self) -> bool:
+        """Do the whole induction in one compiled call where the problem is of the common small kind; tell whether it was.
+
+        On few nodes Python would take longer than the arithmetic.
+        """
+        bundle = self.bundles.alone()
+        if bundle is None or self.stops.still is None or self.grid.size >= SMALL:
+            return False
+        base = [np.array([found[k] for found in self._base_found]) for k in range(3)] if self.base is not None else [np.empty((0, 0, 0)), np.empty((0, 0, 0)), np.empty((0, 0, 0), np.int32)]
+        stages = range(self.first - self.slots + 1, self.first + len(self.value))
+        late = np.array([self.late(stage) for stage in stages])
+        code = -2
+        while code == -2:
+            code = _kernels.sweep(
+                self.first, late, self.duration, self.stops.still, self.stops.level(self.first, 0.0), tuple(base), (self.q, self.control, self.entry),
+                bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared, (self.value, self.best, self.u, self.a, self.gap), bundle.gain,
+            )  # fmt: skip
+            if code == -2:
+                bundle.tabulate_stopped()
+        self.bundles.gain = max(self.bundles.gain, float(bundle.gain[0]))
+        if code >= 0:
+            self._refuse_unreachable(self.first + code, code)
+        return True
 
     def step(self, stage: int) -> None:
         """Finish the value-to-go of `stage`, then evaluate every move into it."""

@@ -15,17 +15,17 @@ class StopCharges:
 
     def __init__(self, problem: Problem, grid: Grid) -> None:
         self.problem, self.grid = problem, grid
-        self._still = [self._fixed(stop) for stop in problem.stops]
-        self._all = np.stack([q for q in self._still if q is not None]) if all(q is not None for q in self._still) and self._still else None
+        self._each = [self._fixed(stop) for stop in problem.stops]
+        self.still: Floats | None = np.stack([q for q in self._each if q is not None]) if all(q is not None for q in self._each) and self._each else None
         self._level = self._levels(None)
 
     def at(self, stage: int, late: float) -> Floats:
         """Return [stop, mode, node] at a stage; infinite where one may not stop."""
-        if self._all is not None:
-            return self._all + late
+        if self.still is not None:
+            return self.still + late
         shape = (len(self.problem.stops), len(self.problem.modes), self.grid.size)
         out = np.empty(shape)
-        for k, (stop, still) in enumerate(zip(self.problem.stops, self._still, strict=True)):
+        for k, (stop, still) in enumerate(zip(self.problem.stops, self._each, strict=True)):
             out[k] = (still if still is not None else self._evaluate(stop, self._state(stage))) + late
         return out
 

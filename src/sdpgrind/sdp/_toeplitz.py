@@ -63,7 +63,7 @@ class ShiftBundle:
             np.concatenate([m.levels for m in menus]), np.concatenate([m.regimes for m in menus]),
             np.array([m.stride for m in menus]), np.array([m.search for m in menus]), self.scan_rows,
         )  # fmt: skip
-        self._coarse = np.empty((max(s.size for s in scans), self.nodes))
+        self.coarse = np.empty((max(s.size for s in scans), self.nodes))
 
     def _tables(self) -> None:
         groups, rows, n = self.groups, int(self.row_at[-1]), self.nodes
@@ -90,7 +90,7 @@ class ShiftBundle:
         self.reach = np.stack([low, np.where(used.any(axis=2), high, -1)], axis=2) + self.first_lag
         self.tables: tuple[Any, ...] = (self.weight, self.first_lag, self.reach, self.gone, self.stopped, self.above, self.charge, self.target, self.part)
         self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
-        self._scan_weight = np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
+        self.scan_weight = np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
         self._product = _Product(n, self.weight.shape[2], self.first_lag)
         self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
         self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
@@ -148,13 +148,13 @@ class ShiftBundle:
         v = self._by_line(value)
         flipped = np.ascontiguousarray((v - v[:, :1])[:, ::-1])
         for target, rows in self._runs:
-            self._product(self._scan_weight[rows], flipped[target], self._products[rows])
+            self._product(self.scan_weight[rows], flipped[target], self._products[rows])
         shape = (len(self.menus), self.groups, self.nodes)
         q, control, entry = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
         targets = np.repeat(level, self.others) if self.others > 1 else level
         if self._stops and not self.stopped.size and np.any(targets != v[:, 0]):
-            self._tabulate_stopped()
-        _kernels.push(self.plan, self.tables, v, flipped, targets, self._products, self.dense, self._coarse, q, control, entry, self.gain)
+            self.tabulate_stopped()
+        _kernels.push(self.plan, self.tables, v, flipped, targets, self._products, self.dense, self.coarse, q, control, entry, self.gain)
         lines = (len(self.menus), self.sources, -1, self.nodes)  # [move, mode or 0, line, node of the falling axis]
         return Found(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
 
@@ -175,7 +175,7 @@ class ShiftBundle:
         c = _row_controls(menu)
         return _shift(menu).law(s, c), s, c
 
-    def _tabulate_stopped(self) -> None:
+    def tabulate_stopped(self) -> None:
         """Probabilities of ending beyond an edge: wanted only where that is charged otherwise than ending at the first node."""
         self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
         x = (self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes))[:, None, None]
