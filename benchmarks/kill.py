@@ -25,7 +25,7 @@ class Job:
     arguments: tuple[str, ...]
 
     def start(self, out: Path) -> subprocess.Popen:
-        command = [sys.executable, "-m", "hwsim.cli", "weldbead", *self.arguments, "--out", str(out)]
+        command = [sys.executable, "-m", "hwsim.cli", "weldbead", *self.arguments, "--no-pictures", "--out", str(out)]
         return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
     def finish(self, out: Path) -> bytes:

@@ -175,17 +175,22 @@ def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value
 @njit(**_OPTIONS)
 def first_least(q, levels, out_q, out_u, out_a):
     """Least row at every node where only the levels count; ties go to the first. Two passes that run along the nodes."""
-    count = levels.size
+    count, nodes = levels.size, out_q.size
     out_q[:] = q[0]
     for row in range(1, q.shape[0]):
         line = q[row]
-        for node in range(out_q.size):
+        for node in range(nodes):
             out_q[node] = min(out_q[node], line[node])
+    limit, first = np.empty(nodes), np.zeros(nodes)
+    for node in range(nodes):
+        limit[node] = out_q[node] + _tie(out_q[node])
     for row in range(q.shape[0] - 1, -1, -1):
-        line, u, a = q[row], levels[row % count], row // count
-        for node in range(out_q.size):
-            if line[node] <= out_q[node] + _tie(out_q[node]):
-                out_u[node], out_a[node] = u, a
+        line, number = q[row], float(row)
+        for node in range(nodes):
+            first[node] = number if line[node] <= limit[node] else first[node]
+    for node in range(nodes):
+        row = int(first[node])
+        out_u[node], out_a[node] = levels[row % count], row // count
 
 
 @njit(**_OPTIONS)
