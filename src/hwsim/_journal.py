@@ -97,9 +97,9 @@ class Journal:
     @classmethod
     def create(cls, path: str | os.PathLike[str], fingerprints: Mapping[str, str], labels: Labels) -> Self:
         """Make an empty journal and open it (private to this package): the file appears complete or not at all."""
-        from sdpgrind.base.records import encode, whole_file
+        from sdpgrind.base.records import whole_file
 
-        rows = {"version": _VERSION, "fingerprints": json.dumps(dict(fingerprints)), "labels": encode(labels)}
+        rows = {"version": _VERSION, "fingerprints": json.dumps(dict(fingerprints)), "labels": labels.to_json()}
         with whole_file(path) as temporary, contextlib.closing(sqlite3.connect(temporary)) as database, database:
             database.executescript(_SCHEMA)
             database.executemany("INSERT INTO run VALUES (?, ?)", rows.items())
@@ -115,13 +115,7 @@ class Journal:
         parts = list(self.read())
         if not parts:
             raise ValueError(f"{str(self.path)!r} holds no finished part yet")
-        return Log.of(parts, self._labels())
-
-    def _labels(self) -> Labels:
-        from sdpgrind.base.records import decode
-
-        labels: Labels = decode(self._run["labels"])
-        return labels
+        return Log.of(parts, Labels.from_json(self._run["labels"]))
 
     def differences(self, fingerprints: Mapping[str, str]) -> list[str]:
         """Names of what is not as it was when the journal was begun (private to this package)."""

@@ -1,15 +1,14 @@
 """Names and units of everything in a log: plain values, so that a log or journal is read without the code that ran."""
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from hwsim._part import controllers
 from hwsim.protocols import Controller, Plant
-from sdpgrind.base.records import stored
 
 
-@stored("hwsim.labels")
 @dataclass(frozen=True)
 class Labels:
     """What is needed to label the parts of one run."""
@@ -32,6 +31,15 @@ class Labels:
         described = dict(getattr(plant, "description", {}))
         names = type(plant).__name__, type(controller).__name__
         return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described)
+
+    def to_json(self) -> str:
+        """Text that `from_json` reads; nothing of xarray is needed, so that `hwsim` is imported quickly."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> "Labels":
+        """Read what `to_json` wrote."""
+        return cls(**json.loads(text))
 
     def column(self, name: str) -> dict[str, str]:
         """Attributes of a column of a table."""

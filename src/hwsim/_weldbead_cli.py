@@ -29,6 +29,7 @@ def add_to(areas: Any) -> None:
     parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
     parser.add_argument("--tolerance", type=float, default=1e-5, help="of the plan's expected penalty, $ (1e-5)")
+    parser.add_argument("--no-pictures", action="store_true", help="draw nothing")
     parser.set_defaults(work=work)
 
 
@@ -47,7 +48,9 @@ def work(arguments: argparse.Namespace) -> None:
     log = _run(stand, policy, arguments)
     print(report(_title(arguments), log, policy, stand))
     if out is not None:
-        _keep(out, log, policy)
+        log.save(out / "run.nc")
+        drawn = [] if arguments.no_pictures else _pictures(out, log, policy)
+        print(f"\nkept in {out}: {', '.join(['policy.nc', 'run.nc', 'run.db', *drawn])}")
 
 
 def _title(arguments: argparse.Namespace) -> str:
@@ -145,12 +148,6 @@ def _run(stand: "WeldBeadStand", policy: Any, arguments: argparse.Namespace) -> 
     controller = weldbead.SequenceController(policy)
     journal = None if arguments.out is None else arguments.out / "run.db"
     return run(stand, controller, parts=arguments.parts, rng=arguments.rng, journal=journal, progress=TerminalLine())
-
-
-def _keep(out: Path, log: "Log", policy: Any) -> None:
-    log.save(out / "run.nc")
-    kept = ["policy.nc", "run.nc", "run.db", *_pictures(out, log, policy)]
-    print(f"\nkept in {out}: {', '.join(kept)}")
 
 
 def _pictures(out: Path, log: "Log", policy: Any) -> list[str]:

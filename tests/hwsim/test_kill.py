@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hwsim_fakes import Drain, noisy_tank
 
 import hwsim
+from hwsim._log import same
 from hwsim.cli import main
 from sdpgrind import weldbead
 
@@ -48,7 +50,7 @@ class Here(kill.Job):
     """Resumes in this process, which has imported everything already."""
 
     def finish(self, out):
-        assert main(["weldbead", *self.arguments, "--out", str(out)]) == 0
+        assert main(["weldbead", *self.arguments, "--no-pictures", "--out", str(out)]) == 0
         return (out / "run.nc").read_bytes()
 
 
@@ -57,7 +59,7 @@ def job(tmp_path_factory):
     """A job whose policy is planned already, its uninterrupted log, and how long it lasts."""
     folder = tmp_path_factory.mktemp("kill")
     weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101).save(folder / "p1.nc")
-    job = Here(("--policy", str(folder / "p1.nc"), "--parts", "250", "--rng", "3"))
+    job = Here(("--policy", str(folder / "p1.nc"), "--parts", "150", "--rng", "3"))
     start = time.perf_counter()
     kill.Job.finish(job, folder / "whole")
     lasts = time.perf_counter() - start

@@ -48,7 +48,7 @@ def test_keeps_policy_log_journal_and_pictures(finished, policy):
 
 
 def test_prints_planned_beside_realised(finished, policy, capsys):
-    assert main([*JOB, "--out", str(finished)]) == 0
+    assert main([*JOB, "--no-pictures", "--out", str(finished)]) == 0
     out, error = capsys.readouterr()
     lines = {line[:24].strip(): line[24:].split() for line in out.splitlines()}
     outcome = sdpgrind.load(finished / "run.nc").outcome
@@ -68,15 +68,16 @@ def test_finished_run_is_reported_again_unchanged(finished, capsys):
     before = {name: (finished / name).read_bytes() for name in ("run.nc", "policy.nc", "run.db")}
     outputs = []
     for _ in range(2):
-        assert main([*JOB, "--out", str(finished)]) == 0
+        assert main([*JOB, "--no-pictures", "--out", str(finished)]) == 0
         outputs.append(capsys.readouterr().out)
     assert outputs[0] == outputs[1]
     assert before == {name: (finished / name).read_bytes() for name in before}
 
 
 def test_policy_from_a_file_gives_the_same_run(finished, tmp_path, capsys):
-    arguments = ["--policy", str(finished / "policy.nc"), "--parts", "6", "--rng", "4", "--out", str(tmp_path)]
-    assert main(["weldbead", *arguments]) == 0
+    arguments = ["weldbead", "--policy", str(finished / "policy.nc"), "--parts", "6", "--rng", "4", "--no-pictures"]
+    assert main([*arguments, "--out", str(tmp_path)]) == 0
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["policy.nc", "run.db", "run.nc"]
     assert (tmp_path / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
 
 
@@ -93,7 +94,16 @@ def test_one_bead_has_no_standard_error(finished, capsys):
 
 
 def test_a_run_can_be_made_longer(finished, tmp_path, capsys):
-    job = ["weldbead", "--policy", str(finished / "policy.nc"), "--rng", "4", "--out", str(tmp_path / "run")]
+    job = [
+        "weldbead",
+        "--policy",
+        str(finished / "policy.nc"),
+        "--rng",
+        "4",
+        "--no-pictures",
+        "--out",
+        str(tmp_path / "run"),
+    ]
     assert main([*job, "--parts", "2"]) == main([*job, "--parts", "6"]) == 0
     assert (tmp_path / "run" / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
 

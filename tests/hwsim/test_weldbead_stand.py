@@ -110,12 +110,12 @@ def test_more_power_than_the_drive_has_is_blamed_on_the_energy():
 @pytest.mark.parametrize("attribution", NAMES)
 def test_cuts_have_the_mean_and_sd_of_the_scatter(attribution):
     problem = DROOP.replace(scatter=weldbead.Scatter(attribution, 0.15))
-    log = hwsim.run(hwsim.WeldBeadStand(problem, **QUIET), Passes(PASS), parts=1500, rng=2)
+    log = hwsim.run(hwsim.WeldBeadStand(problem, **QUIET), Passes(PASS), parts=600, rng=2)
     cuts = log.outcome.true_cut_depth.values[:, 0]
     law = problem.cut(8.0, 30.0)
     mean, sd = float(law.mean), float(law.sd)
-    assert abs(cuts.mean() - mean) < 4 * sd / sqrt(1500)
-    assert abs(cuts.std() - sd) < 4 * sd * sqrt(1 / 1500)  # kurtosis of these laws is below 5
+    assert abs(cuts.mean() - mean) < 4 * sd / sqrt(600)
+    assert abs(cuts.std() - sd) < 4 * sd * sqrt(1 / 600)  # kurtosis of these laws is below 5
 
 
 def test_sensors_agree_with_truth_and_energy_balance():

@@ -1,0 +1,130 @@
+"""Planner, controller and stand together: what was promised is what comes out."""
+
+import pickle
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from math import sqrt
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+import hwsim
+from hwsim._log import same
+from sdpgrind import weldbead
+
+P1 = weldbead.preset("P1")
+FINISH = weldbead.preset("P5").replace(
+    finish_charge=weldbead.FinishCharge(0.1, reference_rate=12.5), pass_charge=0.01, min_cut=0.02
+)
+PROBLEMS = {
+    "P1": P1,
+    "P2": weldbead.preset("P2"),
+    "P4": weldbead.preset("P4"),
+    "P5": weldbead.preset("P5"),
+    "finish": FINISH,
+    "K2, log-normal": P1.replace(scatter=weldbead.Scatter("K2", 0.3, law="lognormal")),
+    "K1 and mu": weldbead.preset("P4").replace(scatter=weldbead.Scatter(("K1", "mu"), (0.1, 0.1))),
+}
+START = {"P2": {"height": 1.5, "time": 4.0}, "P5": {"height": 1.5, "time": 14.0}}
+
+
+@pytest.fixture(scope="module")
+def controller():
+    return weldbead.SequenceController(weldbead.plan(P1, tolerance=None, nodes=101))
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_realised_penalty_is_the_planned_one(name):
+    problem = PROBLEMS[name]
+    stand = hwsim.WeldBeadStand(problem, height_noise=0.0, **START.get(name, {}))
+    policy = weldbead.plan(problem, tolerance=None, nodes=201)  # within 1e-3 $ of the converged ones
+    log = hwsim.run(stand, weldbead.SequenceController(policy), parts=250, rng=11)
+    penalty, planned = log.outcome.penalty.values, log.outcome.penalty_planned.values
+    assert np.ptp(planned) == 0.0
+    assert planned[0] == policy.value(height=stand.start_height, time_left=stand.start_time)
+    assert abs(penalty.mean() - planned[0]) < 4 * penalty.std() / sqrt(250) + 1e-3
+    risk = policy.risk(height=stand.start_height, time_left=stand.start_time)
+    passes = log.outcome.passes.values
+    assert abs(passes.mean() - risk.passes) < 4 * passes.std() / sqrt(250) + 1e-3
+    assert log.outcome.burned.values.sum() == 0
+
+
+def test_beads_of_linear_lateness_end_late_where_it_pays():
+    problem = weldbead.preset("P3")
+    policy = weldbead.plan(problem, tolerance=None, nodes=201)
+    stand = hwsim.WeldBeadStand(problem, height=2.0, time=0.0, height_noise=0.0)
+    log = hwsim.run(stand, weldbead.SequenceController(policy), parts=200)
+    penalty = log.outcome.penalty.values
+    assert (log.outcome.lateness.values > 0).all()
+    assert abs(penalty.mean() - 2.903457) < 4 * penalty.std() / sqrt(200) + 1e-2  # spec, J(2, 0) of P3
+
+
+def test_controllers_are_compared_on_equal_beads(controller):
+    class Hasty:
+        """Grinds at full force until half a millimetre is left."""
+
+        period = None
+
+        def reset(self):
+            pass
+
+        def step(self, *, height, time_left, **others):
+            stop = height < 0.5 or time_left < 6.0
+            return {"stop": 1.0} if stop else {"duration": 6.0, "normal_force": 50.0}
+
+    log = hwsim.compare(hwsim.WeldBeadStand(P1), {"plan": controller, "hasty": Hasty()}, parts=40, rng=3)
+    penalty = log.outcome.penalty
+    better = penalty.sel(controller="hasty") - penalty.sel(controller="plan")
+    assert float(better.mean()) > 10 * float(better.std()) / sqrt(40)
+    assert set(log.tiers) == {"sequence", "controller"}
+
+
+def test_from_log_back_to_the_model(controller):
+    truth = P1.model.replace(specific_energy=13.0, idle_power=120.0)
+    log = hwsim.run(hwsim.WeldBeadStand(P1, truth=truth), controller, parts=60, rng=5)
+    estimate = weldbead.identify(log, "power")
+    assert abs(estimate["specific_energy"] - 13.0) < 4 * estimate.sd[0]
+    assert P1.updated(estimate).model.specific_energy == estimate["specific_energy"]
+
+
+def test_replanning_between_parts_resumes_with_equal_results(tmp_path):
+    log = {}
+    for journal in (None, tmp_path / "run.db"):
+        run = {"rng": 2, "adapt": Replan(), "journal": journal}
+        stand = hwsim.WeldBeadStand(P1, truth=P1.model.replace(specific_energy=13.0))
+        first = weldbead.SequenceController(weldbead.plan(P1, tolerance=None, nodes=51))
+        if journal is not None:
+            hwsim.run(stand, first, parts=2, **run)
+        log[journal] = hwsim.run(stand, first, parts=4, **run)
+    assert same(*log.values())
+    assert np.unique(log[None].outcome.penalty_planned.values).size == 4
+
+
+class Replan:
+    """Estimates the specific energy from all beads so far and plans anew."""
+
+    def __init__(self):
+        self.power, self.rate = [], []
+
+    def next(self, controller, part_log):
+        table = part_log["sequence"]
+        read = np.isfinite(table.grinding_power.values)
+        self.power += table.grinding_power.values[read].tolist()
+        self.rate += table.removal_rate.values[read].tolist()
+        estimate = weldbead.identify({"grinding_power": self.power, "removal_rate": self.rate}, "power")
+        problem = P1.replace(specific_energy=estimate["specific_energy"])
+        return weldbead.SequenceController(weldbead.plan(problem, tolerance=None, nodes=51))
+
+
+def test_workers_give_the_same_beads(controller):
+    stand = hwsim.WeldBeadStand(P1)
+    serial = hwsim.run(stand, controller, parts=20, rng=1)
+    with ThreadPoolExecutor(3) as threads:
+        assert same(hwsim.run(stand, controller, parts=20, rng=1, executor=threads), serial)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
+        assert same(hwsim.run(stand, controller, parts=20, rng=1, executor=processes), serial)
+
+
+def test_controller_goes_to_another_process_as_it_is(controller):
+    twin = pickle.loads(pickle.dumps(controller))
+    assert twin.step(height=1.0, time_left=10.0) == controller.step(height=1.0, time_left=10.0)
