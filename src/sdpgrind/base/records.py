@@ -69,7 +69,7 @@ def _portable(array: xr.DataArray) -> xr.DataArray:
     kind = array.dtype.kind
     if kind in "USO" or array.dtype.name in _NETCDF3:
         return array
-    holder = np.int8 if kind == "b" else np.int32
+    holder: Any = np.int8 if kind == "b" else np.int32
     if kind not in "biu" or (array.size and np.any(array.values.astype(holder) != array.values)):
         holder = np.float64
         if np.any(array.values.astype(holder) != array.values):

@@ -57,9 +57,15 @@ class Bundles:
         self._groups = [(moves, self._cut(moves)) for moves in self._together(still)]
         several = sum(len(pieces) for _, pieces in self._groups) > 1 and len(problem.axes) > 1
         self._remote = _Remote(problem, grid, executor) if executor is not None and several else None
-        self._here = {} if self._remote else {piece: piece.prepare(problem, grid, None, keep) for _, pieces in self._groups for piece in pieces}
+        self._here = (
+            {}
+            if self._remote
+            else {piece: piece.prepare(problem, grid, None, keep) for _, pieces in self._groups for piece in pieces}
+        )
 
-    def best(self, value: Floats, level: Floats, stage: int | None, last: int | None) -> Iterator[tuple[list[int], Found]]:
+    def best(
+        self, value: Floats, level: Floats, stage: int | None, last: int | None
+    ) -> Iterator[tuple[list[int], Found]]:
         """Yield the moves of each bundle with what is best into value[mode, node], which is that of `stage`.
 
         Moves that would begin beyond the stage `last` are left out where that saves work; `stage` None: the late side.
@@ -100,7 +106,9 @@ class Bundles:
                 return found
             if len(self.grid.shape) == 1:
                 return Found(found.q[:, :, 0], found.control[:, :, 0], found.entry[:, :, 0])
-        parts = [np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")]
+        parts = [
+            np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")
+        ]
         if not isinstance(shift, Shift):
             return Found(*parts)
         axis = shift.position(self.grid)
@@ -122,7 +130,10 @@ class Bundles:
         total, size = self.grid.size, NODES
         if isinstance(to, Shift):
             total, size = self.grid.size // self.grid.shape[to.position(self.grid)], LINES
-        return [Piece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total))) for a in range(0, total, size)]
+        return [
+            Piece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total)))
+            for a in range(0, total, size)
+        ]
 
 
 def _per_mode(menu: Menu) -> bool:

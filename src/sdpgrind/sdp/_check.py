@@ -3,6 +3,7 @@
 import pickle
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -71,11 +72,15 @@ def check(problem: Problem) -> Report:
     grid = Grid.of(small)
     problems: list[str] = []
     for stop in small.stops:
-        _try(problems, f"stop {stop.name!r}", lambda stop=stop: _stop(replace(small, stops=(stop,)) if not _edges(small) else small, grid))
+        _try(
+            problems,
+            f"stop {stop.name!r}",
+            partial(_stop, small if _edges(small) else replace(small, stops=(stop,)), grid),
+        )
     for k, move in enumerate(small.moves):
-        _try(problems, f"move {move.name!r}", lambda k=k: _move(small, grid, k))
+        _try(problems, f"move {move.name!r}", partial(_move, small, grid, k))
     if not problems and isinstance(small.stages, Forever):
-        _try(problems, "stages", lambda: refuse_endless(small, grid))
+        _try(problems, "stages", partial(refuse_endless, small, grid))
     return Report(tuple(problems), tuple(_notes(problem)))
 
 
@@ -129,13 +134,19 @@ def _agree(menu: Menu) -> None:
     for _ in range(8):
         point = [float(rng.uniform(axis.low, axis.high)) for axis in menu.grid.axes]
         choice, level = int(rng.integers(menu.move.choices)), float(rng.choice(menu.levels))
-        s = menu.state(point, int(rng.integers(len(menu.problem.modes))) if len(menu.problem.modes) > 1 else None, menu.problem.step)
+        s = menu.state(
+            point,
+            int(rng.integers(len(menu.problem.modes))) if len(menu.problem.modes) > 1 else None,
+            menu.problem.step,
+        )
         c = menu.controls(np.array(choice), np.array(level))
         c = type(c)(*(float(x) for x in c))
         e = record("E", tuple(noise))(**{name: float(rng.choice(x)) for name, x in noise.items()})
         numpy_says, kernel_says = move.step(s, c, e), compiled(s, c, e)
         if not np.allclose(numpy_says, kernel_says, rtol=1e-12, atol=1e-12):
-            raise ValueError(f"step must give the same in numpy and compiled; got {numpy_says} and {kernel_says} at {s}, {c}, {e}")
+            raise ValueError(
+                f"step must give the same in numpy and compiled; got {numpy_says} and {kernel_says} at {s}, {c}, {e}"
+            )
 
 
 def _notes(problem: Problem) -> list[str]:
@@ -145,7 +156,9 @@ def _notes(problem: Problem) -> list[str]:
             try:
                 pickle.dumps(callback)
             except Exception:  # pickle raises whatever it likes
-                notes.append(f"move {move.name!r}: {name} does not pickle (a lambda or closure?): fine here and on threads, not on executors of processes")
+                notes.append(
+                    f"move {move.name!r}: {name} does not pickle (a lambda or closure?): fine here and on threads, not on executors of processes"
+                )
     return notes
 
 

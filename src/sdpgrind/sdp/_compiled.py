@@ -28,7 +28,9 @@ def compiled_step(menu: Menu) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]) -> Any:
+def _kernel(
+    step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]
+) -> Any:
     """The sweep over rows, nodes and noise for one step function; compiled once for each."""
     n_state, n_control, n_noise, n_axes = sizes
     step = njit(step)
@@ -36,7 +38,9 @@ def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after:
     charged = charge is not None
 
     @njit(nogil=True)
-    def sweep(points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, penalty, q):
+    def sweep(
+        points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, penalty, q
+    ):
         """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite; returns the worst coordinate that left a refused edge (NaN: none)."""
         worst = np.nan
         low, part = np.empty(n_axes, dtype=np.int64), np.empty(n_axes)
@@ -100,9 +104,18 @@ def expect(bundle: "PointBundle", move: Sampled, value: Floats, level: Floats) -
     c = menu.row_controls()
     out = np.empty((bundle.sources.size, menu.rows, bundle.count))
     for k, mode in enumerate(bundle.sources):
-        s = menu.state(list(bundle.nodes), np.full(bundle.count, float(mode)) if bundle.tells_mode else None, None if bundle.stage is None else np.full(bundle.count, bundle.stage))
+        s = menu.state(
+            list(bundle.nodes),
+            np.full(bundle.count, float(mode)) if bundle.tells_mode else None,
+            None if bundle.stage is None else np.full(bundle.count, bundle.stage),
+        )
         sizes = (len(s), len(c), len(bundle.noise), len(menu.grid.axes))
-        types = (type(s), type(c), record("E", tuple(bundle.noise)), record("N", tuple(a.name for a in menu.grid.axes)))
+        types: tuple[Any, ...] = (
+            type(s),
+            type(c),
+            record("E", tuple(bundle.noise)),
+            record("N", tuple(a.name for a in menu.grid.axes)),
+        )
         sweep = _kernel(move.step, move.charge, *types, sizes)
         worst = sweep(
             _columns(s, bundle.count), _columns(c, menu.rows), _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
@@ -114,7 +127,9 @@ def expect(bundle: "PointBundle", move: Sampled, value: Floats, level: Floats) -
 
 
 def _columns(fields: Any, length: int) -> Floats:
-    return np.ascontiguousarray(np.array([np.broadcast_to(np.asarray(f, dtype=float), length) for f in fields]).reshape(len(fields), length).T)
+    return np.ascontiguousarray(
+        np.array([np.broadcast_to(np.asarray(f, dtype=float), length) for f in fields]).reshape(len(fields), length).T
+    )
 
 
 def _edges(menu: Menu) -> tuple[Any, ...]:
@@ -123,7 +138,9 @@ def _edges(menu: Menu) -> tuple[Any, ...]:
     kinds, extra = np.zeros((len(grid.axes), 2), dtype=np.int64), np.zeros((len(grid.axes), 2))
     for k, axis in enumerate(grid.axes):
         for side, edge in enumerate((axis.below, axis.above)):
-            kinds[k, side] = {"hold": HOLD, "stop": STOP, "refuse": REFUSE}.get(edge, NUMBER) if isinstance(edge, str) else NUMBER
+            kinds[k, side] = (
+                {"hold": HOLD, "stop": STOP, "refuse": REFUSE}.get(edge, NUMBER) if isinstance(edge, str) else NUMBER
+            )
             extra[k, side] = 0.0 if isinstance(edge, str) else edge
     logs = np.array([a.scale == "log" for a in grid.axes])
     return axes, logs, kinds, np.array(grid.shape, dtype=np.int64), extra, _sides(menu)

@@ -92,15 +92,16 @@ def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: Table, v
     data, row, col = (np.concatenate(part) for part in zip(*blocks, strict=True))
     step = sparse.csr_array((data, (row, col)), shape=(size, size))
     found = _solve(step, rest, value.ravel())
-    good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(1.0, np.max(np.abs(found)))
+    good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(
+        1.0, np.max(np.abs(found))
+    )
     return found.reshape(value.shape) if good else value
 
 
 def _solve(step: Any, rest: Floats, start: Floats) -> Floats:
     if start.size <= DIRECT:
         try:
-            solved: Floats = splu(sparse.csc_array(sparse.eye_array(start.size) - step)).solve(rest)
-            return solved
+            return np.asarray(splu(sparse.csc_array(sparse.eye_array(start.size) - step)).solve(rest))
         except RuntimeError:  # singular: the policy never ends
             return np.full(start.size, np.nan)
     value = start
@@ -109,7 +110,7 @@ def _solve(step: Any, rest: Floats, start: Floats) -> Floats:
         if np.max(np.abs(new - value)) <= 1e-12 * max(1.0, float(np.max(np.abs(new)))):
             break
         value = new
-    return new
+    return np.asarray(new)
 
 
 def refuse_endless(problem: Problem, grid: Grid) -> None:
@@ -117,8 +118,18 @@ def refuse_endless(problem: Problem, grid: Grid) -> None:
     bare = dataclasses.replace(
         problem,
         axes=[dataclasses.replace(a, below=_free(a.below), above=_free(a.above)) for a in problem.axes],
-        moves=[dataclasses.replace(m, charge=0.0, to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to) for m in problem.moves],
-        stops=[dataclasses.replace(s, charge=Charge(Linear(0.0), Linear(0.0)) if isinstance(s.charge, Charge) else _nothing, extra=None) for s in problem.stops],
+        moves=[
+            dataclasses.replace(
+                m, charge=0.0, to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to
+            )
+            for m in problem.moves
+        ],
+        stops=[
+            dataclasses.replace(
+                s, charge=Charge(Linear(0.0), Linear(0.0)) if isinstance(s.charge, Charge) else _nothing, extra=None
+            )
+            for s in problem.stops
+        ],
     )
     bundles, stops = Bundles(bare, grid), StopCharges(bare, grid)
     away = np.ones((len(problem.modes), grid.size))
@@ -130,8 +141,14 @@ def refuse_endless(problem: Problem, grid: Grid) -> None:
         away = now
     if np.any(away):
         mode, node = np.argwhere(away)[0]
-        where = ", ".join(f"{a.name} = {x[node]:g} {a.unit}".strip() for a, x in zip(grid.axes, grid.points, strict=True))
-        raise ValueError(f"the process never ends from {where or 'its start'}" + (f", mode {problem.modes[mode]!r}" if len(problem.modes) > 1 else "") + ": no policy reaches a stop from there")
+        where = ", ".join(
+            f"{a.name} = {x[node]:g} {a.unit}".strip() for a, x in zip(grid.axes, grid.points, strict=True)
+        )
+        raise ValueError(
+            f"the process never ends from {where or 'its start'}"
+            + (f", mode {problem.modes[mode]!r}" if len(problem.modes) > 1 else "")
+            + ": no policy reaches a stop from there"
+        )
 
 
 def _free(edge: Any) -> Any:

@@ -46,6 +46,8 @@ class Distribution:
         Expected in-path charge, $.
     moves : float
         Expected number of moves.
+    outside : tuple of float
+        Share of the atoms that begins, and ends, beyond the low and the high end of an axis.
     """
 
     charge: Floats
@@ -54,6 +56,7 @@ class Distribution:
     tails: tuple[Left, ...]
     on_the_way: float
     moves: float
+    outside: tuple[float, float] = (0.0, 0.0)
 
     @property
     def total(self) -> float:
@@ -68,12 +71,12 @@ class Distribution:
     @property
     def probability_below(self) -> float:
         """Probability of ending beyond the low end of an axis (a weld bead: of overgrinding)."""
-        return self._gone(1)
+        return self._gone(1) + self.outside[0]
 
     @property
     def probability_above(self) -> float:
         """Probability of ending beyond the high end of an axis."""
-        return self._gone(-1)
+        return self._gone(-1) + self.outside[1]
 
     def excess(self, level: float) -> float:
         """Return E (penalty - level)+, $, for a level in $."""
@@ -100,10 +103,25 @@ class Distribution:
         high = max(1e-12, float(self.charge.max(initial=0.0)))
         while self.excess(high) > 1e-12 * (1 - confidence):
             high *= 2
-        return min(bound(c) for c in (0.0, float(minimize_scalar(bound, bounds=(0.0, high), method="bounded", options={"xatol": 1e-12 + 1e-10 * high}).x), *np.unique(self.charge[self.probability > 1e-6])[:64]))
+        return min(
+            bound(c)
+            for c in (
+                0.0,
+                float(
+                    minimize_scalar(
+                        bound, bounds=(0.0, high), method="bounded", options={"xatol": 1e-12 + 1e-10 * high}
+                    ).x
+                ),
+                *np.unique(self.charge[self.probability > 1e-6])[:64],
+            )
+        )
 
     def _gone(self, sign: int) -> float:
-        return sum(float(left.probability @ left.tail.end.probability(left.tail.law, left.tail.x)) for left in self.tails if left.tail.end.sign == sign)
+        return sum(
+            float(left.probability @ left.tail.end.probability(left.tail.law, left.tail.x))
+            for left in self.tails
+            if left.tail.end.sign == sign
+        )
 
 
 def distribution(policy: "Policy", state: dict[str, Any]) -> Distribution:
@@ -112,9 +130,19 @@ def distribution(policy: "Policy", state: dict[str, Any]) -> Distribution:
     place = policy.locate(state)
     if place.row.size != 1:
         raise ValueError(f"distribution must start from one state; got {place.row.size}")
-    if policy.layout.count is None:
+    if policy.layout.endless:
         raise ValueError("distribution needs stages: a process without end has no finite forward recursion")
+    if policy.locator.outside(place)[0]:
+        return _ended(policy, place, policy.value(**state))
     return _Spread(policy, problem).run(place)
+
+
+def _ended(policy: "Policy", place: Any, charge: float) -> Distribution:
+    """The distribution from a state beyond an edge at which the process ends."""
+    final = np.array(place.points).reshape(len(place.points), 1)
+    axes = zip(policy.layout.axes, place.points, strict=True)
+    below = any(x[0] < axis.low and axis.below not in ("hold", "refuse") for axis, x in axes)
+    return Distribution(np.array([charge]), np.ones(1), final, (), 0.0, 0.0, (float(below), float(not below)))
 
 
 class _Spread:
@@ -130,12 +158,16 @@ class _Spread:
 
     def run(self, place: Any) -> Distribution:
         node, part = self.policy.grid.corners(place.index)
-        stage = int(np.floor(place.time[0] / self.layout.step + 1e-9))
+        stage, self.offset = self.policy.begin(place)
         np.add.at(self.waiting[stage][int(place.mode[0])], np.ravel(node), np.ravel(part))
         while self.waiting:
             stage = max(self.waiting)
             self._spread(stage, self.waiting.pop(stage))
-        charge, probability, final = (np.concatenate(x, axis=-1) for x in zip(*self.atoms, strict=True)) if self.atoms else (np.empty(0), np.empty(0), np.empty((len(self.layout.axes), 0)))
+        charge, probability, final = (
+            (np.concatenate(x, axis=-1) for x in zip(*self.atoms, strict=True))
+            if self.atoms
+            else (np.empty(0), np.empty(0), np.empty((len(self.layout.axes), 0)))
+        )
         return Distribution(charge, probability, final, tuple(self.tails), self.on_the_way, self.moves)
 
     def _spread(self, stage: int, mass: Floats) -> None:
@@ -149,7 +181,7 @@ class _Spread:
                 self._move(stage, row, int(k), mode, node, mass[mode, node])
 
     def _late(self, stage: int) -> float:
-        return float(self.layout.late_charge(-stage * self.layout.step)) if stage < 0 else 0.0
+        return float(self.layout.late_charge(-stage * self.layout.step - self.offset)) if stage < 0 else 0.0
 
     def _stop(self, stage: int, k: int, mode: Any, node: Any, mass: Floats) -> None:
         points = tuple(x[node] for x in self.policy.grid.points)
@@ -168,8 +200,14 @@ class _Spread:
         for end in np.unique(rows.mode):
             here = rows.mode == end
             extra = (self.layout.edge_extra[end] if self.layout.edge_extra else 0.0) + self._late(arrival)
-            self.tails += [Left(tail, np.where(here, mass, 0.0), extra) for tail in rows.tails if float(mass[here] @ rows.stopped[here]) > NEGLIGIBLE]
-        beyond = sum((tail.end.charge(tail.law, tail.x, tail.end.probability(tail.law, tail.x)) for tail in rows.tails), 0.0)
+            self.tails += [
+                Left(tail, np.where(here, mass, 0.0), extra)
+                for tail in rows.tails
+                if float(mass[here] @ rows.stopped[here]) > NEGLIGIBLE
+            ]
+        beyond = sum(
+            (tail.end.charge(tail.law, tail.x, tail.end.probability(tail.law, tail.x)) for tail in rows.tails), 0.0
+        )
         self.on_the_way += float(mass @ (rows.charge - beyond))
         self.moves += float(mass.sum())
         after = rows.spread(mass, len(self.problem.modes))

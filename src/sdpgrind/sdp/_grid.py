@@ -50,7 +50,9 @@ class Grid:
     @cached_property
     def spacing(self) -> tuple[float, ...]:
         """Length of a cell of each axis (of its logarithm on a log axis)."""
-        return tuple((self._scaled(axis, axis.high) - self._scaled(axis, axis.low)) / (axis.nodes - 1) for axis in self.axes)
+        return tuple(
+            (self._scaled(axis, axis.high) - self._scaled(axis, axis.low)) / (axis.nodes - 1) for axis in self.axes
+        )
 
     @cached_property
     def coordinates(self) -> tuple[Floats, ...]:
@@ -79,7 +81,7 @@ class Grid:
         ax = self.axes[axis]
         return (self._scaled(ax, value) - self._scaled(ax, ax.low)) / self.spacing[axis]
 
-    def corners(self, index: Sequence[Any]) -> tuple[Ints, Floats]:
+    def corners(self, index: Any) -> tuple[Ints, Floats]:
         """Return flat nodes and weights, shape (2**axes, ...), of multilinear interpolation at positions inside the grid."""
         return corners(self.shape, index)
 
@@ -94,5 +96,7 @@ def corners(shape: Sequence[int], index: Sequence[Any]) -> tuple[Ints, Floats]:
     node, weight = [], []
     for upper in product((0, 1), repeat=len(shape)):
         node.append(sum((k + u) * s for k, u, s in zip(low, upper, stride, strict=True)))
-        weight.append(np.prod(np.broadcast_arrays(*[p if u else 1 - p for p, u in zip(part, upper, strict=True)]), axis=0))
+        weight.append(
+            np.prod(np.broadcast_arrays(*[p if u else 1 - p for p, u in zip(part, upper, strict=True)]), axis=0)
+        )
     return np.stack(np.broadcast_arrays(*node)), np.stack(weight)

@@ -5,11 +5,13 @@ leaving the grid for a given value-to-go (into a stop: `stopped`), `above` what 
 charged on the way and beyond the edges. `value[target, node]` is the value-to-go, target = (mode, nodes of other axes).
 """
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 TIE_ABS, TIE_REL = 1e-9, 1e-7
-_OPTIONS = {"cache": True, "nogil": True, "fastmath": {"reassoc", "contract", "nsz"}}
+_OPTIONS: Any = {"cache": True, "nogil": True, "fastmath": {"reassoc", "contract", "nsz"}}
 
 
 @njit(inline="always", **_OPTIONS)
@@ -39,7 +41,9 @@ def _expect(group, row, node, tables, value, flipped, level):
             continue
         to = target[group, row, corner]
         bottom = value[to, 0]
-        inner = _dot(weight, group, row, first_lag, reach[group, row, 0], reach[group, row, 1], flipped, to, node, nodes)
+        inner = _dot(
+            weight, group, row, first_lag, reach[group, row, 0], reach[group, row, 1], flipped, to, node, nodes
+        )
         if above.shape[2] > 0:
             inner -= above[group, row, node] * (value[to, nodes - 1] - bottom)
         total += share * (inner + bottom)
@@ -53,7 +57,7 @@ def _expect(group, row, node, tables, value, flipped, level):
 @njit(**_OPTIONS)
 def scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
     """Fill out[k, node] = E of the coarse rows; `dense[k, node]` already holds the inner sums where `use_dense`."""
-    weight, first_lag, reach, gone, stopped, above, charge, target, part = tables
+    _, _, _, gone, stopped, above, charge, target, _ = tables
     nodes = value.shape[1]
     for k in range(rows.size):
         row = rows[k]
@@ -139,7 +143,9 @@ def _descend(group, base, node, f, low, high, stride, q, before, after, tables, 
 
 
 @njit(**_OPTIONS)
-def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out_q, out_u, out_a, state):
+def search(
+    group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out_q, out_u, out_a, state
+):
     """Best row of one move at every node: every local minimum of the scan, in every regime, is followed down.
 
     `state`: [largest gain of a parabola so far]. Ties go to the lowest control.
@@ -163,8 +169,23 @@ def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value
                         continue
                     u, gain = levels[k * stride], 0.0
                     if refine and end > begin and _promising(levels, stride, k, q, before, after, minimum):
-                        u, q, gain = _descend(group, base + a * count, node, k * stride, regimes[regime], regimes[regime + 1],
-                                              stride, q, before, after, tables, value, flipped, level, levels)
+                        u, q, gain = _descend(
+                            group,
+                            base + a * count,
+                            node,
+                            k * stride,
+                            regimes[regime],
+                            regimes[regime + 1],
+                            stride,
+                            q,
+                            before,
+                            after,
+                            tables,
+                            value,
+                            flipped,
+                            level,
+                            levels,
+                        )
                     if q < best - _tie(best) or best == np.inf:
                         best, u_best, a_best = q, u, a
                         state[0] = max(state[0], gain)
@@ -204,13 +225,35 @@ def push(plan, tables, value, flipped, level, dense, use_dense, coarse_q, out_q,
         scanned = rows[scan_at[move] : scan_at[move + 1]]
         part = coarse_q[: scanned.size]
         for group in range(out_q.shape[1]):
-            scan(group, scanned, tables, value, flipped, level, dense[scan_at[move] : scan_at[move + 1]], use_dense, part)
+            scan(
+                group, scanned, tables, value, flipped, level, dense[scan_at[move] : scan_at[move + 1]], use_dense, part
+            )
             if not refine[move] and strides[move] == 1:
-                first_least(part, levels[level_at[move] : level_at[move + 1]], out_q[move, group], out_u[move, group], out_a[move, group])
+                first_least(
+                    part,
+                    levels[level_at[move] : level_at[move + 1]],
+                    out_q[move, group],
+                    out_u[move, group],
+                    out_a[move, group],
+                )
                 continue
-            search(group, row_at[move], levels[level_at[move] : level_at[move + 1]], regimes[regime_at[move] : regime_at[move + 1]],
-                   strides[move], refine[move], part, tables, value, flipped, level,
-                   out_q[move, group], out_u[move, group], out_a[move, group], state)
+            search(
+                group,
+                row_at[move],
+                levels[level_at[move] : level_at[move + 1]],
+                regimes[regime_at[move] : regime_at[move + 1]],
+                strides[move],
+                refine[move],
+                part,
+                tables,
+                value,
+                flipped,
+                level,
+                out_q[move, group],
+                out_u[move, group],
+                out_a[move, group],
+                state,
+            )
 
 
 @njit(inline="always", **_OPTIONS)
@@ -280,8 +323,18 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, t
                 ring_q[slot, move, 0] = base[0][move, 0] + late[row + before - duration[move]]
                 ring_u[slot, move, 0], ring_a[slot, move, 0] = base[1][move, 0], base[2][move, 0]
         here[0] = level[0] + late[row + before]
-        if not choose(stop_q + late[row + before], ring_q[slot], shared, ring_u[slot], ring_a[slot],
-                      value[row], best[row], control[row], entry[row], gap[row]):
+        if not choose(
+            stop_q + late[row + before],
+            ring_q[slot],
+            shared,
+            ring_u[slot],
+            ring_a[slot],
+            value[row],
+            best[row],
+            control[row],
+            entry[row],
+            gap[row],
+        ):
             return row
         ring_q[slot] = np.inf
         v = value[row]
@@ -296,7 +349,11 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, t
         push(plan, tables, v, flipped, here, dense, True, coarse_q, found_q, found_u, found_a, state)
         for move in range(duration.size):
             to = (row + duration[move] + before) % slots
-            ring_q[to, move, 0], ring_u[to, move, 0], ring_a[to, move, 0] = found_q[move, 0], found_u[move, 0], found_a[move, 0]
+            ring_q[to, move, 0], ring_u[to, move, 0], ring_a[to, move, 0] = (
+                found_q[move, 0],
+                found_u[move, 0],
+                found_a[move, 0],
+            )
     return -1
 
 
@@ -311,7 +368,14 @@ def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
                 begin, end = a * count + regimes[regime], a * count + regimes[regime + 1]
                 for k in range(begin, end + 1):
                     value, u, gain = q[k, node], levels[k - a * count], 0.0
-                    if refine and begin < k < end and value < q[k - 1, node] and value <= q[k + 1, node] and q[k - 1, node] < np.inf and q[k + 1, node] < np.inf:
+                    if (
+                        refine
+                        and begin < k < end
+                        and value < q[k - 1, node]
+                        and value <= q[k + 1, node]
+                        and q[k - 1, node] < np.inf
+                        and q[k + 1, node] < np.inf
+                    ):
                         f = k - a * count
                         u, lower = _parabola(levels, f - 1, f, f + 1, q[k - 1, node], value, q[k + 1, node])
                         gain, value = value - lower, lower

@@ -244,7 +244,7 @@ class LogNormal(Law):
         relative = np.divide(sd, mean, out=np.zeros(mean.shape), where=mean > 0)
         self.shape, self.mean = mean.shape, mean.copy()
         self._sigma = np.sqrt(np.log1p(relative**2))
-        self._spread = self._sigma > 0
+        self._spread = self._sigma > 1e-100  # beneath it, squares of standard values would overflow
         self.sd = np.where(self._spread, sd, 0.0)
         self._safe_mean = np.where(self._spread, mean, 1.0)
         self._safe_sigma = np.where(self._spread, self._sigma, 1.0)

@@ -1,6 +1,7 @@
 """What a policy must know of its problem to be looked up: names, axes, stages, edges. Plain data, saved with the policy."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,23 +29,26 @@ class ActionNames(Frozen):
 @stored("sdp.layout")
 @dataclass(frozen=True)
 class Layout(Frozen):
-    """Names and numbers of a problem; `count` is None where it goes on for ever."""
+    """Names and numbers of a problem.
+
+    `count` is -1 where it goes on for ever; `has_base` says that the first slice is what holds before all stages of the table.
+    """
 
     axes: tuple[Axis, ...]
     moves: tuple[ActionNames, ...]
     stops: tuple[str, ...]
     modes: tuple[str, ...]
-    count: int | None
+    count: int
     step: float
     stage_name: str
     stage_unit: str
-    late: OneSided | None
-    stationary: bool
+    late: Any
+    has_base: bool
     edge_charge: Charge | None
     edge_extra: tuple[float, ...]
 
     @classmethod
-    def of(cls, problem: Problem, grid: Grid, stationary: bool) -> "Layout":
+    def of(cls, problem: Problem, grid: Grid, has_base: bool) -> "Layout":
         """Read a problem on its final grid."""
         stages = problem.stages if isinstance(problem.stages, Stages) else None
         stopping = any("stop" in (axis.below, axis.above) for axis in problem.axes)
@@ -55,17 +59,22 @@ class Layout(Frozen):
             moves=tuple(_names(move) for move in problem.moves),
             stops=tuple(stop.name for stop in problem.stops),
             modes=tuple(problem.modes),
-            count=stages.count if stages else None,
+            count=stages.count if stages else -1,
             step=stages.step if stages else 0.0,
             stage_name=stages.name if stages else "",
             stage_unit=stages.unit if stages else "",
             late=stages.late if stages else None,
-            stationary=stationary,
+            has_base=has_base,
             edge_charge=charge if isinstance(charge, Charge) else None,
             edge_extra=extra,
         )
 
     @property
+    def endless(self) -> bool:
+        """Whether there is no deadline."""
+        return self.count < 0
+
+    @cached_property
     def grid(self) -> Grid:
         """The grid."""
         return Grid(self.axes)

@@ -1,9 +1,11 @@
 """Compiled look-ups in policy tables [row, mode, node], multilinear in any number of axes."""
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
-_OPTIONS = {"cache": True, "nogil": True}
+_OPTIONS: Any = {"cache": True, "nogil": True}
 
 
 @njit(inline="always", **_OPTIONS)

@@ -12,6 +12,7 @@ from sdpgrind.base.progress import Progress, TerminalLine
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._forever import solve_forever
 from sdpgrind.sdp._grid import Grid
+from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._policy import Policy
 from sdpgrind.sdp._problem import Levels, Problem, Stages
 from sdpgrind.sdp._stages import Table, solve_stages
@@ -23,7 +24,11 @@ SEARCH_SHARE = 0.06
 
 
 def plan(
-    problem: Problem, *, tolerance: float | None = None, executor: Executor | None = None, progress: Progress | None = None
+    problem: Problem,
+    *,
+    tolerance: float | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
 ) -> Policy:
     """Solve a problem by stochastic dynamic programming.
 
@@ -67,9 +72,13 @@ def plan(
     tell = progress if progress is not None else TerminalLine()
     if tolerance is None:
         table, grid = _solve(problem, 1, executor, tell)
-        return Policy(problem, grid, table, None)
+        return _policy(problem, grid, table, None)
     checks.positive("tolerance", tolerance, "$")
     return _refined(problem, tolerance, executor, tell)
+
+
+def _policy(problem: Problem, grid: Grid, table: Table, error: float | None) -> Policy:
+    return Policy(problem, Layout.of(problem, grid, table.base is not None), table.stacked(), error)
 
 
 def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progress) -> tuple[Table, Grid]:
@@ -89,15 +98,20 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
         changes.append(_change(before, table, grid))
         error = grid_error(changes) + SEARCH_SHARE * table.search_error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
-            return Policy(problem, grid, table, error)
+            return _policy(problem, grid, table, error)
         before = table
-    raise ValueError(f"tolerance must be reachable within {REFINEMENTS} halvings ($); got {tolerance:g}, estimated error {error:.2g}")
+    raise ValueError(
+        f"tolerance must be reachable within {REFINEMENTS} halvings ($); got {tolerance:g}, estimated error {error:.2g}"
+    )
 
 
 def _with_finer_levels(problem: Problem) -> Problem:
     moves = []
     for move in problem.moves:
-        finer = {k: replace(v, count=2 * v.count) if isinstance(v, Levels) and v.search else v for k, v in move.controls.items()}
+        finer = {
+            k: replace(v, count=2 * v.count) if isinstance(v, Levels) and v.search else v
+            for k, v in move.controls.items()
+        }
         moves.append(replace(move, controls=finer))
     return replace(problem, moves=moves)
 

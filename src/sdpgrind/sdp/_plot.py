@@ -16,7 +16,7 @@ def plot(policy: "Policy", mode: int) -> Any:
     layout, t, grid = policy.layout, policy.table, policy.grid
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     skip = 1 if policy.has_base else 0
-    if len(grid.axes) == 1 and layout.count:
+    if len(grid.axes) == 1 and layout.count > 0:
         x = (np.arange(skip, t.value.shape[0]) + policy.first) * layout.step
         y, value, best = grid.coordinates[0], t.value[skip:, mode].T, t.best[skip:, mode].T
         names = (f"{layout.stage_name} [{layout.stage_unit}]", _label(policy, 0))
@@ -29,7 +29,7 @@ def plot(policy: "Policy", mode: int) -> Any:
         value, best = t.value[-1, mode].reshape(shape)[middle].T, t.best[-1, mode].reshape(shape)[middle].T
         names = (_label(policy, 0), _label(policy, 1))
     else:
-        x, y = (np.arange(skip, t.value.shape[0]) + policy.first) * layout.step, np.arange(len(layout.modes))
+        x, y = (np.arange(skip, t.value.shape[0]) + policy.first) * layout.step, np.arange(float(len(layout.modes)))
         value, best = t.value[skip:, :, 0].T, t.best[skip:, :, 0].T
         names = (f"{layout.stage_name} [{layout.stage_unit}]", "mode")
     image = left.pcolormesh(x, y, value, shading="nearest", cmap="viridis", rasterized=True)
@@ -51,9 +51,21 @@ def _moves(policy: "Policy", figure: Any, ax: Any, x: Any, y: Any, best: Any) ->
     labels = [*policy.layout.stops, *(m.name for m in policy.layout.moves)]
     which = np.where(best < 0, -1 - best, best + len(policy.layout.stops))
     used = np.unique(which)
-    colours = [(0.88, 0.88, 0.88) if k < len(policy.layout.stops) else plt.cm.plasma(0.1 + 0.8 * i / max(1, len(used) - 1)) for i, k in enumerate(used)]
+    colours = [
+        (0.88, 0.88, 0.88) if k < len(policy.layout.stops) else plt.cm.plasma(0.1 + 0.8 * i / max(1, len(used) - 1))
+        for i, k in enumerate(used)
+    ]
     cmap = need("matplotlib.colors", "plot").ListedColormap(colours)
-    image = ax.pcolormesh(x, y, np.searchsorted(used, which), shading="nearest", cmap=cmap, vmin=-0.5, vmax=used.size - 0.5, rasterized=True)
+    image = ax.pcolormesh(
+        x,
+        y,
+        np.searchsorted(used, which),
+        shading="nearest",
+        cmap=cmap,
+        vmin=-0.5,
+        vmax=used.size - 0.5,
+        rasterized=True,
+    )
     bar = figure.colorbar(image, ax=ax, ticks=range(used.size))
     bar.ax.set_yticklabels([labels[k] for k in used])
 

@@ -56,7 +56,9 @@ class PointBundle:
         """In-path charges [source, row, node]."""
         c = self.menu.row_controls()
         c = type(c)(*(f[None, :, None] for f in c))
-        s = self.menu.state([x[None, None, :] for x in self.nodes], self.sources[:, None, None] if self.tells_mode else None, self.stage)
+        s = self.menu.state(
+            [x[None, None, :] for x in self.nodes], self.sources[:, None, None] if self.tells_mode else None, self.stage
+        )
         return np.broadcast_to(self.menu.penalty(s, c), (self.sources.size, self.menu.rows, self.count)).astype(float)
 
     def _targets(self) -> Ints:
@@ -71,16 +73,19 @@ class PointBundle:
         out = (q.shape[0], self.count)
         best, control, entry = np.empty(out), np.empty(out), np.empty(out, dtype=np.int32)
         for k in range(q.shape[0]):
-            _kernels.least(q[k], self.menu.levels, self.menu.regimes, self.menu.search, best[k], control[k], entry[k], self.gain)
+            _kernels.least(
+                q[k], self.menu.levels, self.menu.regimes, self.menu.search, best[k], control[k], entry[k], self.gain
+            )
         return Found(best[None], control[None], entry[None])
 
     def _expect(self, value: Floats, level: Floats) -> Floats:
         shape = (self.sources.size, self.menu.rows, self.count)
         if not isinstance(self.menu.move.to, Sampled):
-            return value[self.target][:, :, self.block]
+            return np.asarray(value[self.target][:, :, self.block])
         if self._table is not None:
             matrix, charge, stopped = self._table
-            return (matrix @ value.ravel()).reshape(shape) + charge + stopped * level[self.target][:, :, None]
+            inner: Floats = (matrix @ value.ravel()).reshape(shape)
+            return inner + charge + stopped * level[self.target][:, :, None]
         if self.compiled:
             from sdpgrind.sdp._compiled import expect
 
@@ -97,7 +102,11 @@ class PointBundle:
 
     def _chunks(self) -> list[tuple[int, slice]]:
         step = max(1, CHUNK // max(1, self.count * self.weight.size))
-        return [(k, slice(r, min(r + step, self.menu.rows))) for k in range(self.sources.size) for r in range(0, self.menu.rows, step)]
+        return [
+            (k, slice(r, min(r + step, self.menu.rows)))
+            for k in range(self.sources.size)
+            for r in range(0, self.menu.rows, step)
+        ]
 
     def _land(self, source: int, rows: slice) -> tuple[Any, Any]:
         """Where rows lead: arrays [row, node, noise]."""
@@ -105,7 +114,9 @@ class PointBundle:
         assert isinstance(move, Sampled)
         c = self.menu.row_controls()
         c = type(c)(*(f[rows, None, None] for f in c))
-        s = self.menu.state([x[None, :, None] for x in self.nodes], int(self.sources[source]) if self.tells_mode else None, self.stage)
+        s = self.menu.state(
+            [x[None, :, None] for x in self.nodes], int(self.sources[source]) if self.tells_mode else None, self.stage
+        )
         e = record("E", tuple(self.noise))(**self.noise)
         after, extra = move.arrive(self.menu, s, c, e)
         shape = (c[0].shape[0] if len(c) else 1, self.count, self.weight.size)
@@ -115,7 +126,11 @@ class PointBundle:
     def _tabulate(self) -> tuple[Any, Floats, Floats]:
         """The sparse matrix from value[mode, node] to expectations [source, row, node], and the charges of leaving."""
         size = self.menu.grid.size
-        parts, charge, stopped = [], np.empty((self.sources.size, self.menu.rows, self.count)), np.empty((self.sources.size, self.menu.rows, self.count))
+        parts, charge, stopped = (
+            [],
+            np.empty((self.sources.size, self.menu.rows, self.count)),
+            np.empty((self.sources.size, self.menu.rows, self.count)),
+        )
         for source, rows in self._chunks():
             landing, extra = self._land(source, rows)
             charge[source, rows] = (landing.charge + extra) @ self.weight
@@ -124,7 +139,8 @@ class PointBundle:
             data = np.moveaxis(landing.part * self.weight, 0, -1)
             lines = data.shape[0] * data.shape[1]
             matrix = sparse.csr_array(
-                (data.ravel(), np.moveaxis(columns, 0, -1).ravel(), np.arange(lines + 1) * (data.size // lines)), shape=(lines, self.modes * size)
+                (data.ravel(), np.moveaxis(columns, 0, -1).ravel(), np.arange(lines + 1) * (data.size // lines)),
+                shape=(lines, self.modes * size),
             )
             matrix.sum_duplicates()
             parts.append(matrix)

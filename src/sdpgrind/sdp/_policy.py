@@ -7,21 +7,17 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from sdpgrind.base import records
-from sdpgrind.base.checks import Floats, refuse
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.sdp import _lookup
-from sdpgrind.sdp._grid import Grid, Ints
+from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._layout import Layout
-from sdpgrind.sdp._place import Place
+from sdpgrind.sdp._locate import ROUNDING, Locator, Place
 from sdpgrind.sdp._problem import Problem
-from sdpgrind.sdp._stages import Table
-
-EDGE = 1e-9
-"""Share of a cell or stage that counts as rounding."""
+from sdpgrind.sdp._stages import TABLES, Table
 
 
 @dataclass(frozen=True)
@@ -52,7 +48,11 @@ class Action:
         controls = self.__dict__.get("controls", {})
         if name in controls:
             return controls[name]
-        raise AttributeError(f"an action has stop, name, duration, gap and the controls {', '.join(controls)}; it has no {name!r}", name=name, obj=self)
+        raise AttributeError(
+            f"an action has stop, name, duration, gap and the controls {', '.join(controls)}; it has no {name!r}",
+            name=name,
+            obj=self,
+        )
 
 
 class Policy:
@@ -69,14 +69,10 @@ class Policy:
         grid was solved.
     """
 
-    def __init__(self, problem: Problem | None, grid: Grid, table: Table, error: float | None, layout: Layout | None = None) -> None:
-        base = table.base
-        stationary = base is not None and bool(np.any(base.best >= 0))
-        self.layout = layout if layout is not None else Layout.of(problem, grid, stationary)  # type: ignore[arg-type]
-        self.problem, self.error, self.grid = problem, error, grid
-        self.table = table if base is None else _stacked(base, table)
-        self.has_base = base is not None
-        self.first = table.first - 1 if base is not None else table.first
+    def __init__(self, problem: Problem | None, layout: Layout, table: Table, error: float | None) -> None:
+        self.problem, self.layout, self.table, self.error = problem, layout, table, error
+        self.grid, self.first, self.has_base = layout.grid, table.first, layout.has_base
+        self.locator = Locator(layout, table.first, layout.has_base)
 
     # -- looking up ------------------------------------------------------------------------------------------------
 
@@ -101,7 +97,7 @@ class Policy:
         place = self.locate(state)
         out = np.empty(place.row.size)
         _lookup.interpolate(self.table.value, place.row, place.mode, self._shape, place.index, out)
-        return _shaped(self._beyond(place, out + place.late, slope=False), place.shape)
+        return _shaped(self.locator.with_exits(place, out + place.late), place.shape)
 
     def gradient(self, **state: Any) -> Any:
         """Return the derivative of the value-to-go with respect to each axis, $ per its unit.
@@ -119,28 +115,50 @@ class Policy:
         for k, axis in enumerate(self.layout.axes):
             slope = np.empty(place.row.size)
             _lookup.interpolate(self._slopes[k], place.row, place.mode, self._shape, place.index, slope)
-            out[axis.name] = _shaped(self._beyond(place, slope, slope=True), place.shape)
+            out[axis.name] = _shaped(self.locator.with_exit_slopes(place, slope), place.shape)
         return out
 
     def action(self, **state: Any) -> Action:
         """Return what to do at states (see `value` for how to give them)."""
         place = self.locate(state)
         best, entry, control, gap = self.act(place)
-        durations = np.array([0.0] * len(self.layout.stops) + [m.duration * (self.layout.step or 1.0) for m in self.layout.moves])
+        durations = np.array(
+            [0.0] * len(self.layout.stops) + [m.duration * (self.layout.step or 1.0) for m in self.layout.moves]
+        )
         names = np.array([*self.layout.stops, *(m.name for m in self.layout.moves)])
         which = np.where(best < 0, -1 - best, best + len(self.layout.stops))
         shape = place.shape
         controls = {name: _shaped(values, shape) for name, values in self.controls(best, entry, control).items()}
         name = names[which].reshape(shape)
-        return Action(_shaped(best < 0, shape), str(name) if not shape else name, _shaped(durations[which], shape), controls, _shaped(gap, shape))
+        return Action(
+            _shaped(best < 0, shape),
+            str(name) if not shape else name,
+            _shaped(durations[which], shape),
+            controls,
+            _shaped(gap, shape),
+        )
 
     def act(self, place: Place) -> tuple[Any, Any, Floats, Floats]:
         """Return move (stops are negative), entry of the lists, continuous control and gap at located states."""
         n = place.row.size
         best, entry, control, gap = np.empty(n, np.int16), np.empty(n, np.int32), np.empty(n), np.empty(n)
         t = self.table
-        _lookup.act(t.best, t.entry, t.control, t.gap, self.switches, place.row, place.mode, self._shape, place.index, best, entry, control, gap)
-        outside = self._outside(place)
+        _lookup.act(
+            t.best,
+            t.entry,
+            t.control,
+            t.gap,
+            self.switches,
+            place.row,
+            place.mode,
+            self._shape,
+            place.index,
+            best,
+            entry,
+            control,
+            gap,
+        )
+        outside = self.locator.outside(place)
         if np.any(outside):
             best[outside], gap[outside], control[outside] = -1, 0.0, np.nan
         return best, entry, control, gap
@@ -157,86 +175,7 @@ class Policy:
 
     def locate(self, state: dict[str, Any]) -> Place:
         """Find states in the table, or refuse them."""
-        layout = self.layout
-        names = [axis.name for axis in layout.axes] + ([layout.stage_name] if layout.count is not None else [])
-        extra = set(state) - set(names) - {"mode"}
-        if extra or set(names) - set(state):
-            raise TypeError(f"a state is given by {', '.join([*names, 'mode'] if len(layout.modes) > 1 else names)}; got {', '.join(state) or 'nothing'}")
-        arrays = np.broadcast_arrays(*(np.asarray(state[name], dtype=float) for name in names), np.asarray(self._mode(state.get("mode", 0))))
-        shape = arrays[-1].shape
-        points = tuple(np.ravel(a) for a in arrays[: len(layout.axes)])
-        mode = np.ravel(arrays[-1]).astype(np.int64)
-        time = np.ravel(arrays[len(layout.axes)]) if layout.count is not None else np.zeros(mode.size)
-        row, late = self._rows(time) if layout.count is not None else (np.zeros(mode.size, np.int64), np.zeros(mode.size))
-        index = np.array([self._position(k, points[k]) for k in range(len(points))]).reshape(len(points), mode.size)
-        return Place(row, late, mode, index, points, shape, time)
-
-    def _mode(self, mode: Any) -> Any:
-        if isinstance(mode, str):
-            if mode not in self.layout.modes:
-                raise refuse("mode", "one of " + ", ".join(self.layout.modes), mode)
-            return self.layout.modes.index(mode)
-        if np.any(np.asarray(mode) < 0) or np.any(np.asarray(mode) >= len(self.layout.modes)):
-            raise refuse("mode", f"in [0, {len(self.layout.modes) - 1}]", mode)
-        return mode
-
-    def _rows(self, time: Floats) -> tuple[Ints, Floats]:
-        """Slices of stage coordinates, and the late charge that the base slice lacks."""
-        layout = self.layout
-        stage = time / layout.step
-        if not np.all(np.isfinite(stage)) or np.any(stage > layout.count + EDGE):  # type: ignore[operator]
-            bad = time[~(stage <= layout.count + EDGE)][0]  # type: ignore[operator]
-            raise refuse(layout.stage_name, f"<= {layout.count * layout.step:g}, the horizon of the policy", float(bad), layout.stage_unit)  # type: ignore[operator]
-        below = np.floor(stage + EDGE).astype(np.int64)
-        lowest = self.first + (1 if self.has_base else 0)
-        if not self.has_base and np.any(below < lowest):
-            raise refuse(layout.stage_name, f">= {lowest * layout.step:g} (the deadline of this policy is fixed)", float(time[below < lowest][0]), layout.stage_unit)
-        between = (below < 0) & (below >= lowest) & (np.abs(stage - below) > EDGE)
-        if np.any(between):
-            raise refuse(layout.stage_name, f"a multiple of {layout.step:g} where it is < 0", float(time[between][0]), layout.stage_unit)
-        in_base = below < lowest
-        late = np.where(in_base, layout.late_charge(-time), 0.0)
-        return np.where(in_base, 0, below - self.first), late
-
-    def _position(self, k: int, x: Floats) -> Floats:
-        axis = self.layout.axes[k]
-        if not np.all(np.isfinite(x)):
-            raise refuse(axis.name, "finite", float(x[~np.isfinite(x)][0]), axis.unit)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            index = np.nan_to_num(self.grid.index(k, x), nan=-1.0, neginf=-1.0)
-        for beyond, edge, rule in ((index < -EDGE, axis.below, f">= {axis.low:g}"), (index > axis.nodes - 1 + EDGE, axis.above, f"<= {axis.high:g}")):
-            if edge == "refuse" and np.any(beyond):
-                raise refuse(axis.name, rule, float(x[beyond][0]), axis.unit)
-        return index
-
-    def _outside(self, place: Place) -> npt.NDArray[np.bool_]:
-        """States beyond an edge at which the process ends."""
-        gone = np.zeros(place.row.size, dtype=bool)
-        for axis, x in zip(self.layout.axes, place.points, strict=True):
-            for beyond, edge in ((x < axis.low, axis.below), (x > axis.high, axis.above)):
-                if edge not in ("hold", "refuse"):
-                    gone |= beyond
-        return gone
-
-    def _beyond(self, place: Place, out: Floats, slope: bool) -> Floats:
-        """Put the exact charge (or its slope) where a state lies beyond a stopping edge."""
-        for axis, x in zip(self.layout.axes, place.points, strict=True):
-            for beyond, edge in ((x < axis.low, axis.below), (x > axis.high, axis.above)):
-                if edge in ("hold", "refuse") or not np.any(beyond):
-                    continue
-                if edge != "stop":
-                    out[beyond] = 0.0 if slope else edge
-                elif slope:
-                    out[beyond] = self.layout.edge_charge.slope(x[beyond])  # type: ignore[union-attr]
-                else:
-                    out[beyond] = self.layout.edge_charge(x[beyond]) + np.asarray(self.layout.edge_extra)[place.mode[beyond]] + self._late_at(place)[beyond]  # type: ignore[misc]
-        return out
-
-    def _late_at(self, place: Place) -> Floats:
-        """Late charge of located states, in the base slice or out of it."""
-        late_by = -(place.row + self.first) * self.layout.step
-        in_base = (place.row == 0) & self.has_base
-        return np.where(in_base, place.late, self.layout.late_charge(late_by))
+        return self.locator.locate(state)
 
     @cached_property
     def _shape(self) -> Ints:
@@ -257,7 +196,16 @@ class Policy:
 
     # -- predicting ------------------------------------------------------------------------------------------------
 
-    def simulate(self, *, runs: int = 10_000, rng: Seed = 0, problem: Problem | None = None, snap: bool = False, executor: Executor | None = None, **state: Any) -> Any:
+    def simulate(
+        self,
+        *,
+        runs: int = 10_000,
+        rng: Seed = 0,
+        problem: Problem | None = None,
+        snap: bool = False,
+        executor: Executor | None = None,
+        **state: Any,
+    ) -> Any:
         """Follow the policy on the model, by Monte-Carlo (no machine, no sensor).
 
         Parameters
@@ -297,10 +245,22 @@ class Policy:
 
         return alternatives(self, within, state)
 
+    def begin(self, place: Place) -> tuple[int, float]:
+        """Return the stage at which a located state begins, and how much time it has beyond it (0 unless late in the base)."""
+        if self.layout.endless:
+            return 0, 0.0
+        row = int(place.row[0])
+        if not (self.has_base and row == 0):
+            return row + self.first, 0.0
+        stage = int(np.floor(place.time[0] / self.layout.step + ROUNDING))
+        return stage, float(max(0.0, place.time[0] - stage * self.layout.step))
+
     def need_problem(self, purpose: str) -> Problem:
         """Return the problem, or say that a loaded policy has none."""
         if self.problem is None:
-            raise ValueError(f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem=")
+            raise ValueError(
+                f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem="
+            )
         return self.problem
 
     # -- keeping ---------------------------------------------------------------------------------------------------
@@ -312,19 +272,37 @@ class Policy:
         dims = ("stage", "mode", *(axis.name for axis in layout.axes))
         shape = (*t.value.shape[:2], *self.grid.shape)
         level = [m.level for m in layout.moves if m.level]
-        described = {
+        described: dict[str, tuple[Any, dict[str, str]]] = {
             "value": (t.value, {"units": "$", "long_name": "expected penalty-to-go"}),
-            "best": (t.best, {"long_name": "stops -1, -2, ... then moves 0, 1, ...", "stops": ", ".join(layout.stops), "moves": ", ".join(m.name for m in layout.moves)}),
+            "best": (
+                t.best,
+                {
+                    "long_name": "stops -1, -2, ... then moves 0, 1, ...",
+                    "stops": ", ".join(layout.stops),
+                    "moves": ", ".join(m.name for m in layout.moves),
+                },
+            ),
             "entry": (t.entry, {"long_name": "entry of the move's lists of controls"}),
             "control": (t.control, {"long_name": "continuous control: " + (", ".join(sorted(set(level))) or "none")}),
             "gap": (t.gap, {"units": "$", "long_name": "how much worse the best alternative is"}),
         }
-        coordinates = {axis.name: (axis.name, x, {"units": axis.unit}) for axis, x in zip(layout.axes, self.grid.coordinates, strict=True)}
+        coordinates = {
+            axis.name: (axis.name, x, {"units": axis.unit})
+            for axis, x in zip(layout.axes, self.grid.coordinates, strict=True)
+        }
         stages = np.arange(self.first, self.first + t.value.shape[0])
-        attrs = {"layout": records.encode(layout), "first": self.first, "base": int(self.has_base), "search_error": t.search_error}
+        attrs = {
+            "layout": records.encode(layout),
+            "first": self.first,
+            "search_error": t.search_error,
+        }
         return xr.Dataset(
             {name: (dims, array.reshape(shape), note) for name, (array, note) in described.items()},
-            {**coordinates, "mode": ("mode", list(layout.modes)), "stage": ("stage", stages * layout.step, {"units": layout.stage_unit, "long_name": layout.stage_name})},
+            {
+                **coordinates,
+                "mode": ("mode", list(layout.modes)),
+                "stage": ("stage", stages * layout.step, {"units": layout.stage_unit, "long_name": layout.stage_name}),
+            },
             attrs | ({} if self.error is None else {"error": self.error}),
         )
 
@@ -342,18 +320,18 @@ class Policy:
         """Rebuild a policy from its `dataset`."""
         layout: Layout = records.decode(dataset.attrs["layout"])
         shape = (dataset.sizes["stage"], dataset.sizes["mode"], -1)
-        arrays = [np.ascontiguousarray(dataset[name].values.reshape(shape)) for name in ("value", "best", "control", "entry", "gap")]
-        table = Table(int(dataset.attrs["first"]), *arrays, float(dataset.attrs["search_error"]))
+        first, search_error = int(dataset.attrs["first"]), float(dataset.attrs["search_error"])
+        arrays: dict[str, Any] = {name: np.ascontiguousarray(dataset[name].values.reshape(shape)) for name in TABLES}
+        table = Table(first=first, search_error=search_error, **arrays)
         error = dataset.attrs.get("error")
-        policy = cls(problem, layout.grid, table, None if error is None else float(error), layout)
-        policy.has_base = bool(dataset.attrs["base"])
-        return policy
+        found = None if error is None else float(error)
+        return cls(problem, layout, table, found)
 
     def plot(self, mode: str | int = 0) -> Any:
         """Draw value-to-go and actions (one axis: against stage; two: the last slice); return the figure."""
         from sdpgrind.sdp._plot import plot
 
-        return plot(self, int(self._mode(mode)))
+        return plot(self, int(self.locator.mode(mode)))
 
     def __repr__(self) -> str:
         size = " x ".join(str(n) for n in (*self.table.value.shape[:2], *self.grid.shape))
@@ -363,9 +341,3 @@ class Policy:
 
 def _shaped(values: Any, shape: tuple[int, ...]) -> Any:
     return values.reshape(shape) if shape else values.item()
-
-
-def _stacked(base: Table, table: Table) -> Table:
-    """The base slice before the others."""
-    pairs = {name: np.concatenate([getattr(base, name), getattr(table, name)]) for name in ("value", "best", "control", "entry", "gap")}
-    return Table(table.first - 1, search_error=table.search_error, **pairs)

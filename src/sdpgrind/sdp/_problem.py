@@ -7,7 +7,7 @@ functions, no ``if``), so that one body runs on floats in a compiled kernel and 
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,10 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.records import stored
 from sdpgrind.sdp._charges import Charge, OneSided
+
+if TYPE_CHECKING:
+    from sdpgrind.sdp._menu import Menu
+    from sdpgrind.sdp._rows import Rows
 
 Edge: TypeAlias = Literal["refuse", "hold", "stop"] | float
 Callback: TypeAlias = Callable[..., Any]
@@ -77,19 +81,19 @@ class Stages:
         Length of one, in `unit`.
     name, unit : str
         The stage coordinate's field of ``s`` (in timed moves) and unit.
-    late : OneSided, optional
+    late : OneSided or callable, optional
         Charge ($) on the time by which the end comes late. None: moves longer than what is left are inadmissible.
         `Linear`: late states are solved exactly for all times. `Quadratic`: a finite window is enough.
     late_window : float, optional
         Length (in `unit`) of the late side in the table; by default what is provably enough. A concave `late`
-        (`Constant`) needs one.
+        (`Constant`, a plain function) needs one.
     """
 
     count: int
     step: float
     name: str = "time_left"
     unit: str = "s"
-    late: OneSided | None = None
+    late: OneSided | Callback | None = None
     late_window: float | None = None
 
     def __post_init__(self) -> None:
@@ -134,7 +138,29 @@ class Levels:
 
 
 class Transition(Protocol):
-    """How a move changes the coordinates: `Shift`, `Sampled`, `Stay`."""
+    """How a move changes the coordinates: `Shift`, `Sampled`, `Stay`, or a user's own class with these two methods.
+
+    Both get P points (one array for each axis), their modes (None where a problem has but one), the stage coordinate, and
+    for each point an entry of the move's lists and a value of its continuous control; `menu.state` and `menu.controls` make
+    ``s`` and ``c`` of them.
+    """
+
+    def rows(
+        self, menu: "Menu", points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats
+    ) -> "Rows":
+        """Return the exact one-step distribution, in-path charges included."""
+
+    def sample(
+        self,
+        menu: "Menu",
+        points: tuple[Floats, ...],
+        mode: Any,
+        stage: Any,
+        choice: Any,
+        level: Floats,
+        rng: np.random.Generator,
+    ) -> tuple[tuple[Floats, ...], Any]:
+        """Draw next coordinates, and what is charged besides the move's own charge."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +203,7 @@ class Move:
         levels = [name for name, control in self.controls.items() if isinstance(control, Levels)]
         if len(levels) > 1:
             raise ValueError(f"move {self.name!r}: controls must have at most one Levels; got {levels}")
-        lengths = {name: np.size(entry) for name, entry in self.controls.items() if name not in levels}
+        lengths = {name: np.size(np.asarray(entry)) for name, entry in self.controls.items() if name not in levels}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"move {self.name!r}: lists of controls must be of equal length; got {lengths}")
         if 0 in lengths.values():
@@ -191,8 +217,7 @@ class Move:
     @property
     def levels(self) -> Levels | None:
         """The continuous control, or None."""
-        name = self.level_name
-        return None if name is None else self.controls[name]  # type: ignore[return-value]
+        return next((control for control in self.controls.values() if isinstance(control, Levels)), None)
 
     @property
     def lists(self) -> dict[str, Floats]:
@@ -258,7 +283,8 @@ class Problem:
             raise ValueError(f"axes must be at most 3; got {len(self.axes)}")
         checks.unique("axes", [axis.name for axis in self.axes])
         checks.unique("modes", self.modes)
-        checks.unique("names of stops and moves", [entry.name for entry in (*self.stops, *self.moves)])
+        names = [stop.name for stop in self.stops] + [move.name for move in self.moves]
+        checks.unique("names of stops and moves", names)
         if not self.moves:
             raise ValueError("moves must hold at least one Move; got none")
         self._check_modes()
@@ -270,7 +296,9 @@ class Problem:
             for name in into:
                 checks.one_of(f"move {move.name!r}: into", name, self.modes)
             if not isinstance(move.into, str) and into and len(into) != move.choices:
-                raise ValueError(f"move {move.name!r}: into must name {move.choices} modes, one for each control; got {len(into)}")
+                raise ValueError(
+                    f"move {move.name!r}: into must name {move.choices} modes, one for each control; got {len(into)}"
+                )
             if move.timed and isinstance(self.stages, Forever):
                 raise ValueError(f"move {move.name!r}: timed must be False where stages is Forever; got True")
 
@@ -279,11 +307,17 @@ class Problem:
         exact = len(self.axes) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         two_axes = len(stopping) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         if stopping and not (exact or two_axes):
-            raise ValueError(f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis")
+            raise ValueError(
+                f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis"
+            )
 
-        numbers = [axis.name for axis in self.axes if not isinstance(axis.below, str) or not isinstance(axis.above, str)]
+        numbers = [
+            axis.name for axis in self.axes if not isinstance(axis.below, str) or not isinstance(axis.above, str)
+        ]
         if numbers and isinstance(self.stages, Stages) and self.stages.late is not None:
-            raise ValueError(f"the ends of the axis {numbers[0]!r} must not be numbers beside a late charge, which they would not bear; use 'stop'")
+            raise ValueError(
+                f"the ends of the axis {numbers[0]!r} must not be numbers beside a late charge, which they would not bear; use 'stop'"
+            )
 
     @property
     def stop_axis(self) -> int:

@@ -62,8 +62,14 @@ class Sampled:
         """Return the next coordinates and the charge that depends on them, all of one shape."""
         after = self.step(s, c, e)
         if not isinstance(after, tuple) or len(after) != len(menu.grid.axes):
-            raise TypeError(f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {type(after).__name__}")
-        charge = 0.0 if self.charge is None else self.charge(s, c, record("N", tuple(a.name for a in menu.grid.axes))(*after))
+            raise TypeError(
+                f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {type(after).__name__}"
+            )
+        charge = (
+            0.0
+            if self.charge is None
+            else self.charge(s, c, record("N", tuple(a.name for a in menu.grid.axes))(*after))
+        )
         shape = np.broadcast_shapes(*(np.shape(x) for x in after), np.shape(charge))
         return tuple(np.broadcast_to(np.asarray(x, dtype=float), shape) for x in after), charge
 
@@ -72,7 +78,9 @@ class Sampled:
         noise, weight = self.quadrature()
         e = record("E", tuple(noise))(**{name: x[None, :] for name, x in noise.items()})
         column = tuple(p[:, None] for p in points)
-        s = menu.state(column, None if mode is None else mode[:, None], stage if np.ndim(stage) == 0 else stage[:, None])
+        s = menu.state(
+            column, None if mode is None else mode[:, None], stage if np.ndim(stage) == 0 else stage[:, None]
+        )
         after, extra = self.arrive(menu, s, menu.controls(choice[:, None], level[:, None]), e)
         full = (points[0].size, weight.size)
         penalty = np.broadcast_to(menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), full[:1])
@@ -85,11 +93,27 @@ class Sampled:
         matrix.sum_duplicates()
         charge = (landing.charge + extra) @ weight + penalty
         arrival = mode if menu.into is None else menu.into[choice]
-        return Rows(matrix, np.broadcast_to(0 if arrival is None else arrival, full[0]).astype(int), charge, landing.stopped @ weight)
+        return Rows(
+            matrix,
+            np.broadcast_to(0 if arrival is None else arrival, full[0]).astype(int),
+            charge,
+            landing.stopped @ weight,
+        )
 
-    def sample(self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats, rng: np.random.Generator) -> tuple[tuple[Floats, ...], Any]:
+    def sample(
+        self,
+        menu: Menu,
+        points: tuple[Floats, ...],
+        mode: Any,
+        stage: Any,
+        choice: Ints,
+        level: Floats,
+        rng: np.random.Generator,
+    ) -> tuple[tuple[Floats, ...], Any]:
         """Draw the next coordinates and the charge that depends on them."""
-        e = record("E", tuple(self.noise))(**{name: law.sample(rng, points[0].shape) for name, law in self.noise.items()})
+        e = record("E", tuple(self.noise))(
+            **{name: law.sample(rng, points[0].shape) for name, law in self.noise.items()}
+        )
         return self.arrive(menu, menu.state(points, mode, stage), menu.controls(choice, level), e)
 
 
@@ -115,7 +139,9 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
             strictly = beyond & (x != end)
             if edge == "refuse" and np.any(strictly & (np.abs(x - end) > 1e-9 * (axis.high - axis.low))):
                 worst = float(x[strictly].flat[int(np.argmax(np.abs(x[strictly] - end)))])
-                raise ValueError(f"move {menu.move.name!r} must keep {axis.name} in [{axis.low:g}, {axis.high:g}] ({axis.unit}), or the axis needs another edge than 'refuse'; got {worst:g}")
+                raise ValueError(
+                    f"move {menu.move.name!r} must keep {axis.name} in [{axis.low:g}, {axis.high:g}] ({axis.unit}), or the axis needs another edge than 'refuse'; got {worst:g}"
+                )
             if edge == "stop":
                 leaving = strictly & (inside > 0)
                 stop = menu.problem.stops[0].charge
@@ -129,9 +155,13 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
     return index, inside, charge, stopped
 
 
-def masked(menu: Menu, after: tuple[Floats, ...], extra: Any, allowed: Any, shape: tuple[int, ...]) -> tuple[tuple[Floats, ...], Floats]:
+def masked(
+    menu: Menu, after: tuple[Floats, ...], extra: Any, allowed: Any, shape: tuple[int, ...]
+) -> tuple[tuple[Floats, ...], Floats]:
     """Return next coordinates and charges of this shape, put on the grid for nothing where the move is not allowed: they do not count there."""
-    inside = tuple(np.where(allowed, np.broadcast_to(x, shape), axis.low) for axis, x in zip(menu.grid.axes, after, strict=True))
+    inside = tuple(
+        np.where(allowed, np.broadcast_to(x, shape), axis.low) for axis, x in zip(menu.grid.axes, after, strict=True)
+    )
     return inside, np.where(allowed, np.broadcast_to(extra, shape), 0.0)
 
 
@@ -140,4 +170,3 @@ def land(menu: Menu, after: tuple[Floats, ...]) -> Landing:
     index, inside, charge, stopped = outside(menu, after)
     node, part = menu.grid.corners(index)
     return Landing(node, part * inside, charge, stopped)
-

@@ -70,17 +70,33 @@ class Shift:
         matrix = np.moveaxis(whole.reshape(x.size, *full), -1, ax + 1).reshape(x.size, grid.size)
         charge = charge + penalty
         arrival = mode if menu.into is None else menu.into[choice]
-        return Rows(matrix, np.broadcast_to(0 if arrival is None else arrival, x.shape).astype(int), charge, stopped, tails)
+        return Rows(
+            matrix, np.broadcast_to(0 if arrival is None else arrival, x.shape).astype(int), charge, stopped, tails
+        )
 
     @staticmethod
     def _targets(menu: Menu, ax: int, after: Any, allowed: Any) -> tuple[Ints, Floats]:
         """Nodes (flat, over the other axes) and weights, (corners, *shape of `allowed`), of where the other coordinates arrive."""
         rest, shape = [k for k in range(len(menu.grid.axes)) if k != ax], allowed.shape
-        index = [arrived(menu, k, np.where(allowed, value, menu.grid.axes[k].low)) for k, value in zip(rest, after, strict=True)]
+        index = [
+            arrived(menu, k, np.where(allowed, value, menu.grid.axes[k].low))
+            for k, value in zip(rest, after, strict=True)
+        ]
         node, part = corners([menu.grid.shape[k] for k in rest], index)
-        return np.broadcast_to(node, (len(node), *shape)) if not rest else node, np.broadcast_to(part, (len(part), *shape)) if not rest else part
+        return np.broadcast_to(node, (len(node), *shape)) if not rest else node, np.broadcast_to(
+            part, (len(part), *shape)
+        ) if not rest else part
 
-    def sample(self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats, rng: np.random.Generator) -> tuple[tuple[Floats, ...], Any]:
+    def sample(
+        self,
+        menu: Menu,
+        points: tuple[Floats, ...],
+        mode: Any,
+        stage: Any,
+        choice: Ints,
+        level: Floats,
+        rng: np.random.Generator,
+    ) -> tuple[tuple[Floats, ...], Any]:
         """Draw the next coordinates from P points with one control each (and no further charge)."""
         ax = self.position(menu.grid)
         s, c = menu.state(points, mode, stage, without=self.axis), menu.controls(choice, level)
@@ -97,7 +113,9 @@ def arrived(menu: Menu, axis: int, value: Any) -> Any:
     for outside, edge in ((index < -1e-9, ax.below), (index > top + 1e-9, ax.above)):
         if edge != "hold" and np.any(outside):
             worst = float(np.asarray(value)[outside].ravel()[0]) if np.ndim(value) else float(value)
-            raise ValueError(f"move {menu.move.name!r}: {ax.name} must stay in [{ax.low:g}, {ax.high:g}] ({ax.unit}) or have the edge 'hold'; got {worst!r}")
+            raise ValueError(
+                f"move {menu.move.name!r}: {ax.name} must stay in [{ax.low:g}, {ax.high:g}] ({ax.unit}) or have the edge 'hold'; got {worst!r}"
+            )
     return np.clip(index, 0.0, top)
 
 

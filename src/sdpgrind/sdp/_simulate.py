@@ -19,7 +19,7 @@ from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._problem import Problem
 from sdpgrind.sdp._stops import charge_of, stop_state
 
-from sdpgrind.sdp._place import Place
+from sdpgrind.sdp._locate import Place
 
 if TYPE_CHECKING:
     from sdpgrind.sdp._policy import Policy
@@ -58,7 +58,9 @@ class Runs:
 
     @property
     def standard_error(self) -> float:
-        """Standard error of the mean penalty, $."""
+        """Standard error of the mean penalty, $; infinite for a single run."""
+        if self.penalty.size < 2:
+            return float("inf")
         return float(np.std(self.penalty, ddof=1) / np.sqrt(self.penalty.size))
 
     @cached_property
@@ -83,7 +85,15 @@ class Runs:
         return f"Runs({self.penalty.size} runs, mean penalty {self.mean:.6g} +- {self.standard_error:.2g} $, {np.mean(self.moves):.3g} moves)"
 
 
-def simulate(policy: "Policy", runs: int, rng: random.Seed, problem: Problem | None, snap: bool, executor: Executor | None, start: dict[str, Any]) -> Runs:
+def simulate(
+    policy: "Policy",
+    runs: int,
+    rng: random.Seed,
+    problem: Problem | None,
+    snap: bool,
+    executor: Executor | None,
+    start: dict[str, Any],
+) -> Runs:
     """Run `policy` from one state; see `Policy.simulate`."""
     truth = problem if problem is not None else policy.need_problem("simulate")
     place = policy.locate(start)
@@ -98,7 +108,9 @@ def simulate(policy: "Policy", runs: int, rng: random.Seed, problem: Problem | N
         work = partial(_work, hashlib.sha256(recipe).hexdigest(), recipe)
         blocks = execute(work, list(zip(sizes, seeds, strict=True)), executor)
     penalty, moves, *final = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    names = [axis.name for axis in policy.layout.axes] + ([policy.layout.stage_name] if policy.layout.count is not None else [])
+    names = [axis.name for axis in policy.layout.axes] + (
+        [policy.layout.stage_name] if not policy.layout.endless else []
+    )
     units = {axis.name: axis.unit for axis in policy.layout.axes} | {policy.layout.stage_name: policy.layout.stage_unit}
     return Runs(penalty, moves, dict(zip(names, final, strict=False)), units)
 
@@ -125,7 +137,8 @@ class _Block:
         """Run to the end; return penalty, moves, final coordinates, final stage coordinate."""
         n = self.size
         self.points = [np.full(n, float(p[0])) for p in place.points]
-        self.stage = np.full(n, self._start(place))
+        begin, self.offset = self.policy.begin(place)
+        self.stage = np.full(n, begin)
         self.mode = np.full(n, int(place.mode[0]))
         self.penalty, self.moves = np.zeros(n), np.zeros(n, dtype=np.int64)
         alive = np.arange(n)
@@ -134,21 +147,21 @@ class _Block:
         for _ in range(LONGEST):
             alive = self._advance(alive)
             if not alive.size:
-                time = [self.stage * self.layout.step] if self.layout.count is not None else []
+                time = [self.stage * self.layout.step + self.offset] if not self.layout.endless else []
                 return (self.penalty, self.moves, *self.points, *time)
         raise ValueError(f"a run did not end within {LONGEST} moves")
 
-    def _start(self, place: Place) -> int:
-        """Stage at which runs begin."""
-        row = int(place.row[0])
-        late = self.policy.has_base and row == 0
-        return int(np.floor(place.time[0] / self.layout.step + 1e-9)) if late else row + self.policy.first
-
     def _place(self, alive: Ints) -> Place:
         first = self.policy.first
-        row = np.maximum(self.stage[alive] - first, 0) if self.layout.count is not None else np.zeros(alive.size, dtype=np.int64)
+        row = (
+            np.maximum(self.stage[alive] - first, 0)
+            if not self.layout.endless
+            else np.zeros(alive.size, dtype=np.int64)
+        )
         points = tuple(p[alive] for p in self.points)
-        index = np.array([np.nan_to_num(self.policy.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]).reshape(len(points), alive.size)
+        index = np.array(
+            [np.nan_to_num(self.policy.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]
+        ).reshape(len(points), alive.size)
         return Place(row, np.zeros(alive.size), self.mode[alive], index, points, (alive.size,), np.zeros(alive.size))
 
     def _advance(self, alive: Ints) -> Ints:
@@ -169,7 +182,9 @@ class _Block:
 
     def _late(self, who: Ints) -> Any:
         late = getattr(self.truth.stages, "late", None)
-        return 0.0 if late is None else np.asarray(late(np.maximum(-self.stage[who] * self.truth.step, 0.0)))
+        return (
+            0.0 if late is None else np.asarray(late(np.maximum(-self.stage[who] * self.truth.step - self.offset, 0.0)))
+        )
 
     def _move(self, who: Ints, menu: Menu, entry: Ints, control: Floats) -> Any:
         """Make one move; return which runs go on."""

@@ -18,13 +18,14 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress
 from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._bundles import Bundles
-from sdpgrind.sdp._charges import Linear
+from sdpgrind.sdp._charges import Linear, OneSided
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._problem import Problem, Stages
 from sdpgrind.sdp._stops import StopCharges
 
 SMALL = 64
 """Nodes below which the induction is one compiled call."""
+TABLES = ("value", "best", "control", "entry", "gap")
 CONVERGED = 1e-13
 """Relative change at which the stationary late tail counts as solved."""
 
@@ -45,6 +46,13 @@ class Table:
     search_error: float
     base: "Table | None" = None
 
+    def stacked(self) -> "Table":
+        """Return the table with its base as the slice before the first."""
+        if self.base is None:
+            return self
+        pairs: dict[str, Any] = {k: np.concatenate([getattr(self.base, k), getattr(self, k)]) for k in TABLES}
+        return Table(first=self.first - 1, search_error=self.search_error, **pairs)
+
 
 def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
     """Return the first stage of the table (<= 0) and whether what lies before it is the stationary tail."""
@@ -58,7 +66,7 @@ def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
     shortest = min(move.duration for move in problem.moves) * stages.step
     if stages.late_window is not None:
         window = stages.late_window
-    elif late.zero or not late.convex:
+    elif not isinstance(late, OneSided) or late.zero or not late.convex:
         raise ValueError(f"late must be convex and not nothing, or late_window be given ({stages.unit}); got {late!r}")
     else:
         window = stages.step
@@ -82,7 +90,10 @@ def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progr
     for stage in range(first, stages.count + 1):
         sweep.step(stage)
         if stage % 16 == 0:
-            progress((stage - first + 1) / (stages.count - first + 1), f"{grid.size} nodes, {stages.name} {stage * stages.step:g} {stages.unit}")
+            progress(
+                (stage - first + 1) / (stages.count - first + 1),
+                f"{grid.size} nodes, {stages.name} {stage * stages.step:g} {stages.unit}",
+            )
     return sweep.table()
 
 
@@ -95,13 +106,17 @@ def _refuse_late(problem: Problem, stops: StopCharges, first: int, stationary: b
         raise ValueError("late must be None where one may not stop everywhere; a stop is masked, or there is none")
     timed = [move.name for move in problem.moves if move.timed]
     if stationary and timed:
-        raise ValueError(f"late_window must be given ({stages.unit}) where moves are timed: their late side has no end; got None and {timed[0]!r}")
+        raise ValueError(
+            f"late_window must be given ({stages.unit}) where moves are timed: their late side has no end; got None and {timed[0]!r}"
+        )
 
 
 class _Sweep:
     """Working arrays of one backward induction."""
 
-    def __init__(self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int) -> None:
+    def __init__(
+        self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int
+    ) -> None:
         self.problem, self.grid, self.bundles, self.stops, self.first = problem, grid, bundles, stops, first
         self.modes = len(problem.modes)
         self.duration = np.array([move.duration for move in problem.moves])
@@ -130,7 +145,11 @@ class _Sweep:
         bundle = self.bundles.alone()
         if bundle is None or self.stops.still is None or self.grid.size >= SMALL:
             return False
-        base = [np.array([found[k] for found in self._base_found]) for k in range(3)] if self.base is not None else [np.empty((0, 0, 0)), np.empty((0, 0, 0)), np.empty((0, 0, 0), np.int32)]
+        base = (
+            [np.array([found[k] for found in self._base_found]) for k in range(3)]
+            if self.base is not None
+            else [np.empty((0, 0, 0)), np.empty((0, 0, 0)), np.empty((0, 0, 0), np.int32)]
+        )
         stages = range(self.first - self.slots + 1, self.first + len(self.value))
         late = np.array([self.late(stage) for stage in stages])
         code = -2
@@ -166,8 +185,12 @@ class _Sweep:
 
     def _refuse_unreachable(self, stage: int, row: int) -> None:
         mode, node = np.argwhere(~np.isfinite(self.value[row]))[0]
-        where = ", ".join(f"{axis.name} = {x[node]:g} {axis.unit}" for axis, x in zip(self.grid.axes, self.grid.points, strict=True))
-        raise ValueError(f"no stop and no move is allowed at stage {stage}, mode {self.problem.modes[mode]!r}, {where or 'no coordinates'}")
+        where = ", ".join(
+            f"{axis.name} = {x[node]:g} {axis.unit}" for axis, x in zip(self.grid.axes, self.grid.points, strict=True)
+        )
+        raise ValueError(
+            f"no stop and no move is allowed at stage {stage}, mode {self.problem.modes[mode]!r}, {where or 'no coordinates'}"
+        )
 
     def _push(self, stage: int, value: Floats, level: Floats) -> None:
         last = self.first + len(self.value) - 1
@@ -175,7 +198,11 @@ class _Sweep:
             # All moves of a bundle share the treatment of modes; their departures fall into different slots.
             at = ((stage + self.duration[moves]) % self.slots, moves)
             if self.bundles.shared[moves[0]]:
-                self.q[:, :, 0][at], self.control[:, :, 0][at], self.entry[:, :, 0][at] = found.q[:, 0], found.control[:, 0], found.entry[:, 0]
+                self.q[:, :, 0][at], self.control[:, :, 0][at], self.entry[:, :, 0][at] = (
+                    found.q[:, 0],
+                    found.control[:, 0],
+                    found.entry[:, 0],
+                )
             else:
                 self.q[at], self.control[at], self.entry[at] = found.q, found.control, found.entry
 
@@ -225,7 +252,13 @@ class _Sweep:
                     self.control[0, move, used], self.entry[0, move, used] = found.control[k], found.entry[k]
         self._base_found = found_all
         shape = value.shape
-        new, gap, u, best, a = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape, np.int16), np.empty(shape, np.int32)
+        new, gap, u, best, a = (
+            np.empty(shape),
+            np.empty(shape),
+            np.empty(shape),
+            np.empty(shape, np.int16),
+            np.empty(shape, np.int32),
+        )
         _kernels.choose(stop_q, q, self.bundles.shared, self.control[0], self.entry[0], new, best, u, a, gap)
         return Table(0, new[None], best[None], u[None], a[None], gap[None], 0.0)
 

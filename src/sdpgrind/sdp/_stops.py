@@ -16,8 +16,12 @@ class StopCharges:
     def __init__(self, problem: Problem, grid: Grid) -> None:
         self.problem, self.grid = problem, grid
         self._each = [self._fixed(stop) for stop in problem.stops]
-        self.still: Floats | None = np.stack([q for q in self._each if q is not None]) if all(q is not None for q in self._each) and self._each else None
-        self._level = self._levels(None)
+        self.still: Floats | None = (
+            np.stack([q for q in self._each if q is not None])
+            if all(q is not None for q in self._each) and self._each
+            else None
+        )
+        self._level = self._levels()
 
     def at(self, stage: int, late: float) -> Floats:
         """Return [stop, mode, node] at a stage; infinite where one may not stop."""
@@ -31,7 +35,7 @@ class StopCharges:
 
     def level(self, stage: int, late: float) -> Floats:
         """Return what a stop beyond an edge is charged besides its charge of the axis, [mode]."""
-        return (self._level if self._level is not None else self._levels(stage)) + late  # type: ignore[operator]
+        return self._level + late
 
     def largest(self) -> float:
         """Largest charge of stopping anywhere on the grid."""
@@ -49,17 +53,23 @@ class StopCharges:
             raise
 
     def _state(self, stage: int | None) -> Any:
-        return stop_state(self.problem, [x[None, :] for x in self.grid.points], np.arange(len(self.problem.modes))[:, None], stage)
+        return stop_state(
+            self.problem, [x[None, :] for x in self.grid.points], np.arange(len(self.problem.modes))[:, None], stage
+        )
 
     def _evaluate(self, stop: Stop, s: Any) -> Floats:
-        return np.broadcast_to(charge_of(self.problem, stop, s), (len(self.problem.modes), self.grid.size)).astype(float)
+        return np.broadcast_to(charge_of(self.problem, stop, s), (len(self.problem.modes), self.grid.size)).astype(
+            float
+        )
 
-    def _levels(self, stage: int | None) -> Floats | None:
+    def _levels(self) -> Floats:
         modes = np.arange(len(self.problem.modes))
         if not self.problem.stops or self.problem.stops[0].extra is None:
             return np.zeros(modes.size)
         fields = {"mode": modes} if modes.size > 1 else {}
-        return np.broadcast_to(np.asarray(self.problem.stops[0].extra(record("S", tuple(fields))(**fields)), dtype=float), modes.shape)
+        return np.broadcast_to(
+            np.asarray(self.problem.stops[0].extra(record("S", tuple(fields))(**fields)), dtype=float), modes.shape
+        )
 
 
 def stop_state(problem: Problem, points: Any, mode: Any, stage: Any) -> Any:

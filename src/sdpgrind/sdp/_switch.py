@@ -27,7 +27,9 @@ def switches(policy: "Policy") -> Floats:
         return out
     for row in np.unique(np.nonzero(change)[0]):
         mode, cell = np.nonzero(change[row])
-        left = _other_cost(policy, int(row), mode, cell, cell + 1) - t.value[row, mode, cell + 1]  # left's action at the right node
+        left = (
+            _other_cost(policy, int(row), mode, cell, cell + 1) - t.value[row, mode, cell + 1]
+        )  # left's action at the right node
         right = _other_cost(policy, int(row), mode, cell + 1, cell) - t.value[row, mode, cell]
         left, right = np.maximum(left, 0.0), np.maximum(right, 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -57,13 +59,22 @@ def _other_cost(policy: "Policy", row: int, mode: Any, of: Any, at: Any) -> Floa
     return cost
 
 
-def one_step(policy: "Policy", menu: Menu, row: int, points: tuple[Floats, ...], mode: Any, entry: Any, control: Floats) -> Floats:
+def one_step(
+    policy: "Policy", menu: Menu, row: int, points: tuple[Floats, ...], mode: Any, entry: Any, control: Floats
+) -> Floats:
     """Cost of one move from arbitrary points in a slice of the table, and of the policy from then on."""
     layout, t = policy.layout, policy.table
     stage = row + policy.first
-    rows = menu.move.to.rows(menu, points, mode, np.full(points[0].shape if points else (1,), stage * layout.step), np.asarray(entry, dtype=np.int64), control)
+    rows = menu.move.to.rows(
+        menu,
+        points,
+        mode,
+        np.full(points[0].shape if points else (1,), stage * layout.step),
+        np.asarray(entry, dtype=np.int64),
+        control,
+    )
     extra = np.asarray(layout.edge_extra) if layout.edge_extra else np.zeros(len(layout.modes))
-    if layout.count is None:
+    if layout.endless:
         return rows.expect(t.value[0], extra)
     in_base = policy.has_base and row == 0
     arrival = row - menu.move.duration
@@ -72,7 +83,11 @@ def one_step(policy: "Policy", menu: Menu, row: int, points: tuple[Floats, ...],
         if not policy.has_base:
             return np.full(rows.mode.shape, np.inf)
         begin = -(policy.first + 1) * layout.step
-        after = layout.late_charge(begin + menu.move.duration * layout.step) - layout.late_charge(begin) if in_base else layout.late_charge(-(stage - menu.move.duration) * layout.step)
+        after = (
+            layout.late_charge(begin + menu.move.duration * layout.step) - layout.late_charge(begin)
+            if in_base
+            else layout.late_charge(-(stage - menu.move.duration) * layout.step)
+        )
         return rows.expect(t.value[0], extra) + float(after)
     return rows.expect(t.value[arrival], extra + layout.late_charge(-(arrival + policy.first) * layout.step))
 
@@ -86,7 +101,7 @@ def alternatives(policy: "Policy", within: float, state: dict[str, Any]) -> dict
     row, mode = int(place.row[0]), int(place.mode[0])
     stage = row + policy.first
     s = stop_state(problem, [p for p in place.points], place.mode, stage)
-    late = float(policy._late_at(place)[0])
+    late = float(policy.locator.late_at(place)[0])
     costs = {stop.name: float(np.ravel(charge_of(problem, stop, s))[0]) + late for stop in problem.stops}
     node, part = (np.ravel(x) for x in policy.grid.corners(place.index))
     node, part = node[part > 0], part[part > 0]  # infinite costs at a corner without weight do not count
@@ -104,13 +119,13 @@ def _move_costs(policy: "Policy", problem: Problem, row: int, mode: int) -> list
     out = [np.full(policy.grid.size, np.inf)] * len(problem.moves)
     base = 1 if policy.has_base else 0
     for duration in sorted({move.duration for move in problem.moves}):
-        arrival = row - duration if layout.count is not None else 0
-        before = layout.count is not None and arrival < base
+        arrival = row - duration if not layout.endless else 0
+        before = not layout.endless and arrival < base
         if before and not policy.has_base:
             continue
-        late = float(layout.late_charge(-(arrival + policy.first) * layout.step)) if layout.count is not None else 0.0
+        late = float(layout.late_charge(-(arrival + policy.first) * layout.step)) if not layout.endless else 0.0
         value, level = (t.value[0] + late, extra + late) if before else (t.value[arrival], extra + late)
-        stage = arrival + policy.first if layout.count is not None else None
+        stage = arrival + policy.first if not layout.endless else None
         for moves, found in bundles.best(value, level, stage, 10**9):
             for i, k in enumerate(moves):
                 if problem.moves[k].duration == duration:

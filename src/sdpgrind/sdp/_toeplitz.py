@@ -71,9 +71,14 @@ class ShiftBundle:
         rising = any(float(np.min(law.support[0], initial=0.0)) < 0 for law, *_ in laws)
         self.first_lag = 1 - n if rising else 0
         self.weight = np.zeros((groups, rows, n - self.first_lag))
-        ends = [Exit.low(self.menus[0].problem, self.grid.axes[self.axis]), Exit.high(self.menus[0].problem, self.grid.axes[self.axis])]
+        ends = [
+            Exit.low(self.menus[0].problem, self.grid.axes[self.axis]),
+            Exit.high(self.menus[0].problem, self.grid.axes[self.axis]),
+        ]
         used = ends if rising else ends[:1]
-        self.gone = np.zeros((groups, rows, n if any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used) else 0))
+        self.gone = np.zeros(
+            (groups, rows, n if any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used) else 0)
+        )
         self.stopped = np.zeros((groups, rows, 0))
         self._ends, self._stops = used, any(end.edge == "stop" for end in used)
         self.above = np.zeros((groups, rows, n if rising else 0))
@@ -88,9 +93,21 @@ class ShiftBundle:
         low = np.argmax(used, axis=2)
         high = used.shape[2] - 1 - np.argmax(used[:, :, ::-1], axis=2)
         self.reach = np.stack([low, np.where(used.any(axis=2), high, -1)], axis=2) + self.first_lag
-        self.tables: tuple[Any, ...] = (self.weight, self.first_lag, self.reach, self.gone, self.stopped, self.above, self.charge, self.target, self.part)
+        self.tables: tuple[Any, ...] = (
+            self.weight,
+            self.first_lag,
+            self.reach,
+            self.gone,
+            self.stopped,
+            self.above,
+            self.charge,
+            self.target,
+            self.part,
+        )
         self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
-        self.scan_weight = np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
+        self.scan_weight = (
+            np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
+        )
         self._product = _Product(n, self.weight.shape[2], self.first_lag)
         self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
         self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
@@ -105,12 +122,22 @@ class ShiftBundle:
         for end in ends if rising else ends[:1]:
             probability = end.probability(law, x)
             if end.edge == "refuse":
-                refuse_leak(menu, end, np.where(allowed, np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2), 0.0))
+                refuse_leak(
+                    menu,
+                    end,
+                    np.where(
+                        allowed, np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2), 0.0
+                    ),
+                )
             if end.edge not in ("hold", "stop"):
                 _add(self.gone, here, probability)
             _add(self.charge, here, end.charge(law, x, probability))
             if end.sign < 0:
-                _add(self.above, here, end.full_hat(law, x, h, probability) - (probability if end.edge == "hold" else 0.0))
+                _add(
+                    self.above,
+                    here,
+                    end.full_hat(law, x, h, probability) - (probability if end.edge == "hold" else 0.0),
+                )
         return allowed
 
     def _penalties(self, menu: Menu, here: slice) -> Any:
@@ -154,7 +181,20 @@ class ShiftBundle:
         targets = np.repeat(level, self.others) if self.others > 1 else level
         if self._stops and not self.stopped.size and np.any(targets != v[:, 0]):
             self.tabulate_stopped()
-        _kernels.push(self.plan, self.tables, v, flipped, targets, self._products, self.dense, self.coarse, q, control, entry, self.gain)
+        _kernels.push(
+            self.plan,
+            self.tables,
+            v,
+            flipped,
+            targets,
+            self._products,
+            self.dense,
+            self.coarse,
+            q,
+            control,
+            entry,
+            self.gain,
+        )
         lines = (len(self.menus), self.sources, -1, self.nodes)  # [move, mode or 0, line, node of the falling axis]
         return Found(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
 
@@ -201,7 +241,9 @@ def _shift(menu: Menu) -> Shift:
 
 def _scan_rows(menu: Menu) -> Ints:
     """Rows of the first scan: every stride-th level of every entry of the lists."""
-    return np.add.outer(np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)).ravel()
+    return np.add.outer(
+        np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)
+    ).ravel()
 
 
 def _row_controls(menu: Menu, extra: int = 1) -> Any:
@@ -216,7 +258,9 @@ def _put(table: Floats, here: slice, found: Any) -> None:
 
 def _add(table: Floats, here: slice, found: Any) -> None:
     if np.ndim(found):
-        table[:, here] += np.moveaxis(np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2)
+        table[:, here] += np.moveaxis(
+            np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2
+        )
 
 
 def _runs(targets: Ints) -> list[tuple[int, slice]]:
@@ -230,7 +274,9 @@ class _Product:
 
     def __init__(self, nodes: int, lags: int, first_lag: int) -> None:
         self._padded = np.zeros(nodes + 2 * lags)
-        self._inside = self._padded[lags : lags + nodes - 1]  # node 0 is the origin of the values: its weight does not matter
+        self._inside = self._padded[
+            lags : lags + nodes - 1
+        ]  # node 0 is the origin of the values: its weight does not matter
         # Entry (lag, node) of the Toeplitz matrix is the value of node - lag = flipped[nodes - 1 - node + lag].
         start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
         view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
@@ -238,7 +284,9 @@ class _Product:
         self._blocks = []
         for begin, end in zip(edges, edges[1:], strict=False):
             depth = min(lags, int(end) - first_lag)
-            self._blocks.append((slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin))))
+            self._blocks.append(
+                (slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin)))
+            )
 
     def __call__(self, weight: Floats, flipped: Floats, out: Floats) -> None:
         """Multiply; `flipped` is the value from the top node down."""

@@ -1,7 +1,8 @@
 """The sequence planner: a weld-bead problem written as a problem of `sdp`, and solved."""
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -65,7 +66,9 @@ def plan(
     """
     checks.one_of("feed", feed, ("lattice", "continuous"))
     if feed == "continuous":
-        return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)
+        return _plan_continuous(
+            problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress
+        )
     start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
     table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress)
     return SequencePolicy(problem, table)
@@ -79,7 +82,9 @@ def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progr
         policy = finer
         if change <= tolerance:
             return policy
-    raise ValueError(f"tolerance must be reachable within {HALVINGS} halvings of the stage ($); got {tolerance:g}, last change {change:.2g}")
+    raise ValueError(
+        f"tolerance must be reachable within {HALVINGS} halvings of the stage ($); got {tolerance:g}, last change {change:.2g}"
+    )
 
 
 def with_stage(problem: SequenceProblem, stage: float) -> SequenceProblem:
@@ -92,7 +97,9 @@ def with_stage(problem: SequenceProblem, stage: float) -> SequenceProblem:
 def _largest_change(coarse: SequencePolicy, fine: SequencePolicy) -> float:
     height = np.linspace(0.0, coarse.problem.height_max, 201)[:, None]
     time = np.arange(0.0, coarse.problem.horizon + coarse.problem.stage / 2, coarse.problem.stage)
-    return float(np.max(np.abs(coarse.value(height=height, time_left=time) - fine.value(height=height, time_left=time))))
+    return float(
+        np.max(np.abs(coarse.value(height=height, time_left=time) - fine.value(height=height, time_left=time)))
+    )
 
 
 def sdp_problem(problem: SequenceProblem, nodes: int = 401, levels: int = 401, search: bool = True) -> sdp.Problem:
@@ -116,17 +123,41 @@ def sdp_problem(problem: SequenceProblem, nodes: int = 401, levels: int = 401, s
     ['6 s', '8 s']
     """
     finish = problem.finish_charge
-    moves = [_move(problem, k, levels, search) for k in range(len(problem.durations)) if np.less(*problem.force_interval(problem.durations[k]))]
+    moves = [
+        _move(problem, k, levels, search)
+        for k in range(len(problem.durations))
+        if np.less(*problem.force_interval(problem.durations[k]))
+    ]
     modes = ("",) if finish is None else ("no pass", *(move.name for move in moves))
-    extra = None if finish is None else Finish((0.0, *(float(finish(problem.feed_rate(_seconds(move, problem)))) for move in moves)))
-    late = problem.lateness_charge
     return sdp.Problem(
         axes=[sdp.Axis("height", 0.0, problem.height_max, nodes, "mm", below="stop")],
         moves=moves,
-        stops=[sdp.Stop("stop", problem.height_charge, extra=extra)],
-        stages=sdp.Stages(round(problem.horizon / problem.stage), problem.stage, late=late, late_window=problem.late_window),  # type: ignore[arg-type]
+        stops=[sdp.Stop("stop", problem.height_charge, extra=_finish(problem, moves))],
+        stages=_stages(problem),
         modes=modes,
     )
+
+
+def true_problem(planned: SequenceProblem, truth: SequenceProblem, nodes: int) -> sdp.Problem:
+    """Return the planned moves as the truth answers them: a move keeps its place even where the truth would not admit it."""
+    for name in ("bead_length", "reset_time", "durations", "stage"):
+        if getattr(truth, name) != getattr(planned, name):
+            raise checks.refuse(f"model.{name}", f"that of the plan, {getattr(planned, name)!r}", getattr(truth, name))
+    for name in ("finish_charge", "lateness_charge"):
+        if (getattr(truth, name) is None) != (getattr(planned, name) is None):
+            raise checks.refuse(
+                f"model.{name}", f"None or not as in the plan, {getattr(planned, name)!r}", getattr(truth, name)
+            )
+    problem = sdp_problem(planned, nodes)
+    moves = [replace(move, to=_shift(truth, _seconds(move, truth)), charge=truth.pass_charge) for move in problem.moves]
+    stop = sdp.Stop("stop", truth.height_charge, extra=_finish(truth, problem.moves))
+    stages = replace(_stages(planned), late=truth.lateness_charge)
+    return replace(problem, moves=moves, stops=[stop], stages=stages)
+
+
+def _stages(problem: SequenceProblem) -> sdp.Stages:
+    count = round(problem.horizon / problem.stage)
+    return sdp.Stages(count, problem.stage, late=problem.lateness_charge, late_window=problem.late_window)
 
 
 def _seconds(move: sdp.Move, problem: SequenceProblem) -> float:
@@ -140,12 +171,23 @@ def _move(problem: SequenceProblem, k: int, levels: int, search: bool) -> sdp.Mo
     return sdp.Move(
         name,
         {"normal_force": sdp.Levels(low, high, levels, problem.force_breaks(duration), search)},
-        sdp.Shift("height", partial(_cut, problem, duration)),
+        _shift(problem, duration),
         duration=round(duration / problem.stage),
         charge=problem.pass_charge,
         allowed=None if problem.finish_charge is None else _some_left,
         into=None if problem.finish_charge is None else name,
     )
+
+
+def _shift(problem: SequenceProblem, duration: float) -> sdp.Shift:
+    return sdp.Shift("height", partial(_cut, problem, duration))
+
+
+def _finish(problem: SequenceProblem, moves: Sequence[sdp.Move]) -> "Finish | None":
+    finish = problem.finish_charge
+    if finish is None:
+        return None
+    return Finish((0.0, *(float(finish(problem.feed_rate(_seconds(move, problem)))) for move in moves)))
 
 
 def _cut(problem: SequenceProblem, duration: float, s: Any, c: Any) -> sdp.Law:

@@ -26,7 +26,9 @@ def plot_policy(policy: "SequencePolicy") -> Any:
     for ax, (field, label, name, steps) in zip(axes, panels, strict=True):
         cmap = (plt.get_cmap(name, steps) if steps else plt.get_cmap(name)).with_extremes(bad="0.88")
         limits = _centred(policy.problem.durations) if steps else (None, None)
-        image = ax.pcolormesh(time, height[1:], field, shading="nearest", cmap=cmap, vmin=limits[0], vmax=limits[1], rasterized=True)
+        image = ax.pcolormesh(
+            time, height[1:], field, shading="nearest", cmap=cmap, vmin=limits[0], vmax=limits[1], rasterized=True
+        )
         figure.colorbar(image, ax=ax, label=label, ticks=policy.problem.durations if steps and steps <= 12 else None)
         ax.set_xlabel("time left [s]")
     axes[0].set_ylabel("height [mm]")

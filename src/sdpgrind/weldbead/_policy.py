@@ -35,7 +35,9 @@ class SequenceAction:
 
     __slots__ = ("_problem", "duration", "feed_rate", "gap", "normal_force", "stop")
 
-    def __init__(self, stop: Any, duration: Any, feed_rate: Any, normal_force: Any, gap: Any, problem: SequenceProblem) -> None:
+    def __init__(
+        self, stop: Any, duration: Any, feed_rate: Any, normal_force: Any, gap: Any, problem: SequenceProblem
+    ) -> None:
         self.stop, self.duration, self.feed_rate = stop, duration, feed_rate
         self.normal_force, self.gap, self._problem = normal_force, gap, problem
 
@@ -44,7 +46,9 @@ class SequenceAction:
         """Mean depth that the pass removes, mm (0 when stopping)."""
         problem = self._problem
         going = ~np.asarray(self.stop)
-        mean = problem.scatter.moments(problem.model, np.where(going, self.normal_force, 0.0), np.where(going, self.feed_rate, 1.0))[0]
+        mean = problem.scatter.moments(
+            problem.model, np.where(going, self.normal_force, 0.0), np.where(going, self.feed_rate, 1.0)
+        )[0]
         found = np.where(going, mean, 0.0)
         return float(found) if found.ndim == 0 else found
 
@@ -105,10 +109,14 @@ class SequencePolicy:
         self._modes = table.layout.modes
         self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
         self._height_max, self._per_stage = axis.high, 1.0 / table.layout.step
-        self._stages, self._origin = float(table.layout.count or 0), -table.first
+        self._last, self._origin = table.layout.count + 2e-9, -table.first
         self._values = memoryview(table.table.value)
         self._feeds = [problem.feed_rate(move.duration * problem.stage) for move in table.layout.moves]
         self._durations = [move.duration * problem.stage for move in table.layout.moves]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Go to another process without the views on the tables."""
+        return type(self), (self.problem, self.table)
 
     @property
     def error(self) -> float | None:
@@ -136,7 +144,7 @@ class SequencePolicy:
         """
         if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
             stage = time_left * self._per_stage + 1e-9
-            if 0.0 <= height <= self._height_max and 0.0 <= stage < self._stages + 0.5:
+            if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
                 cell = height * self._per_height
                 k = int(cell)
                 if k == self._cells:
@@ -154,24 +162,24 @@ class SequencePolicy:
         """
         if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
             stage = time_left * self._per_stage + 1e-9
-            if 0.0 <= height <= self._height_max and 0.0 <= stage < self._stages + 0.5:
+            if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
                 return self._scalar_action(height * self._per_height, int(stage) + self._origin)
         place = self.table.locate({"height": height, "time_left": time_left} | self._mode(last_duration))
         best, _, force, gap = self.table.act(place)
-        which = np.maximum(best, 0)
-        stop = best < 0
+        which, stop = np.maximum(best, 0), best < 0
         duration = np.where(stop, 0.0, np.asarray(self._durations)[which])
         feed = np.where(stop, np.nan, np.asarray(self._feeds)[which])
-        fields = [x.reshape(place.shape) if place.shape else x.item() for x in (stop, duration, feed, np.where(stop, np.nan, force), gap)]
-        return SequenceAction(*fields, self.problem)
+        fields: list[Any] = [stop, duration, feed, np.where(stop, np.nan, force), gap]
+        shaped = [x.reshape(place.shape) if place.shape else x.item() for x in fields]
+        return SequenceAction(shaped[0], shaped[1], shaped[2], shaped[3], shaped[4], self.problem)
 
     @cached_property
-    def _tables(self) -> tuple[memoryview, ...]:
+    def _tables(self) -> tuple[Any, ...]:
         t = self.table.table
         return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap, self.table.switches))
 
     def _scalar_action(self, cell: float, row: int) -> SequenceAction:
-        best, force, gap, switch = self._tables
+        best, force, gap, switch = self._tables  # their entries are numbers of the arrays' dtype
         k = int(cell)
         if k == self._cells:
             k -= 1
@@ -195,7 +203,9 @@ class SequencePolicy:
         """Return the derivative of the expected penalty with respect to height, $/mm; see `value` for the arguments."""
         return self.table.gradient(height=height, time_left=time_left, **self._mode(last_duration))["height"]
 
-    def alternatives(self, height: float, time_left: float, within: float, last_duration: float | None = None) -> dict[str, float]:
+    def alternatives(
+        self, height: float, time_left: float, within: float, last_duration: float | None = None
+    ) -> dict[str, float]:
         """Return every duration (or "stop") that costs at most `within` $ more than the best, with its expected penalty ($).
 
         Parameters are one height (mm), one time left (s) and the duration (s) of the last pass, as in `value`.
@@ -211,7 +221,9 @@ class SequencePolicy:
         given = np.asarray(last_duration, dtype=float)
         mode = np.argmin(np.abs(durations - given[..., None]), axis=-1)
         for k in np.flatnonzero(np.abs(durations[np.ravel(mode)] - np.ravel(given)) > 1e-9):
-            raise checks.refuse("last_duration", "one of " + ", ".join(f"{t:g}" for t in durations), float(np.ravel(given)[k]), "s")
+            raise checks.refuse(
+                "last_duration", "one of " + ", ".join(f"{t:g}" for t in durations), float(np.ravel(given)[k]), "s"
+            )
         return {"mode": mode + 1}
 
     # -- predicting ------------------------------------------------------------------------------------------------
@@ -232,7 +244,7 @@ class SequencePolicy:
         Parameters
         ----------
         model : GrindingProcess or SequenceProblem, optional
-            Another truth than the one that was planned for.
+            Another truth than the one that was planned for: process, scatter, charges. Forces and feeds are the policy's.
         runs : int
             Number of sequences.
         height, time_left : float
@@ -248,11 +260,22 @@ class SequencePolicy:
         -------
         sdp.Runs
             Penalty ($), passes (`moves`), final height (mm) and time left (s) of each sequence.
-        """
-        from sdpgrind.weldbead._planner import sdp_problem
 
-        truth = model if isinstance(model, SequenceProblem) else self.problem if model is None else self.problem.replace(model=model)
-        problem = self.table.problem if model is None else sdp_problem(truth, self._cells + 1)
+        Raises
+        ------
+        ValueError
+            When the truth is another job: other lengths, durations or stages, or a charge that the plan knows nothing of.
+        """
+        from sdpgrind.weldbead._planner import true_problem
+
+        truth = (
+            model
+            if isinstance(model, SequenceProblem)
+            else self.problem
+            if model is None
+            else self.problem.replace(model=model)
+        )
+        problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
         start = {"height": height, "time_left": time_left}
         return self.table.simulate(runs=runs, rng=rng, problem=problem, snap=snap, executor=executor, **start)  # type: ignore[no-any-return]
 
@@ -288,8 +311,8 @@ class SequencePolicy:
 
     def states(self) -> tuple[Floats, Floats]:
         """Return the heights (mm) and times left (s) of the table's nodes, on time."""
-        count = self.table.layout.count or 0
-        return self.table.grid.coordinates[0], np.arange(count + 1) * self.problem.stage
+        count = self.table.layout.count
+        return self.table.grid.coordinates[0], np.arange(float(count + 1)) * self.problem.stage
 
     def __repr__(self) -> str:
         error = "not estimated" if self.error is None else f"{self.error:.2g} $"

@@ -21,7 +21,12 @@ FACTORS = (*MODEL, "force_max", "relative_sd", "under", "over")
 
 
 def sweep(
-    problems: Mapping[str, SequenceProblem], *, height: Any, time_left: Any, tolerance: float = 1e-4, executor: Executor | None = None
+    problems: Mapping[str, SequenceProblem],
+    *,
+    height: Any,
+    time_left: Any,
+    tolerance: float = 1e-4,
+    executor: Executor | None = None,
 ) -> dict[str, Any]:
     """Plan several problems and return the expected penalty of each at the same states.
 
@@ -143,7 +148,11 @@ def _changed(problem: SequenceProblem, name: str, factor: float) -> SequenceProb
         return problem.replace(force_max=factor * problem.force_max)
     if name == "relative_sd":
         sd = problem.scatter.relative_sd
-        return problem.replace(scatter=replace(problem.scatter, relative_sd=tuple(factor * r for r in sd) if isinstance(sd, tuple) else factor * sd))
+        return problem.replace(
+            scatter=replace(
+                problem.scatter, relative_sd=tuple(factor * r for r in sd) if isinstance(sd, tuple) else factor * sd
+            )
+        )
     side = getattr(problem.height_charge, name)
     amount = {sdp.Constant: "amount", sdp.Linear: "rate", sdp.Quadratic: "factor"}.get(type(side))
     if amount is None:

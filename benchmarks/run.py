@@ -1,0 +1,265 @@
+"""All benchmarks in one run: ``python benchmarks/run.py [--quick]``. Medians; peers in the same run; peak memory apart."""
+
+import argparse
+import platform
+import subprocess
+import sys
+import time
+import tracemalloc
+from collections.abc import Callable
+
+import numpy as np
+import peers
+
+from sdpgrind import sdp, weldbead
+
+QUICK = "--quick" in sys.argv
+
+
+def median(run: Callable[[], object], times: int) -> float:
+    """Median wall time of `run`, s, after one warm-up."""
+    run()
+    found = []
+    for _ in range(times):
+        begin = time.perf_counter()
+        run()
+        found.append(time.perf_counter() - begin)
+    return float(np.median(found))
+
+
+def plain(problem: sdp.Problem) -> sdp.Policy:
+    return sdp.plan(problem)
+
+
+def peak_memory(run: Callable[[], object]) -> float:
+    """Peak of the memory (MB) that a second call of `run` allocates."""
+    run()
+    tracemalloc.start()
+    run()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak / 2**20
+
+
+def same_mdp() -> None:
+    print("\n## The same finite decision process (Brown's grid: 21 heights x 2 s, 51 forces, 8 durations)")
+    print(
+        "Ratios: from the same weights on (tables ready on our side, arrays assembled and solved on theirs); in brackets our time from the laws on."
+    )
+    print(
+        "| | ours, from the laws | ours, from the weights | quantecon, shortest horizon | quantecon, horizon = stages | ratios | hiive | max difference | policies differ beyond ties | memory ours / quantecon |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    for name in ("P1", "P5"):
+        problem = peers.brown_grid(name)
+        rows = peers.rows_of(problem)
+        policy = sdp.plan(problem)
+        ours = median(lambda p=problem: plain(p), 51)
+        ready = median(_tables_ready(problem), 51)
+        theirs = median(lambda p=problem, r=rows: peers.solve_quantecon(p, r), 5)
+        long = median(lambda p=problem, r=rows: peers.solve_quantecon(p, r, tight=False), 3)
+        value, action = peers.solve_quantecon(problem, rows)
+        start = 1 if policy.has_base else 0
+        mine = policy.table.value[start:, 0]
+        other = (
+            median(lambda p=problem, r=rows: peers.solve_hiive(p, r), 1) if name == "P1" and not QUICK else float("nan")
+        )
+        memory = (
+            peak_memory(lambda p=problem: plain(p)),
+            peak_memory(lambda p=problem, r=rows: peers.solve_quantecon(p, r)),
+        )
+        print(
+            f"| {name} | {1e3 * ours:.2f} ms | {1e3 * ready:.2f} ms | {1e3 * theirs:.0f} ms | {1e3 * long:.0f} ms "
+            f"| {theirs / ready:.0f}x, {long / ready:.0f}x ({theirs / ours:.0f}x, {long / ours:.0f}x) | {other:.2f} s "
+            f"| {np.max(np.abs(mine - value)):.1e} $ | {_differ(policy, problem, action, start)} of {action.size} | {memory[0]:.1f} / {memory[1]:.0f} MB |"
+        )
+
+
+def _tables_ready(problem: sdp.Problem) -> Callable[[], object]:
+    from sdpgrind.base.parallel import one_blas_thread
+    from sdpgrind.base.progress import silent
+    from sdpgrind.sdp._bundles import Bundles
+    from sdpgrind.sdp._grid import Grid
+    from sdpgrind.sdp._stages import solve_stages
+
+    grid = Grid.of(problem)
+    bundles = Bundles(problem, grid)
+
+    def run() -> object:
+        with one_blas_thread():
+            return solve_stages(problem, grid, bundles, silent)
+
+    return run
+
+
+def _differ(policy: sdp.Policy, problem: sdp.Problem, action: np.ndarray, start: int) -> int:
+    """States where quantecon's action is another one than ours and not as good to 1e-9 $."""
+    rows = peers.rows_of(problem)
+    t = policy.table
+    bad = 0
+    for stage, node in np.argwhere(np.ones(action.shape, bool)):
+        row = stage + start
+        a = int(action[stage, node])
+        if a == 0:
+            cost = float(np.ravel(problem.stops[0].charge(policy.grid.points[0][node]))[0])
+            late = problem.stages.late
+            cost += float(late(-min(0, (row + policy.first)) * problem.step)) if late is not None else 0.0
+        else:
+            pair = node * rows.actions + a - 1
+            arrival = row - int(rows.duration[a - 1])
+            late_stage = arrival + policy.first
+            gone = 1.0 - float(rows.weight[[pair]].sum())
+            late = problem.stages.late
+            level = float(late(-min(0, late_stage) * problem.step)) if late is not None else 0.0
+            cost = float((rows.weight[[pair]] @ t.value[arrival, 0])[0]) + rows.charge[pair] + gone * level
+        bad += cost > t.value[row, 0, node] + 1e-9
+    return bad
+
+
+def fine_grid() -> None:
+    print("\n## Ten times finer in both (201 heights x 0.2 s), force searched to 1e-5 $")
+    print("| | time | extra memory | largest error of the force search |")
+    print("|---|---|---|---|")
+    for name in ("P1", "P5"):
+        fine = weldbead.preset(name).replace(stage=0.2)
+        policy = sdp.plan(weldbead.sdp_problem(fine, 201))
+        exact = sdp.plan(weldbead.sdp_problem(fine, 201, levels=3201))
+        error = float(np.max(np.abs(policy.table.value - exact.table.value)))
+        took = median(lambda f=fine: sdp.plan(weldbead.sdp_problem(f, 201)), 3 if QUICK else 7)
+        print(
+            f"| {name} | {took:.3f} s | {peak_memory(lambda f=fine: sdp.plan(weldbead.sdp_problem(f, 201))):.0f} MB | {error:.1e} $ |"
+        )
+
+
+def tolerances() -> None:
+    print("\n## To a tolerance (true error: largest over all nodes, against a grid 8 times finer)")
+    print("| | tolerance | time | nodes | estimated error | true error | ratio |")
+    print("|---|---|---|---|---|---|---|")
+    for name in ("P1", "P2", "P3", "P4", "P5"):
+        for tolerance in (1e-3, 1e-4, 1e-5):
+            problem = weldbead.preset(name)
+            begin = time.perf_counter()
+            policy = weldbead.plan(problem, tolerance=tolerance)
+            took = time.perf_counter() - begin
+            nodes = policy.table.grid.size
+            true = float("nan")
+            if (nodes - 1) * 8 <= 3200 or (tolerance < 1e-4 and not QUICK and name == "P1"):
+                factor = min(8, 12800 // (nodes - 1))
+                reference = sdp.plan(
+                    weldbead.sdp_problem(
+                        problem, factor * (nodes - 1) + 1, levels=401 if factor * nodes > 7000 else 1601
+                    )
+                )
+                true = float(np.max(np.abs(policy.table.table.value - reference.table.value[:, :, ::factor])))
+            print(
+                f"| {name} | {tolerance:g} $ | {took:.2f} s | {nodes} | {policy.error:.1e} $ | {true:.1e} $ | {policy.error / true:.1f} |"
+            )
+
+
+def look_ups() -> None:
+    print("\n## Look-ups")
+    policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-4)
+    height, left = 1.0123, 24.0
+    switch = _switch_height(policy)
+    rng = np.random.default_rng(0)
+    many = {"height": rng.uniform(0, 2, 1_000_000), "time_left": rng.uniform(0, 60, 1_000_000)}
+    rows = {
+        "value": (lambda: policy.value(height=height, time_left=left), 20_000),
+        "action, corners share one duration": (lambda: policy.action(height=height, time_left=left), 20_000),
+        "action, across a change of duration": (lambda: policy.action(height=switch, time_left=left), 20_000),
+        "action and its mean_cut": (lambda: policy.action(height=height, time_left=left).mean_cut, 5_000),
+        "value of 1e6 states": (lambda: policy.value(**many), 1),
+        "action of 1e6 states": (lambda: policy.action(**many), 1),
+    }
+    print("| what | time |\n|---|---|")
+    for what, (run, times) in rows.items():
+        took = median(lambda r=run, n=times: [r() for _ in range(n)], 5) / times
+        print(f"| {what} | {1e6 * took:.2f} us |" if took < 1e-3 else f"| {what} | {took:.3f} s |")
+
+
+def _switch_height(policy: weldbead.SequencePolicy) -> float:
+    """A height inside a cell whose nodes have different durations."""
+    row = round(24.0 / policy.problem.stage)
+    best = policy.table.table.best[row, 0]
+    cell = int(np.flatnonzero(np.diff(best))[-1])
+    return float(policy.table.grid.points[0][cell : cell + 2].mean())
+
+
+def monte_carlo() -> None:
+    print("\n## Monte-Carlo, 1e6 sequences of P1 from (1.5 mm, 30 s)")
+    policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-4)
+    took = median(lambda: policy.simulate(runs=1_000_000, height=1.5, time_left=30.0), 3)
+    snapped = policy.simulate(runs=1_000_000, height=1.5, time_left=30.0, snap=True, rng=1)
+    free = policy.simulate(runs=1_000_000, height=1.5, time_left=30.0, rng=2)
+    value = policy.value(height=1.5, time_left=30.0)
+    print(
+        f"{took:.2f} s; snapped z = {(snapped.mean - value) / snapped.standard_error:.2f}; continuous {100 * (free.mean / value - 1):+.2f} % (se {100 * free.standard_error / value:.2f} %)"
+    )
+
+
+def scaling() -> None:
+    print("\n## Scaling of P1 (401 levels, searched)")
+    print("| nodes | stage [s] | levels | time [s] | order in that number |\n|---|---|---|---|---|")
+    cases = [
+        (201, 2.0, 401),
+        (401, 2.0, 401),
+        (801, 2.0, 401),
+        (401, 1.0, 401),
+        (401, 0.5, 401),
+        (401, 2.0, 801),
+        (401, 2.0, 1601),
+    ]
+    times = {
+        case: median(
+            lambda c=case: sdp.plan(weldbead.sdp_problem(weldbead.preset("P1").replace(stage=c[1]), c[0], levels=c[2])),
+            3,
+        )
+        for case in cases
+    }
+    before = {
+        (401, 2.0, 401): (201, 2.0, 401),
+        (801, 2.0, 401): (401, 2.0, 401),
+        (401, 1.0, 401): (401, 2.0, 401),
+        (401, 0.5, 401): (401, 1.0, 401),
+        (401, 2.0, 801): (401, 2.0, 401),
+        (401, 2.0, 1601): (401, 2.0, 801),
+    }
+    for case, took in times.items():
+        order = f"{np.log2(took / times[before[case]]):.2f}" if case in before else ""
+        print(f"| {case[0]} | {case[1]:g} | {case[2]} | {took:.3f} | {order} |")
+
+
+def imports() -> None:
+    print("\n## Import")
+    for module in ("sdpgrind", "hwsim", "sdpgrind.weldbead"):
+        took = [
+            float(
+                subprocess.run(
+                    [
+                        sys.executable,
+                        "-c",
+                        f"import time; t=time.perf_counter(); import {module}; print(time.perf_counter()-t)",
+                    ],
+                    capture_output=True,
+                    text=True,
+                    check=True,
+                ).stdout
+            )
+            for _ in range(5)
+        ]
+        print(f"import {module}: {np.median(took):.3f} s")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="fewer repetitions, no reference solutions for 1e-5 $")
+    parser.add_argument("--only", default="", help="name of one benchmark")
+    only = parser.parse_args().only
+    print(f"# Benchmarks, Python {platform.python_version()}, {platform.machine()}")
+    for run in (same_mdp, fine_grid, tolerances, look_ups, monte_carlo, scaling, imports):
+        if only in ("", run.__name__):
+            run()
+
+
+if __name__ == "__main__":
+    main()
