@@ -338,7 +338,7 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, t
             return row
         ring_q[slot] = np.inf
         v = value[row]
-        if tables[4].shape[2] == 0 and tables[3].shape[2] == 0 and here[0] != v[0, 0]:
+        if tables[4].shape[2] == 0 and here[0] != v[0, 0]:
             return -2
         for node in range(nodes):
             flipped[0, nodes - 1 - node] = v[0, node] - v[0, 0]
