@@ -51,7 +51,7 @@ class Bundles:
     def __init__(self, problem: Problem, grid: Grid, executor: Executor | None = None, keep: bool = True) -> None:
         self.problem, self.grid, self.keep = problem, grid, keep
         self.shared = np.array([not _per_mode(Menu(problem, grid, k)) for k in range(len(problem.moves))])
-        self.gain = 0.0
+        self.search_error = 0.0
         still = [k for k, move in enumerate(problem.moves) if not move.timed]
         self._timed = [k for k, move in enumerate(problem.moves) if move.timed]
         self._groups = [(moves, self._cut(moves)) for moves in self._together(still)]
@@ -82,7 +82,7 @@ class Bundles:
         """Return what is best of one timed move that begins at the stage `departure` and leads into value[mode, node]."""
         pieces = self._cut([move])
         ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
-        return self._join([move], pieces, [(b.best(value, level), float(b.gain[0])) for b in ready])
+        return self._join([move], pieces, [(b.best(value, level), float(b.search_error[0])) for b in ready])
 
     def alone(self) -> ShiftBundle | None:
         """Return the bundle where all moves are shifts of one axis and mode, here; else None."""
@@ -94,11 +94,11 @@ class Bundles:
     def _evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
         if self._remote is not None:
             return self._remote.evaluate(pieces, value, level)
-        return [(self._here[piece].best(value, level), float(self._here[piece].gain[0])) for piece in pieces]
+        return [(self._here[piece].best(value, level), float(self._here[piece].search_error[0])) for piece in pieces]
 
     def _join(self, moves: list[int], pieces: list[Piece], results: list[tuple[Found, float]]) -> Found:
         """Put blocks together: [move, mode or 0, node]."""
-        self.gain = max(self.gain, *(gain for _, gain in results))
+        self.search_error = max(self.search_error, *(error for _, error in results))
         shift = self.problem.moves[moves[0]].to
         if len(pieces) == 1:
             found = results[0][0]
@@ -182,4 +182,4 @@ def _prepared(token: str, recipe: bytes, piece: Piece) -> Any:
 def _work(token: str, recipe: bytes, value: Floats, level: Floats, piece: Piece) -> tuple[Found, float]:
     bundle = _prepared(token, recipe, piece)
     with one_blas_thread():
-        return bundle.best(value, level), float(bundle.gain[0])
+        return bundle.best(value, level), float(bundle.search_error[0])

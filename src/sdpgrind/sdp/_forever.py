@@ -57,7 +57,7 @@ def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges,
     best, entry = np.empty(value.shape, dtype=np.int16), np.empty(value.shape, dtype=np.int32)
     stop_q = stops.at(0, 0.0) if problem.stops else np.full((0, *value.shape), np.inf)
     _kernels.choose(stop_q, q, bundles.shared, u, a, new, best, control, entry, gap)
-    return Table(0, new[None], best[None], control[None], entry[None], gap[None], bundles.gain)
+    return Table(0, new[None], best[None], control[None], entry[None], gap[None], bundles.search_error)
 
 
 def policy_rows(problem: Problem, grid: Grid, best: Any, control: Floats, entry: Any) -> list[tuple[Any, Any, Rows]]:

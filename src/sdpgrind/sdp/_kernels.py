@@ -84,15 +84,34 @@ def _tie(value):
 
 
 @njit(**_OPTIONS)
-def _parabola(levels, a, b, c, qa, qb, qc):
-    """Vertex (control, value) of the parabola through three levels; the middle one where it does not open upward."""
-    left = (qb - qa) / (levels[b] - levels[a])
-    right = (qc - qb) / (levels[c] - levels[b])
-    bend = (right - left) / (levels[c] - levels[a])
-    if not bend > 0.0 or not left < 0.0 or not right > 0.0:
-        return levels[b], qb
-    u = 0.5 * (levels[a] + levels[b]) - left / (2 * bend)
-    return u, qa + left * (u - levels[a]) + bend * (u - levels[a]) * (u - levels[b])
+def _vertex(levels, a, qa, qb, qc, e, qe):
+    """Least point of the cubic through the levels a, a + 1, a + 2 (the middle one the lowest) and e.
+
+    Return control, value, and by how much the cubic differs from the parabola through the first three: the error of the
+    latter, of which the cubic's is a small part. Where there is no fourth level (`qe` not finite) the parabola serves.
+    """
+    xa, xb, xc = levels[a], levels[a + 1], levels[a + 2]
+    left, right = (qb - qa) / (xb - xa), (qc - qb) / (xc - xb)
+    bend = (right - left) / (xc - xa)
+    if not (bend > 0.0 and left <= 0.0 and right >= 0.0):
+        return xb, qb, 0.0
+    u = 0.5 * (xa + xb) - left / (2 * bend)
+    flat = qa + left * (u - xa) + bend * (u - xa) * (u - xb)
+    if not np.isfinite(qe):
+        return u, flat, qb - flat
+    xe = levels[e]
+    twist = ((qe - qa - left * (xe - xa)) / ((xe - xa) * (xe - xb)) - bend) / (xe - xc)
+    x = u
+    for _ in range(3):
+        slope = left + bend * (2 * x - xa - xb) + twist * ((x - xa) * (x - xb) + (x - xa) * (x - xc) + (x - xb) * (x - xc))
+        curve = 2 * bend + 2 * twist * (3 * x - xa - xb - xc)
+        if not curve > 0.0:
+            return u, flat, qb - flat
+        x = min(max(x - slope / curve, xa), xc)
+    value = qa + left * (x - xa) + bend * (x - xa) * (x - xb) + twist * (x - xa) * (x - xb) * (x - xc)
+    if abs(value - flat) > qb - flat:  # not smooth on this scale
+        return u, flat, qb - flat
+    return x, value, abs(value - flat)
 
 
 @njit(inline="always", **_OPTIONS)
@@ -117,7 +136,7 @@ def _descend(group, base, node, f, low, high, stride, q, before, after, tables, 
     """Follow the minimum around level `f` (value `q`, scanned neighbours `before` and `after`) inside the regime [low, high].
 
     A bracket a < b < c of levels is closed until they are neighbours; at an end of the regime a or c coincides with b.
-    Return control, value and what the last parabola gained.
+    Return control, value, and an estimate of the value's error.
     """
     a, b, c = max(f - stride, low), f, min(f + stride, high)
     qa, qb, qc = before, q, after
@@ -138,59 +157,50 @@ def _descend(group, base, node, f, low, high, stride, q, before, after, tables, 
         tries += 1
     if a == b or c == b or not (np.isfinite(qa) and np.isfinite(qb) and np.isfinite(qc)):
         return levels[b], qb, 0.0
-    u, best = _parabola(levels, a, b, c, qa, qb, qc)
-    return u, best, qb - best
+    e = c + 1 if c < high else a - 1
+    qe = _expect(group, base + e, node, tables, value, flipped, level) if e >= low else np.inf
+    return _vertex(levels, a, qa, qb, qc, e, qe)
 
 
 @njit(**_OPTIONS)
-def search(
-    group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out_q, out_u, out_a, state
-):
+def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out, state):
     """Best row of one move at every node: every local minimum of the scan, in every regime, is followed down.
 
-    `state`: [largest gain of a parabola so far]. Ties go to the lowest control.
+    `out`: (least value, control, entry of the lists) by node. `state`: [largest estimated error so far]. Ties go to the
+    lowest control. The loops run along the nodes, as the scan lies in memory.
     """
-    count = levels.size
+    out_q, out_u, out_a = out
+    count, nodes = levels.size, value.shape[1]
     scanned = (count - 1) // stride + 1
-    choices = coarse_q.shape[0] // scanned
-    for node in range(value.shape[1]):
-        best, u_best, a_best, minimum = np.inf, levels[0], 0, np.inf
-        for k in range(coarse_q.shape[0]):
-            minimum = min(minimum, coarse_q[k, node])
-        for a in range(choices):
-            top = a * scanned
-            for regime in range(regimes.size - 1):
-                begin, end = regimes[regime] // stride, regimes[regime + 1] // stride
-                for k in range(begin, end + 1):
-                    q = coarse_q[top + k, node]
-                    before = coarse_q[top + k - 1, node] if k > begin else np.inf
-                    after = coarse_q[top + k + 1, node] if k < end else np.inf
-                    if not (q < before and q <= after) or q == np.inf:
+    best, none = np.full(nodes, np.inf), np.full(nodes, np.inf)
+    out_q[:] = np.inf
+    for k in range(coarse_q.shape[0]):
+        for node in range(nodes):
+            out_q[node] = min(out_q[node], coarse_q[k, node])
+    out_u[:], out_a[:] = levels[0], 0
+    for a in range(coarse_q.shape[0] // scanned):
+        for regime in range(regimes.size - 1):
+            low, high = regimes[regime], regimes[regime + 1]
+            begin, end = a * scanned + low // stride, a * scanned + high // stride
+            for k in range(begin, end + 1):
+                line = coarse_q[k]
+                before = coarse_q[k - 1] if k > begin else none
+                after = coarse_q[k + 1] if k < end else none
+                f = (k - a * scanned) * stride
+                for node in range(nodes):
+                    q = line[node]
+                    if not (q < before[node] and q <= after[node]):
                         continue
-                    u, gain = levels[k * stride], 0.0
-                    if refine and end > begin and _promising(levels, stride, k, q, before, after, minimum):
-                        u, q, gain = _descend(
-                            group,
-                            base + a * count,
-                            node,
-                            k * stride,
-                            regimes[regime],
-                            regimes[regime + 1],
-                            stride,
-                            q,
-                            before,
-                            after,
-                            tables,
-                            value,
-                            flipped,
-                            level,
-                            levels,
-                        )
-                    if q < best - _tie(best) or best == np.inf:
-                        best, u_best, a_best = q, u, a
-                        state[0] = max(state[0], gain)
-                    minimum = min(minimum, q)
-        out_q[node], out_u[node], out_a[node] = minimum, u_best, a_best
+                    u, wrong = levels[f], 0.0
+                    if refine and high > low and _promising(q, before[node], after[node], out_q[node]):
+                        u, q, wrong = _descend(
+                            group, base + a * count, node, f, low, high, stride, q, before[node], after[node],
+                            tables, value, flipped, level, levels,
+                        )  # fmt: skip
+                    if q < best[node] - _tie(best[node]) or best[node] == np.inf:
+                        best[node], out_u[node], out_a[node] = q, u, a
+                        state[0] = max(state[0], wrong)
+                    out_q[node] = min(out_q[node], q)
 
 
 @njit(**_OPTIONS)
@@ -249,16 +259,14 @@ def push(plan, tables, value, flipped, level, dense, use_dense, coarse_q, out_q,
                 value,
                 flipped,
                 level,
-                out_q[move, group],
-                out_u[move, group],
-                out_a[move, group],
+                (out_q[move, group], out_u[move, group], out_a[move, group]),
                 state,
             )
 
 
 @njit(inline="always", **_OPTIONS)
-def _promising(levels, stride, k, q, before, after, minimum):
-    """Whether the neighbourhood of scan level k may hold less than `minimum`: twice what convexity would allow to be hidden."""
+def _promising(q, before, after, minimum):
+    """Whether the neighbourhood of a scanned level may hold less than `minimum`: twice what convexity would let it hide."""
     hidden = 0.0
     if before < np.inf:
         hidden = max(hidden, before - q)
@@ -367,7 +375,7 @@ def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
             for regime in range(regimes.size - 1):
                 begin, end = a * count + regimes[regime], a * count + regimes[regime + 1]
                 for k in range(begin, end + 1):
-                    value, u, gain = q[k, node], levels[k - a * count], 0.0
+                    value, u, wrong = q[k, node], levels[k - a * count], 0.0
                     if (
                         refine
                         and begin < k < end
@@ -376,11 +384,14 @@ def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
                         and q[k - 1, node] < np.inf
                         and q[k + 1, node] < np.inf
                     ):
-                        f = k - a * count
-                        u, lower = _parabola(levels, f - 1, f, f + 1, q[k - 1, node], value, q[k + 1, node])
-                        gain, value = value - lower, lower
+                        e = k + 2 if k + 1 < end else k - 2
+                        fourth = q[e, node] if begin <= e <= end else np.inf
+                        first = k - 1 - a * count
+                        u, value, wrong = _vertex(
+                            levels, first, q[k - 1, node], value, q[k + 1, node], e - a * count, fourth
+                        )
                     if value < best - _tie(best) or (best == np.inf and value < np.inf):
                         best, u_best, a_best = value, u, a
-                        state[0] = max(state[0], gain)
+                        state[0] = max(state[0], wrong)
                     minimum = min(minimum, value)
         out_q[node], out_u[node], out_a[node] = minimum, u_best, a_best

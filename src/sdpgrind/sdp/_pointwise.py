@@ -40,7 +40,7 @@ class PointBundle:
         self.tells_mode = per_mode and self.modes > 1
         self.nodes = tuple(x[block] for x in menu.grid.points)
         self.count = block.stop - block.start
-        self.gain = np.zeros(1)
+        self.search_error = np.zeros(1)
         self.penalty = self._penalty()
         self.target = self._targets()
         self._table: Any = None
@@ -74,7 +74,7 @@ class PointBundle:
         best, control, entry = np.empty(out), np.empty(out), np.empty(out, dtype=np.int32)
         for k in range(q.shape[0]):
             _kernels.least(
-                q[k], self.menu.levels, self.menu.regimes, self.menu.search, best[k], control[k], entry[k], self.gain
+                q[k], self.menu.levels, self.menu.regimes, self.menu.search, best[k], control[k], entry[k], self.search_error
             )
         return Found(best[None], control[None], entry[None])
 

@@ -100,7 +100,7 @@ class Policy:
         return _shaped(self.locator.with_exits(place, out + place.late), place.shape)
 
     def gradient(self, **state: Any) -> Any:
-        """Return the derivative of the value-to-go with respect to each axis, $ per its unit.
+        """Return the derivative of the value-to-go with respect to each axis, $ per its unit; see `value` for states.
 
         Central differences of the table, interpolated: second order where the value-to-go is smooth, a blend of both
         sides within a cell of a kink.
@@ -119,7 +119,7 @@ class Policy:
         return out
 
     def action(self, **state: Any) -> Action:
-        """Return what to do at states (see `value` for how to give them)."""
+        """Return what to do at states; see `value`. Its gap is in $, its controls in their own units."""
         place = self.locate(state)
         best, entry, control, gap = self.act(place)
         durations = np.array(
@@ -234,7 +234,7 @@ class Policy:
         return simulate(self, runs, rng, problem, snap, executor, state)
 
     def distribution(self, **state: Any) -> Any:
-        """Return the exact distribution of the final penalty from one state, by the forward recursion on the grid."""
+        """Return the exact distribution of the final penalty ($) from one state, by the forward recursion on the grid."""
         from sdpgrind.sdp._forward import distribution
 
         return distribution(self, state)
@@ -307,17 +307,17 @@ class Policy:
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the policy to a NetCDF file. Functions of the problem cannot be saved; everything that look-ups need is."""
+        """Write the policy to a NetCDF file at `path`. Functions of the problem cannot be saved; everything that look-ups need is."""
         records.write(self.dataset, path, "sdp.policy")
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> "Policy":
-        """Read a policy written by `save`."""
+        """Read the policy that `save` wrote to `path`."""
         return cls.from_dataset(records.read(path), None)
 
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset, problem: Problem | None) -> "Policy":
-        """Rebuild a policy from its `dataset`."""
+        """Rebuild a policy from its `dataset`, for `problem` where that is known."""
         layout: Layout = records.decode(dataset.attrs["layout"])
         shape = (dataset.sizes["stage"], dataset.sizes["mode"], -1)
         first, search_error = int(dataset.attrs["first"]), float(dataset.attrs["search_error"])
@@ -328,7 +328,7 @@ class Policy:
         return cls(problem, layout, table, found)
 
     def plot(self, mode: str | int = 0) -> Any:
-        """Draw value-to-go and actions (one axis: against stage; two: the last slice); return the figure."""
+        """Draw value-to-go and actions of one mode (one axis: against stage; two: the last slice); return the figure."""
         from sdpgrind.sdp._plot import plot
 
         return plot(self, int(self.locator.mode(mode)))

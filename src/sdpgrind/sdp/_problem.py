@@ -115,7 +115,7 @@ class Levels:
     Parameters
     ----------
     low, high : float
-        Interval of the control.
+        Interval of the control, in its own unit.
     count : int
         Levels in all. They lie densely at the ends of each regime (Chebyshev-Lobatto points).
     breaks : sequence of float
@@ -326,5 +326,5 @@ class Problem:
 
     @property
     def step(self) -> float:
-        """Length of a stage (0 for `Forever`)."""
+        """Length of a stage, in the unit of the stages (0 for `Forever`)."""
         return self.stages.step if isinstance(self.stages, Stages) else 0.0

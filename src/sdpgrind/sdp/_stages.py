@@ -156,11 +156,11 @@ class _Sweep:
         while code == -2:
             code = _kernels.sweep(
                 self.first, late, self.duration, self.stops.still, self.stops.level(self.first, 0.0), tuple(base), (self.q, self.control, self.entry),
-                bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared, (self.value, self.best, self.u, self.a, self.gap), bundle.gain,
+                bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared, (self.value, self.best, self.u, self.a, self.gap), bundle.search_error,
             )  # fmt: skip
             if code == -2:
                 bundle.tabulate_stopped()
-        self.bundles.gain = max(self.bundles.gain, float(bundle.gain[0]))
+        self.bundles.search_error = max(self.bundles.search_error, float(bundle.search_error[0]))
         if code >= 0:
             self._refuse_unreachable(self.first + code, code)
         return True
@@ -264,4 +264,4 @@ class _Sweep:
 
     def table(self) -> Table:
         """The finished table."""
-        return Table(self.first, self.value, self.best, self.u, self.a, self.gap, self.bundles.gain, self.base)
+        return Table(self.first, self.value, self.best, self.u, self.a, self.gap, self.bundles.search_error, self.base)

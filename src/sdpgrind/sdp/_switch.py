@@ -98,6 +98,8 @@ def alternatives(policy: "Policy", within: float, state: dict[str, Any]) -> dict
     place = policy.locate(state)
     if place.row.size != 1:
         raise ValueError(f"alternatives must be asked at one state; got {place.row.size}")
+    if policy.locator.outside(place)[0]:
+        return {problem.stops[0].name: float(policy.value(**state))} if problem.stops else {}
     row, mode = int(place.row[0]), int(place.mode[0])
     stage = row + policy.first
     s = stop_state(problem, [p for p in place.points], place.mode, stage)
@@ -105,14 +107,14 @@ def alternatives(policy: "Policy", within: float, state: dict[str, Any]) -> dict
     costs = {stop.name: float(np.ravel(charge_of(problem, stop, s))[0]) + late for stop in problem.stops}
     node, part = (np.ravel(x) for x in policy.grid.corners(place.index))
     node, part = node[part > 0], part[part > 0]  # infinite costs at a corner without weight do not count
-    for k, q in enumerate(_move_costs(policy, problem, row, mode)):
+    for k, q in enumerate(_move_costs(policy, problem, row, mode, float(place.time[0]))):
         costs[problem.moves[k].name] = float(part @ q[node])
     best = min(costs.values())
     return {name: q for name, q in sorted(costs.items(), key=lambda item: item[1]) if q <= best + within}
 
 
-def _move_costs(policy: "Policy", problem: Problem, row: int, mode: int) -> list[Floats]:
-    """Cost [node] of the best control of every move in one slice of the table."""
+def _move_costs(policy: "Policy", problem: Problem, row: int, mode: int, time: float) -> list[Floats]:
+    """Cost [node] of the best control of every move in one slice of the table, which serves the stage coordinate `time`."""
     layout, t = policy.layout, policy.table
     bundles = Bundles(problem, policy.grid, keep=False)
     extra = np.asarray(layout.edge_extra) if layout.edge_extra else np.zeros(len(layout.modes))
@@ -123,7 +125,8 @@ def _move_costs(policy: "Policy", problem: Problem, row: int, mode: int) -> list
         before = not layout.endless and arrival < base
         if before and not policy.has_base:
             continue
-        late = float(layout.late_charge(-(arrival + policy.first) * layout.step)) if not layout.endless else 0.0
+        end = time - duration * layout.step if policy.has_base and row == 0 else (arrival + policy.first) * layout.step
+        late = float(layout.late_charge(-end)) if not layout.endless else 0.0
         value, level = (t.value[0] + late, extra + late) if before else (t.value[arrival], extra + late)
         stage = arrival + policy.first if not layout.endless else None
         for moves, found in bundles.best(value, level, stage, 10**9):

@@ -46,7 +46,7 @@ class ShiftBundle:
         self.nodes = self.grid.shape[self.axis]
         self.sources = self.modes if per_mode else 1
         self.groups = (block.stop - block.start) * self.sources
-        self.gain = np.zeros(1)
+        self.search_error = np.zeros(1)
         self._layout()
         self._tables()
 
@@ -193,7 +193,7 @@ class ShiftBundle:
             q,
             control,
             entry,
-            self.gain,
+            self.search_error,
         )
         lines = (len(self.menus), self.sources, -1, self.nodes)  # [move, mode or 0, line, node of the falling axis]
         return Found(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
