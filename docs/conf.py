@@ -27,7 +27,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 
-# -- reference: what a package exports, from its numpydoc docstrings ------------------------------------------------------
+# -- reference: what a package exports, from its numpydoc docstrings
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # types stand in the docstrings, with units
 autodoc_default_options = {"members": True, "exclude-members": "__weakref__"}
@@ -36,7 +36,7 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
-# -- examples: every script of the galleries is run, a failure fails the build --------------------------------------------
+# -- examples: every script of the galleries is run, a failure fails the build
 GALLERIES = [name for name in ("examples", "reproductions") if (HERE / name / "GALLERY_HEADER.rst").exists()]
 sphinx_gallery_conf = {
     "examples_dirs": GALLERIES,

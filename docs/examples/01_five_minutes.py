@@ -2,19 +2,18 @@
 Five minutes with the planner
 =============================
 
-A weld bead stands 1.5 mm above the sheet. A disc grinder takes it off in passes, and in 30 seconds the part has to move
-on. How much a pass removes can be predicted on average only: two passes with the same settings differ by 15 % and more.
-Grinding too little leaves work for somebody else. Grinding into the sheet is worse.
+A weld bead stands 1.5 mm above the sheet. A disc grinder takes it off in passes, and in 30 seconds the part has to
+move on. How much a pass removes can be predicted on average only: two passes with the same settings differ by 15 %
+and more. Grinding too little leaves work for somebody else. Grinding into the sheet is worse.
 
-What should the first pass be? What should the second be, once the bead has been measured again? And when is it better to
-stop? That is what a plan answers.
-"""
+What should the first pass be? What should the second be, once the bead has been measured again? And when is it better
+to stop? That is what a plan answers."""
 
 # %%
 # The process
 # -----------
-# First the physics: how much power removes how much metal. These numbers come from cutting tests; how to get them from
-# measurements is the subject of :doc:`04_law_and_attribution`. Everything is in mm, s, N, J and W.
+# First the physics: how much power removes how much metal. These numbers come from cutting tests; how to get them
+# from measurements is the subject of :doc:`04_law_and_attribution`. Everything is in mm, s, N, J and W.
 
 import hwsim
 import sdpgrind
@@ -35,7 +34,8 @@ print(f"A pass at 12.5 mm/s and 50 N removes {process.mean_cut(50.0, 12.5):.3f} 
 # %%
 # The problem
 # -----------
-# Then the job: how long a pass may take, the strongest force, how the depth scatters, and what errors cost. A height of
+# Then the job: how long a pass may take, the strongest force, how the depth scatters, and what errors cost. A height
+# of
 # 0 mm is the target. Here a mm of metal left costs 2 $, a mm ground into the sheet 10 $. The ratio of the two matters
 # most: it decides how boldly the last pass should go for the target.
 
@@ -74,8 +74,8 @@ print(f"expected penalty: {policy.value(height=1.5, time_left=30.0):.4f} $")
 print(policy.action(height=0.64, time_left=18.0))
 
 # %%
-# And with 0.05 mm left, 6 s before the deadline? One light pass, a little above the force below which the disc only rubs.
-# With 4 s left there is no time for a pass, and the plan says stop.
+# And with 0.05 mm left, 6 s before the deadline? One light pass, a little above the force below which the disc only
+# rubs. With 4 s left there is no time for a pass, and the plan says stop.
 
 print(policy.action(height=0.05, time_left=6.0))
 print(policy.action(height=0.05, time_left=4.0))
@@ -106,16 +106,16 @@ print(f"planned  {float(log.outcome.penalty_planned.mean()):.4f} $ a bead")
 print(f"realised {float(penalty.mean()):.4f} +- {float(penalty.std() / len(log) ** 0.5):.4f} $ a bead")
 
 # %%
-# Most beads cost a few cents; a few are ground deep and cost many times the mean. With a law as lopsided as this, some
-# hundreds of beads are needed before a mean says much.
+# Most beads cost a few cents; a few are ground deep and cost many times the mean. With a law as lopsided as this,
+# some hundreds of beads are needed before a mean says much.
 
 _ = log.plot()
 
 # %%
 # Keep it
 # -------
-# Plans and logs are files, and one function opens them all. The problem is inside: a plan that was loaded can be looked
-# up, simulated and planned again.
+# Plans and logs are files, and one function opens them all. The problem is inside: a plan that was loaded can be
+# looked up, simulated and planned again.
 
 import tempfile
 from pathlib import Path

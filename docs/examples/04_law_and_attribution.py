@@ -2,10 +2,9 @@
 Choosing a law and an attribution
 =================================
 
-"Passes scatter by 15 %" is not enough to plan with. Two questions are open. *Which coefficient scatters?* That decides
-how the scatter changes with force and feed. *By which law?* That decides how likely a pass is that goes far too deep.
-This page shows what the choices mean, what they cost, and how to ask the data.
-"""
+"Passes scatter by 15 %" is not enough to plan with. Two questions are open. *Which coefficient scatters?* That
+decides how the scatter changes with force and feed. *By which law?* That decides how likely a pass is that goes far
+too deep. This page shows what the choices mean, what they cost, and how to ask the data."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -19,8 +18,8 @@ process = problem.model
 # %%
 # Which coefficient scatters
 # --------------------------
-# The mean cut of a pass is what the power removes after the idle power is paid for. With :math:`\\Pi` the power at the
-# contact, :math:`w` the width and :math:`V` the feed,
+# The mean cut of a pass is what the power removes after the idle power is paid for. With :math:`\\Pi` the power at
+# the contact, :math:`w` the width and :math:`V` the feed,
 #
 # .. math:: m = \\frac{\\Pi - K_2}{K_1 w V}
 #
@@ -43,25 +42,32 @@ for name, relative_sd, style in (("C1", 0.15, "-"), ("K1", 0.178, "-"), ("K2", 0
     left.plot(mean, sd, style, label=f"{name}, {relative_sd:g} of it")
     wanted = 0.2  # mm, at every feed
     feeds = np.linspace(2.8, 12.5, 200)
-    right.plot(feeds, weldbead.Scatter(name, relative_sd).moments(process, process.normal_force(wanted, feeds), feeds)[1], style)
+    right.plot(
+        feeds,
+        weldbead.Scatter(name, relative_sd).moments(process, process.normal_force(wanted, feeds), feeds)[1],
+        style,
+    )
 left.set(xlabel="mean cut (mm), at 12.5 mm/s", ylabel="standard deviation of the cut (mm)", ylim=(0, None))
 left.legend(frameon=False)
 right.set(xlabel="feed (mm/s), the mean cut being 0.2 mm", ylabel="standard deviation of the cut (mm)", ylim=(0, None))
 
 # %%
-# The four are scaled to scatter alike in the strongest pass, where most tests are made. There they cannot be told apart.
-# In light passes, which decide about the finished height, they differ by a lot.
+# The four are scaled to scatter alike in the strongest pass, where most tests are made. There they cannot be told
+# apart. In light passes, which decide about the finished height, they differ by a lot.
 #
 # Which law
 # ---------
-# The laws have the same mean and standard deviation and differ in their tails. The Rayleigh law is Brown's: no pass cuts
-# less than nothing, some cut deep. It cannot scatter more than 52 % of its mean; when asked for more it keeps the mean and
-# scatters by 52 %. A log-normal law takes any scatter and has a longer tail. A normal law is symmetric and, near nothing,
-# has to be cut off at 0: what would lie below is put at 0, a pass that removes nothing.
+# The laws have the same mean and standard deviation and differ in their tails. The Rayleigh law is Brown's: no pass
+# cuts less than nothing, some cut deep. It cannot scatter more than 52 % of its mean; when asked for more it keeps
+# the mean and scatters by 52 %. A log-normal law takes any scatter and has a longer tail. A normal law is symmetric
+# and, near nothing, has to be cut off at 0: what would lie below is put at 0, a pass that removes nothing.
 
 figure, axes = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained")
 for ax, normal_force in zip(axes, (30.0, 10.0), strict=True):
-    cuts = {law: weldbead.Scatter("C1", 0.15, law=law).cut(process, normal_force, 12.5) for law in ("rayleigh", "lognormal", "normal")}
+    cuts = {
+        law: weldbead.Scatter("C1", 0.15, law=law).cut(process, normal_force, 12.5)
+        for law in ("rayleigh", "lognormal", "normal")
+    }
     mean = float(cuts["rayleigh"].mean)
     depth = np.linspace(0, 3 * mean, 500)
     for name, law in cuts.items():
@@ -72,8 +78,9 @@ for ax, normal_force in zip(axes, (30.0, 10.0), strict=True):
     ax.legend(frameon=False, fontsize=8)
 
 # %%
-# At 10 N, little above the 7.8 N below which the disc only rubs, "C1" asks for 70 % scatter of a cut of some hundredths of a
-# mm. Nobody has measured that. Give such passes a floor (``min_cut``) where it matters; :doc:`/words_of_warning` says more.
+# At 10 N, little above the 7.8 N below which the disc only rubs, "C1" asks for 70 % scatter of a cut of some
+# hundredths of a mm. Nobody has measured that. Give such passes a floor (``min_cut``) where it matters;
+# :doc:`/words_of_warning` says more.
 #
 # What the choice costs
 # ---------------------
@@ -95,8 +102,8 @@ for name, value in values.items():
 #
 # Ask the data
 # ------------
-# Tests for this question vary force *and* feed, light passes included. Here a stand whose specific energy alone scatters
-# stands in for the workshop; its controller does not plan, it goes through a list of settings.
+# Tests for this question vary force *and* feed, light passes included. Here a stand whose specific energy alone
+# scatters stands in for the workshop; its controller does not plan, it goes through a list of settings.
 
 
 class TestPasses:
@@ -132,19 +139,21 @@ log = hwsim.run(stand, TestPasses(0), parts=300, rng=5, adapt=NextSetting())
 print(log)
 
 # %%
-# First the coefficients, from power and removal rate of each pass. The removal rate is the noisy one of the two, so it is
-# regressed on the power, not the power on it, which would be biased.
+# First the coefficients, from power and removal rate of each pass. The removal rate is the noisy one of the two, so
+# it is regressed on the power, not the power on it, which would be biased.
 
 power = weldbead.identify(log, "power")
 print(power)
 print(weldbead.identify(log, "friction"))
 
 # %%
-# Then which coefficient scatters. The noise of the two scans is not scatter of the process and is taken out: here 2 um
-# each.
+# Then which coefficient scatters. The noise of the two scans is not scatter of the process and is taken out: here 2
+# um each.
 
 found = weldbead.identify(log, "scatter", model=process, depth_noise=SCAN * 2**0.5)
-for name, relative_sd, error, likelihood in zip(found.names, found.relative_sd, found.standard_error, found.log_likelihood, strict=True):
+for name, relative_sd, error, likelihood in zip(
+    found.names, found.relative_sd, found.standard_error, found.log_likelihood, strict=True
+):
     print(f"{name:>3}: {relative_sd:.3f} +- {error:.3f}, log-likelihood {likelihood:.1f}")
 print("favoured:", found.favoured, "| plausible:", ", ".join(found.plausible))
 
@@ -158,8 +167,9 @@ blind = weldbead.identify(data, "scatter", model=process, method="model", depth_
 print("from strong passes alone:", ", ".join(blind.plausible))
 
 # %%
-# Where no named law fits, the standardised depths themselves can be the law: ``weldbead.identify(log, "law", ...)`` gives a
-# scatter with an empirical law. Either way ``updated`` puts the answer into the problem, ready to be planned again:
+# Where no named law fits, the standardised depths themselves can be the law: ``weldbead.identify(log, "law", ...)``
+# gives a scatter with an empirical law. Either way ``updated`` puts the answer into the problem, ready to be planned
+# again:
 
 better = problem.updated(power).updated(found)
 print(better.scatter)

@@ -2,12 +2,12 @@
 Scaling out
 ===========
 
-One plan takes a second. A study takes thousands: every preset with every law, a sweep over charges, a million simulated
-beads. Whatever takes long has an argument ``executor=`` and takes any executor of Python's ``concurrent.futures``:
-threads, processes, a cluster.
+One plan takes a second. A study takes thousands: every preset with every law, a sweep over charges, a million
+simulated beads. Whatever takes long has an argument ``executor=`` and takes any executor of Python's
+``concurrent.futures``: threads, processes, a cluster.
 
-Two promises hold for all of them. Results do not depend on the executor nor on the number of workers, not even in the last
-bit: the work is cut by the problem, never by the workers. And without an executor everything runs here and now.
+Two promises hold for all of them. Results do not depend on the executor nor on the number of workers, not even in the
+last bit: the work is cut by the problem, never by the workers. And without an executor everything runs here and now.
 """
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -39,7 +39,10 @@ problem = weldbead.preset("P1")
 # -------
 # The compiled parts of the solver let go of Python's lock, so threads help, and they need nothing else.
 
-charges = {f"{rate:g} $/mm": problem.replace(height_charge=sdp.Charge(sdp.Linear(2.0), sdp.Linear(rate))) for rate in (4, 10, 25)}
+charges = {
+    f"{rate:g} $/mm": problem.replace(height_charge=sdp.Charge(sdp.Linear(2.0), sdp.Linear(rate)))
+    for rate in (4, 10, 25)
+}
 state = {"height": 1.0, "time_left": 24.0}
 
 if __name__ == "__main__":  # the reason comes below
@@ -52,13 +55,14 @@ if __name__ == "__main__":  # the reason comes below
 # %%
 # Processes
 # ---------
-# A simulated part is mostly Python, and Python runs on one core a process. So processes help there. Start them by *spawn*,
-# which is the same on every system and safe with compiled code; *fork* copies a process in whatever state its threads are.
+# A simulated part is mostly Python, and Python runs on one core a process. So processes help there. Start them by
+# *spawn*, which is the same on every system and safe with compiled code; *fork* copies a process in whatever state
+# its threads are.
 #
-# A spawned process begins by importing your script, to find the functions in it. Without a guard it would come to the line
-# that starts processes, and start more. Hence the rule: what does work stands under ``if __name__ == "__main__":``, and
-# only imports, definitions and what is quickly made stand at the top. A worker takes some seconds to start, since it
-# imports the library: start an executor once and use it for everything.
+# A spawned process begins by importing your script, to find the functions in it. Without a guard it would come to the
+# line that starts processes, and start more. Hence the rule: what does work stands under ``if __name__ ==
+# "__main__":``, and only imports, definitions and what is quickly made stand at the top. A worker takes some seconds
+# to start, since it imports the library: start an executor once and use it for everything.
 
 if __name__ == "__main__":
     policy = weldbead.plan(problem, tolerance=1e-2)
@@ -72,8 +76,8 @@ if __name__ == "__main__":
     print(runs)
 
 # %%
-# What is sent to a process has to be picklable. Problems, policies and controllers of the library are. A function of your own
-# is, if it stands at the top of a module; a lambda is not. ``sdp.check`` names the callbacks that are not:
+# What is sent to a process has to be picklable. Problems, policies and controllers of the library are. A function of
+# your own is, if it stands at the top of a module; a lambda is not. ``sdp.check`` names the callbacks that are not:
 
 own = sdp.Problem(
     [sdp.Axis("error", -3, 3, 61, "mm", below="stop", above="stop")],
@@ -88,8 +92,8 @@ if __name__ == "__main__":
 # %%
 # A cluster
 # ---------
-# There is no distributed code in this library, because there is no need: a ``dask`` client has an executor, and so do MPI
-# and many batch systems. With the extra ``dask`` installed, and for example two workers on this machine:
+# There is no distributed code in this library, because there is no need: a ``dask`` client has an executor, and so do
+# MPI and many batch systems. With the extra ``dask`` installed, and for example two workers on this machine:
 #
 # .. code-block:: python
 #
@@ -99,11 +103,11 @@ if __name__ == "__main__":
 #        with LocalCluster(n_workers=2, threads_per_worker=1) as cluster, Client(cluster) as client:
 #            log = hwsim.run(stand, controller, parts=100_000, rng=0, executor=client.get_executor())
 #
-# Replace ``LocalCluster`` by the address of a scheduler, and the same lines run on a thousand cores. (They are not run for
-# this page, but the tests run them.) For series that take hours give ``hwsim.run`` a ``journal=`` as well: killed, it goes
-# on where it was.
+# Replace ``LocalCluster`` by the address of a scheduler, and the same lines run on a thousand cores. (They are not
+# run for this page, but the tests run them.) For series that take hours give ``hwsim.run`` a ``journal=`` as well:
+# killed, it goes on where it was.
 #
 # Random numbers
 # --------------
-# ``rng=0`` is enough. Part number k always draws from the k-th child of that seed, whoever runs it. So more parts leave the
-# first ones as they are, and two controllers in ``compare`` meet the same luck.
+# ``rng=0`` is enough. Part number k always draws from the k-th child of that seed, whoever runs it. So more parts
+# leave the first ones as they are, and two controllers in ``compare`` meet the same luck.

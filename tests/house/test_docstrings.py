@@ -1,0 +1,120 @@
+"""Every public name says what it is, mentions each parameter, and gives a unit to each quantity."""
+
+import re
+
+import pytest
+from house_names import Public, everything
+
+UNITS = (
+    "mm", "mm/s", "mm^2", "mm^3", "mm^3/s", "s", "N", "kg", "rad", "rad/s", "W", "J", "J/mm^3", "$", "$/mm", "1/mm",
+    "unit", "units", "Unit", "Units", "probability", "Probability", "probabilities", "ticks", "Ticks", "seconds",
+    "dimensionless", "whole number",
+)  # fmt: skip
+UNIT = re.compile(r"(?<![\w.'])(?:" + "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True)) + r")(?![\w])")
+
+# Names that hold no quantity, by what they are instead. Everything else must name a unit.
+NO_QUANTITY = {
+    "files": r"\.(save|from_file|from_dataset|dataset|close|path)$|^sdpgrind\.load$",
+    "pictures": r"\.plot$",
+    "yes or no, status, words": r"\.(ok|done|event|problems|notes|message|convex|zero|tiers|identity|names|policy)$",
+    "resetting a state": r"\.reset$",
+    "whole structures": r"\.(replace|updated|next|estimate)$",
+    "bookkeeping of moves": r"^sdpgrind\.sdp\.Move\.(level_name|levels|lists|choices)$|\.stop_axis$",
+    "counts": r"\.(runs|parts|count)$",
+}
+INNER = {
+    "how transitions talk to the solver": r"\.(Shift|Sampled|Stay)\.(rows|sample|arrive|position|quadrature)$",
+    "how tables talk to policies on them": r"\.sdp\.Policy\.(act|begin|controls|locate|need_problem|switches)$",
+}
+EXEMPT = {
+    "sdpgrind.sdp.Forever": "the absence of a deadline",
+    "sdpgrind.sdp.Report": "words",
+    "sdpgrind.sdp.Problem": "its axes, stages and charges have the units",
+    "sdpgrind.weldbead.PresetInfo": "words",
+    "hwsim.check": "says what does not fit",
+    "hwsim.compare": "quantities are the plant's own",
+    "hwsim.Journal": "quantities are the plant's own",
+    "hwsim.Journal.log": "quantities are the plant's own",
+    "hwsim.protocols.Adaptation": "learns between parts",
+    "hwsim.protocols.Machine": "quantities are the plant's own",
+    "hwsim.protocols.Plant": "quantities are the plant's own",
+    "hwsim.protocols.Plant.start": "a source of random numbers in, a machine out",
+    "hwsim.protocols.Controller": "quantities are the plant's own",
+}
+WORDS = {
+    "feed_rate": "feed",
+    "normal_force": "force",
+    "grinding_power": "power",
+    "last_duration": "last pass",
+    "confidence": "probability",
+}
+"""What may stand for a parameter in a docstring of one sentence, beside its name with blanks: "at a feed (mm/s)"."""
+CONVERSION = re.compile(r"^sdpgrind\.units\.")  # the sentence names what is converted to what
+
+NAMES = everything()
+
+
+def _ids(each: Public) -> str:
+    return each.name
+
+
+def _inner(each: Public) -> bool:
+    """Public by its name only."""
+    return "private to this package" in each.doc or any(re.search(pattern, each.name) for pattern in INNER.values())
+
+
+def _delegated(public: Public) -> str:
+    """Docstrings that this one names with "see `...`": of a method beside it, or of the same method of that class."""
+    own, _, last = public.name.rpartition(".")
+    home = own.rpartition(".")[0]
+    texts = re.findall(r"[Ss]ee `([\w.]+)`", public.doc)
+    named = [name for text in texts for name in (f"{own}.{text}", f"{home}.{text}.{last}")]
+    return "".join(each.doc for each in NAMES if each.name in named)
+
+
+def _mentioned(parameter: str, doc: str) -> bool:
+    words = [parameter, parameter.replace("_", " "), WORDS.get(parameter, parameter)]
+    text = " ".join(doc.split())
+    return any(re.search(rf"(?<!\w){re.escape(word)}s?(?!\w)", text) for word in words)
+
+
+@pytest.mark.parametrize("public", NAMES, ids=_ids)
+def test_says_what_it_is(public):
+    assert public.doc.strip(), f"{public.name} has no docstring"
+    assert len(public.doc.split()) >= 3, f"the docstring of {public.name} says nothing: {public.doc!r}"
+
+
+@pytest.mark.parametrize("public", NAMES, ids=_ids)
+def test_mentions_every_parameter(public):
+    if CONVERSION.match(public.name) or _inner(public):
+        return
+    doc = public.doc + _delegated(public)
+    missing = [name for name in public.parameters if not _mentioned(name, doc)]
+    assert not missing, f"the docstring of {public.name} does not mention {', '.join(missing)}"
+
+
+@pytest.mark.parametrize("public", NAMES, ids=_ids)
+def test_gives_units(public):
+    if public.name in EXEMPT or _inner(public):
+        return
+    if any(re.search(pattern, public.name) for pattern in NO_QUANTITY.values()):
+        return
+    assert UNIT.search(public.doc), f"the docstring of {public.name} names no unit: {public.doc[:200]!r}"
+
+
+def test_the_test_can_fail():
+    bad = Public("bad", lambda force: force, None)
+    assert bad.parameters == ["force"]
+    assert not bad.doc
+    assert not UNIT.search("Return the depth of the pass.")
+    assert UNIT.search("Return the depth (mm).")
+    assert not UNIT.search("Newton's method, as it were")
+    assert _mentioned("feed_rate", "at a feed (mm/s)")
+    assert not _mentioned("height", "Return the time (s).")
+
+
+def test_exemptions_are_still_needed():
+    known = {each.name for each in NAMES}
+    assert set(EXEMPT) <= known, f"no longer public: {sorted(set(EXEMPT) - known)}"
+    without = {each.name for each in NAMES if not UNIT.search(each.doc)}
+    assert set(EXEMPT) <= without, f"these give units by now: {sorted(set(EXEMPT) - without)}"

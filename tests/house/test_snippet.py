@@ -1,0 +1,116 @@
+"""What a user writes runs as written: the tour of the interface, and the lines of the README."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from house_names import ROOT
+
+TOUR = """
+import hwsim, sdpgrind
+from sdpgrind import sdp, weldbead
+
+process = weldbead.GrindingProcess(specific_energy=10.0, idle_power=100.0, friction_ratio=0.3,
+                                   disk_radius=85.0, free_speed=500.0, speed_droop=0.0, bead_width=12.5)
+problem = weldbead.SequenceProblem(
+    process, bead_length=50.0, reset_time=2.0, durations=range(6, 21, 2), force_max=50.0,
+    burn_limit=None,                              # or weldbead.ForceBurnLimit(16.0), PowerBurnLimit, MalkinBurnLimit
+    scatter=weldbead.Scatter("C1", 0.15, law="rayleigh"),
+    height_max=2.0, horizon=60.0, stage=2.0,
+    height_charge=sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(10.0)),
+    lateness_charge=None)                         # or sdp.Linear(0.25), sdp.Quadratic(0.01)
+assert problem == weldbead.preset("P1")
+problem = weldbead.preset("P1")                   # the same; P1..P5 and C0 of the spec
+
+policy = weldbead.plan(problem)                   # default tolerance 1e-5 $; progress on a terminal when it takes long
+policy.value(height=1.0, time_left=24.0)          # 0.070643; arrays go in, arrays come out
+policy.action(height=1.0, time_left=24.0)         # .stop, .duration, .feed_rate, .normal_force, .mean_cut, .gap
+policy.gradient(height=1.0, time_left=24.0)
+policy.error                                      # estimated distance from converged, $
+policy.simulate(runs=10_000, height=1.5, time_left=30.0, rng=0)
+policy.plot(); policy.save("policy.nc"); policy = sdpgrind.load("policy.nc")
+
+log = hwsim.run(hwsim.WeldBeadStand(problem), weldbead.SequenceController(policy), parts=20, rng=0)
+log.outcome; log.plot(); log.save("run.nc")       # one row a bead: penalty planned and realised, passes, overground
+estimate = weldbead.identify(log, "power")        # K1, K2 with covariance
+policy = weldbead.plan(problem.updated(estimate))
+"""
+
+
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    monkeypatch.chdir(tmp_path)
+    pyplot.switch_backend("agg")
+    yield tmp_path
+    pyplot.close("all")
+
+
+def test_the_tour_runs_as_written(elsewhere):
+    names: dict = {}
+    exec(compile(TOUR, "tour", "exec"), names)
+    assert names["policy"].problem == names["problem"].updated(names["estimate"])
+    assert sorted(path.name for path in elsewhere.iterdir()) == ["policy.nc", "run.nc"]
+
+
+def test_the_tour_tells_the_truth(elsewhere):
+    from sdpgrind import weldbead
+
+    policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-4)
+    assert policy.value(height=1.0, time_left=24.0) == pytest.approx(0.070643, abs=1e-4)
+
+
+def readme():
+    return (ROOT / "README.md").read_text()
+
+
+def commands():
+    """The one-line commands of the README."""
+    return [block.strip() for block in re.findall(r"```sh\n(.*?)```", readme(), re.S)]
+
+
+def test_the_lines_of_the_readme_run(elsewhere, capsys):
+    (lines,) = re.findall(r"```python\n(.*?)```", readme(), re.S)
+    assert len(lines.strip().splitlines()) <= 6  # five and a blank
+    names: dict = {}
+    exec(compile(lines, "README.md", "exec"), names)
+    assert len(names["log"]) == 20
+    assert "normal_force" in capsys.readouterr().out
+
+
+def test_the_readme_has_two_commands_that_set_up_everything():
+    job, tests = commands()
+    for command in (job, tests):
+        assert "\n" not in command
+        assert command.startswith("python3 -m venv .venv && .venv/bin/pip install ")
+    assert ".venv/bin/hwsim weldbead examples/weldbead.toml" in job
+    assert tests.endswith(".venv/bin/python -m pytest")
+
+
+def test_the_files_that_the_readme_names_exist():
+    links = re.findall(r"\]\(([^)]+)\)", readme())
+    assert links
+    for link in links:
+        assert (ROOT / link).exists(), link
+
+
+def test_the_main_job_runs(elsewhere):
+    """The command of the README, in this environment and for a few parts."""
+    job = commands()[0].split("&&")[-1].split()
+    arguments = [str(ROOT / word) if word.startswith("examples/") else word for word in job[1:]]
+    arguments[arguments.index("--parts") + 1] = "3"
+    done = subprocess.run(
+        [sys.executable, "-m", "hwsim.cli", *arguments],
+        env=os.environ | {"MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    # An --out of several levels is made as it is needed.
+    kept = {path.name for path in (elsewhere / "runs" / "weldbead").iterdir()}
+    assert {"policy.nc", "run.nc", "run.db", "policy.png", "run.png"} <= kept
+    assert "planned" in done.stdout
