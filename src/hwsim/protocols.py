@@ -159,4 +159,4 @@ class Adaptation(Protocol):
     """
 
     def next(self, controller: Controller, part_log: "Log") -> Controller:
-        """Return the controller of the next part, given the one of the last part (as it began) and its log."""
+        """Return the controller of the next part, given that of the last part (as it began) and its log, `part_log`."""

@@ -7,7 +7,7 @@ functions, no ``if``), so that one body runs on floats in a compiled kernel and 
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,6 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.records import stored
 from sdpgrind.sdp._charges import Charge, OneSided
-
-if TYPE_CHECKING:
-    from sdpgrind.sdp._menu import Menu
-    from sdpgrind.sdp._rows import Rows
 
 Edge: TypeAlias = Literal["refuse", "hold", "stop"] | float
 Callback: TypeAlias = Callable[..., Any]
@@ -145,14 +141,12 @@ class Transition(Protocol):
     ``s`` and ``c`` of them.
     """
 
-    def rows(
-        self, menu: "Menu", points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats
-    ) -> "Rows":
+    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> Any:
         """Return the exact one-step distribution, in-path charges included."""
 
     def sample(
         self,
-        menu: "Menu",
+        menu: Any,
         points: tuple[Floats, ...],
         mode: Any,
         stage: Any,

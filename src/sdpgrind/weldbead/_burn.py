@@ -20,10 +20,13 @@ class BurnLimit(Protocol):
     """What keeps the work from burning: an interval of normal force (N) for each feed (mm/s); it may be empty."""
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the least and greatest admissible normal force (N); the least is the greater where none is."""
+        """Return the least and greatest admissible normal force (N) of a process at a feed (mm/s).
+
+        The least is the greater where none is admissible.
+        """
 
     def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
-        """Return what is left to the limit (N or W): negative where the work burns."""
+        """Return what is left to the limit (N or W) of a process at a force (N) and a feed (mm/s); < 0: the work burns."""
 
 
 @stored("weldbead.force_burn_limit")
@@ -55,12 +58,12 @@ class ForceBurnLimit(Frozen):
         _check(self, "burn_coefficient", "N/(mm/s)^(1/2)")
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the least and greatest admissible normal force (N) at a feed (mm/s)."""
+        """Return the least and greatest admissible normal force (N) of a process at a feed (mm/s)."""
         high = np.asarray(self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float)))
         return np.zeros(high.shape), high
 
     def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the force left (N) at a normal force (N) and a feed (mm/s); negative where the work burns."""
+        """Return the force left (N) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
         return np.asarray(self.interval(process, feed_rate)[1] - np.asarray(normal_force, dtype=float))
 
 
@@ -92,12 +95,12 @@ class PowerBurnLimit(Frozen):
         _check(self, "burn_coefficient", "W/(mm/s)^(1/2)")
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the least and greatest admissible normal force (N) at a feed (mm/s); inf: a weak drive."""
+        """Return the least and greatest admissible normal force (N) of a process at a feed (mm/s); inf: a weak drive."""
         high = process.force_of_power(self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float)))
         return np.zeros_like(high), high
 
     def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the power left (W) at a normal force (N) and a feed (mm/s); negative where the work burns."""
+        """Return the power left (W) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
         allowed = self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float))
         return np.asarray(allowed - process.grinding_power(normal_force))
 
@@ -147,7 +150,7 @@ class MalkinBurnLimit(Frozen):
         return cls(u0, B, diameter)
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the least and greatest admissible normal force (N) at a feed (mm/s): inf and 0 where there is none."""
+        """Return the least and greatest admissible force (N) of a process at a feed (mm/s): inf and 0 where none is."""
         feed = np.asarray(feed_rate, dtype=float)
         depths = np.array([self._depths(process, rate) for rate in feed.ravel()]).reshape(*feed.shape, 2)
         low = process.normal_force(np.where(np.isfinite(depths[..., 0]), depths[..., 0], 0.0), feed)
@@ -175,7 +178,7 @@ class MalkinBurnLimit(Frozen):
         return low**4, high**4
 
     def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the power left (W) at a normal force (N) and a feed (mm/s); negative where the work burns."""
+        """Return the power left (W) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
         feed = np.asarray(feed_rate, dtype=float)
         depth = process.mean_cut(normal_force, feed)
         energy = physics.malkin_burn_energy(depth, feed, self.diameter, self.u0, self.B)

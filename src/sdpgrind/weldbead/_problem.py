@@ -230,7 +230,7 @@ class SequenceProblem(Frozen):
         return self.scatter.cut(self.model, normal_force, self.feed_rate(duration))
 
     def force_breaks(self, duration: float) -> tuple[float, ...]:
-        """Return the normal forces (N) inside the admissible interval at which the law changes its form."""
+        """Return the normal forces (N) at which the law of a pass of `duration` (s) changes its form, inside its interval."""
         low, high = self.force_interval(duration)
         switch = float(self.scatter.switch_force(self.model, self.feed_rate(duration)))
         return (switch,) if low < switch < high else ()
