@@ -51,17 +51,24 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str], kind: str) -> None:
     """Write `dataset` to a NetCDF file at `path`, marked as `kind`."""
     from sdpgrind import __version__
 
-    portable = dataset.map(_portable).assign_coords({name: _portable(c) for name, c in dataset.coords.items()})
-    portable.attrs = dataset.attrs | {"kind": kind, "version": __version__}
+    portable = _each(dataset, _portable).assign_attrs(kind=kind, version=__version__)
+    plain = {name: {"_FillValue": None} for name in portable.variables}  # NaN is a value like any other
     with whole_file(path) as temporary:
-        portable.to_netcdf(temporary, engine="scipy")
+        portable.to_netcdf(temporary, engine="scipy", encoding=plain)
 
 
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a NetCDF file written by `write`, dtypes as they were."""
     with xr.open_dataset(path, engine="scipy", decode_times=False, mask_and_scale=False) as opened:
         dataset = opened.load()
-    return dataset.map(_restored).assign_coords({name: _restored(c) for name, c in dataset.coords.items()})
+    return _each(dataset, _restored)
+
+
+def _each(dataset: xr.Dataset, change: Callable[[xr.DataArray], xr.DataArray]) -> xr.Dataset:
+    """Change every variable and coordinate; attributes are the changed ones' own."""
+    variables = {name: change(dataset[name]).variable for name in dataset.data_vars}
+    coordinates = {name: change(dataset[name]).variable for name in dataset.coords}
+    return xr.Dataset(variables, coordinates, dataset.attrs)
 
 
 def _portable(array: xr.DataArray) -> xr.DataArray:
@@ -70,13 +77,17 @@ def _portable(array: xr.DataArray) -> xr.DataArray:
     if kind in "USO" or array.dtype.name in _NETCDF3:
         return array
     holder: Any = np.int8 if kind == "b" else np.int32
-    if kind not in "biu" or (array.size and np.any(array.values.astype(holder) != array.values)):
+    if kind not in "biu" or not _holds(holder, array.values):
         holder = np.float64
-        if np.any(array.values.astype(holder) != array.values):
+        if not _holds(holder, array.values):
             raise ValueError(f"{array.name} must fit float64 to be saved; its dtype is {array.dtype}")
     stored = array.astype(holder)
     stored.attrs = array.attrs | {_DTYPE: array.dtype.name}
     return stored
+
+
+def _holds(holder: Any, values: Any) -> bool:
+    return bool(np.all(values.astype(holder).astype(values.dtype) == values))
 
 
 def _restored(array: xr.DataArray) -> xr.DataArray:

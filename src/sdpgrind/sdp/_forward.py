@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -11,10 +11,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._rows import Tail
+from sdpgrind.sdp._solution import Solution
 from sdpgrind.sdp._stops import charge_of, stop_state
-
-if TYPE_CHECKING:
-    from sdpgrind.sdp._policy import Policy
 
 NEGLIGIBLE = 1e-15
 """Probability that is not followed any further."""
@@ -124,7 +122,7 @@ class Distribution:
         )
 
 
-def distribution(policy: "Policy", state: dict[str, Any]) -> Distribution:
+def distribution(policy: Solution, state: dict[str, Any]) -> Distribution:
     """Spread probability forward from one state; see `Policy.distribution`."""
     problem = policy.need_problem("distribution")
     place = policy.locate(state)
@@ -133,11 +131,11 @@ def distribution(policy: "Policy", state: dict[str, Any]) -> Distribution:
     if policy.layout.endless:
         raise ValueError("distribution needs stages: a process without end has no finite forward recursion")
     if policy.locator.outside(place)[0]:
-        return _ended(policy, place, policy.value(**state))
+        return _ended(policy, place, float(policy.value_at(place)[0]))
     return _Spread(policy, problem).run(place)
 
 
-def _ended(policy: "Policy", place: Any, charge: float) -> Distribution:
+def _ended(policy: Solution, place: Any, charge: float) -> Distribution:
     """The distribution from a state beyond an edge at which the process ends."""
     final = np.array(place.points).reshape(len(place.points), 1)
     axes = zip(policy.layout.axes, place.points, strict=True)
@@ -148,7 +146,7 @@ def _ended(policy: "Policy", place: Any, charge: float) -> Distribution:
 class _Spread:
     """Probability [mode, node] by stage, and what has been charged."""
 
-    def __init__(self, policy: "Policy", problem: Any) -> None:
+    def __init__(self, policy: Solution, problem: Any) -> None:
         self.policy, self.problem, self.layout = policy, problem, policy.layout
         self.menus = [Menu(problem, policy.grid, k) for k in range(len(problem.moves))]
         self.waiting: dict[int, Floats] = defaultdict(lambda: np.zeros((len(problem.modes), policy.grid.size)))

@@ -103,7 +103,9 @@ def _vertex(levels, a, qa, qb, qc, e, qe):
     twist = ((qe - qa - left * (xe - xa)) / ((xe - xa) * (xe - xb)) - bend) / (xe - xc)
     x = u
     for _ in range(3):
-        slope = left + bend * (2 * x - xa - xb) + twist * ((x - xa) * (x - xb) + (x - xa) * (x - xc) + (x - xb) * (x - xc))
+        slope = (
+            left + bend * (2 * x - xa - xb) + twist * ((x - xa) * (x - xb) + (x - xa) * (x - xc) + (x - xb) * (x - xc))
+        )
         curve = 2 * bend + 2 * twist * (3 * x - xa - xb - xc)
         if not curve > 0.0:
             return u, flat, qb - flat

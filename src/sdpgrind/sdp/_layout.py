@@ -9,7 +9,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.records import stored
-from sdpgrind.sdp._charges import Charge, OneSided
+from sdpgrind.sdp._charges import Charge
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._problem import Axis, Move, Problem, Stages
 from sdpgrind.sdp._stops import StopCharges

@@ -1,16 +1,14 @@
 """Pictures of a policy."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.extras import need
-
-if TYPE_CHECKING:
-    from sdpgrind.sdp._policy import Policy
+from sdpgrind.sdp._solution import Solution
 
 
-def plot(policy: "Policy", mode: int) -> Any:
+def plot(policy: Solution, mode: int) -> Any:
     """Draw the value-to-go beside the chosen move: over (stage, axis), or over two axes in the last slice."""
     plt = need("matplotlib.pyplot", "plot")
     layout, t, grid = policy.layout, policy.table, policy.grid
@@ -40,12 +38,12 @@ def plot(policy: "Policy", mode: int) -> Any:
     return figure
 
 
-def _label(policy: "Policy", k: int) -> str:
+def _label(policy: Solution, k: int) -> str:
     axis = policy.layout.axes[k]
     return f"{axis.name} [{axis.unit}]" if axis.unit else axis.name
 
 
-def _moves(policy: "Policy", figure: Any, ax: Any, x: Any, y: Any, best: Any) -> None:
+def _moves(policy: Solution, figure: Any, ax: Any, x: Any, y: Any, best: Any) -> None:
     """Colour each state by its stop or move; only those that occur are listed."""
     plt = need("matplotlib.pyplot", "plot")
     labels = [*policy.layout.stops, *(m.name for m in policy.layout.moves)]
@@ -70,7 +68,7 @@ def _moves(policy: "Policy", figure: Any, ax: Any, x: Any, y: Any, best: Any) ->
     bar.ax.set_yticklabels([labels[k] for k in used])
 
 
-def _curves(policy: "Policy", figure: Any, left: Any, right: Any, mode: int) -> Any:
+def _curves(policy: Solution, figure: Any, left: Any, right: Any, mode: int) -> Any:
     x, t, axis = policy.grid.coordinates[0], policy.table, policy.layout.axes[0]
     left.plot(x, t.value[0, mode])
     left.set(xlabel=_label(policy, 0), ylabel="expected penalty-to-go [$]", xscale=axis.scale)

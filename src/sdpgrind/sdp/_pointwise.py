@@ -74,7 +74,14 @@ class PointBundle:
         best, control, entry = np.empty(out), np.empty(out), np.empty(out, dtype=np.int32)
         for k in range(q.shape[0]):
             _kernels.least(
-                q[k], self.menu.levels, self.menu.regimes, self.menu.search, best[k], control[k], entry[k], self.search_error
+                q[k],
+                self.menu.levels,
+                self.menu.regimes,
+                self.menu.search,
+                best[k],
+                control[k],
+                entry[k],
+                self.search_error,
             )
         return Found(best[None], control[None], entry[None])
 
@@ -85,7 +92,7 @@ class PointBundle:
         if self._table is not None:
             matrix, charge, stopped = self._table
             inner: Floats = (matrix @ value.ravel()).reshape(shape)
-            return inner + charge + stopped * level[self.target][:, :, None]
+            return np.asarray(inner + charge + stopped * level[self.target][:, :, None])
         if self.compiled:
             from sdpgrind.sdp._compiled import expect
 

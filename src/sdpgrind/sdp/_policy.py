@@ -13,10 +13,9 @@ from sdpgrind.base import records
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.sdp import _lookup
-from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._layout import Layout
-from sdpgrind.sdp._locate import ROUNDING, Locator, Place
 from sdpgrind.sdp._problem import Problem
+from sdpgrind.sdp._solution import Solution
 from sdpgrind.sdp._stages import TABLES, Table
 
 
@@ -55,7 +54,7 @@ class Action:
         )
 
 
-class Policy:
+class Policy(Solution):
     """A solved problem; made by `plan`, immutable.
 
     Attributes
@@ -70,9 +69,8 @@ class Policy:
     """
 
     def __init__(self, problem: Problem | None, layout: Layout, table: Table, error: float | None) -> None:
-        self.problem, self.layout, self.table, self.error = problem, layout, table, error
-        self.grid, self.first, self.has_base = layout.grid, table.first, layout.has_base
-        self.locator = Locator(layout, table.first, layout.has_base)
+        super().__init__(problem, layout, table)
+        self.error = error
 
     # -- looking up ------------------------------------------------------------------------------------------------
 
@@ -95,9 +93,7 @@ class Policy:
             Where a state lies outside the table.
         """
         place = self.locate(state)
-        out = np.empty(place.row.size)
-        _lookup.interpolate(self.table.value, place.row, place.mode, self._shape, place.index, out)
-        return _shaped(self.locator.with_exits(place, out + place.late), place.shape)
+        return _shaped(self.value_at(place), place.shape)
 
     def gradient(self, **state: Any) -> Any:
         """Return the derivative of the value-to-go with respect to each axis, $ per its unit; see `value` for states.
@@ -114,7 +110,7 @@ class Policy:
         out = {}
         for k, axis in enumerate(self.layout.axes):
             slope = np.empty(place.row.size)
-            _lookup.interpolate(self._slopes[k], place.row, place.mode, self._shape, place.index, slope)
+            _lookup.interpolate(self._slopes[k], place.row, place.mode, self.shape, place.index, slope)
             out[axis.name] = _shaped(self.locator.with_exit_slopes(place, slope), place.shape)
         return out
 
@@ -138,61 +134,11 @@ class Policy:
             _shaped(gap, shape),
         )
 
-    def act(self, place: Place) -> tuple[Any, Any, Floats, Floats]:
-        """Return move (stops are negative), entry of the lists, continuous control and gap at located states."""
-        n = place.row.size
-        best, entry, control, gap = np.empty(n, np.int16), np.empty(n, np.int32), np.empty(n), np.empty(n)
-        t = self.table
-        _lookup.act(
-            t.best,
-            t.entry,
-            t.control,
-            t.gap,
-            self.switches,
-            place.row,
-            place.mode,
-            self._shape,
-            place.index,
-            best,
-            entry,
-            control,
-            gap,
-        )
-        outside = self.locator.outside(place)
-        if np.any(outside):
-            best[outside], gap[outside], control[outside] = -1, 0.0, np.nan
-        return best, entry, control, gap
-
-    def controls(self, best: Any, entry: Any, control: Floats) -> dict[str, Floats]:
-        """Return the value of every control of every move, NaN where that move is not the chosen one."""
-        out: dict[str, Floats] = {}
-        for k, move in enumerate(self.layout.moves):
-            chosen = best == k
-            for name, values in [*move.lists, *([(move.level, None)] if move.level else [])]:
-                column = out.setdefault(name, np.full(best.shape, np.nan))
-                column[chosen] = control[chosen] if values is None else np.asarray(values)[entry[chosen]]
-        return out
-
-    def locate(self, state: dict[str, Any]) -> Place:
-        """Find states in the table, or refuse them."""
-        return self.locator.locate(state)
-
-    @cached_property
-    def _shape(self) -> Ints:
-        return np.array(self.grid.shape, dtype=np.int64)
-
     @cached_property
     def _slopes(self) -> list[Floats]:
         value = self.table.value.reshape(*self.table.value.shape[:2], *self.grid.shape)
         slopes = [np.gradient(value, x, axis=k + 2, edge_order=2) for k, x in enumerate(self.grid.coordinates)]
         return [slope.reshape(self.table.value.shape) for slope in slopes]
-
-    @cached_property
-    def switches(self) -> Floats:
-        """On one axis: the part of each cell [row, mode, cell] at which the actions of its two nodes change places."""
-        from sdpgrind.sdp._switch import switches
-
-        return switches(self) if len(self.grid.axes) == 1 else np.empty((0, 0, 0))
 
     # -- predicting ------------------------------------------------------------------------------------------------
 
@@ -241,27 +187,9 @@ class Policy:
 
     def alternatives(self, within: float, **state: Any) -> dict[str, float]:
         """Return the stops and moves that cost at most `within` $ more than the best, with what each costs ($), at one state."""
-        from sdpgrind.sdp._switch import alternatives
+        from sdpgrind.sdp._alternatives import alternatives
 
         return alternatives(self, within, state)
-
-    def begin(self, place: Place) -> tuple[int, float]:
-        """Return the stage at which a located state begins, and how much time it has beyond it (0 unless late in the base)."""
-        if self.layout.endless:
-            return 0, 0.0
-        row = int(place.row[0])
-        if not (self.has_base and row == 0):
-            return row + self.first, 0.0
-        stage = int(np.floor(place.time[0] / self.layout.step + ROUNDING))
-        return stage, float(max(0.0, place.time[0] - stage * self.layout.step))
-
-    def need_problem(self, purpose: str) -> Problem:
-        """Return the problem, or say that a loaded policy has none."""
-        if self.problem is None:
-            raise ValueError(
-                f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem="
-            )
-        return self.problem
 
     # -- keeping ---------------------------------------------------------------------------------------------------
 

@@ -81,7 +81,7 @@ class Rows:
         for mode in np.unique(self.mode):
             chosen = self.mode == mode
             inner[chosen] = self.matrix[chosen] @ value[mode]
-        return inner + self.charge + self.stopped * level[self.mode]
+        return np.asarray(inner + self.charge + self.stopped * level[self.mode])
 
     def spread(self, probability: Floats, modes: int) -> Floats:
         """Return the distribution [mode, node] after the step, from probabilities (P,) of the points."""

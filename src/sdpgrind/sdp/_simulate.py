@@ -5,24 +5,22 @@ import pickle
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import checks, rng as random
+from sdpgrind.base import checks
+from sdpgrind.base import rng as random
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.base.parallel import execute
 from sdpgrind.sdp._grid import Ints
+from sdpgrind.sdp._locate import Place
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._problem import Problem
+from sdpgrind.sdp._solution import Solution
 from sdpgrind.sdp._stops import charge_of, stop_state
-
-from sdpgrind.sdp._locate import Place
-
-if TYPE_CHECKING:
-    from sdpgrind.sdp._policy import Policy
 
 BLOCK = 32_768
 """Runs in one block."""
@@ -86,7 +84,7 @@ class Runs:
 
 
 def simulate(
-    policy: "Policy",
+    policy: Solution,
     runs: int,
     rng: random.Seed,
     problem: Problem | None,
@@ -128,7 +126,7 @@ def _work(token: str, recipe: bytes, job: tuple[int, np.random.Generator]) -> tu
 class _Block:
     """Runs that are advanced together, a move at a time."""
 
-    def __init__(self, policy: "Policy", truth: Problem, snap: bool, size: int, rng: np.random.Generator) -> None:
+    def __init__(self, policy: Solution, truth: Problem, snap: bool, size: int, rng: np.random.Generator) -> None:
         self.policy, self.truth, self.snap, self.rng, self.size = policy, truth, snap, rng, size
         self.menus = [Menu(truth, policy.grid, k) for k in range(len(truth.moves))]
         self.layout = policy.layout

@@ -1,0 +1,63 @@
+"""Files give back what was put in."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+import sdpgrind
+from sdpgrind.base import records
+
+DTYPES = st.sampled_from(["bool", "int8", "int16", "int32", "int64", "uint8", "float32", "float64"])
+
+
+@settings(max_examples=40, deadline=None)
+@given(array=DTYPES.flatmap(lambda d: hnp.arrays(d, st.integers(1, 5), elements=_within(d))))
+def test_round_trip_keeps_bits_dtypes_and_attributes(array, tmp_path_factory):
+    path = tmp_path_factory.mktemp("records") / "file.nc"
+    names = ("k", np.array([f"part {k}" for k in range(array.size)]))
+    data = xr.Dataset({"x": ("k", array, {"units": "mm"})}, {"k": names, "t": ("k", array, {"units": "s"})}, {"note": "n"})
+    records.write(data, path, "test")
+    back = records.read(path)
+    for name in ("x", "t"):
+        assert back[name].dtype == array.dtype
+        np.testing.assert_array_equal(back[name].values, array)
+        assert back[name].attrs == data[name].attrs
+    np.testing.assert_array_equal(back["k"].values, data["k"].values)
+    assert back.attrs["note"] == "n"
+
+
+def _within(dtype):
+    if dtype == "int64":
+        return st.integers(-(2**52), 2**52)
+    return hnp.from_dtype(np.dtype(dtype), allow_infinity=True)
+
+
+def test_a_failed_write_leaves_nothing_behind(tmp_path):
+    target = tmp_path / "file.nc"
+    target.write_text("before")
+    with pytest.raises(RuntimeError), records.whole_file(target) as temporary:
+        temporary.write_text("half")
+        raise RuntimeError
+    assert target.read_text() == "before"
+    assert [path.name for path in tmp_path.iterdir()] == ["file.nc"]
+
+
+def test_whole_numbers_that_no_float_holds_are_refused(tmp_path):
+    data = xr.Dataset({"x": ("k", np.array([2**53 + 1]))})
+    with pytest.raises(ValueError, match="must fit float64"):
+        records.write(data, tmp_path / "file.nc", "test")
+
+
+def test_load_refuses_what_is_not_ours(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"existing file; got .*nothing\.nc"):
+        sdpgrind.load(tmp_path / "nothing.nc")
+    other = tmp_path / "other.nc"
+    other.write_bytes(b"something")
+    with pytest.raises(ValueError, match="saved by this library"):
+        sdpgrind.load(other)
+    xr.Dataset({"x": 1}).to_netcdf(other, engine="scipy")
+    with pytest.raises(ValueError, match="saved by this library"):
+        sdpgrind.load(other)
