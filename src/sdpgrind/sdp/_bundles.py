@@ -82,7 +82,7 @@ class Bundles:
         """Return what is best of one timed move that begins at the stage `departure` and leads into value[mode, node]."""
         pieces = self._cut([move])
         ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
-        return self._join([move], pieces, [(b.best(value, level), float(b.search_error[0])) for b in ready])
+        return self._join([move], pieces, [(b.best(value, level), b.search_error) for b in ready])
 
     def alone(self) -> ShiftBundle | None:
         """Return the bundle where all moves are shifts of one axis and mode, here; else None."""
@@ -94,7 +94,7 @@ class Bundles:
     def _evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
         if self._remote is not None:
             return self._remote.evaluate(pieces, value, level)
-        return [(self._here[piece].best(value, level), float(self._here[piece].search_error[0])) for piece in pieces]
+        return [(self._here[piece].best(value, level), self._here[piece].search_error) for piece in pieces]
 
     def _join(self, moves: list[int], pieces: list[Piece], results: list[tuple[Found, float]]) -> Found:
         """Put blocks together: [move, mode or 0, node]."""
@@ -182,4 +182,4 @@ def _prepared(token: str, recipe: bytes, piece: Piece) -> Any:
 def _work(token: str, recipe: bytes, value: Floats, level: Floats, piece: Piece) -> tuple[Found, float]:
     bundle = _prepared(token, recipe, piece)
     with one_blas_thread():
-        return bundle.best(value, level), float(bundle.search_error[0])
+        return bundle.best(value, level), bundle.search_error

@@ -19,8 +19,6 @@ from sdpgrind.sdp._stages import Table, solve_stages
 
 REFINEMENTS = 10
 """Largest number of times that every cell is halved."""
-SEARCH_SHARE = 0.25
-"""Share of the difference between cubic and parabola that counts as error of the cubic (0.01 to 0.2 was measured)."""
 
 
 def plan(
@@ -92,11 +90,11 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
     before, _ = _solve(problem, 1, executor, tell)
     changes: list[float] = []
     for halvings in range(1, REFINEMENTS + 1):
-        if SEARCH_SHARE * before.search_error > tolerance / 4:
+        if before.search_error > tolerance / 4:
             problem = _with_finer_levels(problem)
         table, grid = _solve(problem, 2**halvings, executor, tell)
         changes.append(_change(before, table, grid))
-        error = grid_error(changes) + SEARCH_SHARE * table.search_error
+        error = grid_error(changes) + table.search_error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             return _policy(problem, grid, table, error)
         before = table

@@ -7,7 +7,7 @@ from scipy import sparse
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _kernels
-from sdpgrind.sdp._found import Found
+from sdpgrind.sdp._found import SEARCH_SHARE, Found
 from sdpgrind.sdp._grid import Ints, record
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._sampled import CHUNK, Sampled, land, masked
@@ -40,7 +40,7 @@ class PointBundle:
         self.tells_mode = per_mode and self.modes > 1
         self.nodes = tuple(x[block] for x in menu.grid.points)
         self.count = block.stop - block.start
-        self.search_error = np.zeros(1)
+        self.difference = np.zeros(1)  # between cubic and parabola, the largest so far
         self.penalty = self._penalty()
         self.target = self._targets()
         self._table: Any = None
@@ -67,6 +67,11 @@ class PointBundle:
         found = self.sources[:, None] if into is None else np.repeat(into, self.menu.levels.size)
         return np.broadcast_to(found, (self.sources.size, self.menu.rows)).astype(np.int64)
 
+    @property
+    def search_error(self) -> float:
+        """Estimated error ($) of the search between levels so far."""
+        return SEARCH_SHARE * float(self.difference[0])
+
     def best(self, value: Floats, level: Floats) -> Found:
         """Return the best for value[mode, node] and the stops' further charge level[mode]."""
         q = self.penalty + self._expect(value, level)
@@ -81,7 +86,7 @@ class PointBundle:
                 best[k],
                 control[k],
                 entry[k],
-                self.search_error,
+                self.difference,
             )
         return Found(best[None], control[None], entry[None])
 

@@ -43,7 +43,7 @@ class Table:
     control: Floats
     entry: npt.NDArray[np.int32]
     gap: Floats
-    search_error: float
+    search_error: float  # estimated, of the search between levels, $
     base: "Table | None" = None
 
     def stacked(self) -> "Table":
@@ -156,11 +156,11 @@ class _Sweep:
         while code == -2:
             code = _kernels.sweep(
                 self.first, late, self.duration, self.stops.still, self.stops.level(self.first, 0.0), tuple(base), (self.q, self.control, self.entry),
-                bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared, (self.value, self.best, self.u, self.a, self.gap), bundle.search_error,
+                bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared, (self.value, self.best, self.u, self.a, self.gap), bundle.difference,
             )  # fmt: skip
             if code == -2:
                 bundle.tabulate_stopped()
-        self.bundles.search_error = max(self.bundles.search_error, float(bundle.search_error[0]))
+        self.bundles.search_error = max(self.bundles.search_error, bundle.search_error)
         if code >= 0:
             self._refuse_unreachable(self.first + code, code)
         return True

@@ -12,7 +12,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._edges import Exit
-from sdpgrind.sdp._found import Found
+from sdpgrind.sdp._found import SEARCH_SHARE, Found
 from sdpgrind.sdp._grid import Grid, Ints
 from sdpgrind.sdp._law import Law
 from sdpgrind.sdp._menu import Menu
@@ -46,7 +46,7 @@ class ShiftBundle:
         self.nodes = self.grid.shape[self.axis]
         self.sources = self.modes if per_mode else 1
         self.groups = (block.stop - block.start) * self.sources
-        self.search_error = np.zeros(1)
+        self.difference = np.zeros(1)  # between cubic and parabola, the largest so far
         self._layout()
         self._tables()
 
@@ -170,6 +170,11 @@ class ShiftBundle:
         self.target[:, here] = np.moveaxis(node + arrival * self.others, 0, 2)
         self.part[:, here] = np.moveaxis(part, 0, 2)
 
+    @property
+    def search_error(self) -> float:
+        """Estimated error ($) of the search between levels so far."""
+        return SEARCH_SHARE * float(self.difference[0])
+
     def best(self, value: Floats, level: Floats) -> Found:
         """Return the best of each move for value[mode, node] and the stops' further charge level[mode]."""
         v = self._by_line(value)
@@ -193,7 +198,7 @@ class ShiftBundle:
             q,
             control,
             entry,
-            self.search_error,
+            self.difference,
         )
         lines = (len(self.menus), self.sources, -1, self.nodes)  # [move, mode or 0, line, node of the falling axis]
         return Found(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
