@@ -65,7 +65,7 @@ def check(problem: Problem) -> Report:
     ...     [sdp.Axis("x", 0.1, 1.0, 11)], [sdp.Move("go", {"a": [1.0]}, sdp.Sampled(lambda s, c, e: (2 * s.x,)))],
     ...     [], sdp.Forever())
     >>> print(sdp.check(problem))
-    wrong: move 'go': move 'go' must keep x in [0.1, 1] (), or the axis needs another edge than 'refuse'; got 2
+    wrong: move 'go' must keep x in [0.1, 1] (), or the axis needs another edge than 'refuse'; got 2
     note: ...
     """
     small = replace(problem, axes=[_small(axis) for axis in problem.axes])
@@ -81,7 +81,7 @@ def check(problem: Problem) -> Report:
         _try(problems, f"move {move.name!r}", partial(_move, small, grid, k))
     if not problems and isinstance(small.stages, Forever):
         _try(problems, "stages", partial(refuse_endless, small, grid))
-    return Report(tuple(problems), tuple(_notes(problem)))
+    return Report(tuple(problems), tuple(_notes(problem, small)))
 
 
 def _small(axis: Axis) -> Axis:
@@ -96,7 +96,21 @@ def _try(problems: list[str], what: str, run: Callable[[], None]) -> None:
     try:
         run()
     except Exception as error:  # whatever a user's callback raises is the finding
-        problems.append(f"{what}: {error}")
+        text = _readable(error)
+        problems.append(text if text.startswith(what) else f"{what}: {text}")
+
+
+def _readable(error: Exception) -> str:
+    """One line that says what a user can do about an error of his callback."""
+    text = next((line for line in str(error).splitlines() if line.strip()), type(error).__name__)
+    if isinstance(error, AttributeError) and hasattr(error.obj, "_fields"):
+        fields = ", ".join(error.obj._fields) or "none"
+        return f"{type(error.obj).__name__.lower()} has no field {error.name!r}; its fields are {fields}"
+    if type(error).__module__.startswith("numba."):
+        return f"step does not compile; pass compiled=False, or write it with what numba knows ({text})"
+    if "truth value of an array" in text:
+        return "callbacks must be written elementwise: operators and numpy functions such as np.where, no if, and, or, min, max"
+    return text
 
 
 def _stop(problem: Problem, grid: Grid) -> None:
@@ -116,22 +130,55 @@ def _move(problem: Problem, grid: Grid, k: int) -> None:
     for _, found in bundles.best(zero, np.zeros(len(problem.modes)), 0 if last is not None else None, 10**9):
         if np.any(np.isnan(found.q)):
             raise ValueError("its charge or transition must give numbers; got NaN")
-    if isinstance(problem.moves[k].to, Sampled):
+    if isinstance(problem.moves[k].to, Sampled) and _compiles(Menu(alone, grid, 0)):
         _agree(Menu(alone, grid, 0))
 
 
-def _agree(menu: Menu) -> None:
-    """The step in a compiled kernel and in numpy, on eight random points."""
-    from sdpgrind.sdp._compiled import compiled_step
+def _steps(problem: Problem, k: int) -> bool:
+    """Whether the step of a move compiles; True where it does not even run, which is another finding."""
+    try:
+        return _compiles(Menu(problem, Grid.of(problem), k))
+    except Exception:  # found already
+        return True
+
+
+def _compiles(menu: Menu) -> bool:
+    """Whether a sampled step compiles; an error only where it must."""
+    from numba.core.errors import NumbaError
 
     move = menu.move.to
     assert isinstance(move, Sampled)
     if move.compiled is False:
-        return
+        return False
+    try:
+        _agreement(menu, 1)
+    except NumbaError:
+        if move.compiled:
+            raise
+        return False
+    return True
+
+
+def _agree(menu: Menu) -> None:
+    """The step in a compiled kernel and in numpy, on eight random points."""
+    for s, c, e, numpy_says, kernel_says in _agreement(menu, 8):
+        if not np.allclose(numpy_says, kernel_says, rtol=1e-12, atol=1e-12, equal_nan=True):
+            raise ValueError(
+                f"step must give the same in numpy and compiled; got {numpy_says} and {kernel_says} at {s}, {c}, {e}"
+            )
+
+
+def _agreement(menu: Menu, points: int) -> list[Any]:
+    """State, control and noise, and what the step makes of them in numpy and compiled, at random points."""
+    from sdpgrind.sdp._compiled import compiled_step
+
+    move = menu.move.to
+    assert isinstance(move, Sampled)
+    found = []
     rng = np.random.default_rng(0)
     noise, _ = move.quadrature()
     compiled = compiled_step(menu)
-    for _ in range(8):
+    for _ in range(points):
         point = [float(rng.uniform(axis.low, axis.high)) for axis in menu.grid.axes]
         choice, level = int(rng.integers(menu.move.choices)), float(rng.choice(menu.levels))
         s = menu.state(
@@ -142,22 +189,25 @@ def _agree(menu: Menu) -> None:
         c = menu.controls(np.array(choice), np.array(level))
         c = type(c)(*(float(x) for x in c))
         e = record("E", tuple(noise))(**{name: float(rng.choice(x)) for name, x in noise.items()})
-        numpy_says, kernel_says = move.step(s, c, e), compiled(s, c, e)
-        if not np.allclose(numpy_says, kernel_says, rtol=1e-12, atol=1e-12):
-            raise ValueError(
-                f"step must give the same in numpy and compiled; got {numpy_says} and {kernel_says} at {s}, {c}, {e}"
-            )
+        found.append((s, c, e, move.step(s, c, e), compiled(s, c, e)))
+    return found
 
 
-def _notes(problem: Problem) -> list[str]:
+def _notes(problem: Problem, small: Problem) -> list[str]:
     notes = []
-    for move in problem.moves:
+    for k, move in enumerate(problem.moves):
+        if isinstance(move.to, Sampled) and move.to.compiled is None and not _steps(small, k):
+            notes.append(
+                f"move {move.name!r}: step does not compile: fine while its table is small enough to be kept, "
+                "else pass compiled=False"
+            )
         for name, callback in _callbacks(move):
             try:
                 pickle.dumps(callback)
             except Exception:  # pickle raises whatever it likes
                 notes.append(
-                    f"move {move.name!r}: {name} does not pickle (a lambda or closure?): fine here and on threads, not on executors of processes"
+                    f"move {move.name!r}: {name} does not pickle (a lambda or closure?): fine here and on threads, "
+                    "not on executors of processes"
                 )
     return notes
 

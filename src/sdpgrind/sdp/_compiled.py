@@ -41,7 +41,7 @@ def _kernel(
     def sweep(
         points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, penalty, q
     ):
-        """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite; returns the worst coordinate that left a refused edge (NaN: none)."""
+        """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite; returns the worst coordinate that left a refused edge (NaN: none; infinite: no number)."""
         worst = np.nan
         low, part = np.empty(n_axes, dtype=np.int64), np.empty(n_axes)
         for row in range(controls.shape[0]):
@@ -60,6 +60,8 @@ def _kernel(
                         here += charge(s, c, after(*x))
                     for a in range(n_axes):
                         y = x[a]
+                        if np.isnan(y):
+                            worst, y = np.inf, axes[a, 0]
                         for side in range(2):
                             out = y < axes[a, 0] if side == 0 else y > axes[a, 1]
                             kind = edges[a, side]
@@ -121,6 +123,8 @@ def expect(bundle: "PointBundle", move: Sampled, value: Floats, level: Floats) -
             _columns(s, bundle.count), _columns(c, menu.rows), _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
             *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out[k],
         )  # fmt: skip
+        if np.isinf(worst):
+            raise ValueError(f"move {menu.move.name!r}: step must give numbers; got NaN or an infinity")
         if not np.isnan(worst):
             raise ValueError(f"move {menu.move.name!r} must not leave an axis whose edge is 'refuse'; got {worst:g}")
     return out

@@ -37,6 +37,7 @@ def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Prog
         scale = max(1.0, float(np.max(np.abs(table.value[0]))))
         progress(min(0.99, sweep / 200), f"{grid.size} nodes, sweep {sweep}, change {change:.1e}")
         if change <= SETTLED * scale:
+            _refuse_idle(problem, grid, table)
             return table
         value = table.value[0]
         if change <= 1e-2 * scale or sweep % 20 == 19:
@@ -83,19 +84,46 @@ def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: Table, v
     if stop_q is not None:
         for k in range(stop_q.shape[0]):
             rest.reshape(value.shape)[best == -1 - k] = stop_q[k][best == -1 - k]
-    blocks = []
-    for mode, node, rows in policy_rows(problem, grid, best, table.control[0], table.entry[0]):
+    found_rows = policy_rows(problem, grid, best, table.control[0], table.entry[0])
+    for mode, node, rows in found_rows:
+        rest[mode * grid.size + node] = rows.charge + rows.stopped * stops.level(0, 0.0)[rows.mode]
+    step = _transitions(found_rows, grid, size)
+    found = _solve(step, rest, value.ravel())
+    good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(1.0, np.max(np.abs(found)))
+    return found.reshape(value.shape) if good else value
+
+
+def _transitions(found: list[tuple[Any, Any, Rows]], grid: Grid, size: int) -> Any:
+    """The sparse matrix of one step of a policy over all (mode, node); rows of states where it stops are empty."""
+    step = sparse.csr_array((size, size))
+    for mode, node, rows in found:
         matrix = sparse.coo_array(rows.matrix)
         start, end = mode * grid.size + node, rows.mode * grid.size
-        blocks.append((matrix.data, start[matrix.row], end[matrix.row] + matrix.col))
-        rest[start] = rows.charge + rows.stopped * stops.level(0, 0.0)[rows.mode]
-    data, row, col = (np.concatenate(part) for part in zip(*blocks, strict=True))
-    step = sparse.csr_array((data, (row, col)), shape=(size, size))
-    found = _solve(step, rest, value.ravel())
-    good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(
-        1.0, np.max(np.abs(found))
-    )
-    return found.reshape(value.shape) if good else value
+        step = step + sparse.csr_array((matrix.data, (start[matrix.row], end[matrix.row] + matrix.col)), shape=(size, size))
+    return step
+
+
+def _refuse_idle(problem: Problem, grid: Grid, table: Table) -> None:
+    """Raise where the best policy itself never ends: moves that charge nothing and lead nowhere look cheaper than any stop."""
+    best = table.best[0]
+    found = policy_rows(problem, grid, best, table.control[0], table.entry[0])
+    step = _transitions(found, grid, best.size)
+    away = np.asarray(step.sum(axis=1)) > 1 - 1e-12
+    while True:
+        now = away & ~(step @ (~away).astype(float) > 1e-15)
+        if np.array_equal(now, away):
+            break
+        away = now
+    if np.any(away):
+        mode, node = np.argwhere(away.reshape(best.shape))[0]
+        raise ValueError(
+            f"the best policy never ends from {_place(problem, grid, mode, node)}: a move that leads nowhere must be charged"
+        )
+
+
+def _place(problem: Problem, grid: Grid, mode: int, node: int) -> str:
+    where = ", ".join(f"{a.name} = {x[node]:g} {a.unit}".strip() for a, x in zip(grid.axes, grid.points, strict=True))
+    return (where or "its start") + (f", mode {problem.modes[mode]!r}" if len(problem.modes) > 1 else "")
 
 
 def _solve(step: Any, rest: Floats, start: Floats) -> Floats:
@@ -119,9 +147,7 @@ def refuse_endless(problem: Problem, grid: Grid) -> None:
         problem,
         axes=[dataclasses.replace(a, below=_free(a.below), above=_free(a.above)) for a in problem.axes],
         moves=[
-            dataclasses.replace(
-                m, charge=0.0, to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to
-            )
+            dataclasses.replace(m, charge=0.0, to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to)
             for m in problem.moves
         ],
         stops=[
@@ -140,15 +166,8 @@ def refuse_endless(problem: Problem, grid: Grid) -> None:
             break
         away = now
     if np.any(away):
-        mode, node = np.argwhere(away)[0]
-        where = ", ".join(
-            f"{a.name} = {x[node]:g} {a.unit}".strip() for a, x in zip(grid.axes, grid.points, strict=True)
-        )
-        raise ValueError(
-            f"the process never ends from {where or 'its start'}"
-            + (f", mode {problem.modes[mode]!r}" if len(problem.modes) > 1 else "")
-            + ": no policy reaches a stop from there"
-        )
+        place = _place(problem, grid, *np.argwhere(away)[0])
+        raise ValueError(f"the process never ends from {place}: no policy reaches a stop from there")
 
 
 def _free(edge: Any) -> Any:

@@ -62,9 +62,8 @@ class Sampled:
         """Return the next coordinates and the charge that depends on them, all of one shape."""
         after = self.step(s, c, e)
         if not isinstance(after, tuple) or len(after) != len(menu.grid.axes):
-            raise TypeError(
-                f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {type(after).__name__}"
-            )
+            got = f"a tuple of {len(after)}" if isinstance(after, tuple) else type(after).__name__
+            raise TypeError(f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}")
         charge = (
             0.0
             if self.charge is None
@@ -133,6 +132,8 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
     inside, stopped, charge = np.ones(shape), np.zeros(shape), np.zeros(shape)
     index = []
     for k, (axis, x) in enumerate(zip(menu.grid.axes, after, strict=True)):
+        if np.any(np.isnan(x)):
+            raise ValueError(f"move {menu.move.name!r}: step must give numbers ({axis.unit}); got NaN for {axis.name}")
         with np.errstate(divide="ignore", invalid="ignore"):
             i = menu.grid.index(k, x)
         for beyond, edge, end in ((x <= axis.low, axis.below, axis.low), (x >= axis.high, axis.above, axis.high)):
