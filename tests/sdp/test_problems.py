@@ -213,9 +213,7 @@ def test_centering_by_value_iteration_and_by_a_linear_solve(example):
     steps = []
     for aim in np.linspace(0.7, 1.1, 21):
         travel = aim * z[:, None, None] * (1 + eta[:, None])
-        after = np.sqrt(z[:, None, None] ** 2 + travel**2 - 2 * z[:, None, None] * travel * np.cos(theta)).reshape(
-            121, 12
-        )
+        after = np.sqrt(z[:, None, None] ** 2 + travel**2 - 2 * z[:, None, None] * travel * np.cos(theta)).reshape(121, 12)
         inside = after > 0.0025
         matrix = discretised(np.log(z), np.log(np.maximum(after, 0.0025)), weight)
         for row in range(121):  # at and below the tolerance nothing is left to do: not the value of the first node
@@ -262,12 +260,7 @@ def test_p1_one_pass_by_quadrature_of_the_density():
         start = float(law.mean) - q * np.sqrt(np.pi / 2)
 
         def charge(d):
-            return (
-                (2 * max(x - d, 0) + 10 * max(d - x, 0))
-                * (d - start)
-                / q**2
-                * np.exp(-((d - start) ** 2) / (2 * q * q))
-            )
+            return (2 * max(x - d, 0) + 10 * max(d - x, 0)) * (d - start) / q**2 * np.exp(-((d - start) ** 2) / (2 * q * q))
 
         return sum(integrate.quad(charge, a, b, epsabs=1e-11)[0] for a, b in ((start, x), (x, start + 9 * q)))
 

@@ -157,11 +157,7 @@ def test_modes_of_a_shift(into, law):
     ]
     finish = np.array([0.0, 0.2, 0.05])
     stop = sdp.Stop("stop", CHARGE, extra=lambda s: finish[np.asarray(s.mode)])
-    compare(
-        sdp.Problem(
-            [sdp.Axis("height", 0.0, 1.0, 15, below="stop")], moves, [stop], sdp.Stages(5, 1.0), ("a", "b", "c")
-        )
-    )
+    compare(sdp.Problem([sdp.Axis("height", 0.0, 1.0, 15, below="stop")], moves, [stop], sdp.Stages(5, 1.0), ("a", "b", "c")))
 
 
 def test_stop_beyond_the_edge_is_charged_by_the_mode_of_arrival():
@@ -171,9 +167,7 @@ def test_stop_beyond_the_edge_is_charged_by_the_mode_of_arrival():
         stop = sdp.Stop("stop", CHARGE, extra=lambda s: np.array([1.0, 7.0])[np.asarray(s.mode)])
         move = sdp.Move("go", {"cut": [1.3]}, step, into="b", charge=-50.0)
         policy = sdp.plan(
-            sdp.Problem(
-                [sdp.Axis("height", 0.0, 1.0, 11, below="stop")], [move], [stop], sdp.Stages(1, 1.0), ("a", "b")
-            )
+            sdp.Problem([sdp.Axis("height", 0.0, 1.0, 11, below="stop")], [move], [stop], sdp.Stages(1, 1.0), ("a", "b"))
         )
         assert policy.value(height=1.0, time_left=1) == pytest.approx(-50 + 3 + 7, abs=1e-12)
 
@@ -191,15 +185,13 @@ LATE = {
 }
 
 
-@pytest.mark.parametrize("name", LATE)
-@pytest.mark.parametrize("modes", [False, True])
+@pytest.mark.parametrize(("name", "modes"), [*((name, False) for name in LATE), ("linear", True), ("quadratic", True)])
 def test_late_charges(name, modes):
+
     late, depth = LATE[name]
     cuts = sdp.Levels(0.1, 0.5, 3, search=False)
     moves = [
-        sdp.Move(
-            n, {"cut": cuts}, sdp.Shift("height", discrete_cut), duration=d, into=n if modes else None, charge=0.002
-        )
+        sdp.Move(n, {"cut": cuts}, sdp.Shift("height", discrete_cut), duration=d, into=n if modes else None, charge=0.002)
         for n, d in (("fast", 1), ("slow", 3))
     ]
     extra = (lambda s: np.array([0.0, 0.1, 0.02])[np.asarray(s.mode)]) if modes else None
@@ -236,18 +228,14 @@ def test_late_at_no_charge():
     )
     policy, _ = compare(problem, 40)
     forever = sdp.plan(sdp.Problem(problem.axes, problem.moves, problem.stops, sdp.Forever()))
-    np.testing.assert_allclose(
-        policy.value(height=np.linspace(0, 1, 21), time_left=0.0), forever.table.value[0, 0], atol=1e-10
-    )
+    np.testing.assert_allclose(policy.value(height=np.linspace(0, 1, 21), time_left=0.0), forever.table.value[0, 0], atol=1e-10)
 
 
 def test_what_has_no_late_side_is_refused():
     stages = sdp.Stages(3, 1.0, late=sdp.Quadratic(0.01))
     with pytest.raises(ValueError, match="ends of the axis 'height' must not be numbers beside a late charge"):
         bead(axis=sdp.Axis("height", 0.0, 1.0, 9, below=0.3), stages=stages)
-    masked = sdp.Problem(
-        bead().axes, bead().moves, [sdp.Stop("stop", CHARGE, allowed=lambda s: s.height < 0.5)], stages
-    )
+    masked = sdp.Problem(bead().axes, bead().moves, [sdp.Stop("stop", CHARGE, allowed=lambda s: s.height < 0.5)], stages)
     with pytest.raises(ValueError, match="late must be None where one may not stop everywhere"):
         sdp.plan(masked)
     timed = [sdp.Move("one", {"cut": [0.1]}, sdp.Shift("height", discrete_cut), timed=True)]
@@ -308,9 +296,7 @@ def drift(s, c, e):
 @pytest.mark.parametrize("compiled", [True, None], ids=["compiled", "table"])
 @pytest.mark.parametrize("sides", SIDES)
 def test_sampled_beyond_a_stop_edge(compiled, sides):
-    step = sdp.Sampled(
-        lambda s, c, e: (s.x + c.d * e.eta,), {"eta": sdp.Normal(-0.3, 1.0)}, points=5, compiled=compiled
-    )
+    step = sdp.Sampled(lambda s, c, e: (s.x + c.d * e.eta,), {"eta": sdp.Normal(-0.3, 1.0)}, points=5, compiled=compiled)
     problem = sdp.Problem(
         [sdp.Axis("x", -0.5, 1.0, 12, below="stop", above="stop")], [sdp.Move("go", {"d": [0.3, 0.8]}, step)],
         [sdp.Stop("end", SIDES[sides])], sdp.Stages(3, 1.0),
@@ -366,9 +352,7 @@ def test_shift_in_two_dimensions(first, modes):
         ),
     ]
     stop = sdp.Stop("stop", CHARGE, extra=(lambda s: 0.03 * np.asarray(s.mode)) if modes else None)
-    compare(
-        sdp.Problem(axes if first else axes[::-1], moves, [stop], sdp.Stages(4, 1.0), ("a", "b") if modes else ("",))
-    )
+    compare(sdp.Problem(axes if first else axes[::-1], moves, [stop], sdp.Stages(4, 1.0), ("a", "b") if modes else ("",)))
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -420,6 +404,17 @@ def test_a_masked_sampled_move_may_lead_anywhere(compiled, monkeypatch):
     assert policy.action(x=np.linspace(0, 1, 30), time_left=1).gap.min() >= 0
 
 
+@pytest.mark.parametrize("compiled", [False, True, None], ids=["numpy", "compiled", "table"])
+def test_a_step_that_gives_no_number_is_refused(compiled, monkeypatch):
+    if compiled is False:
+        monkeypatch.setattr("sdpgrind.sdp._pointwise.KEEP", 0)
+    step = sdp.Sampled(lambda s, c, e: (s.x * np.nan,), compiled=compiled)
+    axis = sdp.Axis("x", 0.0, 1.0, 9, below="hold", above="hold")
+    problem = sdp.Problem([axis], [sdp.Move("go", {}, step)], [sdp.Stop("stop", lambda s: s.x)], sdp.Stages(2, 1.0))
+    with pytest.raises(ValueError, match="move 'go': step must give numbers"):
+        sdp.plan(problem)
+
+
 def test_a_masked_shift_may_lead_anywhere():
     move = sdp.Move(
         "go",
@@ -459,9 +454,7 @@ def test_timed_shifts_read_the_stage():
 
 
 def test_timed_moves_beside_a_late_charge():
-    move = sdp.Move(
-        "one", {"cut": [0.1, 0.3]}, sdp.Shift("height", lambda s, c: sdp.Point(c.cut + 0.0 * s.left)), timed=True
-    )
+    move = sdp.Move("one", {"cut": [0.1, 0.3]}, sdp.Shift("height", lambda s, c: sdp.Point(c.cut + 0.0 * s.left)), timed=True)
     axis = sdp.Axis("height", 0.0, 1.0, 9, below="stop")
     compare(
         sdp.Problem([axis], [move], [sdp.Stop("stop", CHARGE)], sdp.Stages(3, 1.0, "left", late=sdp.Quadratic(0.02))),
@@ -471,15 +464,11 @@ def test_timed_moves_beside_a_late_charge():
 
 def test_shift_without_end_with_modes():
     moves = [
-        sdp.Move(
-            "one", {"cut": sdp.Levels(0.1, 0.4, 4, search=False)}, sdp.Shift("height", by_mode), charge=0.02, into="b"
-        ),
+        sdp.Move("one", {"cut": sdp.Levels(0.1, 0.4, 4, search=False)}, sdp.Shift("height", by_mode), charge=0.02, into="b"),
         sdp.Move("rest", {}, sdp.Stay(), charge=0.01, into="a"),
     ]
     stop = sdp.Stop("stop", CHARGE, extra=lambda s: 0.1 * np.asarray(s.mode))
-    compare_forever(
-        sdp.Problem([sdp.Axis("height", 0.0, 1.0, 9, below="stop")], moves, [stop], sdp.Forever(), ("a", "b"))
-    )
+    compare_forever(sdp.Problem([sdp.Axis("height", 0.0, 1.0, 9, below="stop")], moves, [stop], sdp.Forever(), ("a", "b")))
 
 
 def test_modes_alone():
@@ -497,9 +486,7 @@ def test_the_twin_itself_knows_a_case_that_can_be_done_by_hand():
         "go", {"cut": [1.0]}, sdp.Shift("height", lambda s, c: sdp.Discrete(np.stack([0.5 * c.cut, 1.5 * c.cut], -1)))
     )
     twin = Twin(
-        sdp.Problem(
-            [sdp.Axis("height", 0.0, 1.0, 3, below="stop")], [move], [sdp.Stop("stop", CHARGE)], sdp.Stages(1, 1.0)
-        )
+        sdp.Problem([sdp.Axis("height", 0.0, 1.0, 3, below="stop")], [move], [sdp.Stop("stop", CHARGE)], sdp.Stages(1, 1.0))
     )
     found, _ = twin.move_cost(move, (2,), [1.0], 0, 1, np.array([[0.0, 1.0, 2.0]]), 0.0)
     assert found == pytest.approx(3.0)
