@@ -29,7 +29,7 @@ def _dot(weight, group, row, first_lag, low, high, flipped, target, node, nodes)
     return total
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _expect(group, row, node, tables, value, flipped, level):
     """E value(next) + charges of one row at one node. `flipped` is measured from the value of node 0."""
     weight, first_lag, reach, gone, stopped, above, charge, target, part = tables
