@@ -93,7 +93,7 @@ class Risk:
 
 
 class SequencePolicy:
-    """A planned grinding sequence; made by `weldbead.plan`, immutable.
+    """A planned grinding sequence: expected penalty ($) and next pass for heights (mm) and times left (s); immutable.
 
     Attributes
     ----------
@@ -291,12 +291,12 @@ class SequencePolicy:
         return self.table.dataset.assign_attrs(problem=records.encode(self.problem))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write policy and problem to a NetCDF file, which `sdpgrind.load` opens."""
+        """Write policy and problem to a NetCDF file at `path`, which `sdpgrind.load` opens."""
         records.write(self.dataset, path, "weldbead.sequence")
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> "SequencePolicy":
-        """Read a policy written by `save`; everything works again, for the problem is data."""
+        """Read the policy that `save` wrote to `path`; everything works again, for the problem is data."""
         from sdpgrind.weldbead._planner import sdp_problem
 
         dataset = records.read(path)

@@ -113,10 +113,14 @@ class Scatter(Frozen):
         leaves on average; other attributions change nothing.
         """
         factor = 1 + self._relative("mu") ** 2
-        return process if factor == 1 or not process.speed_droop else process.replace(speed_droop=factor * process.speed_droop)
+        return (
+            process
+            if factor == 1 or not process.speed_droop
+            else process.replace(speed_droop=factor * process.speed_droop)
+        )
 
     def power_moments(self, process: GrindingProcess, normal_force: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return mean and sd (W) of the power that removes, K1 w V times the depth, at a normal force (N)."""
+        """Return mean and sd (W) of the power by which a process removes, K1 w V times the depth, at a force (N)."""
         force = np.asarray(normal_force, dtype=float)
         power = self.expected(process).grinding_power(force)
         mean = np.maximum(power - process.idle_power, 0.0)
@@ -134,13 +138,13 @@ class Scatter(Frozen):
     def moments(
         self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
     ) -> tuple[Floats, Floats]:
-        """Return mean and standard deviation (mm) of the depth at a normal force (N) and a feed (mm/s), Brown (4.9)."""
+        """Return mean and sd (mm) of the depth of a process at a normal force (N) and a feed (mm/s), Brown (4.9)."""
         mean, sd = self.power_moments(process, normal_force)
         whole = process.specific_energy * process.bead_width * np.asarray(feed_rate, dtype=float)
         return mean / whole, sd / whole
 
     def cut(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> sdp.Law:
-        """Return the law of the depth (mm) at a normal force (N) and a feed (mm/s), broadcast against each other."""
+        """Return the law of the depth (mm) of a process at a force (N) and a feed (mm/s), broadcast with each other."""
         mean, sd = self.moments(process, normal_force, feed_rate)
         if self.law == "rayleigh":
             return sdp.Rayleigh(mean, sd)
@@ -155,7 +159,7 @@ class Scatter(Frozen):
         return self.expected(process).peak_force
 
     def switch_force(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the normal force (N) at which the Rayleigh law turns from scaled to translated.
+        """Return the normal force (N) of a process at which the Rayleigh law turns from scaled to translated.
 
         It is the same at every feed (mm/s). NaN where the law is another one or stays what it is.
         """
