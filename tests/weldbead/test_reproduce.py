@@ -1,7 +1,10 @@
 """Numbers of the source that can be computed, and those of the canonical problems that were computed independently."""
 
+import contextlib
 import dataclasses
 import itertools
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -263,3 +266,36 @@ def test_continuous_sequences_cost_at_most_one_percent_more(name, height, time):
     value = policy.value(height, time)
     assert abs(runs.mean - value) < 0.01 * value
     assert runs.mean - value > -3.5 * runs.standard_error  # nothing beats the optimum
+
+
+# The page that shows it all ------------------------------------------------------------------------------------------
+
+
+def test_page_of_reproductions(capsys):
+    plt = pytest.importorskip("matplotlib.pyplot")
+    with matplotlib_without_a_screen(plt):
+        runpy.run_path(str(Path(__file__).parents[2] / "docs/reproductions/brown_sequence.py"), run_name="__main__")
+    table, reasons = capsys.readouterr().out.split("not reproducible")
+    rows = [(line[:38].strip(), *line[38:75].split("  "), line[75:].strip()) for line in table.splitlines()[1:] if line]
+    rows = [[entry.strip() for entry in row if entry.strip()] for row in rows]
+    assert len(rows) > 40 and all(len(row) == 5 for row in rows)
+    for what, published, correct, ours, label in rows:
+        assert label.split(":")[0] in ("reproduced", "consistent", "near", "corrected", "ours"), what
+        if correct.replace(".", "").lstrip("-").isdigit():
+            assert float(ours) == pytest.approx(float(correct), rel=2e-4, abs=2e-5), what
+        else:
+            assert ours == correct, what
+        if label.startswith("reproduced") and "in-lb" not in published:
+            assert float(published) == pytest.approx(float(ours), rel=1e-12), what
+    assert reasons.count("\n  ") == 7
+
+
+@contextlib.contextmanager
+def matplotlib_without_a_screen(plt):
+    before = plt.get_backend()
+    plt.switch_backend("Agg")
+    try:
+        yield
+    finally:
+        plt.close("all")
+        plt.switch_backend(before)
