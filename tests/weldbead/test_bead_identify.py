@@ -327,3 +327,31 @@ def test_a_failed_estimate_on_request():
         fit = weldbead.identify(backwards, "power", method=method, throw=False)
         assert fit.status is identify.Status.IMPOSSIBLE
         assert fit.message.startswith("the values are physically impossible")
+
+
+def test_noise_of_the_force_sensor_is_no_scatter():
+    """Of a log the commanded forces count; rows hold what was measured, then what was commanded next."""
+    rng = np.random.default_rng(3)
+    force, feed = rng.uniform(9.0, 40.0, 600), np.full(600, 12.5)
+    depth = weldbead.Scatter("K1", 0.18).cut(BASE, force, feed).sample(rng)
+    parts = np.repeat(np.arange(200), 4)
+
+    def column(values, at):
+        """Three passes a part: commands in rows 0 to 2, what they led to in rows 1 to 3."""
+        rows = np.full((200, 4), np.nan)
+        rows[:, at : at + 3] = values.reshape(200, 3)
+        return rows.ravel()
+
+    table = {
+        "part": parts,
+        "normal_force": column(force + rng.normal(0.0, 1.0, 600), 1),
+        "normal_force_command": column(force, 0),
+        "feed_rate": column(feed, 1),
+        "cut_depth": column(depth, 1),
+    }
+    found = weldbead.identify({"sequence": table}, "scatter", model=BASE)
+    clean = weldbead.identify({"normal_force": force, "feed_rate": feed, "cut_depth": depth}, "scatter", model=BASE)
+    assert found.relative_sd == clean.relative_sd
+    del table["normal_force_command"]
+    blind = weldbead.identify({"sequence": table}, "scatter", model=BASE)
+    assert blind.relative_sd[1] > 1.2 * found.relative_sd[1]

@@ -142,7 +142,8 @@ def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[Read
     """Passes whose mean cut is positive, and the model."""
     if not isinstance(model, GrindingProcess):
         raise TypeError(f"model must be a GrindingProcess, whose mean cut the depths scatter about; got {model!r}")
-    read = readings(data, ("normal_force", "feed_rate", "cut_depth"))
+    # The planner needs the scatter about what is commanded; a sensor's noise in the force would count as scatter of the cut.
+    read = readings(data, ("normal_force", "feed_rate", "cut_depth"), commanded=("normal_force",))
     if np.any(read["feed_rate"] <= 0):
         raise checks.refuse("feed_rate", "> 0", float(read["feed_rate"].min()), "mm/s")
     read = read.only(read["normal_force"] > 1.02 * model.threshold_force)

@@ -60,13 +60,16 @@ class Readings:
         return f"from {self.points} passes" + (f", {self.dropped} more were of no use" if self.dropped else "")
 
 
-def readings(data: Any, names: Sequence[str]) -> Readings:
+def readings(data: Any, names: Sequence[str], commanded: Sequence[str] = ()) -> Readings:
     """Return the named quantities of `data`, arrays by name or a log with a table ``"sequence"``.
 
-    NaN means "no reading" in a log, whose row is dropped and counted; in arrays it is refused.
+    NaN means "no reading" in a log, whose row is dropped and counted; in arrays it is refused. Of a log, those `commanded`
+    are the commands that led to the row's readings, where it holds them: they have no sensor's noise.
     """
     table, is_log = _table(data)
     arrays = {name: _column(table, name) for name in names}
+    if is_log:
+        arrays |= {name: _led_to(table, name) for name in commanded if f"{name}_command" in table}
     size = arrays[names[0]].size
     for name, values in arrays.items():
         if values.size != size:
@@ -86,6 +89,13 @@ def _table(data: Any) -> tuple[Any, bool]:
         return data, False
     except TypeError:
         raise TypeError(f"data must be arrays by name, or a log; got {type(data).__name__}") from None
+
+
+def _led_to(table: Any, name: str) -> Floats:
+    """The command of the row before, in the same part: a row holds what was measured, then what was commanded."""
+    command, part = _column(table, f"{name}_command"), np.asarray(table["part"])
+    before = np.concatenate([[np.nan], command[:-1]])
+    return np.where(np.concatenate([[False], part[1:] == part[:-1]]), before, np.nan)
 
 
 def _column(table: Any, name: str) -> Floats:
