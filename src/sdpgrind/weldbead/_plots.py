@@ -1,41 +1,44 @@
 """Pictures of a planned sequence."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 
-if TYPE_CHECKING:
-    from sdpgrind.weldbead._policy import SequencePolicy
 
+def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
+    """Draw expected penalty, duration and force of a policy over its heights (mm) and times left (s); grey is to stop.
 
-def plot_policy(policy: "SequencePolicy") -> Any:
-    """Draw expected penalty, duration and force; lines mark where the policy stops."""
+    What is planned for a stage holds until the next one: a cell reaches from its stage to the one above.
+    """
     plt = need("matplotlib.pyplot", "plot")
-    height, time = policy.states()
-    states = {"height": height[1:, None], "time_left": time[None, :]}
-    action = policy.action(**states)
-    duration = np.where(action.stop, np.nan, action.duration)
-    figure, axes = plt.subplots(1, 3, figsize=(12.5, 3.9), sharey=True, layout="constrained")
-    panels = (
-        (policy.value(**states), "expected penalty [$]", "viridis", None),
-        (duration, "duration of the next pass [s]", "plasma", len(policy.problem.durations)),
+    colors = need("matplotlib.colors", "plot")
+    states = {"height": height[1:, None], "time_left": time[None, :-1]}
+    action, value = policy.action(**states), policy.value(**states)
+    durations = np.asarray(policy.problem.durations)
+    low = max(float(value.min()), 1e-3 * float(value.max())) or None
+    panels: tuple[tuple[Any, str, str, Any], ...] = (
+        (value, "expected penalty [$]", "viridis", colors.LogNorm(low, value.max() or 1.0, clip=True)),
+        (np.where(action.stop, np.nan, action.duration), "next pass [s] (grey: stop)", "plasma", colors.BoundaryNorm(_ends(durations), 256)),
         (action.normal_force, "normal force [N]", "cividis", None),
     )
-    for ax, (field, label, name, steps) in zip(axes, panels, strict=True):
-        cmap = (plt.get_cmap(name, steps) if steps else plt.get_cmap(name)).with_extremes(bad="0.88")
-        limits = _centred(policy.problem.durations) if steps else (None, None)
-        image = ax.pcolormesh(
-            time, height[1:], field, shading="nearest", cmap=cmap, vmin=limits[0], vmax=limits[1], rasterized=True
-        )
-        figure.colorbar(image, ax=ax, label=label, ticks=policy.problem.durations if steps and steps <= 12 else None)
-        ax.set_xlabel("time left [s]")
+    figure, axes = plt.subplots(1, 3, figsize=(13, 3.9), sharey=True, layout="constrained")
+    for ax, (field, label, name, norm) in zip(axes, panels, strict=True):
+        cmap = plt.get_cmap(name).with_extremes(bad="0.88")
+        image = ax.pcolormesh(time, height, np.ma.masked_invalid(field), cmap=cmap, norm=norm, rasterized=True)
+        bar = figure.colorbar(image, ax=ax)
+        if name == "plasma" and durations.size <= 12:
+            bar.set_ticks(durations)
+            bar.minorticks_off()
+        ax.set(title=label, xlabel="time left [s]")
     axes[0].set_ylabel("height [mm]")
-    axes[1].set_title("grey: stop", fontsize=9)
     return figure
 
 
-def _centred(durations: Any) -> tuple[float, float]:
-    half = (durations[-1] - durations[0]) / max(1, len(durations) - 1) / 2 or 0.5
-    return durations[0] - half, durations[-1] + half
+def _ends(durations: Floats) -> Floats:
+    """Ends of the colours: half way between durations, and as far beyond the first and the last."""
+    inner = (durations[1:] + durations[:-1]) / 2
+    low, high = (inner[0], inner[-1]) if inner.size else (durations[0] - 1, durations[-1] + 1)
+    return np.concatenate([[2 * durations[0] - low - 1e-9], inner, [2 * durations[-1] - high + 1e-9]])

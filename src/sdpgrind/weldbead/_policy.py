@@ -12,8 +12,10 @@ from sdpgrind import sdp
 from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
+from sdpgrind.weldbead._plots import plot_policy
 from sdpgrind.weldbead._problem import SequenceProblem
 from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead._translate import sdp_problem, true_problem
 
 
 class SequenceAction:
@@ -266,8 +268,6 @@ class SequencePolicy:
         ValueError
             When the truth is another job: other lengths, durations or stages, or a charge that the plan knows nothing of.
         """
-        from sdpgrind.weldbead._planner import true_problem
-
         truth = (
             model
             if isinstance(model, SequenceProblem)
@@ -297,17 +297,13 @@ class SequencePolicy:
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> "SequencePolicy":
         """Read the policy that `save` wrote to `path`; everything works again, for the problem is data."""
-        from sdpgrind.weldbead._planner import sdp_problem
-
         dataset = records.read(path)
         problem: SequenceProblem = records.decode(dataset.attrs["problem"])
         return cls(problem, sdp.Policy.from_dataset(dataset, sdp_problem(problem, dataset.sizes["height"])))
 
     def plot(self) -> Any:
         """Draw expected penalty, duration and force over time left and height; return the figure."""
-        from sdpgrind.weldbead._plots import plot_policy
-
-        return plot_policy(self)
+        return plot_policy(self, *self.states())
 
     def states(self) -> tuple[Floats, Floats]:
         """Return the heights (mm) and times left (s) of the table's nodes, on time."""
