@@ -11,19 +11,20 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 
-def _with_unit(rule: str, unit: str) -> str:
+def with_unit(rule: str, unit: str) -> str:
+    """Put the unit behind a rule, in brackets; nothing where there is none."""
     return f"{rule} ({unit})" if unit else rule
 
 
 def refuse(name: str, rule: str, value: object, unit: str = "") -> ValueError:
     """Give the error of a refused argument: ``<name> must be <rule> (<unit>); got <value>``."""
-    return ValueError(f"{name} must be {_with_unit(rule, unit)}; got {value!r}")
+    return ValueError(f"{name} must be {with_unit(rule, unit)}; got {value!r}")
 
 
 def number(name: str, value: object, unit: str = "") -> float:
     """Return `value` as a finite float."""
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise TypeError(f"{name} must be {_with_unit('a number', unit)}; got {value!r}")
+        raise TypeError(f"{name} must be {with_unit('a number', unit)}; got {value!r}")
     if not isfinite(value):
         raise refuse(name, "finite", float(value), unit)
     return float(value)

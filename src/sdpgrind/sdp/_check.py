@@ -65,7 +65,7 @@ def check(problem: Problem) -> Report:
     ...     [sdp.Axis("x", 0.1, 1.0, 11)], [sdp.Move("go", {"a": [1.0]}, sdp.Sampled(lambda s, c, e: (2 * s.x,)))],
     ...     [], sdp.Forever())
     >>> print(sdp.check(problem))
-    wrong: move 'go' must keep x in [0.1, 1] (), or the axis needs another edge than 'refuse'; got 2
+    wrong: move 'go' must keep x in [0.1, 1], or the axis needs another edge than 'refuse'; got 2
     note: ...
     """
     small = replace(problem, axes=[_small(axis) for axis in problem.axes])

@@ -55,7 +55,8 @@ class Axis:
     def __post_init__(self) -> None:
         checks.number(f"{self.name}.low", self.low, self.unit)
         if checks.number(f"{self.name}.high", self.high, self.unit) <= self.low:
-            raise ValueError(f"{self.name}.high must be > low ({self.unit}); got {self.high!r} and {self.low!r}")
+            rule = checks.with_unit("> low", self.unit)
+            raise ValueError(f"{self.name}.high must be {rule}; got {self.high!r} and {self.low!r}")
         checks.count(f"{self.name}.nodes", self.nodes, at_least=3)
         checks.one_of(f"{self.name}.scale", self.scale, ("linear", "log"))
         if self.scale == "log":
@@ -63,6 +64,11 @@ class Axis:
         for side in (self.below, self.above):
             if isinstance(side, str):
                 checks.one_of(f"{self.name}.below and .above", side, ("refuse", "hold", "stop"))
+
+    @property
+    def interval(self) -> str:
+        """The interval in words, with its unit."""
+        return checks.with_unit(f"[{self.low:g}, {self.high:g}]", self.unit)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._charges import Charge
 from sdpgrind.sdp._grid import Ints, record
@@ -133,7 +134,7 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
     index = []
     for k, (axis, x) in enumerate(zip(menu.grid.axes, after, strict=True)):
         if np.any(np.isnan(x)):
-            raise ValueError(f"move {menu.move.name!r}: step must give numbers ({axis.unit}); got NaN for {axis.name}")
+            raise ValueError(f"move {menu.move.name!r}: step must give {checks.with_unit('numbers', axis.unit)}; got NaN for {axis.name}")
         with np.errstate(divide="ignore", invalid="ignore"):
             i = menu.grid.index(k, x)
         for beyond, edge, end in ((x <= axis.low, axis.below, axis.low), (x >= axis.high, axis.above, axis.high)):
@@ -141,7 +142,8 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
             if edge == "refuse" and np.any(strictly & (np.abs(x - end) > 1e-9 * (axis.high - axis.low))):
                 worst = float(x[strictly].flat[int(np.argmax(np.abs(x[strictly] - end)))])
                 raise ValueError(
-                    f"move {menu.move.name!r} must keep {axis.name} in [{axis.low:g}, {axis.high:g}] ({axis.unit}), or the axis needs another edge than 'refuse'; got {worst:g}"
+                    f"move {menu.move.name!r} must keep {axis.name} in {axis.interval}, or the axis needs another edge than 'refuse';"
+                    f" got {worst:g}"
                 )
             if edge == "stop":
                 leaving = strictly & (inside > 0)
