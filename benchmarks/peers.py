@@ -117,9 +117,7 @@ def fold(problem: sdp.Problem, rows: Rows) -> Folded:
     columns.append(np.array([end]))
     counts.append(np.ones(1, int))
     pointer = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
-    matrix = sparse.csr_matrix(
-        (np.concatenate(data), np.concatenate(columns), pointer), shape=(pointer.size - 1, end + 1)
-    )
+    matrix = sparse.csr_matrix((np.concatenate(data), np.concatenate(columns), pointer), shape=(pointer.size - 1, end + 1))
     return Folded(
         np.append(np.concatenate(reward), 0.0),
         matrix,
@@ -164,9 +162,7 @@ def solve_hiive(problem: sdp.Problem, rows: Rows) -> np.ndarray:
         missing = np.ones(size)
         missing[folded.state[at]] = 0.0
         matrices.append(
-            (
-                move + sparse.csr_matrix((missing, (np.arange(size), np.full(size, size - 1))), shape=(size, size))
-            ).tocsr()
+            (move + sparse.csr_matrix((missing, (np.arange(size), np.full(size, size - 1))), shape=(size, size))).tocsr()
         )
     solver = FiniteHorizon(matrices, reward, 1.0, folded.stages // int(rows.duration.min()) + 2, skip_check=True)
     solver.run()

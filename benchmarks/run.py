@@ -44,10 +44,12 @@ def peak_memory(run: Callable[[], object]) -> float:
 def same_mdp() -> None:
     print("\n## The same finite decision process (Brown's grid: 21 heights x 2 s, 51 forces, 8 durations)")
     print(
-        "Ratios: from the same weights on (tables ready on our side, arrays assembled and solved on theirs); in brackets our time from the laws on."
+        "Ratios: from the same weights on (tables ready on our side, arrays assembled and solved on theirs);"
+        " in brackets our time from the laws on."
     )
     print(
-        "| | ours, from the laws | ours, from the weights | quantecon, shortest horizon | quantecon, horizon = stages | ratios | hiive | max difference | policies differ beyond ties | memory ours / quantecon |"
+        "| | ours, from the laws | ours, from the weights | quantecon, shortest horizon | quantecon, horizon = stages"
+        " | ratios | hiive | max difference | policies differ beyond ties | memory ours / quantecon |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|")
     for name in ("P1", "P5"):
@@ -61,9 +63,7 @@ def same_mdp() -> None:
         value, action = peers.solve_quantecon(problem, rows)
         start = 1 if policy.has_base else 0
         mine = policy.table.value[start:, 0]
-        other = (
-            median(lambda p=problem, r=rows: peers.solve_hiive(p, r), 1) if name == "P1" and not QUICK else float("nan")
-        )
+        other = median(lambda p=problem, r=rows: peers.solve_hiive(p, r), 1) if name == "P1" and not QUICK else float("nan")
         memory = (
             peak_memory(lambda p=problem: plain(p)),
             peak_memory(lambda p=problem, r=rows: peers.solve_quantecon(p, r)),
@@ -71,7 +71,8 @@ def same_mdp() -> None:
         print(
             f"| {name} | {1e3 * ours:.2f} ms | {1e3 * ready:.2f} ms | {1e3 * theirs:.0f} ms | {1e3 * long:.0f} ms "
             f"| {theirs / ready:.0f}x, {long / ready:.0f}x ({theirs / ours:.0f}x, {long / ours:.0f}x) | {other:.2f} s "
-            f"| {np.max(np.abs(mine - value)):.1e} $ | {_differ(policy, problem, action, start)} of {action.size} | {memory[0]:.1f} / {memory[1]:.0f} MB |"
+            f"| {np.max(np.abs(mine - value)):.1e} $ | {_differ(policy, problem, action, start)} of {action.size} "
+            f"| {memory[0]:.1f} / {memory[1]:.0f} MB |"
         )
 
 
@@ -126,9 +127,8 @@ def fine_grid() -> None:
         exact = sdp.plan(weldbead.sdp_problem(fine, 201, levels=3201))
         error = float(np.max(np.abs(policy.table.value - exact.table.value)))
         took = median(lambda f=fine: sdp.plan(weldbead.sdp_problem(f, 201)), 3 if QUICK else 7)
-        print(
-            f"| {name} | {took:.3f} s | {peak_memory(lambda f=fine: sdp.plan(weldbead.sdp_problem(f, 201))):.0f} MB | {error:.1e} $ |"
-        )
+        memory = peak_memory(lambda f=fine: sdp.plan(weldbead.sdp_problem(f, 201)))
+        print(f"| {name} | {took:.3f} s | {memory:.0f} MB | {error:.1e} $ |")
 
 
 def tolerances() -> None:
@@ -146,13 +146,12 @@ def tolerances() -> None:
             if (nodes - 1) * 8 <= 3200 or (tolerance < 1e-4 and not QUICK and name == "P1"):
                 factor = min(8, 12800 // (nodes - 1))
                 reference = sdp.plan(
-                    weldbead.sdp_problem(
-                        problem, factor * (nodes - 1) + 1, levels=401 if factor * nodes > 7000 else 1601
-                    )
+                    weldbead.sdp_problem(problem, factor * (nodes - 1) + 1, levels=401 if factor * nodes > 7000 else 1601)
                 )
                 true = float(np.max(np.abs(policy.table.table.value - reference.table.value[:, :, ::factor])))
             print(
-                f"| {name} | {tolerance:g} $ | {took:.2f} s | {nodes} | {policy.error:.1e} $ | {true:.1e} $ | {policy.error / true:.1f} |"
+                f"| {name} | {tolerance:g} $ | {took:.2f} s | {nodes} | {policy.error:.1e} $ "
+                f"| {true:.1e} $ | {policy.error / true:.1f} |"
             )
 
 
@@ -193,7 +192,8 @@ def monte_carlo() -> None:
     free = policy.simulate(runs=1_000_000, height=1.5, time_left=30.0, rng=2)
     value = policy.value(height=1.5, time_left=30.0)
     print(
-        f"{took:.2f} s; snapped z = {(snapped.mean - value) / snapped.standard_error:.2f}; continuous {100 * (free.mean / value - 1):+.2f} % (se {100 * free.standard_error / value:.2f} %)"
+        f"{took:.2f} s; snapped z = {(snapped.mean - value) / snapped.standard_error:.2f};"
+        f" continuous {100 * (free.mean / value - 1):+.2f} % (se {100 * free.standard_error / value:.2f} %)"
     )
 
 

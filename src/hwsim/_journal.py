@@ -124,9 +124,7 @@ class Journal:
 
     def read(self, limit: int = -1) -> Iterator[Part]:
         """Give the first `limit` finished parts (private to this package)."""
-        rows = self._database.execute(
-            "SELECT number, names, arrays FROM part ORDER BY number LIMIT ?", (limit,)
-        ).fetchall()
+        rows = self._database.execute("SELECT number, names, arrays FROM part ORDER BY number LIMIT ?", (limit,)).fetchall()
         for expected, (number, names, arrays) in enumerate(rows):
             if number != expected:
                 raise ValueError(f"{str(self.path)!r} lacks part {expected}")
@@ -139,9 +137,7 @@ class Journal:
             row = (number, json.dumps(outcome), *_packed(part))
             self._database.execute("INSERT INTO part VALUES (?, ?, ?, ?)", row)
         except sqlite3.IntegrityError:
-            raise RuntimeError(
-                f"part {number} is in {str(self.path)!r} already: another run is writing there"
-            ) from None
+            raise RuntimeError(f"part {number} is in {str(self.path)!r} already: another run is writing there") from None
 
     def close(self) -> None:
         """Close the file."""

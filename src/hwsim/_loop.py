@@ -237,9 +237,7 @@ def _run_one(plant: Plant, controller: Controller, clock: Clock, numbered: _Numb
 
 
 @contextmanager
-def _book(
-    path: str | os.PathLike[str] | None, ingredients: Mapping[str, Any], labels: Labels
-) -> Iterator[Journal | None]:
+def _book(path: str | os.PathLike[str] | None, ingredients: Mapping[str, Any], labels: Labels) -> Iterator[Journal | None]:
     """Open or begin the journal; refuse one that was begun with other ingredients."""
     if path is None:
         yield None

@@ -45,10 +45,7 @@ _UNITS = {
     **{name: _unit(f, *_ENERGY) for name, f in {"J": "1", "mJ": "0.001", "kJ": "1000"}.items()},
     **{name: _unit(f, *_POWER) for name, f in {"W": "1", "mW": "0.001", "kW": "1000"}.items()},
     "hp": _unit(550 * Fraction("0.3048") * _POUND, *_POWER),
-    **{
-        name: _unit(f, *_ANGLE)
-        for name, f in {"rad": Fraction(1), "rev": _TURN, "deg": _TURN / 360, "°": _TURN / 360}.items()
-    },
+    **{name: _unit(f, *_ANGLE) for name, f in {"rad": Fraction(1), "rev": _TURN, "deg": _TURN / 360, "°": _TURN / 360}.items()},
     **{name: _unit(f, 0, -1, 0, 1) for name, f in {"Hz": _TURN, "rpm": _TURN / 60}.items()},
     **{name: _unit(f, 0, 0, 0, 0, 1) for name, f in {"$": "1", "ct": "0.01"}.items()},
     **{name: _unit(f) for name, f in {"1": "1", "%": "0.01"}.items()},

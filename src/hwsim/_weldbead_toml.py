@@ -84,9 +84,7 @@ class _Table:
         for key in self.entries:
             if key not in self.known:
                 close = difflib.get_close_matches(key, self.known, 1)
-                meant = (
-                    f"is {self.path(close[0])} meant?" if close else f"keys here are {', '.join(sorted(self.known))}"
-                )
+                meant = f"is {self.path(close[0])} meant?" if close else f"keys here are {', '.join(sorted(self.known))}"
                 raise ValueError(f"{self.path(key)} is not a key; {meant}")
 
 
@@ -180,9 +178,7 @@ def _one_sided(table: _Table, unit: str) -> sdp.OneSided:
 
 
 def _finish_charge(table: _Table) -> weldbead.FinishCharge:
-    charge = weldbead.FinishCharge(
-        table.number("charge", "$"), **table.given({"exponent": "", "reference_rate": "mm/s"})
-    )
+    charge = weldbead.FinishCharge(table.number("charge", "$"), **table.given({"exponent": "", "reference_rate": "mm/s"}))
     table.done()
     return charge
 

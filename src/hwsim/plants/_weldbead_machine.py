@@ -74,9 +74,7 @@ class WeldBead:
         """Refuse a pass that the stand cannot do."""
         problem = self._problem
         if "normal_force" not in command:
-            raise ValueError(
-                f"a pass needs normal_force (N) and duration (s) or feed_rate (mm/s); got {dict(command)!r}"
-            )
+            raise ValueError(f"a pass needs normal_force (N) and duration (s) or feed_rate (mm/s); got {dict(command)!r}")
         force = checks.positive("normal_force", command["normal_force"], "N")
         if force > problem.force_max * (1 + _AGREE):
             raise checks.refuse("normal_force", f"<= force_max = {problem.force_max:g}", force, "N")
@@ -99,9 +97,7 @@ class WeldBead:
             raise checks.refuse("duration", f"> reset_time = {reset:g}", duration, "s")
         feed_rate = checks.positive("feed_rate", command.get("feed_rate", length / (duration - reset)), "mm/s")
         if abs(length / feed_rate + reset - duration) > _AGREE * duration:
-            rule = (
-                f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} s, reset {reset:g} s"
-            )
+            rule = f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} s, reset {reset:g} s"
             raise checks.refuse("feed_rate", rule, feed_rate, "mm/s")
         return duration, feed_rate
 

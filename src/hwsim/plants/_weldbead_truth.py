@@ -27,9 +27,7 @@ class _Pass(NamedTuple):
         return self.process.bead_width * self.feed_rate
 
 
-def blamed(
-    scatter: Scatter, process: GrindingProcess, normal_force: float, feed_rate: float, cut: float
-) -> Coefficients:
+def blamed(scatter: Scatter, process: GrindingProcess, normal_force: float, feed_rate: float, cut: float) -> Coefficients:
     """Coefficients with which the static cut (Brown (4.4)-(4.8)) is exactly `cut` (mm) at this force and feed.
 
     Where several coefficients scatter, each takes the share of the deviation that it has of the variance.

@@ -103,9 +103,7 @@ class KernelDensity:
         return np.asarray(ndtr((at[..., None] - centres) / self.bandwidth).mean(axis=-1))
 
 
-def kernel_density(
-    sample: npt.ArrayLike, *, bandwidth: float | None = None, method: str = "truncated"
-) -> KernelDensity:
+def kernel_density(sample: npt.ArrayLike, *, bandwidth: float | None = None, method: str = "truncated") -> KernelDensity:
     """Return the density of an amount >= 0 by normal kernels on its sample.
 
     Parameters

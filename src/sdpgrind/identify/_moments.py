@@ -229,8 +229,7 @@ def _checked(
     x: tuple[float, float], y: tuple[float, float], correlation: float
 ) -> tuple[tuple[float, float], tuple[float, float], float]:
     first, second = (
-        (checks.number(f"{name} mean", mean), checks.nonnegative(f"{name} sd", sd))
-        for name, (mean, sd) in (("x", x), ("y", y))
+        (checks.number(f"{name} mean", mean), checks.nonnegative(f"{name} sd", sd)) for name, (mean, sd) in (("x", x), ("y", y))
     )
     return first, second, checks.within("correlation", correlation, -1, 1, "1")
 

@@ -21,7 +21,7 @@ def alternatives(solution: Solution, within: float, state: dict[str, Any]) -> di
         return {problem.stops[0].name: float(solution.value_at(place)[0])} if problem.stops else {}
     row, mode = int(place.row[0]), int(place.mode[0])
     stage = row + solution.first
-    s = stop_state(problem, [p for p in place.points], place.mode, stage)
+    s = stop_state(problem, list(place.points), place.mode, stage)
     late = float(solution.locator.late_at(place)[0])
     costs = {stop.name: float(np.ravel(charge_of(problem, stop, s))[0]) + late for stop in problem.stops}
     node, part = (np.ravel(x) for x in solution.grid.corners(place.index))
@@ -44,11 +44,7 @@ def _move_costs(solution: Solution, problem: Problem, row: int, mode: int, time:
         before = not layout.endless and arrival < base
         if before and not solution.has_base:
             continue
-        end = (
-            time - duration * layout.step
-            if solution.has_base and row == 0
-            else (arrival + solution.first) * layout.step
-        )
+        end = time - duration * layout.step if solution.has_base and row == 0 else (arrival + solution.first) * layout.step
         late = float(layout.late_charge(-end)) if not layout.endless else 0.0
         value, level = (t.value[0] + late, extra + late) if before else (t.value[arrival], extra + late)
         stage = arrival + solution.first if not layout.endless else None

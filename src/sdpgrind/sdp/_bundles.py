@@ -63,9 +63,7 @@ class Bundles:
             else {piece: piece.prepare(problem, grid, None, keep) for _, pieces in self._groups for piece in pieces}
         )
 
-    def best(
-        self, value: Floats, level: Floats, stage: int | None, last: int | None
-    ) -> Iterator[tuple[list[int], Found]]:
+    def best(self, value: Floats, level: Floats, stage: int | None, last: int | None) -> Iterator[tuple[list[int], Found]]:
         """Yield the moves of each bundle with what is best into value[mode, node], which is that of `stage`.
 
         Moves that would begin beyond the stage `last` are left out where that saves work; `stage` None: the late side.
@@ -106,9 +104,7 @@ class Bundles:
                 return found
             if len(self.grid.shape) == 1:
                 return Found(found.q[:, :, 0], found.control[:, :, 0], found.entry[:, :, 0])
-        parts = [
-            np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")
-        ]
+        parts = [np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")]
         if not isinstance(shift, Shift):
             return Found(*parts)
         axis = shift.position(self.grid)
@@ -130,10 +126,7 @@ class Bundles:
         total, size = self.grid.size, NODES
         if isinstance(to, Shift):
             total, size = self.grid.size // self.grid.shape[to.position(self.grid)], LINES
-        return [
-            Piece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total)))
-            for a in range(0, total, size)
-        ]
+        return [Piece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total))) for a in range(0, total, size)]
 
 
 def _per_mode(menu: Menu) -> bool:

@@ -28,9 +28,7 @@ def compiled_step(menu: Menu) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _kernel(
-    step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]
-) -> Any:
+def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]) -> Any:
     """The sweep over rows, nodes and noise for one step function; compiled once for each."""
     n_state, n_control, n_noise, n_axes = sizes
     step = njit(step)
@@ -38,10 +36,11 @@ def _kernel(
     charged = charge is not None
 
     @njit(nogil=True)
-    def sweep(
-        points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, penalty, q
-    ):
-        """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite; returns the worst coordinate that left a refused edge (NaN: none; infinite: no number)."""
+    def sweep(points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, penalty, q):
+        """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite.
+
+        Return the worst coordinate that left a refused edge (NaN: none did; infinite: one was no number).
+        """
         worst = np.nan
         low, part = np.empty(n_axes, dtype=np.int64), np.empty(n_axes)
         for row in range(controls.shape[0]):
@@ -120,7 +119,8 @@ def expect(bundle: "PointBundle", move: Sampled, value: Floats, level: Floats) -
         )
         sweep = _kernel(move.step, move.charge, *types, sizes)
         worst = sweep(
-            _columns(s, bundle.count), _columns(c, menu.rows), _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
+            _columns(s, bundle.count), _columns(c, menu.rows),
+            _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
             *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out[k],
         )  # fmt: skip
         if np.isinf(worst):
@@ -142,9 +142,7 @@ def _edges(menu: Menu) -> tuple[Any, ...]:
     kinds, extra = np.zeros((len(grid.axes), 2), dtype=np.int64), np.zeros((len(grid.axes), 2))
     for k, axis in enumerate(grid.axes):
         for side, edge in enumerate((axis.below, axis.above)):
-            kinds[k, side] = (
-                {"hold": HOLD, "stop": STOP, "refuse": REFUSE}.get(edge, NUMBER) if isinstance(edge, str) else NUMBER
-            )
+            kinds[k, side] = {"hold": HOLD, "stop": STOP, "refuse": REFUSE}.get(edge, NUMBER) if isinstance(edge, str) else NUMBER
             extra[k, side] = 0.0 if isinstance(edge, str) else edge
     logs = np.array([a.scale == "log" for a in grid.axes])
     return axes, logs, kinds, np.array(grid.shape, dtype=np.int64), extra, _sides(menu)

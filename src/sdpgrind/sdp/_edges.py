@@ -61,9 +61,7 @@ class Exit:
         """Expected charge for what lies beyond: the stop's, or the given value-to-go."""
         if self.edge == "stop":
             y = np.subtract(x, self.place)
-            return sum(
-                (p.expected_over(law, y) if self.sign > 0 else p.expected_under(law, y) for p in self.parts), 0.0
-            )
+            return sum((p.expected_over(law, y) if self.sign > 0 else p.expected_under(law, y) for p in self.parts), 0.0)
         return 0.0 if isinstance(self.edge, str) else self.edge * probability
 
     def full_hat(self, law: Law, x: Any, h: float, probability: Floats) -> Floats:
@@ -82,6 +80,7 @@ def _parts(problem: Problem, edge: Any, start: float, side: str) -> tuple[OneSid
     one = getattr(charge, side)
     if start < 0 or not isinstance(one, OneSided):
         raise ValueError(
-            f"the edge 'stop' needs a Charge with a Constant, Linear or Quadratic {side} side and its target on the axis; got {charge!r}"
+            f"the edge 'stop' needs a Charge with a Constant, Linear or Quadratic {side} side and its target on the axis;"
+            f" got {charge!r}"
         )
     return tuple(part for part in beyond(one, start) if not part.zero)

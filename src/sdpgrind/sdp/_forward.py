@@ -105,11 +105,7 @@ class Distribution:
             bound(c)
             for c in (
                 0.0,
-                float(
-                    minimize_scalar(
-                        bound, bounds=(0.0, high), method="bounded", options={"xatol": 1e-12 + 1e-10 * high}
-                    ).x
-                ),
+                float(minimize_scalar(bound, bounds=(0.0, high), method="bounded", options={"xatol": 1e-12 + 1e-10 * high}).x),
                 *np.unique(self.charge[self.probability > 1e-6])[:64],
             )
         )
@@ -203,9 +199,7 @@ class _Spread:
                 for tail in rows.tails
                 if float(mass[here] @ rows.stopped[here]) > NEGLIGIBLE
             ]
-        beyond = sum(
-            (tail.end.charge(tail.law, tail.x, tail.end.probability(tail.law, tail.x)) for tail in rows.tails), 0.0
-        )
+        beyond = sum((tail.end.charge(tail.law, tail.x, tail.end.probability(tail.law, tail.x)) for tail in rows.tails), 0.0)
         self.on_the_way += float(mass @ (rows.charge - beyond))
         self.moves += float(mass.sum())
         after = rows.spread(mass, len(self.problem.modes))

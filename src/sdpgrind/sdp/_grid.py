@@ -22,7 +22,7 @@ Ints = npt.NDArray[np.int64]
 
 @lru_cache(maxsize=256)
 def record(kind: str, names: tuple[str, ...]) -> Any:
-    """Return the named-tuple class of kind "S", "C", "E" or "N" with these fields (one class for each, so that they pickle apart)."""
+    """Return the named-tuple class of kind "S", "C", "E" or "N" with these fields: one class for each."""
     return namedtuple(kind, names)
 
 
@@ -50,9 +50,7 @@ class Grid:
     @cached_property
     def spacing(self) -> tuple[float, ...]:
         """Length of a cell of each axis (of its logarithm on a log axis)."""
-        return tuple(
-            (self._scaled(axis, axis.high) - self._scaled(axis, axis.low)) / (axis.nodes - 1) for axis in self.axes
-        )
+        return tuple((self._scaled(axis, axis.high) - self._scaled(axis, axis.low)) / (axis.nodes - 1) for axis in self.axes)
 
     @cached_property
     def coordinates(self) -> tuple[Floats, ...]:
@@ -96,7 +94,5 @@ def corners(shape: Sequence[int], index: Sequence[Any]) -> tuple[Ints, Floats]:
     node, weight = [], []
     for upper in product((0, 1), repeat=len(shape)):
         node.append(sum((k + u) * s for k, u, s in zip(low, upper, stride, strict=True)))
-        weight.append(
-            np.prod(np.broadcast_arrays(*[p if u else 1 - p for p, u in zip(part, upper, strict=True)]), axis=0)
-        )
+        weight.append(np.prod(np.broadcast_arrays(*[p if u else 1 - p for p, u in zip(part, upper, strict=True)]), axis=0))
     return np.stack(np.broadcast_arrays(*node)), np.stack(weight)

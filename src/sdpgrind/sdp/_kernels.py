@@ -1,8 +1,9 @@
 """Compiled kernels of the shift transition and of the backward step. Plain arrays in, plain arrays out.
 
 Symbols: `weight[group, row, k]` is the probability weight of moving down `first_lag + k` cells; `gone` the probability of
-leaving the grid for a given value-to-go (into a stop: `stopped`), `above` what a full hat at the top node counts too much, `charge` everything
-charged on the way and beyond the edges. `value[target, node]` is the value-to-go, target = (mode, nodes of other axes).
+leaving the grid for a given value-to-go (into a stop: `stopped`), `above` what a full hat at the top node counts too much,
+`charge` everything charged on the way and beyond the edges. `value[target, node]` is the value-to-go, target = (mode,
+nodes of other axes).
 """
 
 from typing import Any
@@ -41,9 +42,7 @@ def _expect(group, row, node, tables, value, flipped, level):
             continue
         to = target[group, row, corner]
         bottom = value[to, 0]
-        inner = _dot(
-            weight, group, row, first_lag, reach[group, row, 0], reach[group, row, 1], flipped, to, node, nodes
-        )
+        inner = _dot(weight, group, row, first_lag, reach[group, row, 0], reach[group, row, 1], flipped, to, node, nodes)
         if above.shape[2] > 0:
             inner -= above[group, row, node] * (value[to, nodes - 1] - bottom)
         total += share * (inner + bottom)
@@ -103,9 +102,7 @@ def _vertex(levels, a, qa, qb, qc, e, qe):
     twist = ((qe - qa - left * (xe - xa)) / ((xe - xa) * (xe - xb)) - bend) / (xe - xc)
     x = u
     for _ in range(3):
-        slope = (
-            left + bend * (2 * x - xa - xb) + twist * ((x - xa) * (x - xb) + (x - xa) * (x - xc) + (x - xb) * (x - xc))
-        )
+        slope = left + bend * (2 * x - xa - xb) + twist * ((x - xa) * (x - xb) + (x - xa) * (x - xc) + (x - xb) * (x - xc))
         curve = 2 * bend + 2 * twist * (3 * x - xa - xb - xc)
         if not curve > 0.0:
             return u, flat, qb - flat
@@ -237,9 +234,7 @@ def push(plan, tables, value, flipped, level, dense, use_dense, coarse_q, out_q,
         scanned = rows[scan_at[move] : scan_at[move + 1]]
         part = coarse_q[: scanned.size]
         for group in range(out_q.shape[1]):
-            scan(
-                group, scanned, tables, value, flipped, level, dense[scan_at[move] : scan_at[move + 1]], use_dense, part
-            )
+            scan(group, scanned, tables, value, flipped, level, dense[scan_at[move] : scan_at[move + 1]], use_dense, part)
             if not refine[move] and strides[move] == 1:
                 first_least(
                     part,
@@ -279,7 +274,9 @@ def _promising(q, before, after, minimum):
 
 @njit(**_OPTIONS)
 def choose(stop_q, move_q, shared, move_u, move_a, value, best, control, entry, gap):
-    """One backward step: value[mode, node] = min over stops and moves; ties go to stops, then to the first move. Tell whether all are finite.
+    """One backward step: value[mode, node] = min over stops and moves; tell whether all are finite.
+
+    Ties go to stops, then to the first move.
 
     `stop_q[stop, mode, node]`, `move_q[move, mode, node]` (mode 0 serves all where `shared[move]`).
     `best` counts stops as -1, -2, ... and moves as 0, 1, ...
@@ -389,9 +386,7 @@ def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
                         e = k + 2 if k + 1 < end else k - 2
                         fourth = q[e, node] if begin <= e <= end else np.inf
                         first = k - 1 - a * count
-                        u, value, wrong = _vertex(
-                            levels, first, q[k - 1, node], value, q[k + 1, node], e - a * count, fourth
-                        )
+                        u, value, wrong = _vertex(levels, first, q[k - 1, node], value, q[k + 1, node], e - a * count, fourth)
                     if value < best - _tie(best) or (best == np.inf and value < np.inf):
                         best, u_best, a_best = value, u, a
                         state[0] = max(state[0], wrong)

@@ -69,9 +69,7 @@ class Locator:
     def _rows(self, time: Floats) -> tuple[Ints, Floats]:
         """Slices of stage coordinates, and the late charge that the base slice lacks."""
         layout, stage = self.layout, time / self.layout.step
-        self._refuse(
-            time, ~(stage <= layout.count + ROUNDING), f"<= {layout.count * layout.step:g}, the horizon of the policy"
-        )
+        self._refuse(time, ~(stage <= layout.count + ROUNDING), f"<= {layout.count * layout.step:g}, the horizon of the policy")
         below = np.floor(stage + ROUNDING).astype(np.int64)
         lowest = self.first + (1 if self.has_base else 0)
         if not self.has_base:

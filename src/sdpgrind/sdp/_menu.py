@@ -31,9 +31,7 @@ def levels_of(levels: Levels) -> tuple[Floats, Ints, int]:
     stride = 2 ** max(0, int(np.log2(levels.count / SCANNED)))
     share = (np.diff(ends) / (levels.high - levels.low) + 1 / (len(ends) - 1)) / 2
     cells = stride * np.maximum(1, np.round(share * (levels.count - 1) / stride).astype(int))
-    pieces = [
-        a + (b - a) * (1 - np.cos(np.pi * np.arange(k) / k)) / 2 for a, b, k in zip(ends, ends[1:], cells, strict=False)
-    ]
+    pieces = [a + (b - a) * (1 - np.cos(np.pi * np.arange(k) / k)) / 2 for a, b, k in zip(ends, ends[1:], cells, strict=False)]
     return np.append(np.concatenate(pieces), levels.high), np.concatenate([[0], np.cumsum(cells)]), stride
 
 
@@ -91,16 +89,11 @@ class Menu:
 
     def row_controls(self) -> Any:
         """Return ``c`` with one entry for each row."""
-        return self.controls(
-            np.repeat(np.arange(self.move.choices), self.levels.size), np.tile(self.levels, self.move.choices)
-        )
+        return self.controls(np.repeat(np.arange(self.move.choices), self.levels.size), np.tile(self.levels, self.move.choices))
 
     def controls(self, choice: Ints, level: Floats) -> Any:
         """Return ``c`` for entries of the lists and values of the continuous control."""
-        fields = {
-            name: (level if name == self.move.level_name else self.move.lists[name][choice])
-            for name in self.move.controls
-        }
+        fields = {name: (level if name == self.move.level_name else self.move.lists[name][choice]) for name in self.move.controls}
         return record("C", tuple(fields))(**fields)
 
     def state(self, coordinates: Sequence[Any], mode: Any = None, stage: Any = None, without: str | None = None) -> Any:

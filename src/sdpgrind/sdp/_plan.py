@@ -106,10 +106,7 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
 def _with_finer_levels(problem: Problem) -> Problem:
     moves = []
     for move in problem.moves:
-        finer = {
-            k: replace(v, count=2 * v.count) if isinstance(v, Levels) and v.search else v
-            for k, v in move.controls.items()
-        }
+        finer = {k: replace(v, count=2 * v.count) if isinstance(v, Levels) and v.search else v for k, v in move.controls.items()}
         moves.append(replace(move, controls=finer))
     return replace(problem, moves=moves)
 

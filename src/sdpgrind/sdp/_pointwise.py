@@ -115,9 +115,7 @@ class PointBundle:
     def _chunks(self) -> list[tuple[int, slice]]:
         step = max(1, CHUNK // max(1, self.count * self.weight.size))
         return [
-            (k, slice(r, min(r + step, self.menu.rows)))
-            for k in range(self.sources.size)
-            for r in range(0, self.menu.rows, step)
+            (k, slice(r, min(r + step, self.menu.rows))) for k in range(self.sources.size) for r in range(0, self.menu.rows, step)
         ]
 
     def _land(self, source: int, rows: slice) -> tuple[Any, Any]:

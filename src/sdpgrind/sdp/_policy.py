@@ -118,9 +118,7 @@ class Policy(Solution):
         """Return what to do at states; see `value`. Its gap is in $, its controls in their own units."""
         place = self.locate(state)
         best, entry, control, gap = self.act(place)
-        durations = np.array(
-            [0.0] * len(self.layout.stops) + [m.duration * (self.layout.step or 1.0) for m in self.layout.moves]
-        )
+        durations = np.array([0.0] * len(self.layout.stops) + [m.duration * (self.layout.step or 1.0) for m in self.layout.moves])
         names = np.array([*self.layout.stops, *(m.name for m in self.layout.moves)])
         which = np.where(best < 0, -1 - best, best + len(self.layout.stops))
         shape = place.shape
@@ -215,8 +213,7 @@ class Policy(Solution):
             "gap": (t.gap, {"units": "$", "long_name": "how much worse the best alternative is"}),
         }
         coordinates = {
-            axis.name: (axis.name, x, {"units": axis.unit})
-            for axis, x in zip(layout.axes, self.grid.coordinates, strict=True)
+            axis.name: (axis.name, x, {"units": axis.unit}) for axis, x in zip(layout.axes, self.grid.coordinates, strict=True)
         }
         stages = np.arange(self.first, self.first + t.value.shape[0])
         attrs = {
@@ -235,7 +232,7 @@ class Policy(Solution):
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the policy to a NetCDF file at `path`. Functions of the problem cannot be saved; everything that look-ups need is."""
+        """Write the policy to a NetCDF file at `path`. Functions of the problem cannot be saved; what look-ups need is."""
         records.write(self.dataset, path, "sdp.policy")
 
     @classmethod

@@ -307,16 +307,13 @@ class Problem:
         exact = len(self.axes) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         two_axes = len(stopping) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         if stopping and not (exact or two_axes):
-            raise ValueError(
-                f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis"
-            )
+            raise ValueError(f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis")
 
-        numbers = [
-            axis.name for axis in self.axes if not isinstance(axis.below, str) or not isinstance(axis.above, str)
-        ]
+        numbers = [axis.name for axis in self.axes if not isinstance(axis.below, str) or not isinstance(axis.above, str)]
         if numbers and isinstance(self.stages, Stages) and self.stages.late is not None:
             raise ValueError(
-                f"the ends of the axis {numbers[0]!r} must not be numbers beside a late charge, which they would not bear; use 'stop'"
+                f"the ends of the axis {numbers[0]!r} must not be numbers beside a late charge,"
+                " which they would not bear; use 'stop'"
             )
 
     @property

@@ -65,11 +65,7 @@ class Sampled:
         if not isinstance(after, tuple) or len(after) != len(menu.grid.axes):
             got = f"a tuple of {len(after)}" if isinstance(after, tuple) else type(after).__name__
             raise TypeError(f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}")
-        charge = (
-            0.0
-            if self.charge is None
-            else self.charge(s, c, record("N", tuple(a.name for a in menu.grid.axes))(*after))
-        )
+        charge = 0.0 if self.charge is None else self.charge(s, c, record("N", tuple(a.name for a in menu.grid.axes))(*after))
         shape = np.broadcast_shapes(*(np.shape(x) for x in after), np.shape(charge))
         return tuple(np.broadcast_to(np.asarray(x, dtype=float), shape) for x in after), charge
 
@@ -78,9 +74,7 @@ class Sampled:
         noise, weight = self.quadrature()
         e = record("E", tuple(noise))(**{name: x[None, :] for name, x in noise.items()})
         column = tuple(p[:, None] for p in points)
-        s = menu.state(
-            column, None if mode is None else mode[:, None], stage if np.ndim(stage) == 0 else stage[:, None]
-        )
+        s = menu.state(column, None if mode is None else mode[:, None], stage if np.ndim(stage) == 0 else stage[:, None])
         after, extra = self.arrive(menu, s, menu.controls(choice[:, None], level[:, None]), e)
         full = (points[0].size, weight.size)
         penalty = np.broadcast_to(menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), full[:1])
@@ -111,9 +105,7 @@ class Sampled:
         rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], Any]:
         """Draw the next coordinates and the charge that depends on them."""
-        e = record("E", tuple(self.noise))(
-            **{name: law.sample(rng, points[0].shape) for name, law in self.noise.items()}
-        )
+        e = record("E", tuple(self.noise))(**{name: law.sample(rng, points[0].shape) for name, law in self.noise.items()})
         return self.arrive(menu, menu.state(points, mode, stage), menu.controls(choice, level), e)
 
 
@@ -134,7 +126,9 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
     index = []
     for k, (axis, x) in enumerate(zip(menu.grid.axes, after, strict=True)):
         if np.any(np.isnan(x)):
-            raise ValueError(f"move {menu.move.name!r}: step must give {checks.with_unit('numbers', axis.unit)}; got NaN for {axis.name}")
+            raise ValueError(
+                f"move {menu.move.name!r}: step must give {checks.with_unit('numbers', axis.unit)}; got NaN for {axis.name}"
+            )
         with np.errstate(divide="ignore", invalid="ignore"):
             i = menu.grid.index(k, x)
         for beyond, edge, end in ((x <= axis.low, axis.below, axis.low), (x >= axis.high, axis.above, axis.high)):
@@ -142,7 +136,8 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
             if edge == "refuse" and np.any(strictly & (np.abs(x - end) > 1e-9 * (axis.high - axis.low))):
                 worst = float(x[strictly].flat[int(np.argmax(np.abs(x[strictly] - end)))])
                 raise ValueError(
-                    f"move {menu.move.name!r} must keep {axis.name} in {axis.interval}, or the axis needs another edge than 'refuse';"
+                    f"move {menu.move.name!r} must keep {axis.name} in {axis.interval},"
+                    " or the axis needs another edge than 'refuse';"
                     f" got {worst:g}"
                 )
             if edge == "stop":
@@ -161,10 +156,8 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
 def masked(
     menu: Menu, after: tuple[Floats, ...], extra: Any, allowed: Any, shape: tuple[int, ...]
 ) -> tuple[tuple[Floats, ...], Floats]:
-    """Return next coordinates and charges of this shape, put on the grid for nothing where the move is not allowed: they do not count there."""
-    inside = tuple(
-        np.where(allowed, np.broadcast_to(x, shape), axis.low) for axis, x in zip(menu.grid.axes, after, strict=True)
-    )
+    """Return next coordinates and charges of this shape; where the move is not allowed: on the grid, for nothing."""
+    inside = tuple(np.where(allowed, np.broadcast_to(x, shape), axis.low) for axis, x in zip(menu.grid.axes, after, strict=True))
     return inside, np.where(allowed, np.broadcast_to(extra, shape), 0.0)
 
 

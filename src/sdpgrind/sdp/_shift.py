@@ -70,18 +70,13 @@ class Shift:
         matrix = np.moveaxis(whole.reshape(x.size, *full), -1, ax + 1).reshape(x.size, grid.size)
         charge = charge + penalty
         arrival = mode if menu.into is None else menu.into[choice]
-        return Rows(
-            matrix, np.broadcast_to(0 if arrival is None else arrival, x.shape).astype(int), charge, stopped, tails
-        )
+        return Rows(matrix, np.broadcast_to(0 if arrival is None else arrival, x.shape).astype(int), charge, stopped, tails)
 
     @staticmethod
     def _targets(menu: Menu, ax: int, after: Any, allowed: Any) -> tuple[Ints, Floats]:
-        """Nodes (flat, over the other axes) and weights, (corners, *shape of `allowed`), of where the other coordinates arrive."""
+        """Nodes (flat, over the other axes) and weights, (corners, *shape of `allowed`), of where the others arrive."""
         rest, shape = [k for k in range(len(menu.grid.axes)) if k != ax], allowed.shape
-        index = [
-            arrived(menu, k, np.where(allowed, value, menu.grid.axes[k].low))
-            for k, value in zip(rest, after, strict=True)
-        ]
+        index = [arrived(menu, k, np.where(allowed, value, menu.grid.axes[k].low)) for k, value in zip(rest, after, strict=True)]
         node, part = corners([menu.grid.shape[k] for k in rest], index)
         return np.broadcast_to(node, (len(node), *shape)) if not rest else node, np.broadcast_to(
             part, (len(part), *shape)
@@ -145,6 +140,7 @@ def refuse_leak(menu: Menu, end: Exit, probability: Floats) -> None:
     if np.any(probability > LEAK):
         side = "below" if end.sign > 0 else "above"
         raise ValueError(
-            f"move {menu.move.name!r} must not leave the axis {side} {end.place:g}, or the axis needs another edge than 'refuse'; "
+            f"move {menu.move.name!r} must not leave the axis {side} {end.place:g},"
+            " or the axis needs another edge than 'refuse'; "
             f"got a probability of {float(np.max(probability)):.3g}"
         )

@@ -80,7 +80,8 @@ class Runs:
         return figure
 
     def __repr__(self) -> str:
-        return f"Runs({self.penalty.size} runs, mean penalty {self.mean:.6g} +- {self.standard_error:.2g} $, {np.mean(self.moves):.3g} moves)"
+        mean = f"{self.mean:.6g} +- {self.standard_error:.2g} $"
+        return f"Runs({self.penalty.size} runs, mean penalty {mean}, {np.mean(self.moves):.3g} moves)"
 
 
 def simulate(
@@ -106,9 +107,7 @@ def simulate(
         work = partial(_work, hashlib.sha256(recipe).hexdigest(), recipe)
         blocks = execute(work, list(zip(sizes, seeds, strict=True)), executor)
     penalty, moves, *final = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    names = [axis.name for axis in policy.layout.axes] + (
-        [policy.layout.stage_name] if not policy.layout.endless else []
-    )
+    names = [axis.name for axis in policy.layout.axes] + ([policy.layout.stage_name] if not policy.layout.endless else [])
     units = {axis.name: axis.unit for axis in policy.layout.axes} | {policy.layout.stage_name: policy.layout.stage_unit}
     return Runs(penalty, moves, dict(zip(names, final, strict=False)), units)
 
@@ -151,11 +150,7 @@ class _Block:
 
     def _place(self, alive: Ints) -> Place:
         first = self.policy.first
-        row = (
-            np.maximum(self.stage[alive] - first, 0)
-            if not self.layout.endless
-            else np.zeros(alive.size, dtype=np.int64)
-        )
+        row = np.maximum(self.stage[alive] - first, 0) if not self.layout.endless else np.zeros(alive.size, dtype=np.int64)
         points = tuple(p[alive] for p in self.points)
         index = np.array(
             [np.nan_to_num(self.policy.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]
@@ -180,9 +175,7 @@ class _Block:
 
     def _late(self, who: Ints) -> Any:
         late = getattr(self.truth.stages, "late", None)
-        return (
-            0.0 if late is None else np.asarray(late(np.maximum(-self.stage[who] * self.truth.step - self.offset, 0.0)))
-        )
+        return 0.0 if late is None else np.asarray(late(np.maximum(-self.stage[who] * self.truth.step - self.offset, 0.0)))
 
     def _move(self, who: Ints, menu: Menu, entry: Ints, control: Floats) -> Any:
         """Make one move; return which runs go on."""

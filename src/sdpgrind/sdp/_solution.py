@@ -83,9 +83,7 @@ class Solution:
     def need_problem(self, purpose: str) -> Problem:
         """Return the problem, or say that a loaded policy has none."""
         if self.problem is None:
-            raise ValueError(
-                f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem="
-            )
+            raise ValueError(f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem=")
         return self.problem
 
     @cached_property
@@ -130,11 +128,7 @@ def _other_cost(solution: Solution, row: int, mode: Any, of: Any, at: Any) -> Fl
     cost = np.empty(mode.size)
     best, entry, control = t.best[row, mode, of], t.entry[row, mode, of], t.control[row, mode, of]
     stage = row + solution.first
-    late = (
-        float(solution.layout.late_charge(-stage * solution.layout.step))
-        if not (solution.has_base and row == 0)
-        else 0.0
-    )
+    late = float(solution.layout.late_charge(-stage * solution.layout.step)) if not (solution.has_base and row == 0) else 0.0
     start = tuple(x[at] for x in grid.points)
     for k in np.unique(best):
         here = best == k

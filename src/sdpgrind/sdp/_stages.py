@@ -107,16 +107,15 @@ def _refuse_late(problem: Problem, stops: StopCharges, first: int, stationary: b
     timed = [move.name for move in problem.moves if move.timed]
     if stationary and timed:
         raise ValueError(
-            f"late_window must be given ({stages.unit}) where moves are timed: their late side has no end; got None and {timed[0]!r}"
+            f"late_window must be given ({stages.unit}) where moves are timed:"
+            f" their late side has no end; got None and {timed[0]!r}"
         )
 
 
 class _Sweep:
     """Working arrays of one backward induction."""
 
-    def __init__(
-        self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int
-    ) -> None:
+    def __init__(self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int) -> None:
         self.problem, self.grid, self.bundles, self.stops, self.first = problem, grid, bundles, stops, first
         self.modes = len(problem.modes)
         self.duration = np.array([move.duration for move in problem.moves])
@@ -155,8 +154,10 @@ class _Sweep:
         code = -2
         while code == -2:
             code = _kernels.sweep(
-                self.first, late, self.duration, self.stops.still, self.stops.level(self.first, 0.0), tuple(base), (self.q, self.control, self.entry),
-                bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared, (self.value, self.best, self.u, self.a, self.gap), bundle.difference,
+                self.first, late, self.duration, self.stops.still, self.stops.level(self.first, 0.0),
+                tuple(base), (self.q, self.control, self.entry),
+                bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared,
+                (self.value, self.best, self.u, self.a, self.gap), bundle.difference,
             )  # fmt: skip
             if code == -2:
                 bundle.tabulate_stopped()

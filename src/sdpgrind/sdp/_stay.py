@@ -31,13 +31,11 @@ class Stay:
         cells = np.broadcast_to(node.reshape(corners, -1), (corners, size)).ravel()
         weights = np.broadcast_to(part.reshape(corners, -1), (corners, size)).ravel()
         matrix = sparse.csr_array((weights, (at, cells)), shape=(size, menu.grid.size))
-        charge = np.broadcast_to(
-            menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), (size,)
-        ).astype(float)
-        arrival = mode if menu.into is None else menu.into[choice]
-        return Rows(
-            matrix, np.broadcast_to(0 if arrival is None else arrival, (size,)).astype(int), charge, np.zeros(size)
+        charge = np.broadcast_to(menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), (size,)).astype(
+            float
         )
+        arrival = mode if menu.into is None else menu.into[choice]
+        return Rows(matrix, np.broadcast_to(0 if arrival is None else arrival, (size,)).astype(int), charge, np.zeros(size))
 
     def sample(
         self,

@@ -17,9 +17,7 @@ class StopCharges:
         self.problem, self.grid = problem, grid
         self._each = [self._fixed(stop) for stop in problem.stops]
         self.still: Floats | None = (
-            np.stack([q for q in self._each if q is not None])
-            if all(q is not None for q in self._each) and self._each
-            else None
+            np.stack([q for q in self._each if q is not None]) if all(q is not None for q in self._each) and self._each else None
         )
         self._level = self._levels()
 
@@ -58,9 +56,7 @@ class StopCharges:
         )
 
     def _evaluate(self, stop: Stop, s: Any) -> Floats:
-        return np.broadcast_to(charge_of(self.problem, stop, s), (len(self.problem.modes), self.grid.size)).astype(
-            float
-        )
+        return np.broadcast_to(charge_of(self.problem, stop, s), (len(self.problem.modes), self.grid.size)).astype(float)
 
     def _levels(self) -> Floats:
         modes = np.arange(len(self.problem.modes))

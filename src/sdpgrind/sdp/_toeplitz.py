@@ -4,6 +4,7 @@ All shift moves of a problem form one bundle, so that a stage costs a few micros
 a matrix product with the Toeplitz matrix of the value-to-go; the search between them uses single rows.
 """
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -59,7 +60,8 @@ class ShiftBundle:
         scans = [_scan_rows(m) + at for m, at in zip(menus, self.row_at, strict=False)]
         self.scan_rows = np.concatenate(scans)
         self.plan = (
-            self.row_at, offsets([m.levels.size for m in menus]), offsets([m.regimes.size for m in menus]), offsets([s.size for s in scans]),
+            self.row_at, offsets([m.levels.size for m in menus]),
+            offsets([m.regimes.size for m in menus]), offsets([s.size for s in scans]),
             np.concatenate([m.levels for m in menus]), np.concatenate([m.regimes for m in menus]),
             np.array([m.stride for m in menus]), np.array([m.search for m in menus]), self.scan_rows,
         )  # fmt: skip
@@ -125,9 +127,7 @@ class ShiftBundle:
                 refuse_leak(
                     menu,
                     end,
-                    np.where(
-                        allowed, np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2), 0.0
-                    ),
+                    np.where(allowed, np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2), 0.0),
                 )
             if end.edge not in ("hold", "stop"):
                 _add(self.gone, here, probability)
@@ -246,9 +246,7 @@ def _shift(menu: Menu) -> Shift:
 
 def _scan_rows(menu: Menu) -> Ints:
     """Rows of the first scan: every stride-th level of every entry of the lists."""
-    return np.add.outer(
-        np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)
-    ).ravel()
+    return np.add.outer(np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)).ravel()
 
 
 def _row_controls(menu: Menu, extra: int = 1) -> Any:
@@ -263,15 +261,13 @@ def _put(table: Floats, here: slice, found: Any) -> None:
 
 def _add(table: Floats, here: slice, found: Any) -> None:
     if np.ndim(found):
-        table[:, here] += np.moveaxis(
-            np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2
-        )
+        table[:, here] += np.moveaxis(np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2)
 
 
 def _runs(targets: Ints) -> list[tuple[int, slice]]:
     """Stretches of rows with the same target: each is one matrix product."""
     ends = [0, *(np.flatnonzero(np.diff(targets)) + 1), targets.size]
-    return [(int(targets[a]), slice(int(a), int(b))) for a, b in zip(ends, ends[1:], strict=False)]
+    return [(int(targets[a]), slice(int(a), int(b))) for a, b in itertools.pairwise(ends)]
 
 
 class _Product:
@@ -279,19 +275,15 @@ class _Product:
 
     def __init__(self, nodes: int, lags: int, first_lag: int) -> None:
         self._padded = np.zeros(nodes + 2 * lags)
-        self._inside = self._padded[
-            lags : lags + nodes - 1
-        ]  # node 0 is the origin of the values: its weight does not matter
+        self._inside = self._padded[lags : lags + nodes - 1]  # node 0 is the origin of the values: its weight does not matter
         # Entry (lag, node) of the Toeplitz matrix is the value of node - lag = flipped[nodes - 1 - node + lag].
         start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
         view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
         edges = np.linspace(0, nodes, (BLOCKS if nodes >= 64 else 1) + 1).astype(int)
         self._blocks = []
-        for begin, end in zip(edges, edges[1:], strict=False):
+        for begin, end in itertools.pairwise(edges):
             depth = min(lags, int(end) - first_lag)
-            self._blocks.append(
-                (slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin)))
-            )
+            self._blocks.append((slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin))))
 
     def __call__(self, weight: Floats, flipped: Floats, out: Floats) -> None:
         """Multiply; `flipped` is the value from the top node down."""

@@ -89,9 +89,7 @@ class _Fit(NamedTuple):
     sd: Floats
 
 
-def estimate_scatter(
-    data: Any, method: str, *, model: GrindingProcess | None, law: str, depth_noise: float
-) -> ScatterEstimate:
+def estimate_scatter(data: Any, method: str, *, model: GrindingProcess | None, law: str, depth_noise: float) -> ScatterEstimate:
     """Compare the attributions; see `identify`."""
     read, process = _passes(data, model, method)
     fits = {name: _fitted(read, process, name, method == "fit", law, depth_noise) for name in ATTRIBUTIONS}

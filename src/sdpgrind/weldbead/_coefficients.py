@@ -15,9 +15,7 @@ _POWER_UNITS = ("J/mm^3", "W")
 FRICTION = ("friction_ratio",)
 
 
-def estimate_power(
-    data: Any, method: str, *, forgetting: float, noise_ratio: float | None, throw: bool
-) -> idf.Estimate:
+def estimate_power(data: Any, method: str, *, forgetting: float, noise_ratio: float | None, throw: bool) -> idf.Estimate:
     """K1 and K2 of Pi = K1 Q + K2, by one of `POWER_METHODS`."""
     read = readings(data, ("grinding_power", "removal_rate")).require(3).levels("grinding_power")
     power, rate = read["grinding_power"], read["removal_rate"]
@@ -76,9 +74,7 @@ def _coefficients(line: idf.Estimate) -> idf.Estimate:
     if not line.ok or b <= 0:
         status = idf.Status.UNDETERMINED if not line.ok else idf.Status.IMPOSSIBLE
         endless = np.diag(np.full(2, np.inf))
-        return line.replace(
-            names=POWER, value=np.zeros(2), covariance=endless, status=status, message="", units=_POWER_UNITS
-        )
+        return line.replace(names=POWER, value=np.zeros(2), covariance=endless, status=status, message="", units=_POWER_UNITS)
     slope = np.array([[0.0, -1 / b**2], [-1 / b, a / b**2]])
     value, covariance = np.array([1 / b, -a / b]), slope @ line.covariance @ slope.T
     return line.replace(names=POWER, value=value, covariance=covariance, units=_POWER_UNITS)

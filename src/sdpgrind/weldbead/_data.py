@@ -49,9 +49,7 @@ class Readings:
         """Refuse a quantity that was the same in all passes."""
         values = self[name]
         if np.ptp(values) <= 1e-9 * np.abs(values).max():
-            raise ValueError(
-                f"{name} must have at least two levels ({UNITS[name]}); got {float(values[0])!r} in all passes"
-            )
+            raise ValueError(f"{name} must have at least two levels ({UNITS[name]}); got {float(values[0])!r} in all passes")
         return self
 
     @property

@@ -63,9 +63,7 @@ def plan(
     """
     checks.one_of("feed", feed, ("lattice", "continuous"))
     if feed == "continuous":
-        return _plan_continuous(
-            problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress
-        )
+        return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)
     start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
     table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress)
     return SequencePolicy(problem, table)
@@ -94,6 +92,4 @@ def with_stage(problem: SequenceProblem, stage: float) -> SequenceProblem:
 def _largest_change(coarse: SequencePolicy, fine: SequencePolicy) -> float:
     height = np.linspace(0.0, coarse.problem.height_max, 201)[:, None]
     time = np.arange(0.0, coarse.problem.horizon + coarse.problem.stage / 2, coarse.problem.stage)
-    return float(
-        np.max(np.abs(coarse.value(height=height, time_left=time) - fine.value(height=height, time_left=time)))
-    )
+    return float(np.max(np.abs(coarse.value(height=height, time_left=time) - fine.value(height=height, time_left=time))))

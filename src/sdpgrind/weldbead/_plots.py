@@ -21,7 +21,12 @@ def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
     low = max(float(value.min()), 1e-3 * float(value.max())) or None
     panels: tuple[tuple[Any, str, str, Any], ...] = (
         (value, "expected penalty [$]", "viridis", colors.LogNorm(low, value.max() or 1.0, clip=True)),
-        (np.where(action.stop, np.nan, action.duration), "next pass [s] (grey: stop)", "plasma", colors.BoundaryNorm(_ends(durations), 256)),
+        (
+            np.where(action.stop, np.nan, action.duration),
+            "next pass [s] (grey: stop)",
+            "plasma",
+            colors.BoundaryNorm(_ends(durations), 256),
+        ),
         (action.normal_force, "normal force [N]", "cividis", None),
     )
     figure, axes = plt.subplots(1, 3, figsize=(13, 3.9), sharey=True, layout="constrained")

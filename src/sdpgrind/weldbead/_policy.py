@@ -37,9 +37,7 @@ class SequenceAction:
 
     __slots__ = ("_problem", "duration", "feed_rate", "gap", "normal_force", "stop")
 
-    def __init__(
-        self, stop: Any, duration: Any, feed_rate: Any, normal_force: Any, gap: Any, problem: SequenceProblem
-    ) -> None:
+    def __init__(self, stop: Any, duration: Any, feed_rate: Any, normal_force: Any, gap: Any, problem: SequenceProblem) -> None:
         self.stop, self.duration, self.feed_rate = stop, duration, feed_rate
         self.normal_force, self.gap, self._problem = normal_force, gap, problem
 
@@ -60,8 +58,8 @@ class SequenceAction:
         if self.stop:
             return f"SequenceAction(stop, gap={self.gap:.4g} $)"
         return (
-            f"SequenceAction(duration={self.duration:g} s, feed_rate={self.feed_rate:.4g} mm/s, normal_force={self.normal_force:.4g} N,"
-            f" mean_cut={self.mean_cut:.4g} mm, gap={self.gap:.4g} $)"
+            f"SequenceAction(duration={self.duration:g} s, feed_rate={self.feed_rate:.4g} mm/s,"
+            f" normal_force={self.normal_force:.4g} N, mean_cut={self.mean_cut:.4g} mm, gap={self.gap:.4g} $)"
         )
 
 
@@ -269,11 +267,7 @@ class SequencePolicy:
             When the truth is another job: other lengths, durations or stages, or a charge that the plan knows nothing of.
         """
         truth = (
-            model
-            if isinstance(model, SequenceProblem)
-            else self.problem
-            if model is None
-            else self.problem.replace(model=model)
+            model if isinstance(model, SequenceProblem) else self.problem if model is None else self.problem.replace(model=model)
         )
         problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
         start = {"height": height, "time_left": time_left}

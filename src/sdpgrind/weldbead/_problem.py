@@ -155,9 +155,7 @@ class SequenceProblem(Frozen):
         if self.finish_charge is not None:
             _kind("finish_charge", self.finish_charge, (FinishCharge,))
         if self.lateness_charge is not None and not callable(self.lateness_charge):
-            raise TypeError(
-                f"lateness_charge must be a one-sided charge, a function or None; got {self.lateness_charge!r}"
-            )
+            raise TypeError(f"lateness_charge must be a one-sided charge, a function or None; got {self.lateness_charge!r}")
 
     def _check_durations(self) -> None:
         if isinstance(self.durations, str) or not len(self.durations):

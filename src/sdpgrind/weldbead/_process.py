@@ -86,15 +86,11 @@ class GrindingProcess(Frozen):
 
     def disk_speed(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the disc speed (rad/s) under a normal force (N), Brown (4.8); 0 where the disc has stalled."""
-        return np.asarray(
-            np.maximum(physics.disc_speed(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0)
-        )
+        return np.asarray(np.maximum(physics.disc_speed(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0))
 
     def grinding_power(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the power at the contact (W) of a normal force (N), Brown (4.4c); 0 where the disc has stalled."""
-        return np.asarray(
-            np.maximum(physics.disc_power(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0)
-        )
+        return np.asarray(np.maximum(physics.disc_power(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0))
 
     def removal_rate(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the removal rate (mm^3/s) of a normal force (N), Brown (4.4a); never negative."""

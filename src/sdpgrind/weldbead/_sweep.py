@@ -49,7 +49,8 @@ def sweep(
     Examples
     --------
     >>> from sdpgrind import weldbead
-    >>> cases = {law: weldbead.preset("P1").replace(scatter=weldbead.Scatter("C1", 0.15, law=law)) for law in ("rayleigh", "lognormal")}
+    >>> problem, laws = weldbead.preset("P1"), ("rayleigh", "lognormal")
+    >>> cases = {law: problem.replace(scatter=weldbead.Scatter("C1", 0.15, law=law)) for law in laws}
     >>> {k: round(v, 3) for k, v in weldbead.sweep(cases, height=1.0, time_left=24.0, tolerance=1e-3).items()}
     {'rayleigh': 0.071, 'lognormal': 0.074}
     """
@@ -149,9 +150,7 @@ def _changed(problem: SequenceProblem, name: str, factor: float) -> SequenceProb
     if name == "relative_sd":
         sd = problem.scatter.relative_sd
         return problem.replace(
-            scatter=replace(
-                problem.scatter, relative_sd=tuple(factor * r for r in sd) if isinstance(sd, tuple) else factor * sd
-            )
+            scatter=replace(problem.scatter, relative_sd=tuple(factor * r for r in sd) if isinstance(sd, tuple) else factor * sd)
         )
     side = getattr(problem.height_charge, name)
     amount = {sdp.Constant: "amount", sdp.Linear: "rate", sdp.Quadratic: "factor"}.get(type(side))

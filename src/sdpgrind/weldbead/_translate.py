@@ -55,9 +55,7 @@ def true_problem(planned: SequenceProblem, truth: SequenceProblem, nodes: int) -
             raise checks.refuse(f"model.{name}", f"that of the plan, {getattr(planned, name)!r}", getattr(truth, name))
     for name in ("finish_charge", "lateness_charge"):
         if (getattr(truth, name) is None) != (getattr(planned, name) is None):
-            raise checks.refuse(
-                f"model.{name}", f"None or not as in the plan, {getattr(planned, name)!r}", getattr(truth, name)
-            )
+            raise checks.refuse(f"model.{name}", f"None or not as in the plan, {getattr(planned, name)!r}", getattr(truth, name))
     problem = sdp_problem(planned, nodes)
     moves = [replace(move, to=_shift(truth, _seconds(move, truth)), charge=truth.pass_charge) for move in problem.moves]
     stop = sdp.Stop("stop", truth.height_charge, extra=_finish(truth, problem.moves))
