@@ -4,18 +4,15 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from bead_plans import plain
 
 from sdpgrind import sdp, weldbead
 
-P1 = weldbead.preset("P1")
+P1 = weldbead.preset("P1").replace(durations=(6, 12, 20), horizon=24.0)
 STATE = {"height": 1.0, "time_left": 24.0}
 
 
 def test_sweep_is_the_plans():
-    cases = {
-        law: P1.replace(scatter=weldbead.Scatter("C1", 0.15, law=law)) for law in ("rayleigh", "lognormal", "normal")
-    }
+    cases = {law: P1.replace(scatter=weldbead.Scatter("C1", 0.15, law=law)) for law in ("rayleigh", "lognormal", "normal")}
     height, time = np.array([[0.5], [1.0]]), np.array([12.0, 24.0])
     found = weldbead.sweep(cases, height=height, time_left=time, tolerance=1e-2)
     assert list(found) == list(cases)
@@ -33,13 +30,13 @@ def test_sweep_does_not_depend_on_the_executor():
 
 @pytest.fixture(scope="module")
 def found():
-    return weldbead.sensitivity(P1.replace(horizon=24.0), **STATE, tolerance=1e-4)
+    return weldbead.sensitivity(P1, **STATE, tolerance=1e-4)
 
 
 def test_elasticities_against_finite_differences(found):
     # Other steps, one grid, one side after the other.
     def value(**changes):
-        problem = P1.replace(horizon=24.0, **changes)
+        problem = P1.replace(**changes)
         return weldbead.plan(problem, tolerance=None, nodes=401).value(**STATE)
 
     base = value()
@@ -69,19 +66,17 @@ def test_identities(found):
     total = found["specific_energy"] + found["idle_power"] + found["friction_ratio"]
     assert total == pytest.approx(0.0, abs=0.02 * abs(found["friction_ratio"]) + 1e-3)
     # J(a x; K1/a) = a J(x; K1) for linear charges: the derivative with respect to a at 1.
-    slope = plain("P1").gradient(**STATE)
+    slope = weldbead.plan(P1, tolerance=None, nodes=401).gradient(**STATE)
     assert found["specific_energy"] == pytest.approx(STATE["height"] * slope - found.value, rel=0.05, abs=2e-3)
 
 
 def test_chosen_names_and_pairs():
     problem = P1.replace(scatter=weldbead.Scatter(("C1", "K2"), (0.1, 0.1)), horizon=12.0)
-    found = weldbead.sensitivity(
-        problem, height=0.5, time_left=12.0, names=["over", "relative_sd"], step=0.05, tolerance=1e-2
-    )
+    found = weldbead.sensitivity(problem, height=0.5, time_left=12.0, names=["over", "relative_sd"], step=0.05, tolerance=1e-2)
     assert found.names == ("over", "relative_sd")
     assert found["over"] > 0 and found["relative_sd"] > 0
-    quadratic = weldbead.preset("P5").replace(horizon=12.0)
-    found = weldbead.sensitivity(quadratic, height=1.0, time_left=2.0, names=["under", "over"], tolerance=1e-2)
+    quadratic = weldbead.preset("P5").replace(durations=(6, 12), horizon=12.0, late_window=20.0)
+    found = weldbead.sensitivity(quadratic, height=0.3, time_left=2.0, names=["under", "over"], tolerance=1e-2)
     assert found["under"] > 0 and found["over"] > 0
     assert found["under"] + found["over"] < 0.9 * found.value  # the rest is lateness
 
