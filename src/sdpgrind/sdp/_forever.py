@@ -27,11 +27,13 @@ DIRECT = 6000
 
 
 def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> Table:
-    """Solve ``J = min(stop, min charge + E J)`` on the grid."""
+    """Solve ``J = min(stop, min charge + E J)`` on the grid; with a searched control, J is what the policy found costs."""
     refuse_endless(problem, grid)
     stops = StopCharges(problem, grid)
     value = np.zeros((len(problem.modes), grid.size))
     table = _improve(problem, grid, bundles, stops, value)
+    searched = any(move.levels is not None and move.levels.search for move in problem.moves)
+    followed: Table | None = None
     for sweep in range(10_000):
         change = float(np.max(np.abs(table.value[0] - value)))
         scale = max(1.0, float(np.max(np.abs(table.value[0]))))
@@ -39,9 +41,14 @@ def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Prog
         if change <= SETTLED * scale:
             _refuse_idle(problem, grid, table)
             return table
-        value = table.value[0]
+        swept = value = table.value[0]
         if change <= 1e-2 * scale or sweep % 20 == 19:
-            value = _evaluated(problem, grid, stops, table, value)
+            value = _evaluated(problem, grid, stops, table, swept)
+        if searched and value is not swept:
+            # A search between levels leaves a residual of its own: go on as long as following the policy gets cheaper.
+            if followed is not None and np.mean(followed.value - value) <= SETTLED * scale:
+                return followed
+            followed = dataclasses.replace(table, value=value[None])
         table = _improve(problem, grid, bundles, stops, value)
     raise ValueError(f"the value-to-go does not settle; the last sweep still changed it by {change:.3g} $")
 

@@ -62,9 +62,15 @@ class Distribution:
         return float(self.probability.sum() + self._gone(1) + self._gone(-1))
 
     @property
+    def _least(self) -> float:
+        """A level ($) that no penalty lies below: 0, unless stopping earns something."""
+        extra = (left.extra for left in self.tails)
+        return min(0.0, float(self.charge.min(initial=0.0)), *extra)
+
+    @property
     def mean(self) -> float:
         """Expected penalty, in-path charges included, $."""
-        return self.excess(0.0) + self.on_the_way
+        return self._least + self.excess(self._least) + self.on_the_way
 
     @property
     def probability_below(self) -> float:
@@ -92,8 +98,9 @@ class Distribution:
         By Rockafellar and Uryasev: the least of ``c + E (penalty - c)+ / (1 - confidence)`` over c.
         """
         checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
+        low = self._least
         if confidence == 0:
-            return self.excess(0.0)
+            return low + self.excess(low)
 
         def bound(level: float) -> float:
             return level + self.excess(level) / (1 - confidence)
@@ -101,14 +108,9 @@ class Distribution:
         high = max(1e-12, float(self.charge.max(initial=0.0)))
         while self.excess(high) > 1e-12 * (1 - confidence):
             high *= 2
-        return min(
-            bound(c)
-            for c in (
-                0.0,
-                float(minimize_scalar(bound, bounds=(0.0, high), method="bounded", options={"xatol": 1e-12 + 1e-10 * high}).x),
-                *np.unique(self.charge[self.probability > 1e-6])[:64],
-            )
-        )
+        fine = {"xatol": 1e-12 + 1e-10 * (high - low)}
+        between = float(minimize_scalar(bound, bounds=(low, high), method="bounded", options=fine).x)
+        return min(bound(c) for c in (low, between, *np.unique(self.charge[self.probability > 1e-6])[:64]))
 
     def _gone(self, sign: int) -> float:
         return sum(
@@ -181,7 +183,7 @@ class _Spread:
         points = tuple(x[node] for x in self.policy.grid.points)
         s = stop_state(self.problem, points, mode, stage)
         charge = np.broadcast_to(charge_of(self.problem, self.problem.stops[-1 - k], s), mass.shape) + self._late(stage)
-        self.atoms.append((charge, mass, np.array(points).reshape(len(points), -1)))
+        self.atoms.append((charge, mass, np.array(points).reshape(len(points), mass.size)))
 
     def _move(self, stage: int, row: int, k: int, mode: Any, node: Any, mass: Floats) -> None:
         t, menu = self.policy.table, self.menus[k]

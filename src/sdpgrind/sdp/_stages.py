@@ -8,7 +8,7 @@ base is the stationary solution ``V = min{stop, min charge + rate * T + E V}`` (
 is the stop charge, because no pass can pay any more once ``late(t + T_min) - late(t)`` exceeds every stop charge.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -235,9 +235,10 @@ class _Sweep:
         for _ in range(100_000):
             before = value
             base = self._settle(stop_q, before, late.rate * step)
-            value = base.value[0]
+            # Late, the value-to-go only falls from sweep to sweep; a search between coarse levels may waver by its error.
+            value = np.minimum(base.value[0], before)
             if np.max(before - value) <= CONVERGED * max(1.0, float(np.max(np.abs(value)))):
-                return base
+                return replace(base, value=value[None])
         raise ValueError("the late side does not settle: some move costs no time and charges nothing")
 
     def _settle(self, stop_q: Floats, value: Floats, rate: float | None = None) -> Table:
