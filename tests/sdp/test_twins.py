@@ -296,7 +296,7 @@ def drift(s, c, e):
 @pytest.mark.parametrize("compiled", [True, None], ids=["compiled", "table"])
 @pytest.mark.parametrize("sides", SIDES)
 def test_sampled_beyond_a_stop_edge(compiled, sides):
-    step = sdp.Sampled(lambda s, c, e: (s.x + c.d * e.eta,), {"eta": sdp.Normal(-0.3, 1.0)}, points=5, compiled=compiled)
+    step = sdp.Sampled(drift, {"eta": sdp.Normal(-0.3, 1.0)}, points=5, compiled=compiled)
     problem = sdp.Problem(
         [sdp.Axis("x", -0.5, 1.0, 12, below="stop", above="stop")], [sdp.Move("go", {"d": [0.3, 0.8]}, step)],
         [sdp.Stop("end", SIDES[sides])], sdp.Stages(3, 1.0),

@@ -5,6 +5,7 @@ Gauss-Legendre points of a continuous density in pieces that no kink of the valu
 """
 
 from collections import namedtuple
+from functools import cache
 from itertools import product
 from math import exp, inf, log, pi, sqrt
 from unittest.mock import patch
@@ -52,6 +53,11 @@ def outcomes(law, cuts=()):
     return np.append(points, [a for a, _ in atoms]), np.append(weights, [p for _, p in atoms])
 
 
+@cache
+def named(kind, fields):
+    return namedtuple(kind, fields)
+
+
 # -- a problem as loops
 # --------------------------------------------------------------------------------------------------
 
@@ -70,7 +76,7 @@ class Twin:
         self._memory = {}
 
     def tuple_of(self, kind, fields):
-        return namedtuple(kind, fields)(**fields)
+        return named(kind, tuple(fields))(**fields)
 
     def state(self, point, mode, stage=None, without=None):
         fields = {a.name: float(x) for a, x in zip(self.axes, point, strict=True) if a.name != without}
