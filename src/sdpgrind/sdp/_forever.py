@@ -61,11 +61,10 @@ def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges,
         for k, move in enumerate(moves):
             used = slice(0, 1) if bundles.shared[move] else slice(None)
             q[move, used], u[move, used], a[move, used] = found.q[k], found.control[k], found.entry[k]
-    new, gap, control = np.empty(value.shape), np.empty(value.shape), np.empty(value.shape)
-    best, entry = np.empty(value.shape, dtype=np.int16), np.empty(value.shape, dtype=np.int32)
     stop_q = stops.at(0, 0.0) if problem.stops else np.full((0, *value.shape), np.inf)
-    _kernels.choose(stop_q, q, bundles.shared, u, a, new, best, control, entry, gap)
-    return Table(0, new[None], best[None], control[None], entry[None], gap[None], bundles.search_error)
+    table = Table.empty(0, 1, *value.shape)
+    _kernels.choose(stop_q, (q, u, a), bundles.shared, table.slice(0))
+    return dataclasses.replace(table, search_error=bundles.search_error)
 
 
 def policy_rows(problem: Problem, grid: Grid, best: Any, control: Floats, entry: Any) -> list[tuple[Any, Any, Rows]]:

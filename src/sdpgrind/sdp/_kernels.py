@@ -3,7 +3,8 @@
 Symbols: `weight[group, row, k]` is the probability weight of moving down `first_lag + k` cells; `gone` the probability of
 leaving the grid for a given value-to-go (into a stop: `stopped`), `above` what a full hat at the top node counts too much,
 `charge` everything charged on the way and beyond the edges. `value[target, node]` is the value-to-go, target = (mode,
-nodes of other axes).
+nodes of other axes). `rough[group, row]` marks laws so narrow that their expectations
+have a kink at every node: no curve is laid through them.
 """
 
 from typing import Any
@@ -12,6 +13,8 @@ import numpy as np
 from numba import njit
 
 TIE_ABS, TIE_REL = 1e-9, 1e-7
+UNSEEN = 1.7
+"""Times what a level lies below its neighbours: half of that may hide in a kink between them (see `SEARCH_SHARE`)."""
 _OPTIONS: Any = {"cache": True, "nogil": True, "fastmath": {"reassoc", "contract", "nsz"}}
 
 
@@ -33,7 +36,7 @@ def _dot(weight, group, row, first_lag, low, high, flipped, target, node, nodes)
 @njit(inline="always", **_OPTIONS)
 def _expect(group, row, node, tables, value, flipped, level):
     """E value(next) + charges of one row at one node. `flipped` is measured from the value of node 0."""
-    weight, first_lag, reach, gone, stopped, above, charge, target, part = tables
+    weight, first_lag, reach, gone, stopped, above, charge, target, part, _ = tables
     nodes = value.shape[1]
     total = 0.0
     for corner in range(target.shape[2]):
@@ -56,7 +59,7 @@ def _expect(group, row, node, tables, value, flipped, level):
 @njit(**_OPTIONS)
 def scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
     """Fill out[k, node] = E of the coarse rows; `dense[k, node]` already holds the inner sums where `use_dense`."""
-    _, _, _, gone, stopped, above, charge, target, _ = tables
+    _, _, _, gone, stopped, above, charge, target, _, _ = tables
     nodes = value.shape[1]
     for k in range(rows.size):
         row = rows[k]
@@ -108,8 +111,8 @@ def _vertex(levels, a, qa, qb, qc, e, qe):
             return u, flat, qb - flat
         x = min(max(x - slope / curve, xa), xc)
     value = qa + left * (x - xa) + bend * (x - xa) * (x - xb) + twist * (x - xa) * (x - xb) * (x - xc)
-    if abs(value - flat) > qb - flat:  # not smooth on this scale
-        return u, flat, qb - flat
+    if abs(value - flat) > qb - flat:  # a kink, where a curve would promise what no control keeps
+        return xb, qb, qb - flat
     return x, value, abs(value - flat)
 
 
@@ -158,7 +161,10 @@ def _descend(group, base, node, f, low, high, stride, q, before, after, tables, 
         return levels[b], qb, 0.0
     e = c + 1 if c < high else a - 1
     qe = _expect(group, base + e, node, tables, value, flipped, level) if e >= low else np.inf
-    return _vertex(levels, a, qa, qb, qc, e, qe)
+    u, best, wrong = _vertex(levels, a, qa, qb, qc, e, qe)
+    if tables[9][group, base + b]:
+        return levels[b], qb, UNSEEN * min(qa - qb, qc - qb)
+    return u, best, wrong
 
 
 @njit(**_OPTIONS)
@@ -273,38 +279,45 @@ def _promising(q, before, after, minimum):
 
 
 @njit(**_OPTIONS)
-def choose(stop_q, move_q, shared, move_u, move_a, value, best, control, entry, gap):
+def choose(stop_q, found, shared, out):
     """One backward step: value[mode, node] = min over stops and moves; tell whether all are finite.
 
-    Ties go to stops, then to the first move.
-
-    `stop_q[stop, mode, node]`, `move_q[move, mode, node]` (mode 0 serves all where `shared[move]`).
-    `best` counts stops as -1, -2, ... and moves as 0, 1, ...
+    Ties go to stops, then to the first move. `stop_q[stop, mode, node]`; `found` = (value, control, entry)[move, mode, node],
+    mode 0 serving all where `shared[move]`; `out` = (value, best, move, control, entry, gap)[mode, node], where `best` counts
+    stops as -1, -2, ... and moves as 0, 1, ..., and `move` is the best of the moves (-1: none), also where one stops.
     """
+    move_q, move_u, move_a = found
+    value, best, move, control, entry, gap = out
     stops, moves, finite = stop_q.shape[0], move_q.shape[0], True
     for mode in range(value.shape[0]):
         for node in range(value.shape[1]):
-            low = np.inf
+            low, low_move = np.inf, np.inf
             for k in range(stops):
                 low = min(low, stop_q[k, mode, node])
             for k in range(moves):
-                low = min(low, move_q[k, 0 if shared[k] else mode, node])
-            chosen, second = -stops - 1, np.inf
-            for k in range(-stops, moves):
-                kk = -1 - (k + stops) if k < 0 else k
-                q = stop_q[-1 - kk, mode, node] if kk < 0 else move_q[kk, 0 if shared[kk] else mode, node]
+                low_move = min(low_move, move_q[k, 0 if shared[k] else mode, node])
+            low = min(low, low_move)
+            chosen, second, going = -stops - 1, np.inf, -1
+            for k in range(stops):
+                q = stop_q[k, mode, node]
                 if chosen == -stops - 1 and q <= low + _tie(low) and q < np.inf:
-                    chosen = kk
+                    chosen = -1 - k
+                else:
+                    second = min(second, q)
+            for k in range(moves):
+                q = move_q[k, 0 if shared[k] else mode, node]
+                if going < 0 and q <= low_move + _tie(low_move) and q < np.inf:
+                    going = k
+                if chosen == -stops - 1 and going == k and q <= low + _tie(low):
+                    chosen = k
                 else:
                     second = min(second, q)
             value[mode, node], best[mode, node], gap[mode, node] = low, chosen, second - low
             finite = finite and np.isfinite(low)
-            if chosen >= 0:
-                from_mode = 0 if shared[chosen] else mode
-                control[mode, node] = move_u[chosen, from_mode, node]
-                entry[mode, node] = move_a[chosen, from_mode, node]
-            else:
-                control[mode, node], entry[mode, node] = np.nan, 0
+            move[mode, node], control[mode, node], entry[mode, node] = going, np.nan, 0
+            if going >= 0:
+                control[mode, node] = move_u[going, 0 if shared[going] else mode, node]
+                entry[mode, node] = move_a[going, 0 if shared[going] else mode, node]
     return finite
 
 
@@ -316,7 +329,7 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, t
     is allowed, or -2 where the probabilities of stopping beyond the edge are needed and missing.
     """
     ring_q, ring_u, ring_a = ring
-    value, best, control, entry, gap = table
+    value, best, move_table, control, entry, gap = table
     nodes, slots, lags = value.shape[2], ring_q.shape[0], scan_weight.shape[1]
     first_lag, before = tables[1], slots - 1
     matrix, dense = np.zeros((lags, nodes)), np.empty((scan_weight.shape[0], nodes))
@@ -330,18 +343,9 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, t
                 ring_q[slot, move, 0] = base[0][move, 0] + late[row + before - duration[move]]
                 ring_u[slot, move, 0], ring_a[slot, move, 0] = base[1][move, 0], base[2][move, 0]
         here[0] = level[0] + late[row + before]
-        if not choose(
-            stop_q + late[row + before],
-            ring_q[slot],
-            shared,
-            ring_u[slot],
-            ring_a[slot],
-            value[row],
-            best[row],
-            control[row],
-            entry[row],
-            gap[row],
-        ):
+        found = (ring_q[slot], ring_u[slot], ring_a[slot])
+        out = (value[row], best[row], move_table[row], control[row], entry[row], gap[row])
+        if not choose(stop_q + late[row + before], found, shared, out):
             return row
         ring_q[slot] = np.inf
         v = value[row]

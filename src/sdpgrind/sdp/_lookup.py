@@ -41,17 +41,20 @@ def interpolate(table, row, mode, shape, index, out):
 
 
 @njit(**_OPTIONS)
-def act(best, entry, control, gap, switch, row, mode, shape, index, out_best, out_entry, out_control, out_gap):
+def act(table, switch, row, mode, shape, index, out):
     """Action at every point: interpolated inside one move; where a cell's corners differ, that of the right side.
 
-    On one axis `switch[row, mode, cell]` says at which part of the cell the actions change places; on more, the corner of
-    the greatest weight decides.
+    `table` = (best, move, entry, control, gap)[row, mode, node]. On one axis `switch[row, mode, cell]` says at which part of
+    the cell the actions change places; on more, the corner of the greatest weight decides. Beside a node where one stops,
+    the control is interpolated to what that node would do if it went on.
     """
+    best, move, entry, control, gap = table
+    out_best, out_entry, out_control, out_gap = out
     low = np.empty(shape.size, dtype=np.int64)
     for point in range(out_best.size):
         _lowest(shape, index, point, low)
         r, m = row[point], mode[point]
-        same, heaviest, at, first = True, -1.0, 0, -1
+        same, alike, heaviest, at, first = True, True, -1.0, 0, -1
         u, g = 0.0, 0.0
         for corner in range(1 << shape.size):
             node, weight = _cell(shape, index, point, corner, low)
@@ -59,6 +62,7 @@ def act(best, entry, control, gap, switch, row, mode, shape, index, out_best, ou
                 continue
             if first < 0:
                 first = node
+            alike = alike and move[r, m, node] == move[r, m, first] and entry[r, m, node] == entry[r, m, first]
             same = same and best[r, m, node] == best[r, m, first] and entry[r, m, node] == entry[r, m, first]
             if weight > heaviest:
                 heaviest, at = weight, node
@@ -67,4 +71,4 @@ def act(best, entry, control, gap, switch, row, mode, shape, index, out_best, ou
         if not same and shape.size == 1 and switch.size > 0:
             at = low[0] + (1 if index[0, point] - low[0] > switch[r, m, low[0]] else 0)
         out_best[point], out_entry[point], out_gap[point] = best[r, m, at], entry[r, m, at], g
-        out_control[point] = u if same else control[r, m, at]
+        out_control[point] = u if alike else control[r, m, at]

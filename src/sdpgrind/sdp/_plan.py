@@ -116,10 +116,13 @@ def grid_error(changes: list[float]) -> float:
 
     If the error falls by a factor r at each halving, the last change is (r - 1) times the error. Linear interpolation gives
     r = 4 on average, but kinks of the value-to-go fall unevenly between nodes: r is taken from the last two changes, never
-    above 3 and never below 2 (first order).
+    above 3 and never below 2 (first order). A change may be small by luck: the one before it bounds the error from below,
+    as if both orders were second (then it were twelve times the error; six are allowed).
     """
-    rate = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else 2.0
-    return changes[-1] / (min(3.0, max(2.0, rate)) - 1)
+    if len(changes) < 2:
+        return changes[-1]
+    rate = changes[-2] / changes[-1] if changes[-1] > 0 else 2.0
+    return max(changes[-1] / (min(3.0, max(2.0, rate)) - 1), changes[-2] / 6)
 
 
 def _change(coarse: Table, fine: Table, grid: Grid) -> float:

@@ -208,6 +208,7 @@ class Policy(Solution):
                     "moves": ", ".join(m.name for m in layout.moves),
                 },
             ),
+            "move": (t.move, {"long_name": "best move, also where it is better to stop (-1: none is allowed)"}),
             "entry": (t.entry, {"long_name": "entry of the move's lists of controls"}),
             "control": (t.control, {"long_name": "continuous control: " + (", ".join(sorted(set(level))) or "none")}),
             "gap": (t.gap, {"units": "$", "long_name": "how much worse the best alternative is"}),

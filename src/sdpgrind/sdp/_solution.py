@@ -50,21 +50,8 @@ class Solution:
         n = place.row.size
         best, entry, control, gap = np.empty(n, np.int16), np.empty(n, np.int32), np.empty(n), np.empty(n)
         t = self.table
-        _lookup.act(
-            t.best,
-            t.entry,
-            t.control,
-            t.gap,
-            self.switches,
-            place.row,
-            place.mode,
-            self.shape,
-            place.index,
-            best,
-            entry,
-            control,
-            gap,
-        )
+        table, out = (t.best, t.move, t.entry, t.control, t.gap), (best, entry, control, gap)
+        _lookup.act(table, self.switches, place.row, place.mode, self.shape, place.index, out)
         outside = self.locator.outside(place)
         if np.any(outside):
             best[outside], gap[outside], control[outside] = -1, 0.0, np.nan
@@ -122,11 +109,13 @@ def switches(solution: Solution) -> Floats:
 
 
 def _other_cost(solution: Solution, row: int, mode: Any, of: Any, at: Any) -> Floats:
-    """Cost at nodes `at` of the actions that the table has at nodes `of`."""
+    """Cost at nodes `at` of the actions that the table has at nodes `of`; a move's control is the node's own where it has one."""
     problem = solution.need_problem("switches")
     t, grid = solution.table, solution.grid
     cost = np.empty(mode.size)
     best, entry, control = t.best[row, mode, of], t.entry[row, mode, of], t.control[row, mode, of]
+    own = (t.move[row, mode, at] == best) & (t.entry[row, mode, at] == entry)
+    control = np.where(own, t.control[row, mode, at], control)
     stage = row + solution.first
     late = float(solution.layout.late_charge(-stage * solution.layout.step)) if not (solution.has_base and row == 0) else 0.0
     start = tuple(x[at] for x in grid.points)

@@ -25,7 +25,7 @@ from sdpgrind.sdp._stops import StopCharges
 
 SMALL = 64
 """Nodes below which the induction is one compiled call."""
-TABLES = ("value", "best", "control", "entry", "gap")
+TABLES = ("value", "best", "move", "control", "entry", "gap")
 CONVERGED = 1e-13
 """Relative change at which the stationary late tail counts as solved."""
 
@@ -34,24 +34,42 @@ CONVERGED = 1e-13
 class Table:
     """The solution on the grid; the first axis is the stage, from `first` on (one entry for `Forever`).
 
-    `best` counts stops as -1, -2, ... and moves as 0, 1, ...; `base` is what holds before the first stage.
+    `best` counts stops as -1, -2, ... and moves as 0, 1, ...; `move`, `control` and `entry` are those of the best move, also
+    where it is better to stop (-1 and NaN where no move is allowed); `base` is what holds before the first stage.
     """
 
     first: int
     value: Floats
     best: npt.NDArray[np.int16]
+    move: npt.NDArray[np.int16]
     control: Floats
     entry: npt.NDArray[np.int32]
     gap: Floats
-    search_error: float  # estimated, of the search between levels, $
+    search_error: float = 0.0  # estimated, of the search between levels, $
     base: "Table | None" = None
+
+    @classmethod
+    def empty(cls, first: int, stages: int, modes: int, nodes: int) -> "Table":
+        """Return a table to be filled."""
+        shape = (stages, modes, nodes)
+        best, move, entry = np.empty(shape, np.int16), np.empty(shape, np.int16), np.empty(shape, np.int32)
+        return cls(first, np.empty(shape), best, move, np.empty(shape), entry, np.empty(shape))
+
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """The arrays in the order of `TABLES`."""
+        return self.value, self.best, self.move, self.control, self.entry, self.gap
+
+    def slice(self, row: int) -> tuple[Any, ...]:
+        """The arrays of one stage, [mode, node]."""
+        return tuple(array[row] for array in self.arrays)
 
     def stacked(self) -> "Table":
         """Return the table with its base as the slice before the first."""
         if self.base is None:
             return self
-        pairs: dict[str, Any] = {k: np.concatenate([getattr(self.base, k), getattr(self, k)]) for k in TABLES}
-        return Table(first=self.first - 1, search_error=self.search_error, **pairs)
+        joined: Any = [np.concatenate(pair) for pair in zip(self.base.arrays, self.arrays, strict=True)]
+        return replace(self, first=self.first - 1, base=None, **dict(zip(TABLES, joined, strict=True)))
 
 
 def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
@@ -124,9 +142,8 @@ class _Sweep:
         self.q = np.full((self.slots, *shape), np.inf)
         self.control = np.zeros((self.slots, *shape))
         self.entry = np.zeros((self.slots, *shape), dtype=np.int32)
-        table = (last - first + 1, self.modes, grid.size)
-        self.value, self.gap, self.u = np.empty(table), np.empty(table), np.empty(table)
-        self.best, self.a = np.empty(table, dtype=np.int16), np.empty(table, dtype=np.int32)
+        self.filled = Table.empty(first, last - first + 1, self.modes, grid.size)
+        self.value = self.filled.value
         self.base: Table | None = None
         self._base_found: list[tuple[Any, Any, Any]] = []
 
@@ -157,7 +174,7 @@ class _Sweep:
                 self.first, late, self.duration, self.stops.still, self.stops.level(self.first, 0.0),
                 tuple(base), (self.q, self.control, self.entry),
                 bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared,
-                (self.value, self.best, self.u, self.a, self.gap), bundle.difference,
+                self.filled.arrays, bundle.difference,
             )  # fmt: skip
             if code == -2:
                 bundle.tabulate_stopped()
@@ -179,9 +196,8 @@ class _Sweep:
 
     def _choose(self, stop_q: Floats, slot: int, row: int) -> bool:
         finite: bool = _kernels.choose(
-            stop_q, self.q[slot], self.bundles.shared, self.control[slot], self.entry[slot],
-            self.value[row], self.best[row], self.u[row], self.a[row], self.gap[row],
-        )  # fmt: skip
+            stop_q, (self.q[slot], self.control[slot], self.entry[slot]), self.bundles.shared, self.filled.slice(row)
+        )
         return finite
 
     def _refuse_unreachable(self, stage: int, row: int) -> None:
@@ -253,17 +269,10 @@ class _Sweep:
                     q[move, used] = found.q[k] + rate * self.duration[move]
                     self.control[0, move, used], self.entry[0, move, used] = found.control[k], found.entry[k]
         self._base_found = found_all
-        shape = value.shape
-        new, gap, u, best, a = (
-            np.empty(shape),
-            np.empty(shape),
-            np.empty(shape),
-            np.empty(shape, np.int16),
-            np.empty(shape, np.int32),
-        )
-        _kernels.choose(stop_q, q, self.bundles.shared, self.control[0], self.entry[0], new, best, u, a, gap)
-        return Table(0, new[None], best[None], u[None], a[None], gap[None], 0.0)
+        base = Table.empty(0, 1, *value.shape)
+        _kernels.choose(stop_q, (q, self.control[0], self.entry[0]), self.bundles.shared, base.slice(0))
+        return base
 
     def table(self) -> Table:
         """The finished table."""
-        return Table(self.first, self.value, self.best, self.u, self.a, self.gap, self.bundles.search_error, self.base)
+        return replace(self.filled, search_error=self.bundles.search_error, base=self.base)

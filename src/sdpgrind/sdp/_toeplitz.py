@@ -19,6 +19,8 @@ from sdpgrind.sdp._law import Law
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._shift import Shift, refuse_leak
 
+ROUGH = 0.05
+"""Standard deviations, in cells, of a law below which expectations have a kink wherever the law passes a node."""
 BLOCKS = 4
 """Column blocks of the matrix product: the lower triangle is not multiplied. Fixed, so that results never depend on it."""
 
@@ -87,6 +89,7 @@ class ShiftBundle:
         self.charge = np.zeros((groups, rows, n))
         self.target = np.zeros((groups, rows, 2 ** (len(self.grid.axes) - 1)), dtype=np.int64)
         self.part = np.ones(self.target.shape)
+        self.rough = np.zeros((groups, rows), dtype=np.bool_)
         for menu, at, (law, s, c) in zip(self.menus, self.row_at, laws, strict=False):
             here = slice(int(at), int(at) + menu.rows)
             allowed = self._fill(menu, here, law, ends, rising)
@@ -105,6 +108,7 @@ class ShiftBundle:
             self.charge,
             self.target,
             self.part,
+            self.rough,
         )
         self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
         self.scan_weight = (
@@ -119,6 +123,7 @@ class ShiftBundle:
         lag = np.arange(self.first_lag - 1, n + 1)
         curve = law.under((h * lag)[:, None, None])
         _put(self.weight, here, (curve[2:] - 2 * curve[1:-1] + curve[:-2]) / h)
+        self.rough[:, here] = _rough(menu, law, self.groups, h)
         x = (axis.low + h * np.arange(n))[:, None, None]
         allowed = self._penalties(menu, here)
         for end in ends if rising else ends[:1]:
@@ -253,6 +258,20 @@ def _row_controls(menu: Menu, extra: int = 1) -> Any:
     """``c`` with shape (1, rows) or (1, rows, 1): groups first, nodes of the falling axis last."""
     c = menu.row_controls()
     return type(c)(*(np.asarray(f)[(None, slice(None), *([None] * (extra - 1)))] for f in c))
+
+
+def _rough(menu: Menu, law: Law, groups: int, h: float) -> Any:
+    """Laws narrower than the step of their mean from level to level: the levels do not resolve the cost between them."""
+    shape = (groups, menu.move.choices, menu.levels.size)
+    mean, sd = (np.broadcast_to(x, (groups, menu.rows)).reshape(shape) for x in (law.mean, law.sd))
+    step = np.abs(np.diff(mean, axis=2, prepend=mean[:, :, :1], append=mean[:, :, -1:]))
+    wide = np.maximum(step[:, :, 1:], step[:, :, :-1])
+    rough = (wide > 0) & (sd < np.maximum(wide, ROUGH * h))
+    # A law that jumps from nothing to something: no curve may use the level that removes nothing.
+    for near in (1, 2):
+        rough[:, :, near:] |= (sd[:, :, near:] > 0) & (sd[:, :, :-near] == 0)
+        rough[:, :, :-near] |= (sd[:, :, :-near] > 0) & (sd[:, :, near:] == 0)
+    return rough.reshape(groups, menu.rows)
 
 
 def _put(table: Floats, here: slice, found: Any) -> None:

@@ -176,28 +176,25 @@ class SequencePolicy:
     @cached_property
     def _tables(self) -> tuple[Any, ...]:
         t = self.table.table
-        return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap, self.table.switches))
+        return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.move, t.control, t.gap, self.table.switches))
 
     def _scalar_action(self, cell: float, row: int) -> SequenceAction:
-        best, force, gap, switch = self._tables  # their entries are numbers of the arrays' dtype
+        best, move, force, gap, switch = self._tables
         k = int(cell)
         if k == self._cells:
             k -= 1
         part = cell - k
-        move, other = best[row, 0, k], best[row, 0, k + 1]
+        side = k + 1 if best[row, 0, k] != best[row, 0, k + 1] and part > switch[row, 0, k] else k
+        chosen = best[row, 0, side]
         g = gap[row, 0, k]
         if part > 0:  # infinite where there is no alternative
             g = (1 - part) * g + part * gap[row, 0, k + 1]
-        if move == other:
-            f = force[row, 0, k]
-            f += part * (force[row, 0, k + 1] - f)
-        elif part > switch[row, 0, k]:
-            move, f = other, force[row, 0, k + 1]
-        else:
-            f = force[row, 0, k]
-        if move < 0:
+        if chosen < 0:
             return SequenceAction(True, 0.0, np.nan, np.nan, g, self.problem)
-        return SequenceAction(False, self._durations[move], self._feeds[move], f, g, self.problem)
+        f = force[row, 0, side]
+        if part > 0 and move[row, 0, k] == move[row, 0, k + 1]:
+            f = (1 - part) * force[row, 0, k] + part * force[row, 0, k + 1]
+        return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)
 
     def gradient(self, height: Any, time_left: Any, last_duration: Any = None) -> Any:
         """Return the derivative of the expected penalty with respect to height, $/mm; see `value` for the arguments."""
