@@ -15,10 +15,13 @@ from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._policy import Policy
 from sdpgrind.sdp._problem import Levels, Problem, Stages
+from sdpgrind.sdp._shift import Shift
 from sdpgrind.sdp._stages import Table, solve_stages
 
 REFINEMENTS = 10
 """Largest number of times that every cell is halved."""
+LARGEST = 2.0 * 2**30
+"""Bytes that tables may take."""
 
 
 def plan(
@@ -97,10 +100,29 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
         error = grid_error(changes) + table.search_error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             return _policy(problem, grid, table, error)
+        if halvings > 1:
+            _refuse_hopeless(problem, tolerance, error, changes, halvings)
         before = table
-    raise ValueError(
-        f"tolerance must be reachable within {REFINEMENTS} halvings ($); got {tolerance:g}, estimated error {error:.2g}"
-    )
+    raise AssertionError("a hopeless tolerance is refused before")
+
+
+def _refuse_hopeless(problem: Problem, tolerance: float, error: float, changes: list[float], halvings: int) -> None:
+    """Say so at once where the error, falling as it has fallen, cannot reach the tolerance within what memory holds."""
+    rate = min(4.0, max(1.5, changes[-2] / max(changes[-1], 1e-300)))
+    more = max(1, int(np.ceil(np.log(error / tolerance) / np.log(rate))))
+    nodes = " x ".join(str((axis.nodes - 1) * 2 ** (halvings + more) + 1) for axis in problem.axes)
+    if halvings + more > REFINEMENTS or _table_bytes(problem, 2 ** (halvings + more)) > LARGEST:
+        raise ValueError(
+            f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}, which would take"
+            f" about {nodes} nodes: the estimated error is still {error:.2g}"
+        )
+
+
+def _table_bytes(problem: Problem, refine: int) -> float:
+    """Size of the tables of the shifts, which are the largest: weight and charge of every row, lag and other node."""
+    nodes = float(np.prod([(axis.nodes - 1) * refine + 1 for axis in problem.axes], dtype=float))
+    rows = (m.choices * (m.levels.count if m.levels else 1) for m in problem.moves if isinstance(m.to, Shift))
+    return 16.0 * nodes * sum(rows)
 
 
 def _with_finer_levels(problem: Problem) -> Problem:
