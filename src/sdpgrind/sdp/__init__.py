@@ -22,7 +22,8 @@ from sdpgrind.sdp._law import Law
 from sdpgrind.sdp._laws import Discrete, LogNormal, Normal, Point, Rayleigh
 from sdpgrind.sdp._plan import plan
 from sdpgrind.sdp._policy import Action, Policy
-from sdpgrind.sdp._problem import Axis, Forever, Levels, Move, Problem, Stages, Stop
+from sdpgrind.sdp._problem import Axis, Forever, Levels, Move, Problem, Stages, Stop, Transition
+from sdpgrind.sdp._rows import Rows
 from sdpgrind.sdp._sampled import Sampled
 from sdpgrind.sdp._shift import Shift
 from sdpgrind.sdp._simulate import Runs
@@ -51,12 +52,14 @@ __all__ = [
     "Rayleigh",
     "RectifiedNormal",
     "Report",
+    "Rows",
     "Runs",
     "Sampled",
     "Shift",
     "Stages",
     "Stay",
     "Stop",
+    "Transition",
     "check",
     "plan",
 ]

@@ -10,7 +10,9 @@ from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._found import SEARCH_SHARE, Found
 from sdpgrind.sdp._grid import Ints, record
 from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._rows import Rows
 from sdpgrind.sdp._sampled import CHUNK, Sampled, land, masked
+from sdpgrind.sdp._stay import Stay
 
 KEEP = 30_000_000
 """Largest number of table entries that is kept; beyond it every sweep evaluates anew."""
@@ -51,6 +53,8 @@ class PointBundle:
             self.compiled = bool(compiled) or (compiled is None and keep and entries > KEEP)
             if keep and not self.compiled and entries <= KEEP:
                 self._table = self._tabulate()
+        elif not isinstance(menu.move.to, Stay):
+            self._table = self._tabulate_rows()
 
     def _penalty(self) -> Floats:
         """In-path charges [source, row, node]."""
@@ -92,7 +96,7 @@ class PointBundle:
 
     def _expect(self, value: Floats, level: Floats) -> Floats:
         shape = (self.sources.size, self.menu.rows, self.count)
-        if not isinstance(self.menu.move.to, Sampled):
+        if isinstance(self.menu.move.to, Stay):
             return np.asarray(value[self.target][:, :, self.block])
         if self._table is not None:
             matrix, charge, stopped = self._table
@@ -101,7 +105,9 @@ class PointBundle:
         if self.compiled:
             from sdpgrind.sdp._compiled import expect
 
-            return expect(self, self.menu.move.to, value, level)
+            move = self.menu.move.to
+            assert isinstance(move, Sampled)  # only these are compiled
+            return expect(self, move, value, level)
         out = np.empty(shape)
         for source, rows in self._chunks():
             landing, extra = self._land(source, rows)
@@ -132,6 +138,25 @@ class PointBundle:
         shape = (c[0].shape[0] if len(c) else 1, self.count, self.weight.size)
         after, extra = masked(self.menu, after, extra, np.isfinite(self.penalty[source, rows])[:, :, None], shape)
         return land(self.menu, after), extra
+
+    def _tabulate_rows(self) -> tuple[Any, Floats, Floats]:
+        """The same of a user's own transition, by its `rows`; they hold the in-path charges."""
+        menu, shape = self.menu, (self.sources.size, self.menu.rows, self.count)
+        points = tuple(np.tile(x, menu.rows) for x in self.nodes)
+        choice = np.repeat(np.arange(menu.move.choices), menu.levels.size * self.count)
+        level = np.tile(np.repeat(menu.levels, self.count), menu.move.choices)
+        stage = None if self.stage is None else np.full(choice.size, self.stage)
+        parts, charge, stopped = [], [], []
+        for source in self.sources:
+            mode = np.full(choice.size, source) if self.tells_mode else None
+            rows: Rows = menu.move.to.rows(menu, points, mode, stage, choice, level)
+            matrix = sparse.coo_array(rows.matrix)
+            columns = rows.mode[matrix.row] * menu.grid.size + matrix.col
+            parts.append(sparse.csr_array((matrix.data, (matrix.row, columns)), shape=(choice.size, self.modes * menu.grid.size)))
+            charge.append(rows.charge)
+            stopped.append(rows.stopped)
+        self.penalty = np.zeros(shape)
+        return sparse.vstack(parts, format="csr"), np.reshape(charge, shape), np.reshape(stopped, shape)
 
     def _tabulate(self) -> tuple[Any, Floats, Floats]:
         """The sparse matrix from value[mode, node] to expectations [source, row, node], and the charges of leaving."""

@@ -148,7 +148,19 @@ class Transition(Protocol):
     """
 
     def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> Any:
-        """Return the exact one-step distribution, in-path charges included."""
+        """Return the exact one-step distribution, in-path charges ($) included.
+
+        Parameters
+        ----------
+        menu : object
+            Gives ``state``, ``controls``, ``penalty``, ``grid``.
+        points : tuple of array
+            Coordinates, one array (P,) for each axis, in its unit.
+        mode, stage : array or None
+            Mode and stage coordinate of each point.
+        choice, level : array
+            Entry of the move's lists, and value of its continuous control, of each point.
+        """
 
     def sample(
         self,
@@ -160,7 +172,15 @@ class Transition(Protocol):
         level: Floats,
         rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], Any]:
-        """Draw next coordinates, and what is charged besides the move's own charge."""
+        """Draw next coordinates, and what is charged ($) besides the move's own charge.
+
+        Parameters
+        ----------
+        menu, points, mode, stage, choice, level
+            As in `rows`.
+        rng : numpy Generator
+            Source of randomness.
+        """
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ class Rows:
     tails: tuple[Tail, ...] = ()
 
     def expect(self, value: Floats, level: Floats) -> Floats:
-        """Return E value(next) + charges, (P,), for value[mode, node] and the stops' further charge level[mode]."""
+        """Return E `value`(next) + charges, $, (P,), for value[mode, node] and the stops' further charge `level`[mode], both $."""
         inner = np.empty(self.mode.shape)
         for mode in np.unique(self.mode):
             chosen = self.mode == mode
@@ -84,7 +84,7 @@ class Rows:
         return np.asarray(inner + self.charge + self.stopped * level[self.mode])
 
     def spread(self, probability: Floats, modes: int) -> Floats:
-        """Return the distribution [mode, node] after the step, from probabilities (P,) of the points."""
+        """Return the distribution [mode, node] after the step, from the `probability` (1) of each point, in `modes` modes."""
         after = np.zeros((modes, self.matrix.shape[1]))
         for mode in np.unique(self.mode):
             chosen = self.mode == mode
