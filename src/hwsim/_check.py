@@ -32,7 +32,10 @@ class Report:
     def __str__(self) -> str:
         if self:
             return f"{self.controller} and {self.plant} fit"
-        return "\n".join([f"{self.controller} and {self.plant} do not fit:", *(f"- {fault}" for fault in self.faults)])
+        head = f"{self.controller} and {self.plant} do not fit:"
+        if len(self.faults) == 1:
+            return f"{head} {self.faults[0]}"
+        return "\n".join([head, *(f"- {fault}" for fault in self.faults)])
 
 
 def check(plant: Plant, controller: Controller) -> Report:
@@ -91,6 +94,7 @@ def _faults(plant: Any, controller: Any) -> Iterator[str]:
         return
     for each in controllers(controller).values():
         yield from _misfits(plant, each)
+    yield from other_job(plant, controller)
     if not missing:
         yield from _rates(plant, controller)
 
@@ -118,6 +122,34 @@ def _misfits(plant: Plant, controller: Any) -> Iterator[str]:
 
 def _unit(unit: str) -> str:
     return unit or "1"
+
+
+def other_job(plant: Plant, controller: Controller) -> list[str]:
+    """Part and machine on both sides: a plan made for others is refused."""
+    ours: Mapping[str, object] = getattr(plant, "job", {})
+    faults: dict[str, None] = {}
+    for each in (controller, *controllers(controller).values()):
+        theirs: Mapping[str, object] = getattr(each, "job", {})
+        differ = [name for name in theirs if name in ours and not _same_value(theirs[name], ours[name])]
+        named = (f"{name} is {_shown(theirs[name])}, that of the plant {_shown(ours[name])}" for name in differ)
+        if differ:
+            faults[f"controller is made for another part or machine: its {', its '.join(named)}"] = None
+    return list(faults)
+
+
+def _same_value(one: object, other: object) -> bool:
+    (value, unit), (against, its) = _quantity(one), _quantity(other)
+    return unit == its and np.array_equal(np.asarray(value), np.asarray(against))
+
+
+def _quantity(value: object) -> tuple[Any, str]:
+    """Value and unit; what is not such a pair has no unit."""
+    return value if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str) else (value, "")
+
+
+def _shown(value: object) -> str:
+    number, unit = _quantity(value)
+    return f"{number!r} {unit}".rstrip()
 
 
 def _needed(controller: Any) -> list[str]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hwsim import _frames
-from hwsim._check import checked_clock
+from hwsim._check import checked_clock, other_job
 from hwsim._clock import Clock
 from hwsim._fingerprint import fingerprint
 from hwsim._journal import Journal
@@ -199,6 +199,8 @@ class _Series:
             self.controller = self.adapt.next(self.controller, Log.of([part], self.labels))
             if not isinstance(self.controller, Controller):
                 raise TypeError(f"next of the adaptation must return a controller; got {self.controller!r}")
+            if faults := other_job(self.plant, self.controller):
+                raise ValueError(f"next of the adaptation must return a controller that fits: {faults[0]}")
 
     def in_order(self, waiting: Sequence[_Numbered], executor: Executor | None) -> Iterator[Part]:
         """Run the parts that are waiting and give them in order, each as soon as it can be had."""

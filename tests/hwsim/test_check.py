@@ -1,5 +1,7 @@
 """`check`: everything that is missing, in one readable report."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, FixedTank, Tank, Water, noisy_tank
@@ -143,3 +145,62 @@ def test_public_names():
     assert all(getattr(hwsim, name) is not None for name in hwsim.__all__) and dir(hwsim) == hwsim.__all__
     with pytest.raises(AttributeError, match="module 'hwsim' has no attribute 'Stand'"):
         assert hwsim.Stand
+
+
+# Part and machine -----------------------------------------------------------------------------------------------------
+
+
+def with_job(thing, **job):
+    """A plant or controller that says what part and machine it is for."""
+    return type(type(thing).__name__, (type(thing),), {"job": job})()
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [
+        ({}, {"width": (2.0, "mm")}),
+        ({"width": (2.0, "mm")}, {}),
+        ({"length": (1.0, "mm")}, {"width": (2.0, "mm")}),
+        ({"width": (2, "mm"), "material": "steel"}, {"width": (2.0, "mm"), "material": "steel"}),
+        ({"profile": (np.arange(3), "mm")}, {"profile": (np.arange(3.0), "mm")}),
+        ({"limit": None}, {"limit": None}),
+    ],
+)
+def test_jobs_that_fit(ours, theirs):
+    assert faults(with_job(Tank(), **ours), with_job(Drain(), **theirs)) == ()
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "said"),
+    [
+        ((2.0, "mm"), (3.0, "mm"), "3.0 mm, that of the plant 2.0 mm"),
+        ((2.0, "mm"), (2.0, "m"), "2.0 m, that of the plant 2.0 mm"),
+        ("steel", None, "None, that of the plant 'steel'"),
+    ],
+)
+def test_another_job_is_one_fault(ours, theirs, said):
+    tank, drain = with_job(Tank(), part=ours, alike=1), with_job(Drain(), part=theirs, alike=1)
+    fault = f"controller is made for another part or machine: its part is {said}"
+    assert faults(tank, drain) == (fault,)
+    for refused in (lambda: hwsim.run(tank, drain), lambda: hwsim.compare(tank, {"good": Drain(), "bad": drain})):
+        with pytest.raises(ValueError) as caught:
+            refused()
+        assert str(caught.value) == f"Drain and Tank do not fit: {fault}"
+
+
+def test_job_of_one_of_several_controllers():
+    class Two(Drain):
+        tiers: ClassVar = {"good": Drain(), "bad": with_job(Drain(), a=(1, "N"), b=2)}
+
+    assert faults(with_job(Tank(), a=(2, "N"), b=3), Two()) == (
+        "controller is made for another part or machine: its a is 1 N, that of the plant 2 N, its b is 2, that of the plant 3",
+    )
+
+
+def test_adaptation_that_plans_for_another_job():
+    class Stray:
+        def next(self, controller, part_log):
+            return with_job(Drain(), width=(3.0, "mm"))
+
+    with pytest.raises(ValueError, match=r"must return a controller that fits: .* its width is 3.0 mm, that of the plant 2.0 mm"):
+        hwsim.run(with_job(Tank(), width=(2.0, "mm")), Drain(), parts=2, adapt=Stray())

@@ -104,9 +104,7 @@ def test_another_process_reads_while_the_run_goes_on(tmp_path):
 
     def read(share, text):
         if text.startswith("part 2 "):
-            seen.append(
-                subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, check=True)
-            )
+            seen.append(subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, check=True))
 
     hwsim.run(noisy_tank(), Drain(), parts=4, journal=path, progress=read)
     assert seen[0].stdout == "2\n"
@@ -156,9 +154,7 @@ def test_files_that_are_no_journals(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"path must be an existing journal; got .*no.db"):
         hwsim.Journal(tmp_path / "no.db")
     (tmp_path / "text.db").write_text("not a database, but long enough to be taken for one by mistake" * 20)
-    with pytest.raises(
-        ValueError, match=r"path must be the journal of a run; .*text.db' is not \(file is not a database"
-    ):
+    with pytest.raises(ValueError, match=r"path must be the journal of a run; .*text.db' is not \(file is not a database"):
         hwsim.Journal(tmp_path / "text.db")
     sqlite3.connect(tmp_path / "other.db").execute("CREATE TABLE t (x)").connection.close()
     with pytest.raises(ValueError, match=r"other.db' is not \(no such table: run\)"):
@@ -241,8 +237,6 @@ def test_equal_in_another_process():
 
     from hwsim_fakes import rng_of
 
-    done = subprocess.run(
-        [sys.executable, "-c", script, Path(__file__).parent], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", script, Path(__file__).parent], capture_output=True, text=True, check=True)
     here = fingerprint((Drain(), noisy_tank(), Faster(), {"c", "a", "b"}, rng_of, np.arange(3)))
     assert done.stdout.strip() == here

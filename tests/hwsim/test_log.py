@@ -28,9 +28,7 @@ class Thrice:
         return 0.1
 
     def action(self, height, time_left):
-        return SimpleNamespace(
-            stop=height < 0.3, duration=10.0, feed_rate=6.25, normal_force=35.0, mean_cut=0.45, gap=0.0
-        )
+        return SimpleNamespace(stop=height < 0.3, duration=10.0, feed_rate=6.25, normal_force=35.0, mean_cut=0.45, gap=0.0)
 
 
 LOGS = {

@@ -97,13 +97,9 @@ def test_reset_forgets():
 
 def test_bead_beyond_the_plan_is_refused_with_advice():
     controller = SequenceController(Thirds())
-    with pytest.raises(
-        ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.01: plan with a"
-    ):
+    with pytest.raises(ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.01: plan with a"):
         controller.step(height=2.01, time_left=20.0)
-    with pytest.raises(
-        ValueError, match=r"time_left must be <= horizon = 60 of the policy \(s\); got 61.0: plan with a"
-    ):
+    with pytest.raises(ValueError, match=r"time_left must be <= horizon = 60 of the policy \(s\); got 61.0: plan with a"):
         controller.step(height=1.0, time_left=61.0)
 
 

@@ -151,6 +151,11 @@ class WeldBeadStand(Frozen):
         }
 
     @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine (mm, s, N) of the problem; `truth` may differ, as nobody knows it."""
+        return self.problem.job
+
+    @property
     def tick(self) -> float:
         """A millisecond, or a finer tick (s) that divides the problem's stage."""
         return float(self._clock.tick)

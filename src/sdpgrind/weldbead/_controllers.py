@@ -62,6 +62,11 @@ class SequenceController:
         """What tells this controller from another one: the problem and the tables of its policy."""
         return type(self).__name__, self._policy.problem, self._policy.dataset
 
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine that the policy was planned for (mm, s, N); `hwsim` refuses to run it on others."""
+        return self._policy.problem.job
+
     def reset(self) -> None:
         """Forget the bead before.
 

@@ -1,7 +1,7 @@
 """The planning problem: a process with its limits, and what is charged for."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -194,6 +194,18 @@ class SequenceProblem(Frozen):
                 "force_max, burn_limit and min_cut must leave a force for at least one of the durations (N); got"
                 f" force_max {self.force_max!r}, {self.burn_limit!r}, min_cut {self.min_cut!r}"
             )
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine that a plan is for: name -> (value, unit), and the burn limit; nothing that is estimated."""
+        return {
+            "bead_length": (self.bead_length, "mm"),
+            "bead_width": (float(self.model.bead_width), "mm"),
+            "disk_radius": (float(self.model.disk_radius), "mm"),
+            "reset_time": (self.reset_time, "s"),
+            "force_max": (self.force_max, "N"),
+            "burn_limit": self.burn_limit,
+        }
 
     @property
     def _mean_model(self) -> GrindingProcess:
