@@ -117,10 +117,12 @@ class Journal:
             raise ValueError(f"{str(self.path)!r} holds no finished part yet")
         return Log.of(parts, Labels.from_json(self._run["labels"]))
 
-    def differences(self, fingerprints: Mapping[str, str]) -> list[str]:
-        """Names of what is not as it was when the journal was begun (private to this package)."""
+    def refuse_other(self, fingerprints: Mapping[str, str]) -> None:
+        """Raise ValueError where something is not as it was when the journal was begun (private to this package)."""
         written = json.loads(self._run["fingerprints"])
-        return [name for name, value in fingerprints.items() if written.get(name) != value]
+        if other := [name for name, value in fingerprints.items() if written.get(name) != value]:
+            begun = f"{str(self.path)!r} was begun with another {' and '.join(other)}"
+            raise ValueError(f"journal must be of this run; {begun}")
 
     def read(self, limit: int = -1) -> Iterator[Part]:
         """Give the first `limit` finished parts (private to this package)."""

@@ -246,6 +246,5 @@ def _book(path: str | os.PathLike[str] | None, ingredients: Mapping[str, Any], l
         return
     prints = {name: fingerprint(thing) for name, thing in ingredients.items()}
     with Journal(path) if Path(path).exists() else Journal.create(path, prints, labels) as journal:
-        if other := journal.differences(prints):
-            raise ValueError(f"journal must be of this run; {str(path)!r} was begun with another {' and '.join(other)}")
+        journal.refuse_other(prints)
         yield journal

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from hwsim._log import Log
     from hwsim.plants._weldbead import WeldBeadStand
 
+_TOLERANCE = 1e-5  # $
 _HELP = "plan a weld-bead grinding job and run it, pass by pass, on a simulated stand"
 _MORE = """
 With --out the policy, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after
@@ -28,7 +29,7 @@ def add_to(areas: Any) -> None:
     parser.add_argument("--parts", type=int, default=20, metavar="N", help="number of beads (20)")
     parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
-    parser.add_argument("--tolerance", type=float, default=1e-5, help="of the plan's expected penalty, $ (1e-5)")
+    parser.add_argument("--tolerance", type=float, help=f"of the plan's expected penalty, $ ({_TOLERANCE:g})")
     parser.add_argument("--no-pictures", action="store_true", help="draw nothing")
     parser.set_defaults(work=work)
 
@@ -40,8 +41,10 @@ def work(arguments: argparse.Namespace) -> None:
     out: Path | None = arguments.out
     if out is not None:
         _check_folder(out, stand, given)
-    policy = given or _kept_policy(out) or _planned(stand, arguments.tolerance)
+        _check_journal(out, plant=stand, rng=arguments.rng)
+    policy = _policy(stand, given, arguments)
     if out is not None:
+        _check_journal(out, controller=_controller(policy))
         out.mkdir(parents=True, exist_ok=True)
         if not (out / "policy.nc").exists():
             policy.save(out / "policy.nc")
@@ -62,7 +65,8 @@ def _check_numbers(arguments: argparse.Namespace) -> None:
 
     checks.count("--parts", arguments.parts)
     checks.count("--rng", arguments.rng, at_least=0)
-    checks.positive("--tolerance", arguments.tolerance, "$")
+    if arguments.tolerance is not None:
+        checks.positive("--tolerance", arguments.tolerance, "$")
 
 
 def _stand(arguments: argparse.Namespace) -> tuple["WeldBeadStand", Any]:
@@ -133,6 +137,36 @@ def _kept_policy(out: Path | None) -> Any:
     return _loaded(out / "policy.nc") if out is not None and (out / "policy.nc").exists() else None
 
 
+def _check_journal(out: Path, **ingredients: Any) -> None:
+    """Refuse a folder whose journal is of another run before anything is written there."""
+    from hwsim._journal import Journal
+
+    if (out / "run.db").exists():
+        with Journal(out / "run.db") as journal:
+            journal.refuse_other({name: fingerprint(thing) for name, thing in ingredients.items()})
+
+
+def _policy(stand: "WeldBeadStand", given: Any, arguments: argparse.Namespace) -> Any:
+    """The policy that is given, that is kept in the folder, or a new one; no less exact than was asked for."""
+    asked: float | None = arguments.tolerance
+    if given is not None:
+        if asked is not None:
+            _check_error(given, asked, f"--policy {arguments.policy}", "plan anew, without --policy")
+        return given
+    kept = _kept_policy(arguments.out)
+    if kept is None:
+        return _planned(stand, asked or _TOLERANCE)
+    _check_error(kept, asked or _TOLERANCE, f"--out {arguments.out}", "choose another folder or tolerance")
+    return kept
+
+
+def _check_error(policy: Any, asked: float, where: str, advice: str) -> None:
+    """Refuse a policy that is not known to be as exact as `asked` ($)."""
+    if policy.error is None or policy.error > asked:
+        known = "of unknown error" if policy.error is None else f"known to {policy.error:.2g} $"
+        raise ValueError(f"{where} holds a policy {known}, --tolerance asks for {asked:g} $: {advice}")
+
+
 def _planned(stand: "WeldBeadStand", tolerance: float) -> Any:
     from sdpgrind import weldbead
     from sdpgrind.base.progress import TerminalLine
@@ -142,12 +176,17 @@ def _planned(stand: "WeldBeadStand", tolerance: float) -> Any:
 
 def _run(stand: "WeldBeadStand", policy: Any, arguments: argparse.Namespace) -> "Log":
     from hwsim._loop import run
-    from sdpgrind import weldbead
     from sdpgrind.base.progress import TerminalLine
 
-    controller = weldbead.SequenceController(policy)
     journal = None if arguments.out is None else arguments.out / "run.db"
-    return run(stand, controller, parts=arguments.parts, rng=arguments.rng, journal=journal, progress=TerminalLine())
+    parts, rng = arguments.parts, arguments.rng
+    return run(stand, _controller(policy), parts=parts, rng=rng, journal=journal, progress=TerminalLine())
+
+
+def _controller(policy: Any) -> Any:
+    from sdpgrind import weldbead
+
+    return weldbead.SequenceController(policy)
 
 
 def _pictures(out: Path, log: "Log", policy: Any) -> list[str]:

@@ -1,5 +1,6 @@
 """``hwsim weldbead``: what it prints, what it keeps, what it refuses."""
 
+import shutil
 import subprocess
 import sys
 
@@ -162,3 +163,60 @@ def test_as_a_program():
     assert done.returncode == 2 and done.stderr.startswith("hwsim: problem.toml, --preset or --policy must be given")
     done = subprocess.run([sys.executable, "-m", "hwsim.cli", "--help"], capture_output=True, text=True, check=True)
     assert "weldbead" in done.stdout
+
+
+# A folder with something in it ----------------------------------------------------------------------------------------
+
+
+def content(folder):
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (["--rng", "5"], "begun with another rng"),
+        (["--preset", "P4"], "begun with another plant"),
+        (["--tolerance", "3e-5"], "begun with another controller"),
+    ],
+)
+def test_journal_of_another_run_is_refused_before_anything_is_written(finished, tmp_path, capsys, changed, said):
+    shutil.copy(finished / "run.db", tmp_path / "run.db")
+    before = content(tmp_path)
+    line = refused(capsys, *JOB[1:], *changed, "--out", tmp_path)
+    assert line.startswith("journal must be of this run;") and line.endswith(said)
+    assert content(tmp_path) == before
+
+
+def test_file_that_is_no_journal_is_refused_before_anything_is_written(tmp_path, capsys):
+    (tmp_path / "run.db").write_text("notes of mine\n" * 100)
+    assert refused(capsys, *JOB[1:], "--out", tmp_path).startswith("path must be the journal of a run;")
+    assert list(content(tmp_path)) == ["run.db"]
+
+
+def test_another_problem_or_seed_is_refused_without_planning(finished, tmp_path, monkeypatch, capsys):
+    shutil.copy(finished / "run.db", tmp_path / "run.db")
+    monkeypatch.setattr(_weldbead_cli, "_planned", None)
+    for changed in (["--rng", "5"], ["--preset", "P4"]):
+        refused(capsys, *JOB[1:], *changed, "--out", tmp_path)
+
+
+def test_kept_policy_must_be_as_exact_as_is_asked_for(finished, tmp_path, capsys):
+    before = content(finished)
+    known = sdpgrind.load(finished / "policy.nc").error
+    assert known < 1e-2
+    line = refused(capsys, "--preset", "P1", "--rng", 4, "--tolerance", known / 2, "--out", finished)
+    said = f"holds a policy known to {known:.2g} $, --tolerance asks for {known / 2:g} $"
+    assert line == f"--out {finished} {said}: choose another folder or tolerance"
+    assert "asks for 1e-05 $" in refused(capsys, "--preset", "P1", "--rng", 4, "--out", finished)
+    assert content(finished) == before
+
+
+def test_policy_of_unknown_error_does_for_no_tolerance(finished, tmp_path, capsys):
+    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51).save(tmp_path / "policy.nc")
+    line = refused(capsys, *JOB[1:], "--out", tmp_path)
+    assert line.startswith(f"--out {tmp_path} holds a policy of unknown error, --tolerance asks for 0.01 $: ")
+    given = tmp_path / "policy.nc"
+    line = refused(capsys, "--policy", given, "--tolerance", 1.0, "--out", tmp_path / "new")
+    assert line.endswith("of unknown error, --tolerance asks for 1 $: plan anew, without --policy")
+    assert list(content(tmp_path)) == ["policy.nc"]
