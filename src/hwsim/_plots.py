@@ -6,23 +6,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim.protocols import PartLog
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from hwsim._log import Log
 
 # Plant -> module with a function ``picture(log)``. A table, never a name out of a file: files cannot choose code.
 _PICTURES = {"WeldBeadStand": "hwsim.plants._weldbead_picture"}
 _MOST_PARTS = 50  # more lines than these cannot be told apart
 
 
-def draw(log: "Log") -> "Figure":
+def draw(log: PartLog) -> "Figure":
     """Draw a log with the picture of its plant."""
     module = _PICTURES.get(str(log.outcome.attrs["plant"]))
     if module is not None and "controller" not in log.outcome.dims:
-        picture: Callable[[Log], Figure] = import_module(module).picture
+        picture: Callable[[PartLog], Figure] = import_module(module).picture
         return picture(log)
     return compared(log) if "controller" in log.outcome.dims else _all_measured(log)
 
@@ -35,7 +34,7 @@ def label(variable: Any, name: str) -> str:
     return text if unit == "1" else f"{text} ({escaped})"
 
 
-def compared(log: "Log") -> "Figure":
+def compared(log: PartLog) -> "Figure":
     """Box plots of every scalar outcome, one box a controller."""
     outcome = log.outcome
     names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _varies(v)]
@@ -54,7 +53,7 @@ def _varies(variable: Any) -> bool:
     return bool(values.size) and bool(np.ptp(values) > 0)
 
 
-def _all_measured(log: "Log") -> "Figure":
+def _all_measured(log: PartLog) -> "Figure":
     """Every measured and commanded quantity of the first table against time, one line a part."""
     table = log[log.tiers[0]]
     names = [str(n) for n, v in table.data_vars.items() if v.dims == ("row",) and np.isfinite(v.values).any()]

@@ -30,9 +30,9 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, runtime_checkable
 import numpy as np
 
 if TYPE_CHECKING:
-    from hwsim._log import Log
+    import xarray as xr
 
-__all__ = ["FOREVER", "Adaptation", "Controller", "Machine", "Plant"]
+__all__ = ["FOREVER", "Adaptation", "Controller", "Machine", "PartLog", "Plant"]
 
 FOREVER: Final = 2**62
 """Number of ticks that means "until your next event"."""
@@ -144,6 +144,39 @@ class Plant(Protocol):
 
 
 @runtime_checkable
+class PartLog(Protocol):
+    """A log in the units of its plant, as adaptations (last part) and pictures (all parts) see it; `hwsim.Log` is one.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> class Leave:
+    ...     period = None
+    ...     def reset(self): ...
+    ...     def step(self, **measured):
+    ...         return {"stop": 1.0}
+    >>> log = hwsim.run(hwsim.WeldBeadStand(weldbead.preset("P1")), Leave())
+    >>> isinstance(log, hwsim.protocols.PartLog), len(log)
+    (True, 1)
+    """
+
+    @property
+    def tiers(self) -> tuple[str, ...]:
+        """Names of the tables."""
+
+    @property
+    def outcome(self) -> "xr.Dataset":
+        """What each part became (dimension ``part``), units in the attributes."""
+
+    def __getitem__(self, tier: str, /) -> "xr.Dataset":
+        """Return the table of a tier."""
+
+    def __len__(self) -> int:
+        """Return the number of parts."""
+
+
+@runtime_checkable
 class Adaptation(Protocol):
     """Learns between parts: re-estimates, shifts a margin, plans anew.
 
@@ -160,5 +193,5 @@ class Adaptation(Protocol):
     True
     """
 
-    def next(self, controller: Controller, part_log: "Log") -> Controller:
+    def next(self, controller: Controller, part_log: PartLog) -> Controller:
         """Return the controller of the next part, given that of the last part (as it began) and its log, `part_log`."""

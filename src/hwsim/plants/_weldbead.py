@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hwsim._clock import Clock, common_tick
-from hwsim.plants._weldbead_machine import WeldBead
+from hwsim.plants._weldbead_machine import Noise, Setup, WeldBead
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
@@ -179,8 +179,9 @@ class WeldBeadStand(Frozen):
             See `hwsim.protocols.Machine`; its ticks are those of ``tick`` (s).
         """
         of_truth, of_cuts, of_noise = rng.spawn(3)
-        process, scatter = self._drawn(self.truth, of_truth)
-        return WeldBead(self, process, scatter, self._clock, of_cuts, of_noise)
+        setup = Setup(self.problem, *self._drawn(self.truth, of_truth), self.start_height, self.start_time)
+        noise = Noise(self.height_noise, self.power_noise, self.force_noise)
+        return WeldBead(setup, noise, self._clock, of_cuts, of_noise)
 
     def _drawn(self, truth: Any, rng: np.random.Generator) -> tuple[GrindingProcess, Scatter]:
         if truth is None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,13 +10,31 @@ from hwsim._clock import Clock, simplest
 from hwsim.plants._weldbead_truth import Coefficients, blamed, grinding_power
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
-from sdpgrind.weldbead import GrindingProcess, Scatter
-
-if TYPE_CHECKING:
-    from hwsim.plants._weldbead import WeldBeadStand
+from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
 
 _AGREE = 1e-9  # relative; duration against feed rate, force against its limit
 _BURNS = 1e-6  # W or N beyond the burn limit, so that a pass planned on the limit does not count
+
+
+_OF_PASS = ("grinding_power", "normal_force", "tangential_force", "removal_rate", "feed_rate", "cut_depth")
+
+
+class Setup(NamedTuple):
+    """The bead before its first pass, and what there is to know of it, hidden truth included."""
+
+    problem: SequenceProblem
+    process: GrindingProcess  # as it really is
+    scatter: Scatter
+    height: float  # mm
+    time: float  # s until the deadline
+
+
+class Noise(NamedTuple):
+    """Standard deviations of the readings."""
+
+    height: float  # mm
+    power: float  # W
+    force: float  # N
 
 
 class Pass(NamedTuple):
@@ -30,28 +48,19 @@ class Pass(NamedTuple):
 class WeldBead:
     """A bead under the grinder (`hwsim.protocols.Machine`)."""
 
-    def __init__(
-        self,
-        stand: "WeldBeadStand",
-        process: GrindingProcess,
-        scatter: Scatter,
-        clock: Clock,
-        cuts: np.random.Generator,
-        noise: np.random.Generator,
-    ) -> None:
+    def __init__(self, setup: Setup, sd: Noise, clock: Clock, cuts: np.random.Generator, noise: np.random.Generator) -> None:
         self.time, self.done, self.event = 0, False, False
-        self._stand, self._problem = stand, stand.problem
-        self._process, self._scatter, self._clock = process, scatter, clock
-        self._cuts, self._noise = cuts, noise
-        self._deadline = simplest(stand.start_time)
-        self._height = float(stand.start_height)
+        self._problem, self._process, self._scatter = setup.problem, setup.process, setup.scatter
+        self._sd, self._clock, self._cuts, self._noise = sd, clock, cuts, noise
+        self._deadline = simplest(setup.time)
+        self._height = float(setup.height)
         self._under_way: Pass | None = None
         self._ticks_left = 0
         self._finish = 0.0  # $; what the last refinishing pass left
         self._burned = 0
         self._truth: list[tuple[float, Coefficients]] = []
         self._scan = self._scanned()
-        self._of_pass = dict.fromkeys(set(stand.measures) - {"height", "time_left"}, nan)
+        self._of_pass = dict.fromkeys(_OF_PASS, nan)
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
         """Begin the commanded pass, go on for at most `ticks`, measure."""
@@ -135,15 +144,15 @@ class WeldBead:
             self._burned += float(problem.burn_limit.margin(self._process, *pass_)) < -_BURNS
 
     def _scanned(self) -> float:
-        return self._height + self._stand.height_noise * float(self._noise.standard_normal())
+        return self._height + self._sd.height * float(self._noise.standard_normal())
 
     def _sensed(self, done: Pass, truth: Coefficients, cut: float) -> dict[str, float]:
         """What the sensors say of the last pass; `cut` is the difference of the scans."""
         power, normal, tangential = self._noise.standard_normal(3).tolist()
-        force_noise = self._stand.force_noise
+        force_noise = self._sd.force
         true_power = grinding_power(self._process, truth, done.normal_force)
         return {
-            "grinding_power": true_power + self._stand.power_noise * power,
+            "grinding_power": true_power + self._sd.power * power,
             "normal_force": done.normal_force + force_noise * normal,
             "tangential_force": truth.friction_ratio * done.normal_force + force_noise * tangential,
             "removal_rate": cut * self._process.bead_width * done.feed_rate,

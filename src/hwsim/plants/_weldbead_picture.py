@@ -4,18 +4,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim.protocols import PartLog
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from hwsim._log import Log
-
 _GOOD, _BAD, _PLAN, _REAL = "tab:blue", "tab:red", "0.15", "tab:orange"
 _MOST_BEADS = 100  # more lines than these cannot be told apart
 
 
-def picture(log: "Log") -> "Figure":
+def picture(log: PartLog) -> "Figure":
     """Draw a log of `WeldBeadStand`: height against time, penalties, cuts, and power against removal rate."""
     pyplot = need("matplotlib.pyplot", "plot")
     figure: Figure
@@ -32,14 +31,14 @@ def picture(log: "Log") -> "Figure":
     return figure
 
 
-def _title(log: "Log") -> str:
+def _title(log: PartLog) -> str:
     out = log.outcome
     over = 100 * float((out.overground.values > 0).mean())
     beads = f"{len(log)} beads" if len(log) > 1 else "1 bead"
     return f"{beads}: {out.passes.values.mean():.1f} passes each, {over:.0f} % overground"
 
 
-def _heights(axis: Any, log: "Log", table: Any) -> None:
+def _heights(axis: Any, log: PartLog, table: Any) -> None:
     """Scanned height of each bead; a pass is a slope, its reset a level."""
     reset = float(log.outcome.attrs["reset_time"])
     over = log.outcome.overground.values > 0
@@ -59,7 +58,7 @@ def _heights(axis: Any, log: "Log", table: Any) -> None:
     axis.set_title(f"Every pass{some}", loc="left")
 
 
-def _target_and_deadline(axis: Any, log: "Log") -> None:
+def _target_and_deadline(axis: Any, log: PartLog) -> None:
     deadline = float(log.outcome.attrs["start_time"])
     axis.axhline(0, color=_PLAN, lw=1)
     axis.axvline(deadline, color=_PLAN, lw=1, ls="--")
@@ -73,7 +72,7 @@ def _target_and_deadline(axis: Any, log: "Log") -> None:
     axis.annotate("deadline", (deadline, high), (-3, -3), ha="right", va="top", rotation=90, **small)
 
 
-def _penalties(axis: Any, log: "Log") -> None:
+def _penalties(axis: Any, log: PartLog) -> None:
     """Realised penalties, their mean with its standard error, and what the policy had expected."""
     values = log.outcome.penalty.values
     most = float(np.quantile(values, 0.995)) if values.size >= 200 else float(values.max())
@@ -115,7 +114,7 @@ def _cuts(axis: Any, table: Any) -> None:
     axis.set_title("What passes removed", loc="left")
 
 
-def _powers(axis: Any, log: "Log", table: Any) -> None:
+def _powers(axis: Any, log: PartLog, table: Any) -> None:
     """Measured power against removal rate: its slope is the specific energy, its intercept the idle power."""
     rate, power = table.removal_rate.values, table.grinding_power.values
     axis.plot(rate, power, ".", color=_GOOD, ms=3, alpha=_faint(rate.size), label="passes")
