@@ -208,6 +208,22 @@ def test_processes_give_the_same_parts():
         assert same(compared, hwsim.compare(noisy_tank(), both, parts=3))
 
 
+@pytest.fixture(scope="module")
+def dask():
+    """An executor with two worker processes."""
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client.get_executor()
+
+
+def test_dask_gives_the_same_parts(dask):
+    serial = hwsim.run(noisy_tank(), Drain(), parts=20, rng=3)
+    assert same(serial, hwsim.run(noisy_tank(), Drain(), parts=20, rng=3, executor=dask))
+
+
 def test_compare_gives_each_controller_the_same_parts():
     log = hwsim.compare(noisy_tank(), {"slow": Drain(1.0), "fast": Drain(3.0)}, parts=4, rng=2)
     np.testing.assert_array_equal(log.outcome.leak.sel(controller="slow"), log.outcome.leak.sel(controller="fast"))
