@@ -31,7 +31,7 @@ hwsim.run(noisy_tank(), Drain(), parts=2000, rng=5, journal=sys.argv[2],
 """
 
 
-@pytest.mark.parametrize("announced", [1, 17, 60])
+@pytest.mark.parametrize("announced", [1, 20])
 def test_every_announced_part_is_there_and_at_most_one_more(tmp_path, announced):
     path = tmp_path / "run.db"
     command = [sys.executable, "-c", ANNOUNCED, Path(__file__).parent, path]
@@ -59,14 +59,14 @@ def job(tmp_path_factory):
     """A job whose policy is planned already, its uninterrupted log, and how long it lasts."""
     folder = tmp_path_factory.mktemp("kill")
     weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101).save(folder / "p1.nc")
-    job = Here(("--policy", str(folder / "p1.nc"), "--parts", "150", "--rng", "3"))
+    job = Here(("--policy", str(folder / "p1.nc"), "--parts", "50", "--rng", "3"))
     start = time.perf_counter()
     kill.Job.finish(job, folder / "whole")
     lasts = time.perf_counter() - start
     return job, (folder / "whole" / "run.nc").read_bytes(), lasts
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_command_line_killed_at_a_random_moment(tmp_path, job, seed):
     line, whole, lasts = job
     delay = float(np.random.default_rng(seed).uniform(0.0, lasts))

@@ -212,8 +212,9 @@ def test_processes_give_the_same_parts():
 def dask():
     """An executor with two worker processes."""
     distributed = pytest.importorskip("distributed")
+    free_port = "127.0.0.1:0"  # without an address the scheduler listens on 8787, and warns where that is taken
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=free_port) as cluster,
         distributed.Client(cluster) as client,
     ):
         yield client.get_executor()

@@ -24,6 +24,14 @@ def policy():
 
 
 @pytest.fixture(scope="module")
+def coarse(tmp_path_factory):
+    """File of a policy of one grid: its error is not known."""
+    path = tmp_path_factory.mktemp("coarse") / "policy.nc"
+    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51).save(path)
+    return path
+
+
+@pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "deep" / "p1"
     assert main([*JOB, "--out", str(folder)]) == 0
@@ -82,9 +90,9 @@ def test_policy_from_a_file_gives_the_same_run(finished, tmp_path, capsys):
     assert (tmp_path / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
 
 
-def test_without_out_nothing_is_written(tmp_path, monkeypatch, capsys):
+def test_without_out_nothing_is_written(finished, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(JOB) == 0
+    assert main(["weldbead", "--policy", str(finished / "policy.nc"), "--parts", "2"]) == 0
     assert "kept" not in capsys.readouterr().out and list(tmp_path.iterdir()) == []
 
 
@@ -109,12 +117,12 @@ def test_a_run_can_be_made_longer(finished, tmp_path, capsys):
     assert (tmp_path / "run" / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
 
 
-def test_interrupted(monkeypatch, capsys):
+def test_interrupted(finished, monkeypatch, capsys):
     def interrupt(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(_weldbead_cli, "_run", interrupt)
-    assert main(JOB) == 130
+    assert main(["weldbead", "--policy", str(finished / "policy.nc")]) == 130
     assert capsys.readouterr().err == "hwsim: interrupted; the same command with the same --out goes on from here\n"
 
 
@@ -125,11 +133,10 @@ def test_journal_of_another_seed(finished, capsys):
     assert (finished / "run.nc").read_bytes() == before
 
 
-def test_folder_of_another_problem_or_policy(finished, tmp_path, capsys):
+def test_folder_of_another_problem_or_policy(finished, coarse, capsys):
     line = refused(capsys, "--preset", "P4", "--out", finished)
     assert line == f"--out {finished} holds a run of another problem (burn_limit differs): choose another folder"
-    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51).save(tmp_path / "coarse.nc")
-    line = refused(capsys, "--policy", tmp_path / "coarse.nc", "--out", finished)
+    line = refused(capsys, "--policy", coarse, "--out", finished)
     assert line == f"--out {finished} holds a run of another policy: choose another folder"
 
 
@@ -172,20 +179,29 @@ def content(folder):
     return {file.name: file.read_bytes() for file in folder.iterdir()}
 
 
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        (["--rng", "5"], "begun with another rng"),
-        (["--preset", "P4"], "begun with another plant"),
-        (["--tolerance", "3e-5"], "begun with another controller"),
-    ],
-)
-def test_journal_of_another_run_is_refused_before_anything_is_written(finished, tmp_path, capsys, changed, said):
-    shutil.copy(finished / "run.db", tmp_path / "run.db")
-    before = content(tmp_path)
-    line = refused(capsys, *JOB[1:], *changed, "--out", tmp_path)
-    assert line.startswith("journal must be of this run;") and line.endswith(said)
-    assert content(tmp_path) == before
+@pytest.fixture
+def left(finished, tmp_path):
+    """A folder in which only the journal is left of a run."""
+    folder = tmp_path / "left"
+    folder.mkdir()
+    shutil.copy(finished / "run.db", folder / "run.db")
+    return folder
+
+
+@pytest.mark.parametrize(("changed", "said"), [(["--rng", "5"], "rng"), (["--preset", "P4"], "plant")])
+def test_journal_of_another_run_is_refused_without_planning(left, monkeypatch, capsys, changed, said):
+    monkeypatch.setattr(_weldbead_cli, "_planned", None)
+    before = content(left)
+    line = refused(capsys, *JOB[1:], *changed, "--out", left)
+    assert line == f"journal must be of this run; {str(left / 'run.db')!r} was begun with another {said}"
+    assert content(left) == before
+
+
+def test_journal_of_another_policy_is_refused_before_anything_is_written(left, coarse, capsys):
+    before = content(left)
+    line = refused(capsys, "--policy", coarse, "--parts", 6, "--rng", 4, "--out", left)
+    assert line.endswith("was begun with another controller")
+    assert content(left) == before
 
 
 def test_file_that_is_no_journal_is_refused_before_anything_is_written(tmp_path, capsys):
@@ -194,14 +210,7 @@ def test_file_that_is_no_journal_is_refused_before_anything_is_written(tmp_path,
     assert list(content(tmp_path)) == ["run.db"]
 
 
-def test_another_problem_or_seed_is_refused_without_planning(finished, tmp_path, monkeypatch, capsys):
-    shutil.copy(finished / "run.db", tmp_path / "run.db")
-    monkeypatch.setattr(_weldbead_cli, "_planned", None)
-    for changed in (["--rng", "5"], ["--preset", "P4"]):
-        refused(capsys, *JOB[1:], *changed, "--out", tmp_path)
-
-
-def test_kept_policy_must_be_as_exact_as_is_asked_for(finished, tmp_path, capsys):
+def test_kept_policy_must_be_as_exact_as_is_asked_for(finished, capsys):
     before = content(finished)
     known = sdpgrind.load(finished / "policy.nc").error
     assert known < 1e-2
@@ -212,11 +221,9 @@ def test_kept_policy_must_be_as_exact_as_is_asked_for(finished, tmp_path, capsys
     assert content(finished) == before
 
 
-def test_policy_of_unknown_error_does_for_no_tolerance(finished, tmp_path, capsys):
-    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51).save(tmp_path / "policy.nc")
-    line = refused(capsys, *JOB[1:], "--out", tmp_path)
-    assert line.startswith(f"--out {tmp_path} holds a policy of unknown error, --tolerance asks for 0.01 $: ")
-    given = tmp_path / "policy.nc"
-    line = refused(capsys, "--policy", given, "--tolerance", 1.0, "--out", tmp_path / "new")
+def test_policy_of_unknown_error_does_for_no_tolerance(coarse, tmp_path, capsys):
+    line = refused(capsys, *JOB[1:], "--out", coarse.parent)
+    assert line.startswith(f"--out {coarse.parent} holds a policy of unknown error, --tolerance asks for 0.01 $: ")
+    line = refused(capsys, "--policy", coarse, "--tolerance", 1.0, "--out", tmp_path / "new")
     assert line.endswith("of unknown error, --tolerance asks for 1 $: plan anew, without --policy")
-    assert list(content(tmp_path)) == ["policy.nc"]
+    assert list(content(coarse.parent)) == ["policy.nc"] and not (tmp_path / "new").exists()

@@ -1,9 +1,8 @@
 """Planner, controller and stand together: what was promised is what comes out."""
 
 import pickle
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from math import sqrt
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -38,14 +37,14 @@ def test_realised_penalty_is_the_planned_one(name):
     problem = PROBLEMS[name]
     stand = hwsim.WeldBeadStand(problem, height_noise=0.0, **START.get(name, {}))
     policy = weldbead.plan(problem, tolerance=None, nodes=201)  # within 1e-3 $ of the converged ones
-    log = hwsim.run(stand, weldbead.SequenceController(policy), parts=250, rng=11)
+    log = hwsim.run(stand, weldbead.SequenceController(policy), parts=150, rng=11)
     penalty, planned = log.outcome.penalty.values, log.outcome.penalty_planned.values
     assert np.ptp(planned) == 0.0
     assert planned[0] == policy.value(height=stand.start_height, time_left=stand.start_time)
-    assert abs(penalty.mean() - planned[0]) < 4 * penalty.std() / sqrt(250) + 1e-3
+    assert abs(penalty.mean() - planned[0]) < 4 * penalty.std() / sqrt(150) + 1e-3
     risk = policy.risk(height=stand.start_height, time_left=stand.start_time)
     passes = log.outcome.passes.values
-    assert abs(passes.mean() - risk.passes) < 4 * passes.std() / sqrt(250) + 1e-3
+    assert abs(passes.mean() - risk.passes) < 4 * passes.std() / sqrt(150) + 1e-3
     assert log.outcome.burned.values.sum() == 0
 
 
@@ -94,10 +93,10 @@ def test_replanning_between_parts_resumes_with_equal_results(tmp_path):
         stand = hwsim.WeldBeadStand(P1, truth=P1.model.replace(specific_energy=13.0))
         first = weldbead.SequenceController(weldbead.plan(P1, tolerance=None, nodes=51))
         if journal is not None:
-            hwsim.run(stand, first, parts=2, **run)
-        log[journal] = hwsim.run(stand, first, parts=4, **run)
+            hwsim.run(stand, first, parts=1, **run)
+        log[journal] = hwsim.run(stand, first, parts=3, **run)
     assert same(*log.values())
-    assert np.unique(log[None].outcome.penalty_planned.values).size == 4
+    assert np.unique(log[None].outcome.penalty_planned.values).size == 3
 
 
 class Replan:
@@ -121,8 +120,7 @@ def test_workers_give_the_same_beads(controller):
     serial = hwsim.run(stand, controller, parts=20, rng=1)
     with ThreadPoolExecutor(3) as threads:
         assert same(hwsim.run(stand, controller, parts=20, rng=1, executor=threads), serial)
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
-        assert same(hwsim.run(stand, controller, parts=20, rng=1, executor=processes), serial)
+    assert same(hwsim.run(*pickle.loads(pickle.dumps((stand, controller))), parts=20, rng=1), serial)
 
 
 def test_controller_goes_to_another_process_as_it_is(controller):
