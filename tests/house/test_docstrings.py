@@ -24,7 +24,7 @@ NO_QUANTITY = {
 }
 INNER = {
     "how transitions talk to the solver": r"\.(Shift|Sampled|Stay)\.(rows|sample|arrive|position|quadrature)$",
-    "how tables talk to policies on them": r"\.sdp\.Policy\.(act|begin|controls|locate|need_problem|shape|switches|value_at)$",
+    "how tables talk to policies on them": r"\.sdp\.Policy\.(act|begin|controls|locate|need_problem|shape|kinks|value_at)$",
 }
 EXEMPT = {
     "sdpgrind.sdp.Forever": "the absence of a deadline",

@@ -71,6 +71,7 @@ def check(problem: Problem) -> Report:
     small = replace(problem, axes=[_small(axis) for axis in problem.axes])
     grid = Grid.of(small)
     problems: list[str] = []
+    notes: list[str] = []
     for stop in small.stops:
         _try(
             problems,
@@ -78,7 +79,7 @@ def check(problem: Problem) -> Report:
             partial(_stop, small if _edges(small) else replace(small, stops=(stop,)), grid),
         )
     for k, move in enumerate(small.moves):
-        _try(problems, f"move {move.name!r}", partial(_move, small, grid, k))
+        _try(problems, f"move {move.name!r}", partial(_move, small, grid, k, notes))
     if not problems and isinstance(small.stages, Forever):
         _try(problems, "stages", partial(refuse_endless, small, grid))
     return Report(tuple(problems), tuple(_notes(problem, small)))
@@ -121,7 +122,7 @@ def _stop(problem: Problem, grid: Grid) -> None:
         raise ValueError("its charge must be > -inf ($)")
 
 
-def _move(problem: Problem, grid: Grid, k: int) -> None:
+def _move(problem: Problem, grid: Grid, k: int, notes: list[str]) -> None:
     """Evaluate one move into zero and look at what comes."""
     alone = replace(problem, moves=(problem.moves[k],))
     last = problem.stages.count if isinstance(problem.stages, Stages) else None
@@ -130,6 +131,10 @@ def _move(problem: Problem, grid: Grid, k: int) -> None:
     for _, found in bundles.best(zero, np.zeros(len(problem.modes)), 0 if last is not None else None, 10**9):
         if np.any(np.isnan(found.q)):
             raise ValueError("its charge or transition must give numbers; got NaN")
+        if np.all(np.isinf(found.q)):
+            notes.append(
+                f"move {problem.moves[k].name!r} is not allowed at any of {found.q.size} places tried (s.mode is a number)"
+            )
     if isinstance(problem.moves[k].to, Sampled) and _compiles(Menu(alone, grid, 0)):
         _agree(Menu(alone, grid, 0))
 

@@ -30,6 +30,7 @@ def plan(
     tolerance: float | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    throw: bool = True,
 ) -> Policy:
     """Solve a problem by stochastic dynamic programming.
 
@@ -45,6 +46,8 @@ def plan(
         barrier a stage would cost more than the work, and it is ignored.
     progress : callable(share, text), optional
         By default one line on a terminal when it takes long, silent elsewhere.
+    throw : bool
+        Whether a tolerance that cannot be reached is an error; False: the best that was reached, its ``error`` above it.
 
     Returns
     -------
@@ -75,7 +78,7 @@ def plan(
         table, grid = _solve(problem, 1, executor, tell)
         return _policy(problem, grid, table, None)
     checks.positive("tolerance", tolerance, "$")
-    return _refined(problem, tolerance, executor, tell)
+    return _refined(problem, tolerance, executor, tell, throw)
 
 
 def _policy(problem: Problem, grid: Grid, table: Table, error: float | None) -> Policy:
@@ -89,7 +92,7 @@ def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progr
         return solve(problem, grid, Bundles(problem, grid, executor), tell), grid
 
 
-def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell: Progress) -> Policy:
+def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell: Progress, throw: bool) -> Policy:
     before, _ = _solve(problem, 1, executor, tell)
     changes: list[float] = []
     for halvings in range(1, REFINEMENTS + 1):
@@ -100,22 +103,24 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
         error = grid_error(changes) + table.search_error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             return _policy(problem, grid, table, error)
-        if halvings > 1:
-            _refuse_hopeless(problem, tolerance, error, changes, halvings)
+        if halvings > 1 and (nodes := _hopeless(problem, tolerance, error, changes, halvings)):
+            if not throw:
+                return _policy(problem, grid, table, error)
+            raise ValueError(
+                f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}, which would take"
+                f" about {nodes} nodes: try {2 * error:.1g}, or throw=False for what was reached, {error:.2g}"
+            )
         before = table
     raise AssertionError("a hopeless tolerance is refused before")
 
 
-def _refuse_hopeless(problem: Problem, tolerance: float, error: float, changes: list[float], halvings: int) -> None:
-    """Say so at once where the error, falling as it has fallen, cannot reach the tolerance within what memory holds."""
-    rate = min(4.0, max(1.5, changes[-2] / max(changes[-1], 1e-300)))
-    more = max(1, int(np.ceil(np.log(error / tolerance) / np.log(rate))))
-    nodes = " x ".join(str((axis.nodes - 1) * 2 ** (halvings + more) + 1) for axis in problem.axes)
-    if halvings + more > REFINEMENTS or _table_bytes(problem, 2 ** (halvings + more)) > LARGEST:
-        raise ValueError(
-            f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}, which would take"
-            f" about {nodes} nodes: the estimated error is still {error:.2g}"
-        )
+def _hopeless(problem: Problem, tolerance: float, error: float, changes: list[float], halvings: int) -> str:
+    """Tell the nodes that the tolerance would take, if that is more than memory holds and the error falls as it has fallen."""
+    rate = min(4.0, max(1.25, changes[-2] / max(changes[-1], 1e-300)))
+    more = min(50, max(1, int(np.ceil(np.log(error / tolerance) / np.log(rate)))))
+    if halvings + more <= REFINEMENTS and _table_bytes(problem, 2 ** (halvings + more)) <= LARGEST:
+        return ""
+    return " x ".join(f"{(axis.nodes - 1) * 2.0 ** (halvings + more) + 1:.6g}" for axis in problem.axes)
 
 
 def _table_bytes(problem: Problem, refine: int) -> float:
@@ -138,13 +143,14 @@ def grid_error(changes: list[float]) -> float:
 
     If the error falls by a factor r at each halving, the last change is (r - 1) times the error. Linear interpolation gives
     r = 4 on average, but kinks of the value-to-go fall unevenly between nodes: r is taken from the last two changes, never
-    above 3 and never below 2 (first order). A change may be small by luck: the one before it bounds the error from below,
+    above 3 and never below 1.25 (many passes of laws narrower than a cell converge slower than at first order). A change may
+    be small by luck: the one before it bounds the error from below,
     as if both orders were second (then it were twelve times the error; six are allowed).
     """
     if len(changes) < 2:
         return changes[-1]
     rate = changes[-2] / changes[-1] if changes[-1] > 0 else 2.0
-    return max(changes[-1] / (min(3.0, max(2.0, rate)) - 1), changes[-2] / 6)
+    return max(changes[-1] / (min(3.0, max(1.25, rate)) - 1), changes[-2] / 6)
 
 
 def _change(coarse: Table, fine: Table, grid: Grid) -> float:

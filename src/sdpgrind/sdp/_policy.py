@@ -15,7 +15,7 @@ from sdpgrind.base.rng import Seed
 from sdpgrind.sdp import _lookup
 from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._problem import Problem
-from sdpgrind.sdp._solution import Solution
+from sdpgrind.sdp._solution import Kinks, Solution
 from sdpgrind.sdp._stages import TABLES, Table
 
 
@@ -222,8 +222,9 @@ class Policy(Solution):
             "first": self.first,
             "search_error": t.search_error,
         }
+        tables = {name: (dims, array.reshape(shape), note) for name, (array, note) in described.items()}
         return xr.Dataset(
-            {name: (dims, array.reshape(shape), note) for name, (array, note) in described.items()},
+            tables | self._kink_variables(),
             {
                 **coordinates,
                 "mode": ("mode", list(layout.modes)),
@@ -231,6 +232,17 @@ class Policy(Solution):
             },
             attrs | ({} if self.error is None else {"error": self.error}),
         )
+
+    def _kink_variables(self) -> dict[str, Any]:
+        """What is known of the cells in which the action changes; empty on more axes than one."""
+        notes = {
+            "switch": {"long_name": "part of the cell at which the action changes (NaN: nowhere)"},
+            "left": {"units": "$", "long_name": "what the left node's action costs too much at the right node"},
+            "right": {"units": "$", "long_name": "what the right node's action costs too much at the left node"},
+            "start": {"long_name": "control with which a move begins beside a node where one stops"},
+        }
+        dims, kinks = ("stage", "mode", "cell"), self.kinks._asdict()
+        return {name: (dims, kinks[name], note) for name, note in notes.items()} if self.kinks.switch.size else {}
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the policy to a NetCDF file at `path`. Functions of the problem cannot be saved; what look-ups need is."""
@@ -244,6 +256,8 @@ class Policy(Solution):
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset, problem: Problem | None) -> "Policy":
         """Rebuild a policy from its `dataset`, for `problem` where that is known."""
+        if missing := {*TABLES} - {*dataset.data_vars}:
+            raise ValueError(f"the file was saved by another version, it lacks {', '.join(sorted(missing))}: plan again")
         layout: Layout = records.decode(dataset.attrs["layout"])
         shape = (dataset.sizes["stage"], dataset.sizes["mode"], -1)
         first, search_error = int(dataset.attrs["first"]), float(dataset.attrs["search_error"])
@@ -251,7 +265,10 @@ class Policy(Solution):
         table = Table(first=first, search_error=search_error, **arrays)
         error = dataset.attrs.get("error")
         found = None if error is None else float(error)
-        return cls(problem, layout, table, found)
+        policy = cls(problem, layout, table, found)
+        if "switch" in dataset:
+            policy.kinks = Kinks(*(np.ascontiguousarray(dataset[name].values) for name in Kinks._fields))
+        return policy
 
     def plot(self, mode: str | int = 0) -> Any:
         """Draw value-to-go and actions of one mode (one axis: against stage; two: the last slice); return the figure."""

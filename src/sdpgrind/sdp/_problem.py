@@ -287,7 +287,8 @@ class Problem:
     stages : Stages or Forever
         The countdown.
     modes : sequence of str
-        Names of the discrete part of the state.
+        Names of the discrete part of the state. In callbacks ``s.mode`` is the number of the mode in this order, a whole
+        number or an array of them, never its name.
     """
 
     axes: Sequence[Axis]

@@ -1,7 +1,7 @@
 """A solved problem and what it says at a state: the moves of the table, and between two nodes that differ the better one."""
 
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,23 @@ from sdpgrind.sdp._problem import Problem
 from sdpgrind.sdp._rows import Rows
 from sdpgrind.sdp._stages import Table
 from sdpgrind.sdp._stops import charge_of, stop_state
+
+JUMP = 0.1
+"""Share of a control's range that it may change over one cell without counting as a jump."""
+
+
+class Kinks(NamedTuple):
+    """Cells [row, mode, cell] in which the action changes: where in the cell, and what each node's action costs too much.
+
+    `switch` is a part of the cell (NaN: no change); `left` ($) is how much more than the best the left node's action costs
+    at the right node, `right` the other way round. Beside a node where one stops, `start` is the control with which the
+    other node's move would begin there (else NaN).
+    """
+
+    switch: Floats
+    left: Floats
+    right: Floats
+    start: Floats
 
 
 class Solution:
@@ -43,6 +60,8 @@ class Solution:
         """Return the value-to-go ($) at located states."""
         out = np.empty(place.row.size)
         _lookup.interpolate(self.table.value, place.row, place.mode, self.shape, place.index, out)
+        if self.kinks.switch.size:
+            _lookup.below_kinks(self.table.value, *self.kinks[:3], place.row, place.mode, place.index, out)
         return self.locator.with_exits(place, out + place.late)
 
     def act(self, place: Place) -> tuple[Any, Any, Floats, Floats]:
@@ -50,8 +69,8 @@ class Solution:
         n = place.row.size
         best, entry, control, gap = np.empty(n, np.int16), np.empty(n, np.int32), np.empty(n), np.empty(n)
         t = self.table
-        table, out = (t.best, t.move, t.entry, t.control, t.gap), (best, entry, control, gap)
-        _lookup.act(table, self.switches, place.row, place.mode, self.shape, place.index, out)
+        table, out = (t.best, t.entry, t.control, t.gap), (best, entry, control, gap)
+        _lookup.act(table, self.kinks.switch, self.kinks.start, place.row, place.mode, self.shape, place.index, out)
         outside = self.locator.outside(place)
         if np.any(outside):
             best[outside], gap[outside], control[outside] = -1, 0.0, np.nan
@@ -79,49 +98,98 @@ class Solution:
         return np.array(self.grid.shape, dtype=np.int64)
 
     @cached_property
-    def switches(self) -> Floats:
-        """On one axis: the part of each cell [row, mode, cell] at which the actions of its two nodes change places."""
-        return switches(self) if len(self.grid.axes) == 1 else np.empty((0, 0, 0))
+    def kinks(self) -> Kinks:
+        """On one axis: where the actions of two nodes change places; empty on more axes."""
+        return find_kinks(self) if len(self.grid.axes) == 1 else Kinks(*[np.empty((0, 0, 0))] * 4)
 
 
-def switches(solution: Solution) -> Floats:
-    """Return, for one axis, the part [row, mode, cell] of each cell at which its two nodes' actions change places.
+def find_kinks(solution: Solution) -> Kinks:
+    """Compare what each of two differing nodes does at the other node too.
 
-    Each node's action is evaluated one step ahead at the other node too; the costs of the two, taken as linear over the
-    cell, cross there. Without the problem (a loaded policy of functions) the middle of the cell is taken.
+    The costs of the two, taken as linear over the cell, cross at the switch. Without the problem (a loaded policy of
+    functions) the middle of the cell is taken, and nothing is known of the costs.
     """
     t = solution.table
-    change = (t.best[:, :, 1:] != t.best[:, :, :-1]) | (t.entry[:, :, 1:] != t.entry[:, :, :-1])
-    out = np.where(change, 0.5, np.nan)
+    change = (t.best[:, :, 1:] != t.best[:, :, :-1]) | (t.entry[:, :, 1:] != t.entry[:, :, :-1]) | _jumps(t)
+    none = np.full(change.shape, np.nan)
+    found = Kinks(np.where(change, 0.5, np.nan), np.zeros(change.shape), np.zeros(change.shape), none)
     if solution.problem is None:
-        return out
+        return found
     for row in np.unique(np.nonzero(change)[0]):
         mode, cell = np.nonzero(change[row])
-        left = (
-            _other_cost(solution, int(row), mode, cell, cell + 1) - t.value[row, mode, cell + 1]
-        )  # left's action at the right node
-        right = _other_cost(solution, int(row), mode, cell + 1, cell) - t.value[row, mode, cell]
-        left, right = np.maximum(left, 0.0), np.maximum(right, 0.0)
+        left, at_right = _elsewhere(solution, int(row), mode, cell, cell + 1)
+        right, at_left = _elsewhere(solution, int(row), mode, cell + 1, cell)
         with np.errstate(invalid="ignore", divide="ignore"):
             part = np.where(np.isinf(left), np.where(np.isinf(right), 0.5, 0.0), right / (left + right))
-        out[row, mode, cell] = np.where(np.isfinite(part), part, np.where(np.isinf(right), 1.0, 0.5))
-    return out
+        found.switch[row, mode, cell] = np.where(np.isfinite(part), part, np.where(np.isinf(right), 1.0, 0.5))
+        left = _least_excess(solution, int(row), mode, cell, cell + 1, left)
+        right = _least_excess(solution, int(row), mode, cell + 1, cell, right)
+        both = np.isfinite(left) & np.isfinite(right)
+        found.left[row, mode, cell], found.right[row, mode, cell] = np.where(both, left, 0.0), np.where(both, right, 0.0)
+        found.start[row, mode, cell] = np.where(np.isnan(at_left), at_right, at_left)
+    return found
 
 
-def _other_cost(solution: Solution, row: int, mode: Any, of: Any, at: Any) -> Floats:
-    """Cost at nodes `at` of the actions that the table has at nodes `of`; a move's control is the node's own where it has one."""
-    problem = solution.need_problem("switches")
-    t, grid = solution.table, solution.grid
+def _jumps(table: Table) -> Any:
+    """Cells in which one move goes on, but its control jumps from one minimum to another."""
+    jump = np.zeros((*table.best.shape[:2], table.best.shape[2] - 1), dtype=bool)
+    for k in np.unique(table.best[table.best >= 0]):
+        control = np.where(table.best == k, table.control, np.nan)
+        if np.any(np.isfinite(control)):
+            span = np.nanmax(control) - np.nanmin(control)
+            with np.errstate(invalid="ignore"):
+                jump |= np.abs(np.diff(control, axis=2)) > JUMP * span
+    return jump
+
+
+def _least_excess(solution: Solution, row: int, mode: Any, of: Any, at: Any, tried: Floats) -> Floats:
+    """What the move of nodes `of` costs too much at nodes `at` with the control that is best there.
+
+    It lies between the gap and what was `tried`. At an end of its interval a control stays what it is, and a stop has none:
+    what was tried is right. Elsewhere the gap is, unless a third move is nearer.
+    """
+    t, moves = solution.table, solution.need_problem("kinks").moves
+    best, control = t.best[row, mode, of], t.control[row, mode, of]
+    ends = np.array([[m.levels.low, m.levels.high] if m.levels else [0.0, 0.0] for m in moves])[np.maximum(best, 0)]
+    inside = (best >= 0) & (np.min(np.abs(control[:, None] - ends), axis=1) > 1e-9 * np.abs(ends).max(axis=1))
+    other = best != t.best[row, mode, at]
+    return np.where(inside & other, np.minimum(t.gap[row, mode, at], tried), tried)
+
+
+def _elsewhere(solution: Solution, row: int, mode: Any, of: Any, at: Any) -> tuple[Floats, Floats]:
+    """How much more than the best the actions of nodes `of` cost at nodes `at`, $.
+
+    Where `at` is to stop, the move is tried there with what `at` itself would do and with its least and greatest control too;
+    the cheapest is the second answer (NaN elsewhere).
+    """
+    problem, t = solution.need_problem("kinks"), solution.table
+    best, entry = t.best[row, mode, of], t.entry[row, mode, of]
+    tried = [t.control[row, mode, of]]
+    cost = _cost_at(solution, row, mode, at, best, entry, tried[0])
+    stopping = (t.best[row, mode, at] < 0) & (best >= 0)
+    if np.any(stopping):
+        levels = [move.levels for move in problem.moves]
+        ends = np.array([[np.nan, np.nan] if v is None else [v.low, v.high] for v in levels])[np.maximum(best, 0)]
+        own = np.where(t.move[row, mode, at] == best, t.control[row, mode, at], tried[0])
+        tried += [own, ends[:, 0], ends[:, 1]]
+        costs = np.array([cost, *(_cost_at(solution, row, mode, at, np.where(stopping, best, -1), entry, u) for u in tried[1:])])
+        which = np.argmin(np.where(stopping & ~np.isnan(np.array(tried)), costs, np.inf), axis=0)
+        cost = np.where(stopping, np.min(np.where(np.isnan(np.array(tried)), np.inf, costs), axis=0), cost)
+        start = np.where(stopping, np.array(tried)[which, np.arange(cost.size)], np.nan)
+    else:
+        start = np.full(cost.shape, np.nan)
+    return np.maximum(cost - t.value[row, mode, at], 0.0), start
+
+
+def _cost_at(solution: Solution, row: int, mode: Any, at: Any, best: Any, entry: Any, control: Floats) -> Floats:
+    """Cost of given actions at given nodes of one slice."""
+    problem, grid = solution.need_problem("kinks"), solution.grid
     cost = np.empty(mode.size)
-    best, entry, control = t.best[row, mode, of], t.entry[row, mode, of], t.control[row, mode, of]
-    own = (t.move[row, mode, at] == best) & (t.entry[row, mode, at] == entry)
-    control = np.where(own, t.control[row, mode, at], control)
     stage = row + solution.first
     late = float(solution.layout.late_charge(-stage * solution.layout.step)) if not (solution.has_base and row == 0) else 0.0
-    start = tuple(x[at] for x in grid.points)
     for k in np.unique(best):
         here = best == k
-        there = tuple(x[here] for x in start)
+        there = tuple(x[at][here] for x in grid.points)
         if k < 0:
             s = stop_state(problem, there, mode[here], stage)
             cost[here] = charge_of(problem, problem.stops[-1 - k], s) + late

@@ -25,6 +25,7 @@ def plan(
     feed: str = "lattice",
     executor: Executor | None = None,
     progress: Progress | None = None,
+    throw: bool = True,
 ) -> SequencePolicy:
     """Plan a grinding sequence: Brown (1988), chapter 5.
 
@@ -33,7 +34,8 @@ def plan(
     problem : SequenceProblem
         What to plan.
     tolerance : float, optional
-        Largest estimated error of the expected penalty ($) anywhere in the table. None: one solve on `nodes` nodes.
+        Largest estimated error of the expected penalty ($) at the nodes of the table; between nodes, where the best pass
+        changes, it may be more (see the words of warning). None: one solve on `nodes` nodes.
     nodes : int, optional
         Height nodes of that single grid (401 by default), or the first grid of the refinement.
     feed : {"lattice", "continuous"}
@@ -43,6 +45,8 @@ def plan(
         Passed on to `sdp.plan`, which ignores it on one axis.
     progress : callable(share, text), optional
         By default one line on a terminal when it takes long.
+    throw : bool
+        Whether a tolerance that cannot be reached is an error; False: the best that was reached, its ``error`` above it.
 
     Returns
     -------
@@ -65,7 +69,7 @@ def plan(
     if feed == "continuous":
         return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)
     start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
-    table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress)
+    table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress, throw=throw)
     return SequencePolicy(problem, table)
 
 

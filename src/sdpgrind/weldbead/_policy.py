@@ -150,8 +150,11 @@ class SequencePolicy:
                 if k == self._cells:
                     k -= 1
                 row = int(stage) + self._origin
-                low = self._values[row, 0, k]
-                return low + (cell - k) * (self._values[row, 0, k + 1] - low)
+                part, low, high = cell - k, self._values[row, 0, k], self._values[row, 0, k + 1]
+                switch, left, right, _ = self._kinks
+                if switch[row, 0, k] == switch[row, 0, k]:  # the action changes in this cell: the lesser of two lines
+                    return min(low + part * (high + left[row, 0, k] - low), (1 - part) * (low + right[row, 0, k]) + part * high)
+                return low + part * (high - low)
         return self.table.value(height=height, time_left=time_left, **self._mode(last_duration))
 
     def action(self, height: Any, time_left: Any, last_duration: Any = None) -> SequenceAction:
@@ -174,26 +177,33 @@ class SequencePolicy:
         return SequenceAction(shaped[0], shaped[1], shaped[2], shaped[3], shaped[4], self.problem)
 
     @cached_property
+    def _kinks(self) -> tuple[Any, ...]:
+        return tuple(memoryview(np.ascontiguousarray(x)) for x in self.table.kinks)
+
+    @cached_property
     def _tables(self) -> tuple[Any, ...]:
         t = self.table.table
-        return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.move, t.control, t.gap, self.table.switches))
+        return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap, *self._kinks))
 
     def _scalar_action(self, cell: float, row: int) -> SequenceAction:
-        best, move, force, gap, switch = self._tables
+        best, force, gap, switch, _, _, start = self._tables
         k = int(cell)
         if k == self._cells:
             k -= 1
         part = cell - k
-        side = k + 1 if best[row, 0, k] != best[row, 0, k + 1] and part > switch[row, 0, k] else k
-        chosen = best[row, 0, side]
-        g = gap[row, 0, k]
+        at = switch[row, 0, k]  # NaN where the action does not change in this cell
+        side = k + 1 if part > at else k
+        chosen, g = best[row, 0, side], gap[row, 0, k]
         if part > 0:  # infinite where there is no alternative
             g = (1 - part) * g + part * gap[row, 0, k + 1]
         if chosen < 0:
             return SequenceAction(True, 0.0, np.nan, np.nan, g, self.problem)
-        f = force[row, 0, side]
-        if part > 0 and move[row, 0, k] == move[row, 0, k + 1]:
-            f = (1 - part) * force[row, 0, k] + part * force[row, 0, k + 1]
+        f, first = force[row, 0, side], start[row, 0, k]
+        if at != at and part > 0:
+            f = (1 - part) * f + part * force[row, 0, k + 1]
+        elif first == first:  # towards the node where one stops
+            near = part if side > k else 1 - part
+            f = near * f + (1 - near) * first
         return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)
 
     def gradient(self, height: Any, time_left: Any, last_duration: Any = None) -> Any:
