@@ -118,7 +118,7 @@ for time_left in (12.0, 24.0, 48.0):
 #
 # Error: how far from exact
 # -------------------------
-# ``error`` estimates the largest distance of any value in the table from the converged one. It is about the
+# ``error`` estimates the largest distance of any value at the table's nodes from the converged one. It is about the
 # arithmetic alone. It knows nothing of a wrong specific energy: what that costs, ``simulate`` tells.
 
 print(f"arithmetic: {policy.error:.1e} $")
