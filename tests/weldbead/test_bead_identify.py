@@ -355,3 +355,16 @@ def test_noise_of_the_force_sensor_is_no_scatter():
     del table["normal_force_command"]
     blind = weldbead.identify({"sequence": table}, "scatter", model=BASE)
     assert blind.relative_sd[1] > 1.2 * found.relative_sd[1]
+
+
+def test_a_forgotten_noise_of_the_scan_is_found_out():
+    """2 um of noise in light passes, taken for scatter, would make the scatter ten times too small."""
+    rng = np.random.default_rng(5)
+    force, feed = rng.uniform(8.2, 40.0, 400), np.full(400, 12.5)
+    depth = weldbead.Scatter("C1", 0.2, law="lognormal").cut(BASE, force, feed).sample(rng) + rng.normal(0.0, 0.0028, 400)
+    data = {"normal_force": force, "feed_rate": feed, "cut_depth": depth}
+    found = weldbead.identify(data, "scatter", model=BASE, depth_noise=0.0028, method="model")
+    assert found.relative_sd[0] == pytest.approx(0.2, abs=0.03)
+    light = data | {"normal_force": np.r_[force, 8.05], "feed_rate": np.r_[feed, 12.5], "cut_depth": np.r_[depth, 0.012]}
+    with pytest.raises(ValueError, match=r"depth_noise must cover .* residual of \d+ standard deviations; got 0"):
+        weldbead.identify(light, "scatter", model=BASE.replace(idle_power=102.4), method="model")

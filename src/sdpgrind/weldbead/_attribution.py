@@ -23,6 +23,8 @@ from sdpgrind.weldbead._scatter import ATTRIBUTIONS, Scatter
 SCATTER_METHODS = ("fit", "model")
 LAW_METHODS = ("kernel", "sample")
 _DECISIVE = 3.0  # difference of log-likelihood: 20 times as likely
+_ABSURD = 12.0
+"""Standard deviations that no residual of a sound fit reaches."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,6 +97,7 @@ def estimate_scatter(data: Any, method: str, *, model: GrindingProcess | None, l
     fits = {name: _fitted(read, process, name, method == "fit", law, depth_noise) for name in ATTRIBUTIONS}
     order = sorted(fits, key=lambda name: -fits[name].likelihood)
     best = fits[order[0]]
+    _refuse_absurd(best, depth_noise)
     plausible = tuple(name for name in order if fits[name].likelihood > best.likelihood - _DECISIVE)
     return ScatterEstimate(
         names=ATTRIBUTIONS,
@@ -108,6 +111,16 @@ def estimate_scatter(data: Any, method: str, *, model: GrindingProcess | None, l
         process=best.process,
         message=read.message,
     )
+
+
+def _refuse_absurd(fit: _Fit, depth_noise: float) -> None:
+    """Noise of the scans, left out, shows as residuals that no law has: in light passes they dwarf the scatter."""
+    worst = float(np.max(np.abs(fit.unit)))
+    if worst > _ABSURD:
+        raise ValueError(
+            f"depth_noise must cover what the measured cut_depth is uncertain by (mm): the best fit leaves a residual of"
+            f" {worst:.0f} standard deviations; got {depth_noise:g}"
+        )
 
 
 def estimate_law(
