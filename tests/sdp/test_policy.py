@@ -415,3 +415,9 @@ def test_a_search_without_end_settles_and_says_what_following_it_costs(to):
     assert difference.min() > -1e-4 and difference.max() < 1e-2
     runs = found.simulate(height=1.0, runs=20_000, rng=4, snap=True)
     assert abs(runs.mean - found.value(height=1.0)) < 3.5 * runs.standard_error
+
+
+def test_a_tolerance_out_of_reach_is_refused_early_with_one_that_is_not():
+    problem = bead(nodes=21, levels=33)
+    with pytest.raises(ValueError, match=r"tolerance must be reachable .* got 1e-30: try \d"):
+        sdp.plan(problem, tolerance=1e-30)

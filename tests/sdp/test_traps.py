@@ -346,5 +346,5 @@ def test_no_array_of_states_times_controls_times_next_states():
 def test_a_saved_policy_is_no_larger_than_its_tables(tmp_path: Path):
     policy = sdp.plan(bead(nodes=201))
     policy.save(tmp_path / "p.nc")
-    assert (tmp_path / "p.nc").stat().st_size < 1.1 * 201 * 5 * (8 + 8 + 8 + 2 + 4) + 20_000
+    assert (tmp_path / "p.nc").stat().st_size < 1.1 * 201 * 5 * (8 + 8 + 8 + 2 + 2 + 4 + 4 * 8) + 20_000
     assert sdpgrind.load(tmp_path / "p.nc").value(height=1.0, time_left=3.0) == policy.value(height=1.0, time_left=3.0)

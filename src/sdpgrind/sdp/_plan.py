@@ -103,24 +103,31 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
         error = grid_error(changes) + table.search_error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             return _policy(problem, grid, table, error)
-        if halvings > 1 and (nodes := _hopeless(problem, tolerance, error, changes, halvings)):
-            if not throw:
-                return _policy(problem, grid, table, error)
-            raise ValueError(
-                f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}, which would take"
-                f" about {nodes} nodes: try {2 * error:.1g}, or throw=False for what was reached, {error:.2g}"
-            )
+        room = _halvings_left(problem, halvings)
+        if throw and halvings > 1:
+            _refuse_hopeless(tolerance, error, changes, room)
+        if room == 0:
+            return _policy(problem, grid, table, error)
         before = table
     raise AssertionError("a hopeless tolerance is refused before")
 
 
-def _hopeless(problem: Problem, tolerance: float, error: float, changes: list[float], halvings: int) -> str:
-    """Tell the nodes that the tolerance would take, if that is more than memory holds and the error falls as it has fallen."""
+def _refuse_hopeless(tolerance: float, error: float, changes: list[float], room: int) -> None:
+    """Raise where the tolerance is out of reach even if each halving that memory holds halves the error."""
     rate = min(4.0, max(1.25, changes[-2] / max(changes[-1], 1e-300)))
-    more = min(50, max(1, int(np.ceil(np.log(error / tolerance) / np.log(rate)))))
-    if halvings + more <= REFINEMENTS and _table_bytes(problem, 2 ** (halvings + more)) <= LARGEST:
-        return ""
-    return " x ".join(f"{(axis.nodes - 1) * 2.0 ** (halvings + more) + 1:.6g}" for axis in problem.axes)
+    if error / max(2.0, rate) ** room > tolerance:
+        raise ValueError(
+            f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}: try"
+            f" {1.5 * error / rate**room:.1g}, or throw=False for the best that can be reached"
+        )
+
+
+def _halvings_left(problem: Problem, done: int) -> int:
+    """How often the cells can be halved again."""
+    room = 0
+    while done + room < REFINEMENTS and _table_bytes(problem, 2 ** (done + room + 1)) <= LARGEST:
+        room += 1
+    return room
 
 
 def _table_bytes(problem: Problem, refine: int) -> float:
