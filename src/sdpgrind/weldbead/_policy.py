@@ -125,7 +125,7 @@ class SequencePolicy:
 
     # -- looking up ------------------------------------------------------------------------------------------------
 
-    def value(self, height: Any, time_left: Any, last_duration: Any = None) -> Any:
+    def value(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
         """Return the expected penalty ($) from a height and a time left on.
 
         Parameters
@@ -157,7 +157,7 @@ class SequencePolicy:
                 return low + part * (high - low)
         return self.table.value(height=height, time_left=time_left, **self._mode(last_duration))
 
-    def action(self, height: Any, time_left: Any, last_duration: Any = None) -> SequenceAction:
+    def action(self, height: Any, time_left: Any, *, last_duration: Any = None) -> SequenceAction:
         """Return what to do at a height (mm) and a time left (s); see `value` for the arguments.
 
         Inside one duration the force is interpolated between nodes; where neighbouring nodes differ in what to do, that
@@ -206,12 +206,12 @@ class SequencePolicy:
             f = near * f + (1 - near) * first
         return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)
 
-    def gradient(self, height: Any, time_left: Any, last_duration: Any = None) -> Any:
+    def gradient(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
         """Return the derivative of the expected penalty with respect to height, $/mm; see `value` for the arguments."""
         return self.table.gradient(height=height, time_left=time_left, **self._mode(last_duration))["height"]
 
     def alternatives(
-        self, height: float, time_left: float, within: float, last_duration: float | None = None
+        self, height: float, time_left: float, *, within: float, last_duration: float | None = None
     ) -> dict[str, float]:
         """Return every duration (or "stop") that costs at most `within` $ more than the best, with its expected penalty ($).
 
@@ -280,7 +280,7 @@ class SequencePolicy:
         start = {"height": height, "time_left": time_left}
         return self.table.simulate(runs=runs, rng=rng, problem=problem, snap=snap, executor=executor, **start)  # type: ignore[no-any-return]
 
-    def risk(self, height: float, time_left: float, confidence: float = 0.95) -> Risk:
+    def risk(self, height: float, time_left: float, *, confidence: float = 0.95) -> Risk:
         """Return exact risk figures from a height (mm) and a time left (s); `confidence` is the probability of the CVaR."""
         return Risk(self.table.distribution(height=height, time_left=time_left), confidence)
 

@@ -12,7 +12,7 @@ from sdpgrind.base import checks
 from sdpgrind.weldbead._problem import SequenceProblem
 
 
-def sdp_problem(problem: SequenceProblem, nodes: int = 401, levels: int = 401, search: bool = True) -> sdp.Problem:
+def sdp_problem(problem: SequenceProblem, nodes: int = 401, *, levels: int = 401, search: bool = True) -> sdp.Problem:
     """Return a weld-bead problem as the solver sees it.
 
     Parameters
