@@ -506,7 +506,8 @@ def test_last_duration(finish):
         assert finish.value(1.0, 0.0, last_duration=duration) == pytest.approx(2.0 + extra)
         assert finish.value(1.0, 24.0, last_duration=duration) >= finish.value(1.0, 24.0)
     found = finish.value(np.array([0.0, 0.5, 1.0]), 10.0, last_duration=np.array([6.0, 8.0, 20.0]))
-    np.testing.assert_array_equal(found, [finish.value(h, 10.0, last_duration=t) for h, t in ((0.0, 6.0), (0.5, 8.0), (1.0, 20.0))])
+    states = ((0.0, 6.0), (0.5, 8.0), (1.0, 20.0))
+    np.testing.assert_array_equal(found, [finish.value(h, 10.0, last_duration=t) for h, t in states])
     assert finish.action(0.0, 24.0, last_duration=6.0).stop
     with pytest.raises(ValueError, match=r"last_duration must be one of 6, 8, .* \(s\); got 7.0"):
         finish.value(1.0, 24.0, last_duration=7.0)

@@ -76,7 +76,7 @@ class Rows:
     tails: tuple[Tail, ...] = ()
 
     def expect(self, value: Floats, level: Floats) -> Floats:
-        """Return E value(next) + charges, (P,), for `value` [mode, node] and the stops' further charge, `level`, of each mode, all $."""
+        """Return E value(next) + charges, (P,), from the `value` [mode, node] and the stops' further charge `level` [mode], $."""
         inner = np.empty(self.mode.shape)
         for mode in np.unique(self.mode):
             chosen = self.mode == mode
