@@ -286,3 +286,10 @@ def test_defaults():
     assert weldbead.plan(P1, tolerance=None).table.grid.size == 401
     policy = weldbead.plan(SMALL, tolerance=5e-3)
     assert 0 < policy.error <= 5e-3 and "error" in repr(policy)
+
+
+def test_what_is_no_problem_and_what_is_no_estimate():
+    with pytest.raises(TypeError, match=r"problem must be a SequenceProblem .*; got 'P1'"):
+        weldbead.plan("P1")
+    with pytest.raises(TypeError, match=r"estimate must be what weldbead.identify gives, or a Scatter; got 3"):
+        weldbead.preset("P1").updated(3)

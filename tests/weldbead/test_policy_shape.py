@@ -37,7 +37,7 @@ def test_overground_is_charged_exactly():
 
 
 def test_bands_of_the_fastest_pass():
-    height, value, _ = table(dense("P1"), np.arange(0, 61, 2))
+    height, value, _ = table(plain("P1"), np.arange(0, 61, 2))
     low = value[height <= 0.25]
     for b in range(1, 10):
         assert np.max(np.abs(low[:, 3 * b + 1] - low[:, 3 * b])) < 2e-6
@@ -89,7 +89,7 @@ def test_slowest_feed_is_not_the_rule():
 
 
 def test_fastest_pass_below_the_threshold():
-    height, _, action = table(dense("P1"), np.arange(6, 61, 2))
+    height, _, action = table(plain("P1"), np.arange(6, 61, 2))
     below = ~action.stop & (np.nan_to_num(action.normal_force) < 50 - 1e-6) & (height[:, None] < 0.415)
     assert np.all(action.duration[below & (action.gap > 1e-6)] == 6)
     assert np.mean(action.gap[below] > 1e-6) > 0.9

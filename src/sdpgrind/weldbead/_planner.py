@@ -65,6 +65,8 @@ def plan(
     >>> round(policy.value(height=1.0, time_left=10.0), 3)
     0.634
     """
+    if not isinstance(problem, SequenceProblem):
+        raise TypeError(f"problem must be a SequenceProblem (see weldbead.preset); got {problem!r}")
     checks.one_of("feed", feed, ("lattice", "continuous"))
     if feed == "continuous":
         return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)

@@ -264,6 +264,8 @@ class SequenceProblem(Frozen):
         scatter = getattr(estimate, "scatter", None)
         if isinstance(scatter, Scatter):
             return self.replace(scatter=scatter)
+        if not hasattr(estimate, "ok"):
+            raise TypeError(f"estimate must be what weldbead.identify gives, or a Scatter; got {estimate!r}")
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
         known = [field.name for field in dataclasses.fields(self.model)]
