@@ -27,7 +27,8 @@ def beyond(charge: OneSided, start: float) -> list[OneSided]:
 
 
 def _moved(charge: OneSided, tolerance: float) -> OneSided:
-    return charge.replace(tolerance=tolerance)  # type: ignore[attr-defined, no-any-return]
+    assert isinstance(charge, Constant | Linear | Quadratic)  # the one-sided charges there are
+    return charge.replace(tolerance=tolerance)
 
 
 @dataclass(frozen=True)

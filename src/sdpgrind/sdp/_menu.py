@@ -9,7 +9,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._grid import Grid, Ints, record
-from sdpgrind.sdp._problem import Levels, Move, Problem
+from sdpgrind.sdp._problem import Levels, Move, Problem, Stages
 
 SCANNED = 50
 """About so many levels are tried at every node; the search then goes on from the best of them."""
@@ -100,7 +100,8 @@ class Menu:
         """Return ``s``: the coordinates (less the axis `without`), the stage coordinate if timed, the mode if given."""
         fields = {a.name: x for a, x in zip(self.grid.axes, coordinates, strict=True) if a.name != without}
         if self.move.timed and stage is not None:
-            fields[self.problem.stages.name] = stage  # type: ignore[union-attr]
+            assert isinstance(self.problem.stages, Stages)  # the problem refuses timed moves without
+            fields[self.problem.stages.name] = stage
         if mode is not None:
             fields["mode"] = mode
         return record("S", tuple(fields))(**fields)

@@ -150,8 +150,9 @@ class _Sweep:
     def late(self, stage: int) -> float:
         """Late charge at a stage."""
         stages = self.problem.stages
-        late = stages.late if isinstance(stages, Stages) else None
-        return float(late(-stage * stages.step)) if late is not None and stage < 0 else 0.0  # type: ignore[union-attr]
+        if not isinstance(stages, Stages) or stages.late is None or stage >= 0:
+            return 0.0
+        return float(stages.late(-stage * stages.step))
 
     def at_once(self) -> bool:
         """Do the whole induction in one compiled call where the problem is of the common small kind; tell whether it was.

@@ -278,7 +278,8 @@ class SequencePolicy:
         )
         problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
         start = {"height": height, "time_left": time_left}
-        return self.table.simulate(runs=runs, rng=rng, problem=problem, snap=snap, executor=executor, **start)  # type: ignore[no-any-return]
+        found: sdp.Runs = self.table.simulate(runs=runs, rng=rng, problem=problem, snap=snap, executor=executor, **start)
+        return found
 
     def risk(self, height: float, time_left: float, *, confidence: float = 0.95) -> Risk:
         """Return exact risk figures from a height (mm) and a time left (s); `confidence` is the probability of the CVaR."""
