@@ -62,9 +62,7 @@ def test_fast_path_at_every_node(name):
         for k in (0, 1, 57, 115, 200, 399, 400):
             same_action(policy.action(float(height[k]), time), policy.action(height[[k]], time))
             assert policy.action(float(height[k]), time).duration == many.duration[k]
-            assert policy.value(float(height[k]), time) == pytest.approx(
-                policy.table.table.value[-31 + round(time / 2), 0, k]
-            )
+            assert policy.value(float(height[k]), time) == pytest.approx(policy.table.table.value[-31 + round(time / 2), 0, k])
 
 
 @pytest.mark.parametrize("height", [1, 1.0, np.float64(1), np.int64(1), np.float32(1), np.array(1.0)])
@@ -186,26 +184,23 @@ def test_force_is_interpolated_inside_a_duration(cell, part, stage):
     assert found.stop in ends.stop
 
 
-@pytest.mark.parametrize(
-    ("name", "times"), [("P1", (14.0, 24.0, 40.0)), ("P3", (-4.0, 0.0, 8.0)), ("P5", (-6.0, 2.0, 20.0))]
-)
+@pytest.mark.parametrize(("name", "times"), [("P1", (14.0, 24.0, 40.0)), ("P3", (-4.0, 0.0, 8.0)), ("P5", (-6.0, 2.0, 20.0))])
 def test_switches_lie_where_both_actions_are_equally_good(name, times):
     policy = plain(name)
     height = policy.states()[0]
     seen = 0
     for time in times:
-        ends = policy.action(height, time)
-        for k in np.flatnonzero(ends.duration[1:] != ends.duration[:-1]):
-            part = policy.table.kinks.switch[policy.table.locate({"height": 1.0, "time_left": time}).row[0], 0, k]
-            if not 0.02 < part < 0.98 or height[k] < 0.05:
-                continue  # near the target costs are curved inside a cell: a cut is no deeper than it
+        inside = (height[:-1, None] + 0.005 * np.linspace(0.02, 0.98, 97)).ravel()
+        duration = policy.action(inside, time).duration
+        for k in np.flatnonzero((duration[1:] != duration[:-1]) & (inside[:-1] > 0.05) & (np.arange(inside.size - 1) % 97 != 96)):
+            # near the target costs are curved inside a cell: a cut is no deeper than it
             seen += 1
-            at = height[k] + 0.005 * part
-            costs = [cost(policy, at, time, ends.duration[i], ends.normal_force[i]) for i in (k, k + 1)]
+            at = 0.5 * (inside[k] + inside[k + 1])
+            sides = [policy.action(inside[i], time) for i in (k, k + 1)]
+            costs = [cost(policy, at, time, side.duration, side.normal_force) for side in sides]
             # Both costs are curved inside the cell: equal up to that, far below what a whole cell changes.
             assert costs[0] == pytest.approx(costs[1], abs=2e-5 + 0.02 * 0.005)
-            assert policy.action(at - 0.004 * 0.005, time).duration == ends.duration[k]
-            assert policy.action(at + 0.004 * 0.005, time).duration == ends.duration[k + 1]
+            assert policy.value(at, time) == pytest.approx(min(costs), abs=2e-5 + 0.02 * 0.005)
     assert seen > 3
 
 
@@ -463,9 +458,7 @@ def test_saved_and_loaded(tmp_path, name):
     height, time = np.linspace(-0.1, top, 47)[:, None], np.arange(0.0, 24.1, 1.0)
     np.testing.assert_array_equal(policy.value(height, time), loaded.value(height, time))
     for field in ("stop", "duration", "feed_rate", "normal_force", "gap"):
-        np.testing.assert_array_equal(
-            getattr(policy.action(height, time), field), getattr(loaded.action(height, time), field)
-        )
+        np.testing.assert_array_equal(getattr(policy.action(height, time), field), getattr(loaded.action(height, time), field))
     one, two = (p.simulate(runs=2000, height=0.7 * top, time_left=24.0, rng=3) for p in (policy, loaded))
     np.testing.assert_array_equal(one.penalty, two.penalty)
     assert policy.risk(0.7 * top, 24.0).cvar == loaded.risk(0.7 * top, 24.0).cvar

@@ -13,6 +13,7 @@ from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._charges import Charge, Linear
 from sdpgrind.sdp._grid import Grid
+from sdpgrind.sdp._kinks import Changes
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._problem import Problem
 from sdpgrind.sdp._rows import Rows
@@ -64,7 +65,11 @@ def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges,
     stop_q = stops.at(0, 0.0) if problem.stops else np.full((0, *value.shape), np.inf)
     table = Table.empty(0, 1, *value.shape)
     _kernels.choose(stop_q, (q, u, a), bundles.shared, table.slice(0))
-    return dataclasses.replace(table, search_error=bundles.search_error)
+    if len(grid.shape) != 1:
+        return dataclasses.replace(table, search_error=bundles.search_error)
+    changes = Changes.of(problem, bundles.shared)
+    changes.add(0, stop_q, (q, u, a), table.best[0], table.entry[0], table.control[0])
+    return dataclasses.replace(table, search_error=bundles.search_error, changes=changes)
 
 
 def policy_rows(problem: Problem, grid: Grid, best: Any, control: Floats, entry: Any) -> list[tuple[Any, Any, Rows]]:

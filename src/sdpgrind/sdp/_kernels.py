@@ -325,29 +325,28 @@ def choose(stop_q, found, shared, out):
 def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, tables, coarse_q, shared, table, state):
     """A whole backward induction in one axis and one mode; see `_stages` for what it does stage by stage.
 
-    `late[k]` is the late charge at stage ``first - longest duration + k``. Return -1, or the row at which no stop and no move
+    `ring[row, move, 0, node]` keeps all that is found; `late[k]` is the late charge at stage ``first - longest duration + k``.
+    Return -1, or the row at which no stop and no move
     is allowed, or -2 where the probabilities of stopping beyond the edge are needed and missing.
     """
     ring_q, ring_u, ring_a = ring
     value, best, move_table, control, entry, gap = table
-    nodes, slots, lags = value.shape[2], ring_q.shape[0], scan_weight.shape[1]
-    first_lag, before = tables[1], slots - 1
+    nodes, lags = value.shape[2], scan_weight.shape[1]
+    first_lag, before = tables[1], late.size - value.shape[0]
     matrix, dense = np.zeros((lags, nodes)), np.empty((scan_weight.shape[0], nodes))
     flipped, here = np.empty((1, nodes)), np.empty(1)
     shape = (duration.size, 1, nodes)
     found_q, found_u, found_a = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
     for row in range(value.shape[0]):
-        slot = (row + before) % slots
         for move in range(duration.size):
             if row < duration[move] and base[0].size > 0:
-                ring_q[slot, move, 0] = base[0][move, 0] + late[row + before - duration[move]]
-                ring_u[slot, move, 0], ring_a[slot, move, 0] = base[1][move, 0], base[2][move, 0]
+                ring_q[row, move, 0] = base[0][move, 0] + late[row + before - duration[move]]
+                ring_u[row, move, 0], ring_a[row, move, 0] = base[1][move, 0], base[2][move, 0]
         here[0] = level[0] + late[row + before]
-        found = (ring_q[slot], ring_u[slot], ring_a[slot])
+        found = (ring_q[row], ring_u[row], ring_a[row])
         out = (value[row], best[row], move_table[row], control[row], entry[row], gap[row])
         if not choose(stop_q + late[row + before], found, shared, out):
             return row
-        ring_q[slot] = np.inf
         v = value[row]
         if tables[4].shape[2] == 0 and here[0] != v[0, 0]:
             return -2
@@ -359,7 +358,7 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, t
         np.dot(scan_weight, matrix, dense)
         push(plan, tables, v, flipped, here, dense, True, coarse_q, found_q, found_u, found_a, state)
         for move in range(duration.size):
-            to = (row + duration[move] + before) % slots
+            to = row + duration[move]
             ring_q[to, move, 0], ring_u[to, move, 0], ring_a[to, move, 0] = (
                 found_q[move, 0],
                 found_u[move, 0],

@@ -40,38 +40,49 @@ def interpolate(table, row, mode, shape, index, out):
         out[point] = total
 
 
-@njit(**_OPTIONS)
-def below_kinks(table, switch, left, right, row, mode, index, out):
-    """On one axis, set out[p] to the lesser of two lines where the actions change places inside a cell.
+@njit(inline="always", **_OPTIONS)
+def _crossing(at, row, mode, index, nodes):
+    """Number of the cell of kinks (-1: none) that a point is inside of, the cell, and where in it the point lies."""
+    cell = max(0, min(int(np.floor(index)), nodes - 2))
+    part = min(max(index - cell, 0.0), 1.0)
+    return at[row, mode, cell] if 0.0 < part < 1.0 else -1, cell, part
 
-    Each line is what one node's action costs over the cell; its value at the other node is `left` (`right`) above the
-    table's. Between nodes the minimum of the two has a kink that a straight line would cut.
-    """
+
+@njit(inline="always", **_OPTIONS)
+def _least(first, last, cost, part):
+    """The first of the lowest lines, and its height."""
+    line, low = first, np.inf
+    for k in range(first, last):
+        here = (1 - part) * cost[k, 0] + part * cost[k, 1]
+        if here < low:
+            line, low = k, here
+    return line, low
+
+
+@njit(**_OPTIONS)
+def least_line(at, start, cost, row, mode, index, out):
+    """On one axis, set out[p] to the least of the lines of cost where the action changes inside a cell."""
     for point in range(out.size):
-        r, m = row[point], mode[point]
-        cell = max(0, min(int(np.floor(index[0, point])), table.shape[2] - 2))
-        if not np.isnan(switch[r, m, cell]):
-            part = min(max(index[0, point] - cell, 0.0), 1.0)
-            a, b = table[r, m, cell], table[r, m, cell + 1]
-            first, second = a + part * (b + left[r, m, cell] - a), (1 - part) * (a + right[r, m, cell]) + part * b
-            out[point] = min(first, second)
+        number, _, part = _crossing(at, row[point], mode[point], index[0, point], at.shape[2] + 1)
+        if number >= 0:
+            out[point] = _least(start[number], start[number + 1], cost, part)[1]
 
 
 @njit(**_OPTIONS)
-def act(table, switch, start, row, mode, shape, index, out):
-    """Action at every point: interpolated inside one move; where a cell's corners differ, that of the right side.
+def act(table, kinks, row, mode, shape, index, out):
+    """Action at every point: interpolated inside one move; where the action changes inside a cell, that of the least line.
 
-    `table` = (best, entry, control, gap)[row, mode, node]. On one axis `switch[row, mode, cell]` says at which part of the
-    cell the actions change places, and `start` what the control is at the end where one stops; on more, the corner of the
-    greatest weight decides.
+    `table` = (best, entry, control, gap)[row, mode, node]. Without lines (on more than one axis) the corner of the greatest
+    weight decides.
     """
     best, entry, control, gap = table
+    at, start, cost, line_control, line_act, line_entry = kinks
     out_best, out_entry, out_control, out_gap = out
     low = np.empty(shape.size, dtype=np.int64)
     for point in range(out_best.size):
         _lowest(shape, index, point, low)
         r, m = row[point], mode[point]
-        same, heaviest, at, first = True, -1.0, 0, -1
+        same, heaviest, chosen, first = True, -1.0, 0, -1
         u, g = 0.0, 0.0
         for corner in range(1 << shape.size):
             node, weight = _cell(shape, index, point, corner, low)
@@ -81,16 +92,15 @@ def act(table, switch, start, row, mode, shape, index, out):
                 first = node
             same = same and best[r, m, node] == best[r, m, first] and entry[r, m, node] == entry[r, m, first]
             if weight > heaviest:
-                heaviest, at = weight, node
+                heaviest, chosen = weight, node
             u += weight * control[r, m, node]
             g += weight * gap[r, m, node]
-        if shape.size == 1 and switch.size > 0 and not np.isnan(switch[r, m, low[0]]):
-            cell, part = low[0], min(max(index[0, point] - low[0], 0.0), 1.0)
-            at = cell + (1 if part > switch[r, m, cell] else 0)
-            u = control[r, m, at]
-            if not np.isnan(start[r, m, cell]):  # towards the node where one stops
-                near = part if at > cell else 1 - part
-                u = near * u + (1 - near) * start[r, m, cell]
-        elif not same:
-            u = control[r, m, at]
-        out_best[point], out_entry[point], out_control[point], out_gap[point] = best[r, m, at], entry[r, m, at], u, g
+        out_gap[point] = g
+        out_best[point], out_entry[point] = best[r, m, chosen], entry[r, m, chosen]
+        out_control[point] = u if same else control[r, m, chosen]
+        if shape.size == 1 and at.shape[2] > 0:
+            number, _, part = _crossing(at, r, m, index[0, point], shape[0])
+            if number >= 0:
+                k, _ = _least(start[number], start[number + 1], cost, part)
+                out_best[point], out_entry[point] = line_act[k], line_entry[k]
+                out_control[point] = (1 - part) * line_control[k, 0] + part * line_control[k, 1]

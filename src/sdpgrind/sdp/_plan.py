@@ -16,7 +16,7 @@ from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._policy import Policy
 from sdpgrind.sdp._problem import Levels, Problem, Stages
 from sdpgrind.sdp._shift import Shift
-from sdpgrind.sdp._stages import Table, solve_stages
+from sdpgrind.sdp._stages import solve_stages
 
 REFINEMENTS = 10
 """Largest number of times that every cell is halved."""
@@ -75,40 +75,36 @@ def plan(
     """
     tell = progress if progress is not None else TerminalLine()
     if tolerance is None:
-        table, grid = _solve(problem, 1, executor, tell)
-        return _policy(problem, grid, table, None)
+        return _solve(problem, 1, executor, tell)
     checks.positive("tolerance", tolerance, "$")
     return _refined(problem, tolerance, executor, tell, throw)
 
 
-def _policy(problem: Problem, grid: Grid, table: Table, error: float | None) -> Policy:
-    return Policy(problem, Layout.of(problem, grid, table.base is not None), table.stacked(), error)
-
-
-def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progress) -> tuple[Table, Grid]:
+def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progress) -> Policy:
     grid = Grid.of(problem, refine)
     solve = solve_stages if isinstance(problem.stages, Stages) else solve_forever
     with one_blas_thread():
-        return solve(problem, grid, Bundles(problem, grid, executor), tell), grid
+        table = solve(problem, grid, Bundles(problem, grid, executor), tell)
+    return Policy(problem, Layout.of(problem, grid, table.base is not None), table.stacked(), None)
 
 
 def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell: Progress, throw: bool) -> Policy:
-    before, _ = _solve(problem, 1, executor, tell)
+    before = _solve(problem, 1, executor, tell)
     changes: list[float] = []
     for halvings in range(1, REFINEMENTS + 1):
-        if before.search_error > tolerance / 4:
+        if before.table.search_error > tolerance / 4:
             problem = _with_finer_levels(problem)
-        table, grid = _solve(problem, 2**halvings, executor, tell)
-        changes.append(_change(before, table, grid))
-        error = grid_error(changes) + table.search_error
+        policy = _solve(problem, 2**halvings, executor, tell)
+        changes.append(_change(before, policy))
+        policy.error = error = grid_error(changes) + policy.table.search_error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
-            return _policy(problem, grid, table, error)
+            return policy
         room = _halvings_left(problem, halvings)
         if throw and halvings > 1:
             _refuse_hopeless(tolerance, error, changes, room)
         if room == 0:
-            return _policy(problem, grid, table, error)
-        before = table
+            return policy
+        before = policy
     raise AssertionError("a hopeless tolerance is refused before")
 
 
@@ -149,22 +145,32 @@ def grid_error(changes: list[float]) -> float:
     """Return the estimated error ($) of the last of several solutions, from the largest changes that each halving made.
 
     If the error falls by a factor r at each halving, the last change is (r - 1) times the error. Linear interpolation gives
-    r = 4 on average, but kinks of the value-to-go fall unevenly between nodes: r is taken from the last two changes, never
-    above 3 and never below 1.25 (many passes of laws narrower than a cell converge slower than at first order). A change may
-    be small by luck: the one before it bounds the error from below,
-    as if both orders were second (then it were twelve times the error; six are allowed).
+    r = 4 on average, but kinks of the value-to-go fall unevenly between nodes and into cells: r is taken from the last two
+    changes, never above 2 and never below 1.25 (many passes of laws narrower than a cell converge slower than at first
+    order). A change may be small by luck: the one before it bounds the error from below, as if both orders were second.
     """
     if len(changes) < 2:
         return changes[-1]
     rate = changes[-2] / changes[-1] if changes[-1] > 0 else 2.0
-    return max(changes[-1] / (min(3.0, max(1.25, rate)) - 1), changes[-2] / 6)
+    return max(changes[-1] / (min(2.0, max(1.25, rate)) - 1), changes[-2] / 12)
 
 
-def _change(coarse: Table, fine: Table, grid: Grid) -> float:
-    """Largest change on the shared nodes."""
-    every = tuple(slice(None, None, 2) for _ in grid.shape)
+def _change(coarse: Policy, fine: Policy) -> float:
+    """Largest change at the nodes of the finer grid; on more axes than one, at the nodes that the two share.
 
-    def shared(table: Table) -> Floats:
-        return table.value.reshape(*table.value.shape[:2], *grid.shape)[(slice(None), slice(None), *every)]
+    On one axis a look-up between nodes keeps to the kinks of the value-to-go, and is as good as one at a node; on more it
+    cuts them, which is not part of the estimate.
+    """
+    if len(fine.grid.shape) == 1:
+        return float(np.max(np.abs(_halved(coarse) - fine.table.value)))
+    every = tuple(slice(None, None, 2) for _ in fine.grid.shape)
+    value = fine.table.value.reshape(*fine.table.value.shape[:2], *fine.grid.shape)[(slice(None), slice(None), *every)]
+    return float(np.max(np.abs(value.reshape(coarse.table.value.shape) - coarse.table.value)))
 
-    return float(np.max(np.abs(shared(fine).reshape(coarse.value.shape) - coarse.value)))
+
+def _halved(policy: Policy) -> Floats:
+    """Value-to-go [row, mode, node] of a policy of one axis on a grid of half the spacing, as it is looked up."""
+    rows, modes, nodes = policy.table.value.shape
+    row, mode, node = (x.ravel() for x in np.indices((rows, modes, 2 * nodes - 1)))
+    found = policy.interpolated(row, mode, 0.5 * node[None])
+    return found.reshape(rows, modes, -1)

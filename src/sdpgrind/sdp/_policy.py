@@ -13,9 +13,10 @@ from sdpgrind.base import records
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.sdp import _lookup
+from sdpgrind.sdp._kinks import Kinks
 from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._problem import Problem
-from sdpgrind.sdp._solution import Kinks, Solution
+from sdpgrind.sdp._solution import Solution
 from sdpgrind.sdp._stages import TABLES, Table
 
 
@@ -234,15 +235,18 @@ class Policy(Solution):
         )
 
     def _kink_variables(self) -> dict[str, Any]:
-        """What is known of the cells in which the action changes; empty on more axes than one."""
-        notes = {
-            "switch": {"long_name": "part of the cell at which the action changes (NaN: nowhere)"},
-            "left": {"units": "$", "long_name": "what the left node's action costs too much at the right node"},
-            "right": {"units": "$", "long_name": "what the right node's action costs too much at the left node"},
-            "start": {"long_name": "control with which a move begins beside a node where one stops"},
+        """Where the action changes inside cells; nothing where that is nowhere (a file cannot hold empty arrays)."""
+        k = self.kinks
+        if k.start.size < 2:
+            return {}
+        return {
+            "kink": (("stage", "mode", "cell"), k.at, {"long_name": "number of a cell in which the action changes (-1: none)"}),
+            "line_start": (("kink_end",), k.start, {"long_name": "first line of each such cell"}),
+            "line_cost": (("line", "end"), k.cost, {"units": "$", "long_name": "cost of an action at both ends of the cell"}),
+            "line_control": (("line", "end"), k.control, {"long_name": "its continuous control"}),
+            "line_act": (("line",), k.act, {"long_name": "its stop (-1, -2, ...) or move (0, 1, ...)"}),
+            "line_entry": (("line",), k.entry, {"long_name": "its entry of the move's lists of controls"}),
         }
-        dims, kinks = ("stage", "mode", "cell"), self.kinks._asdict()
-        return {name: (dims, kinks[name], note) for name, note in notes.items()} if self.kinks.switch.size else {}
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the policy to a NetCDF file at `path`. Functions of the problem cannot be saved; what look-ups need is."""
@@ -266,8 +270,9 @@ class Policy(Solution):
         error = dataset.attrs.get("error")
         found = None if error is None else float(error)
         policy = cls(problem, layout, table, found)
-        if "switch" in dataset:
-            policy.kinks = Kinks(*(np.ascontiguousarray(dataset[name].values) for name in Kinks._fields))
+        if "kink" in dataset:
+            names = ("kink", "line_start", "line_cost", "line_control", "line_act", "line_entry")
+            policy.kinks = Kinks(*(np.ascontiguousarray(dataset[name].values) for name in names))
         return policy
 
     def plot(self, mode: str | int = 0) -> Any:

@@ -1,37 +1,20 @@
 """A solved problem and what it says at a state: the moves of the table, and between two nodes that differ the better one."""
 
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _lookup
 from sdpgrind.sdp._grid import Ints
+from sdpgrind.sdp._kinks import Kinks, Lines, sorted_kinks
 from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._locate import ROUNDING, Locator, Place
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._problem import Problem
 from sdpgrind.sdp._rows import Rows
 from sdpgrind.sdp._stages import Table
-from sdpgrind.sdp._stops import charge_of, stop_state
-
-JUMP = 0.1
-"""Share of a control's range that it may change over one cell without counting as a jump."""
-
-
-class Kinks(NamedTuple):
-    """Cells [row, mode, cell] in which the action changes: where in the cell, and what each node's action costs too much.
-
-    `switch` is a part of the cell (NaN: no change); `left` ($) is how much more than the best the left node's action costs
-    at the right node, `right` the other way round. Beside a node where one stops, `start` is the control with which the
-    other node's move would begin there (else NaN).
-    """
-
-    switch: Floats
-    left: Floats
-    right: Floats
-    start: Floats
 
 
 class Solution:
@@ -58,11 +41,16 @@ class Solution:
 
     def value_at(self, place: Place) -> Floats:
         """Return the value-to-go ($) at located states."""
-        out = np.empty(place.row.size)
-        _lookup.interpolate(self.table.value, place.row, place.mode, self.shape, place.index, out)
-        if self.kinks.switch.size:
-            _lookup.below_kinks(self.table.value, *self.kinks[:3], place.row, place.mode, place.index, out)
+        out = self.interpolated(place.row, place.mode, place.index)
         return self.locator.with_exits(place, out + place.late)
+
+    def interpolated(self, row: Ints, mode: Ints, index: Floats) -> Floats:
+        """Return the table's value ($) at positions `index` (cells), [axis, state], of slices (row, mode)."""
+        out = np.empty(row.size)
+        _lookup.interpolate(self.table.value, row, mode, self.shape, index, out)
+        if self.kinks.start.size > 1:
+            _lookup.least_line(*self.kinks[:3], row, mode, index, out)
+        return out
 
     def act(self, place: Place) -> tuple[Any, Any, Floats, Floats]:
         """Return move (stops are negative), entry of the lists, continuous control and gap at located states."""
@@ -70,7 +58,7 @@ class Solution:
         best, entry, control, gap = np.empty(n, np.int16), np.empty(n, np.int32), np.empty(n), np.empty(n)
         t = self.table
         table, out = (t.best, t.entry, t.control, t.gap), (best, entry, control, gap)
-        _lookup.act(table, self.kinks.switch, self.kinks.start, place.row, place.mode, self.shape, place.index, out)
+        _lookup.act(table, self.kinks, place.row, place.mode, self.shape, place.index, out)
         outside = self.locator.outside(place)
         if np.any(outside):
             best[outside], gap[outside], control[outside] = -1, 0.0, np.nan
@@ -99,103 +87,48 @@ class Solution:
 
     @cached_property
     def kinks(self) -> Kinks:
-        """On one axis: where the actions of two nodes change places; empty on more axes."""
-        return find_kinks(self) if len(self.grid.axes) == 1 else Kinks(*[np.empty((0, 0, 0))] * 4)
+        """On one axis: what the actions cost in the cells where they change; empty on more axes."""
+        rows, modes, nodes = self.table.value.shape
+        lines = self.table.changes.all() if self.table.changes else None
+        if lines is None:
+            return Kinks.none((rows, modes, nodes - 1 if len(self.grid.axes) == 1 else 0))
+        return sorted_kinks(_split(self, lines), (rows, modes, nodes - 1))
 
 
-def find_kinks(solution: Solution) -> Kinks:
-    """Compare what each of two differing nodes does at the other node too.
-
-    The costs of the two, taken as linear over the cell, cross at the switch. Without the problem (a loaded policy of
-    functions) the middle of the cell is taken, and nothing is known of the costs.
-    """
-    t = solution.table
-    change = (t.best[:, :, 1:] != t.best[:, :, :-1]) | (t.entry[:, :, 1:] != t.entry[:, :, :-1]) | _jumps(t)
-    none = np.full(change.shape, np.nan)
-    found = Kinks(np.where(change, 0.5, np.nan), np.zeros(change.shape), np.zeros(change.shape), none)
-    if solution.problem is None:
-        return found
-    for row in np.unique(np.nonzero(change)[0]):
-        mode, cell = np.nonzero(change[row])
-        left, at_right = _elsewhere(solution, int(row), mode, cell, cell + 1)
-        right, at_left = _elsewhere(solution, int(row), mode, cell + 1, cell)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            part = np.where(np.isinf(left), np.where(np.isinf(right), 0.5, 0.0), right / (left + right))
-        found.switch[row, mode, cell] = np.where(np.isfinite(part), part, np.where(np.isinf(right), 1.0, 0.5))
-        left = _least_excess(solution, int(row), mode, cell, cell + 1, left)
-        right = _least_excess(solution, int(row), mode, cell + 1, cell, right)
-        both = np.isfinite(left) & np.isfinite(right)
-        found.left[row, mode, cell], found.right[row, mode, cell] = np.where(both, left, 0.0), np.where(both, right, 0.0)
-        found.start[row, mode, cell] = np.where(np.isnan(at_left), at_right, at_left)
-    return found
+def _split(solution: Solution, lines: Lines) -> Lines:
+    """Replace lines of one move that does another thing at each end by two, each with what is done at one end."""
+    split = lines.split
+    if not np.any(split):
+        return lines
+    two, pair = lines.select(split), [lines.select(~split)]
+    for end in (0, 1):
+        far, entry = 1 - end, two.entry[:, end]
+        # The other end is tried with the same control, and with that which goes on as it came.
+        held, onward = two.control[:, end], _within(solution, two.act, two.onward[:, far])
+        tried = [_cost_at(solution, two, two.cell + far, entry, control) for control in (held, onward)]
+        cost, control = two.cost.copy(), two.control.copy()
+        cost[:, far], control[:, far] = np.minimum(*tried), np.where(tried[1] < tried[0], onward, held)
+        line = two._replace(cost=cost, control=control, entry=np.stack([entry] * 2, axis=1))
+        pair.append(line.select(np.isfinite(cost).all(axis=1)))
+    return Lines(*(np.concatenate(columns) for columns in zip(*pair, strict=True)))
 
 
-def _jumps(table: Table) -> Any:
-    """Cells in which one move goes on, but its control jumps from one minimum to another."""
-    jump = np.zeros((*table.best.shape[:2], table.best.shape[2] - 1), dtype=bool)
-    for k in np.unique(table.best[table.best >= 0]):
-        control = np.where(table.best == k, table.control, np.nan)
-        if np.any(np.isfinite(control)):
-            span = np.nanmax(control) - np.nanmin(control)
-            with np.errstate(invalid="ignore"):
-                jump |= np.abs(np.diff(control, axis=2)) > JUMP * span
-    return jump
+def _within(solution: Solution, act: Ints, control: Floats) -> Floats:
+    """Controls of moves kept inside their intervals."""
+    moves = solution.need_problem("kinks").moves
+    ends = np.array([[m.levels.low, m.levels.high] if m.levels else [0.0, 0.0] for m in moves])[act]
+    return np.clip(control, ends[:, 0], ends[:, 1])
 
 
-def _least_excess(solution: Solution, row: int, mode: Any, of: Any, at: Any, tried: Floats) -> Floats:
-    """What the move of nodes `of` costs too much at nodes `at` with the control that is best there.
-
-    It lies between the gap and what was `tried`. At an end of its interval a control stays what it is, and a stop has none:
-    what was tried is right. Elsewhere the gap is, unless a third move is nearer.
-    """
-    t, moves = solution.table, solution.need_problem("kinks").moves
-    best, control = t.best[row, mode, of], t.control[row, mode, of]
-    ends = np.array([[m.levels.low, m.levels.high] if m.levels else [0.0, 0.0] for m in moves])[np.maximum(best, 0)]
-    inside = (best >= 0) & (np.min(np.abs(control[:, None] - ends), axis=1) > 1e-9 * np.abs(ends).max(axis=1))
-    other = best != t.best[row, mode, at]
-    return np.where(inside & other, np.minimum(t.gap[row, mode, at], tried), tried)
-
-
-def _elsewhere(solution: Solution, row: int, mode: Any, of: Any, at: Any) -> tuple[Floats, Floats]:
-    """How much more than the best the actions of nodes `of` cost at nodes `at`, $.
-
-    Where `at` is to stop, the move is tried there with what `at` itself would do and with its least and greatest control too;
-    the cheapest is the second answer (NaN elsewhere).
-    """
-    problem, t = solution.need_problem("kinks"), solution.table
-    best, entry = t.best[row, mode, of], t.entry[row, mode, of]
-    tried = [t.control[row, mode, of]]
-    cost = _cost_at(solution, row, mode, at, best, entry, tried[0])
-    stopping = (t.best[row, mode, at] < 0) & (best >= 0)
-    if np.any(stopping):
-        levels = [move.levels for move in problem.moves]
-        ends = np.array([[np.nan, np.nan] if v is None else [v.low, v.high] for v in levels])[np.maximum(best, 0)]
-        own = np.where(t.move[row, mode, at] == best, t.control[row, mode, at], tried[0])
-        tried += [own, ends[:, 0], ends[:, 1]]
-        costs = np.array([cost, *(_cost_at(solution, row, mode, at, np.where(stopping, best, -1), entry, u) for u in tried[1:])])
-        which = np.argmin(np.where(stopping & ~np.isnan(np.array(tried)), costs, np.inf), axis=0)
-        cost = np.where(stopping, np.min(np.where(np.isnan(np.array(tried)), np.inf, costs), axis=0), cost)
-        start = np.where(stopping, np.array(tried)[which, np.arange(cost.size)], np.nan)
-    else:
-        start = np.full(cost.shape, np.nan)
-    return np.maximum(cost - t.value[row, mode, at], 0.0), start
-
-
-def _cost_at(solution: Solution, row: int, mode: Any, at: Any, best: Any, entry: Any, control: Floats) -> Floats:
-    """Cost of given actions at given nodes of one slice."""
+def _cost_at(solution: Solution, lines: Lines, at: Ints, entry: Ints, control: Floats) -> Floats:
+    """Cost of the moves of `lines` with given controls at given nodes."""
     problem, grid = solution.need_problem("kinks"), solution.grid
-    cost = np.empty(mode.size)
-    stage = row + solution.first
-    late = float(solution.layout.late_charge(-stage * solution.layout.step)) if not (solution.has_base and row == 0) else 0.0
-    for k in np.unique(best):
-        here = best == k
-        there = tuple(x[at][here] for x in grid.points)
-        if k < 0:
-            s = stop_state(problem, there, mode[here], stage)
-            cost[here] = charge_of(problem, problem.stops[-1 - k], s) + late
-        else:
-            told = mode[here] if len(problem.modes) > 1 else None
-            cost[here] = step_cost(solution, Menu(problem, grid, int(k)), row, there, told, entry[here], control[here])
+    cost = np.empty(at.size)
+    for row, k in sorted({(int(r), int(m)) for r, m in zip(lines.row, lines.act, strict=True)}):
+        here = (lines.row == row) & (lines.act == k)
+        mode = lines.mode[here] if len(problem.modes) > 1 else None
+        points = tuple(x[at[here]] for x in grid.points)
+        cost[here] = step_cost(solution, Menu(problem, grid, k), row, points, mode, entry[here], control[here])
     return cost
 
 

@@ -20,6 +20,7 @@ from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._charges import Linear, OneSided
 from sdpgrind.sdp._grid import Grid
+from sdpgrind.sdp._kinks import Changes
 from sdpgrind.sdp._problem import Problem, Stages
 from sdpgrind.sdp._stops import StopCharges
 
@@ -46,6 +47,7 @@ class Table:
     entry: npt.NDArray[np.int32]
     gap: Floats
     search_error: float = 0.0  # estimated, of the search between levels, $
+    changes: Changes | None = None  # on one axis
     base: "Table | None" = None
 
     @classmethod
@@ -69,7 +71,8 @@ class Table:
         if self.base is None:
             return self
         joined: Any = [np.concatenate(pair) for pair in zip(self.base.arrays, self.arrays, strict=True)]
-        return replace(self, first=self.first - 1, base=None, **dict(zip(TABLES, joined, strict=True)))
+        changes = self.changes.shifted(self.base.changes) if self.changes else None
+        return replace(self, first=self.first - 1, base=None, changes=changes, **dict(zip(TABLES, joined, strict=True)))
 
 
 def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
@@ -137,13 +140,17 @@ class _Sweep:
         self.problem, self.grid, self.bundles, self.stops, self.first = problem, grid, bundles, stops, first
         self.modes = len(problem.modes)
         self.duration = np.array([move.duration for move in problem.moves])
+        self.small = bundles.alone() is not None and stops.still is not None and grid.size < SMALL
         self.slots = int(self.duration.max()) + 1
+        if self.small:  # room for all that is ever found: nothing is overwritten
+            self.slots += last - first
         shape = (len(problem.moves), self.modes, grid.size)
         self.q = np.full((self.slots, *shape), np.inf)
         self.control = np.zeros((self.slots, *shape))
         self.entry = np.zeros((self.slots, *shape), dtype=np.int32)
         self.filled = Table.empty(first, last - first + 1, self.modes, grid.size)
         self.value = self.filled.value
+        self.changes = Changes.of(problem, bundles.shared) if len(grid.shape) == 1 else None
         self.base: Table | None = None
         self._base_found: list[tuple[Any, Any, Any]] = []
 
@@ -159,20 +166,20 @@ class _Sweep:
 
         On few nodes Python would take longer than the arithmetic.
         """
-        bundle = self.bundles.alone()
-        if bundle is None or self.stops.still is None or self.grid.size >= SMALL:
+        bundle, stop_q = self.bundles.alone(), self.stops.still
+        if not self.small or bundle is None or stop_q is None:
             return False
         base = (
             [np.array([found[k] for found in self._base_found]) for k in range(3)]
             if self.base is not None
             else [np.empty((0, 0, 0)), np.empty((0, 0, 0)), np.empty((0, 0, 0), np.int32)]
         )
-        stages = range(self.first - self.slots + 1, self.first + len(self.value))
+        stages = range(self.first - int(self.duration.max()), self.first + len(self.value))
         late = np.array([self.late(stage) for stage in stages])
         code = -2
         while code == -2:
             code = _kernels.sweep(
-                self.first, late, self.duration, self.stops.still, self.stops.level(self.first, 0.0),
+                self.first, late, self.duration, stop_q, self.stops.level(self.first, 0.0),
                 tuple(base), (self.q, self.control, self.entry),
                 bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared,
                 self.filled.arrays, bundle.difference,
@@ -182,7 +189,15 @@ class _Sweep:
         self.bundles.search_error = max(self.bundles.search_error, bundle.search_error)
         if code >= 0:
             self._refuse_unreachable(self.first + code, code)
+        if self.changes is not None:
+            self.changes.history = self._history(stop_q, late[-len(self.value) :])
         return True
+
+    def _history(self, stop_q: Floats, late: Floats) -> tuple[Any, ...]:
+        """All that was found, with the rows of the table where `Changes` has the modes."""
+        found = tuple(np.moveaxis(ring[: len(self.value), :, 0], 1, 0) for ring in (self.q, self.control, self.entry))
+        t = self.filled
+        return stop_q[:, :1] + late[:, None], found, t.best[:, 0], t.entry[:, 0], t.control[:, 0]
 
     def step(self, stage: int) -> None:
         """Finish the value-to-go of `stage`, then evaluate every move into it."""
@@ -192,6 +207,9 @@ class _Sweep:
         stop_q = self.stops.at(stage, self.late(stage))
         if not self._choose(stop_q, slot, row):
             self._refuse_unreachable(stage, row)
+        if self.changes is not None:
+            found, t = (self.q[slot], self.control[slot], self.entry[slot]), self.filled
+            self.changes.add(row, stop_q, found, t.best[row], t.entry[row], t.control[row])
         self.q[slot] = np.inf
         self._push(stage, self.value[row], self.stops.level(stage, self.late(stage)))
 
@@ -271,9 +289,14 @@ class _Sweep:
                     self.control[0, move, used], self.entry[0, move, used] = found.control[k], found.entry[k]
         self._base_found = found_all
         base = Table.empty(0, 1, *value.shape)
-        _kernels.choose(stop_q, (q, self.control[0], self.entry[0]), self.bundles.shared, base.slice(0))
-        return base
+        best = (q, self.control[0], self.entry[0])
+        _kernels.choose(stop_q, best, self.bundles.shared, base.slice(0))
+        if self.changes is None:
+            return base
+        changes = Changes.of(self.problem, self.bundles.shared)
+        changes.add(0, stop_q, best, base.best[0], base.entry[0], base.control[0])
+        return replace(base, changes=changes)
 
     def table(self) -> Table:
         """The finished table."""
-        return replace(self.filled, search_error=self.bundles.search_error, base=self.base)
+        return replace(self.filled, search_error=self.bundles.search_error, changes=self.changes, base=self.base)

@@ -34,8 +34,8 @@ def plan(
     problem : SequenceProblem
         What to plan.
     tolerance : float, optional
-        Largest estimated error of the expected penalty ($) at the nodes of the table; between nodes, where the best pass
-        changes, it may be more (see the words of warning). None: one solve on `nodes` nodes.
+        Largest estimated error of the expected penalty ($) at any height, see the words of warning. None: one solve on
+        `nodes` nodes.
     nodes : int, optional
         Height nodes of that single grid (401 by default), or the first grid of the refinement.
     feed : {"lattice", "continuous"}

@@ -151,10 +151,12 @@ class SequencePolicy:
                     k -= 1
                 row = int(stage) + self._origin
                 part, low, high = cell - k, self._values[row, 0, k], self._values[row, 0, k + 1]
-                switch, left, right, _ = self._kinks
-                if switch[row, 0, k] == switch[row, 0, k]:  # the action changes in this cell: the lesser of two lines
-                    return min(low + part * (high + left[row, 0, k] - low), (1 - part) * (low + right[row, 0, k]) + part * high)
-                return low + part * (high - low)
+                at, start, cost, *_ = self._kinks
+                number = at[row, 0, k]
+                if number < 0 or part == 0 or part == 1:
+                    return low + part * (high - low)
+                lines = range(start[number], start[number + 1])  # the action changes in this cell
+                return min([cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines])
         return self.table.value(height=height, time_left=time_left, **self._mode(last_duration))
 
     def action(self, height: Any, time_left: Any, *, last_duration: Any = None) -> SequenceAction:
@@ -186,24 +188,29 @@ class SequencePolicy:
         return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap, *self._kinks))
 
     def _scalar_action(self, cell: float, row: int) -> SequenceAction:
-        best, force, gap, switch, _, _, start = self._tables
+        best, force, gap, at, start, cost, line_force, act, _ = self._tables
         k = int(cell)
         if k == self._cells:
             k -= 1
         part = cell - k
-        at = switch[row, 0, k]  # NaN where the action does not change in this cell
-        side = k + 1 if part > at else k
-        chosen, g = best[row, 0, side], gap[row, 0, k]
-        if part > 0:  # infinite where there is no alternative
-            g = (1 - part) * g + part * gap[row, 0, k + 1]
+        if part == 0 or part == 1:
+            k += int(part)
+            chosen, g, f = best[row, 0, k], gap[row, 0, k], force[row, 0, k]
+        else:
+            number, chosen = at[row, 0, k], best[row, 0, k]
+            low, high = gap[row, 0, k], gap[row, 0, k + 1]
+            g = (1 - part) * low + part * high
+            if number < 0:
+                f = (1 - part) * force[row, 0, k] + part * force[row, 0, k + 1]
+            else:  # the action changes in this cell
+                least = np.inf
+                for i in range(start[number], start[number + 1]):
+                    height = cost[i, 0] + part * (cost[i, 1] - cost[i, 0])
+                    if height < least:
+                        least, line = height, i
+                chosen, f = act[line], (1 - part) * line_force[line, 0] + part * line_force[line, 1]
         if chosen < 0:
             return SequenceAction(True, 0.0, np.nan, np.nan, g, self.problem)
-        f, first = force[row, 0, side], start[row, 0, k]
-        if at != at and part > 0:
-            f = (1 - part) * f + part * force[row, 0, k + 1]
-        elif first == first:  # towards the node where one stops
-            near = part if side > k else 1 - part
-            f = near * f + (1 - near) * first
         return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)
 
     def gradient(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:

@@ -1,0 +1,189 @@
+"""Cells of one axis in which the best action changes: what each action that matters costs at both ends of the cell.
+
+Between two nodes the value-to-go is the least of the costs of several actions. Each cost is smooth, and straight to second
+order; their minimum has a kink, which a straight line between the nodes would cut, to first order. So where the action
+changes, the costs are kept, one line each, and a look-up takes the least.
+"""
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._grid import Ints
+from sdpgrind.sdp._problem import Problem
+
+LARGE, SMALL, STEEPER = 0.1, 0.005, 1.5
+"""Shares of its interval by which a control jumps to another minimum inside a cell: more than `LARGE` always is one, more than
+`SMALL` where the control changes so many times less in the cells beside."""
+
+
+class Kinks(NamedTuple):
+    """Lines of cost in the cells where the action changes.
+
+    `at[row, mode, cell]` is the number of such a cell (-1: none), whose lines are ``start[number]:start[number + 1]``;
+    `cost[line, end]` ($) and `control[line, end]` at the left and right node, `act[line]` (stops -1, -2, ..., moves 0, 1, ...)
+    and `entry[line]` of the lists.
+    """
+
+    at: npt.NDArray[np.int32]
+    start: npt.NDArray[np.int32]
+    cost: Floats
+    control: Floats
+    act: npt.NDArray[np.int32]
+    entry: npt.NDArray[np.int32]
+
+    @classmethod
+    def none(cls, shape: tuple[int, int, int]) -> "Kinks":
+        """Return no kinks for so many rows, modes and cells."""
+        empty = np.zeros(0, dtype=np.int32)
+        return cls(np.full(shape, -1, np.int32), np.zeros(1, np.int32), np.zeros((0, 2)), np.zeros((0, 2)), empty, empty)
+
+
+class Lines(NamedTuple):
+    """Lines of cost in the order found: where (row, mode, cell), action (stops -1, -2, ...), and both ends."""
+
+    row: Ints
+    mode: Ints
+    cell: Ints
+    act: Ints
+    entry: Ints  # [line, end]
+    control: Floats  # [line, end]
+    cost: Floats  # [line, end]
+    split: Any  # whether a move does another thing at each end
+    onward: Floats  # [line, end]: where the control of the other end would be here if it went on as in the cell beside
+
+    def select(self, kept: Any) -> "Lines":
+        """Return some of the lines."""
+        return Lines(*(column[kept] for column in self))
+
+
+@dataclass
+class Changes:
+    """Collects lines while stages are solved, as the costs of single moves are known only then.
+
+    `spans` are the intervals of the moves' continuous controls (infinite where there is none), `shared` the moves that mode 0
+    tells for all modes. `history`: the costs [row, move, mode, node] of a small problem, not yet looked through.
+    """
+
+    spans: Floats
+    shared: Any
+    found: list[Lines] = field(default_factory=list)
+    history: tuple[Any, ...] | None = None
+
+    @classmethod
+    def of(cls, problem: Problem, shared: Any) -> "Changes":
+        """Begin for a problem."""
+        spans = [m.levels.high - m.levels.low if m.levels else np.inf for m in problem.moves]
+        return cls(np.array(spans), np.asarray(shared))
+
+    def add(self, row: int, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats) -> None:
+        """Look through one row: costs of stops [stop, mode, node] and moves [move, mode, node], and what was chosen."""
+        mode, cell = np.nonzero(_changes(best, entry, control, self.spans))
+        if cell.size:
+            own = np.where(self.shared[:, None], 0, mode)
+            self.found.append(_lines(Cells(np.full(cell.size, row), mode, cell), (mode, own), stop_q, moves, self.spans))
+
+    def all(self) -> Lines | None:
+        """Return everything found, without the lines that are nowhere the least."""
+        if self.history is not None:
+            self._look_through(*self.history)
+            self.history = None
+        if not self.found:
+            return None
+        return Lines(*(np.concatenate(columns) for columns in zip(*self.found, strict=True)))
+
+    def shifted(self, other: "Changes | None") -> "Changes":
+        """Return these one row later, after those of the base."""
+        later = [lines._replace(row=lines.row + 1) for lines in _listed(self)]
+        return Changes(self.spans, self.shared, (_listed(other) if other else []) + later)
+
+    def _look_through(self, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats) -> None:
+        """All rows of a problem of one mode at once: they take the place of the modes."""
+        row, cell = np.nonzero(_changes(best, entry, control, self.spans))
+        if cell.size:
+            own = np.broadcast_to(row, (self.spans.size, row.size))
+            self.found.append(_lines(Cells(row, np.zeros_like(row), cell), (row, own), stop_q, moves, self.spans))
+
+
+class Cells(NamedTuple):
+    """Cells in which something changes."""
+
+    row: Ints
+    mode: Ints
+    cell: Ints
+
+
+def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Floats, Floats, Any], spans: Floats) -> Lines:
+    """Read the lines of all actions in these cells; `at` says where the costs of stops, and of each move, stand."""
+    ends = np.stack([cells.cell, cells.cell + 1], axis=1)
+    stop, move = np.arange(stop_q.shape[0])[:, None, None], np.arange(moves[0].shape[0])[:, None, None]
+    stops = stop_q[stop, at[0][:, None], ends]
+    found, control, entry = (array[move, at[1][:, :, None], ends] for array in moves)
+    beside = np.clip(ends + np.array([-1, 1]), 0, moves[0].shape[2] - 1)  # at an end the node itself: no change
+    outer = moves[1][move, at[1][:, :, None], beside]
+    jump = _jumps((outer[..., 0], control[..., 0], control[..., 1], outer[..., 1]), spans[:, None])
+    split = np.concatenate([np.zeros(stops.shape[:2], bool), jump | (entry[..., 0] != entry[..., 1])])
+    onward = np.concatenate([np.zeros(stops.shape), 2 * control[..., ::-1] - outer[..., ::-1]])
+    cost, nothing = np.concatenate([stops, found]), np.zeros(stops.shape)
+    control, entry = np.concatenate([nothing, control]), np.concatenate([nothing.astype(np.int32), entry])
+    kept = _useful(cost)
+    line, number = np.nonzero(kept)
+    act = np.where(line < stop.size, -1 - line, line - stop.size)
+    row, mode, cell = (column[number] for column in cells)
+    return Lines(row, mode, cell, act, entry[kept], control[kept], cost[kept], split[kept], onward[kept])
+
+
+def _listed(changes: Changes) -> list[Lines]:
+    lines = changes.all()
+    return [] if lines is None else [lines]
+
+
+def _changes(best: Any, entry: Any, control: Floats, spans: Floats) -> Any:
+    """Cells [mode, cell] whose nodes differ in the move, in the entry of its lists, or by a jump of its control."""
+    same = best[:, 1:] == best[:, :-1]
+    going = same & (best[:, 1:] >= 0)
+    around = np.pad(np.where(best < 0, np.nan, control), ((0, 0), (1, 1)), constant_values=np.nan)
+    four = tuple(around[:, k : around.shape[1] - 3 + k] for k in range(4))
+    jump = _jumps(four, spans[np.maximum(best[:, 1:], 0)])
+    return ~same | (going & ((entry[:, 1:] != entry[:, :-1]) | jump))
+
+
+def _jumps(four: tuple[Floats, ...], span: Floats) -> Any:
+    """Whether a control jumps between the middle two of four nodes, NaN where it is not known."""
+    with np.errstate(invalid="ignore"):
+        before, here, after = (np.abs(b - a) for a, b in itertools.pairwise(four))
+        beside = np.fmax(before, after)
+        return (here > LARGE * span) | ((here > SMALL * span) & (here > STEEPER * beside))
+
+
+def _useful(cost: Floats) -> Any:
+    """Lines [line, number] known at both ends, of which no other is lower at both (of equals the first is kept)."""
+    finite = np.isfinite(cost).all(axis=2)
+    kept: Any = finite.copy()
+    for line in range(cost.shape[0]):
+        earlier = np.arange(cost.shape[0])[:, None] < line
+        lower, somewhere = np.all(cost <= cost[line], axis=2), np.any(cost < cost[line], axis=2)
+        kept[line] &= ~np.any(finite & lower & (earlier | somewhere), axis=0)
+    return kept
+
+
+def sorted_kinks(lines: Lines, shape: tuple[int, int, int]) -> Kinks:
+    """Number the cells and put their lines side by side, stops first, then moves in their order."""
+    flat = np.ravel_multi_index((lines.row, lines.mode, lines.cell), shape)
+    rank = np.where(lines.act < 0, -1 - lines.act - 2**15, lines.act)
+    order = np.lexsort((lines.entry[:, 0], rank, flat))
+    cells, start = np.unique(flat[order], return_index=True)
+    kinks = Kinks.none(shape)
+    kinks.at.ravel()[cells] = np.arange(cells.size)
+    return Kinks(
+        kinks.at,
+        np.append(start, flat.size).astype(np.int32),
+        np.ascontiguousarray(lines.cost[order]),
+        np.ascontiguousarray(lines.control[order]),
+        lines.act[order].astype(np.int32),
+        lines.entry[order, 0].astype(np.int32),
+    )
