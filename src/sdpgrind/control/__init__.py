@@ -1,0 +1,10 @@
+"""Sampled control, shared by the areas: exact sampling, margins, laws that do not wind up.
+
+Thin over `scipy`: what is here is what the areas need beyond it.
+"""
+
+from sdpgrind.control._law import Law
+from sdpgrind.control._margins import Margins, loop_margins
+from sdpgrind.control._sampled import Sampled, sampled
+
+__all__ = ["Law", "Margins", "Sampled", "loop_margins", "sampled"]

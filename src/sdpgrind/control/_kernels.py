@@ -1,0 +1,50 @@
+"""Compiled step of a sampled feedback law that knows what its command became, and the quantiser."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.base.checks import Floats
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+class LawCore(NamedTuple):
+    """u = C x + D e; x' = A x + B e + L (u applied - u): `L` tells the state what limits left of the command."""
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: float
+    L: Floats
+
+
+@njit(**_OPTIONS)
+def law_output(core, state, error):
+    """Command of a law for an error, its state unchanged."""
+    total = core.D * error
+    for k in range(core.C.size):
+        total += core.C[k] * state[k]
+    return total
+
+
+@njit(**_OPTIONS)
+def law_update(core, state, error, missed, work):
+    """Advance the state of a law in place; `missed` is the command applied less the one asked for."""
+    order = core.B.size
+    for i in range(order):
+        total = core.B[i] * error + core.L[i] * missed
+        for k in range(order):
+            total += core.A[i, k] * state[k]
+        work[i] = total
+    for i in range(order):
+        state[i] = work[i]
+
+
+@njit(**_OPTIONS)
+def quantised(value, quantum):
+    """Nearest whole multiple of a quantum; the value itself where the quantum is 0."""
+    if quantum <= 0.0:
+        return value
+    return quantum * np.floor(value / quantum + 0.5)

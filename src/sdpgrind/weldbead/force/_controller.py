@@ -1,0 +1,316 @@
+"""The bottom tier: follows a planned force at 60 Hz, by what the plan knows first and by feedback on the rest."""
+
+import copy
+import dataclasses
+from collections.abc import Mapping
+from math import inf, isnan, nan
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.weldbead.force._feedback import ForceLoop
+from sdpgrind.weldbead.force._kernels import ControlCore, control_step
+from sdpgrind.weldbead.force._reference import Reference, Trajectory
+
+FORCE_MAX = 90.0
+_MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
+_SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Limits:
+    """What the platform may do, and how it behaves without contact.
+
+    Parameters
+    ----------
+    command_min, command_max : float
+        Range of the platform command, mm; infinite: no limit.
+    command_rate_max : float
+        Largest speed of the command, mm/s.
+    contact_force : float
+        A reading below this means no contact, where more is demanded, N.
+    patience : int
+        Samples without contact, a whole number, until the law is frozen and the platform creeps up.
+    approach_rate_max : float
+        Speed of that approach, mm/s.
+
+    Examples
+    --------
+    >>> Limits(command_rate_max=20.0).approach_rate_max
+    1.0
+    """
+
+    command_min: float = -inf
+    command_max: float = inf
+    command_rate_max: float = inf
+    contact_force: float = 1.0
+    patience: int = 6
+    approach_rate_max: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not self.command_min < self.command_max:
+            raise checks.refuse("command_max", f"> command_min = {self.command_min:g}", self.command_max, "mm")
+        if not self.command_rate_max > 0:
+            raise checks.refuse("command_rate_max", "> 0", self.command_rate_max, "mm/s")
+        checks.nonnegative("contact_force", self.contact_force, "N")
+        checks.count("patience", self.patience)
+        checks.nonnegative("approach_rate_max", self.approach_rate_max, "mm/s")
+
+
+class ForceController:
+    """Follows a pass plan with the platform: two degrees of freedom, or feedback alone.
+
+    Feedforward sends the planned height ahead by the lag of the loop; feedback acts on the difference between the reading
+    and the reading that the model of the loop foresees. Without feedforward (Brown's way) the feedback does everything.
+    Steps once a sample; commands ``platform_command`` (mm, up positive: datum - fly height + correction).
+
+    Where the reading stays below the contact force although more is foreseen, the law is frozen, the platform approaches at
+    a limited speed, and the law goes on from there without a bump. A missing reading (NaN) holds the correction.
+
+    Parameters
+    ----------
+    plan : PassPlan or None
+        Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm), and ``center_x`` (mm) where it has it; None: the plan
+        comes as set-points ``plan_time``, ``normal_force_plan``, ``fly_height_plan`` of the tier above.
+    loop : ForceLoop
+        Law and model of what it drives.
+    feedforward : bool
+        Whether the plan's height is used; False: feedback alone, from the plan's first height on.
+    blend : float
+        Weight of the planned height against the planned force in the feedback, dimensionless: 0 holds the force, 1 the
+        height.
+    force_max : float, optional
+        Largest force that may be demanded, N; the plan's own limit or 90 N when left out.
+    limits : Limits, optional
+        Of the command, in mm and s.
+    datum : float
+        Fly height at which the platform command is 0, mm.
+
+    Raises
+    ------
+    ValueError
+        When the plan demands a negative force or more than `force_max` (N), `blend` is not in [0, 1], or a value is not
+        finite.
+
+    Examples
+    --------
+    >>> import types
+    >>> from sdpgrind import units
+    >>> from sdpgrind.weldbead.force import PI
+    >>> loop = PI.design(crossover=units.hz(3.0))
+    >>> plan = types.SimpleNamespace(time=[0.0, 1.0], normal_force=[30.0, 30.0], fly_height=[10.0, 10.0])
+    >>> ForceController(plan, loop).step(force=30.0)
+    {'platform_command': -10.0}
+    """
+
+    tier = "force"
+    commands: Mapping[str, str] = {"platform_command": "mm"}
+    reports: Mapping[str, str] = {"force_demand": "N", "force_reference": "N", "correction": "mm"}
+
+    def __init__(
+        self,
+        plan: Trajectory | None,
+        loop: ForceLoop,
+        *,
+        feedforward: bool = True,
+        blend: float = 0.0,
+        force_max: float | None = None,
+        limits: Limits | None = None,
+        datum: float = 0.0,
+    ) -> None:
+        if not isinstance(loop, ForceLoop):
+            raise TypeError(f"loop must be a ForceLoop, as PI.design gives it; got {loop!r}")
+        self._loop, self._plan = loop, plan
+        self._feedforward = bool(feedforward)
+        self._blend = checks.within("blend", blend, 0.0, 1.0)
+        if self._blend and not self._feedforward:
+            raise checks.refuse("blend", "0 without feedforward: there is no height to hold", self._blend)
+        own = getattr(getattr(plan, "problem", None), "force_max", None)
+        self._force_max = checks.positive("force_max", (own or FORCE_MAX) if force_max is None else force_max, "N")
+        self._limits = Limits() if limits is None else limits
+        self._datum = checks.number("datum", datum, "mm")
+        self._core = self._control_core()
+        self._reference = None if plan is None else Reference.of(plan, self._force_max)
+        self.reset()
+
+    @property
+    def period(self) -> float:
+        """Time between two steps, s."""
+        return self._loop.sample_time
+
+    @property
+    def reads(self) -> Mapping[str, str]:
+        """Measurements that it needs, and set-points where it was given no plan, with their units (N, s, mm)."""
+        return _MEASURED if self._plan is not None else _MEASURED | _SET_POINTS
+
+    @property
+    def loop(self) -> ForceLoop:
+        """Law and model, in mm, N and s."""
+        return self._loop
+
+    @property
+    def core(self) -> ControlCore:
+        """Plain numbers for `control_step`, in mm, N and samples."""
+        return self._core
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine that the plan was made for (mm, s, N); `hwsim` refuses to run it on others."""
+        return getattr(getattr(self._plan, "problem", None), "job", None) or {}
+
+    @property
+    def identity(self) -> tuple[Any, ...]:
+        """What tells this controller from another one: its loop, limits and plan."""
+        reference = self._reference if self._plan is not None else None
+        plan = None if reference is None else (reference.time, reference.normal_force, reference.fly_height)
+        return type(self).__name__, self._loop.identity, self._limits, self._blend, self._feedforward, self._datum, plan
+
+    def follow(self, plan: Trajectory) -> None:
+        """Start a new pass with another plan.
+
+        Parameters
+        ----------
+        plan : PassPlan
+            Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm).
+        """
+        self._reference = Reference.of(plan, self._force_max)
+        self._restart()
+
+    def reset(self) -> None:
+        """Forget the pass before (a plan given at the start is kept)."""
+        self._set_points: tuple[Any, ...] = ()
+        if self._plan is None:
+            self._reference = None
+        else:
+            self._reference = Reference.of(self._plan, self._force_max)
+        self._restart()
+
+    def start(self) -> Floats:
+        """Return a fresh state of `control_step` (mm and N) for the pass that is followed now."""
+        law, model = self._loop.law.system, self._loop.plant.sampled
+        demand = self._ahead(0.0)[0]
+        foreseen = np.linalg.solve(np.eye(model.order) - model.A, model.B * demand)
+        return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0]])
+
+    def trajectory(self, samples: int) -> tuple[Floats, Floats]:
+        """Return force (N) and position (mm) that `control_step` is given in the first samples of the pass.
+
+        Parameters
+        ----------
+        samples : int
+            How many samples, a whole number.
+        """
+        pairs = np.array([self._ahead(k * self.period) for k in range(checks.count("samples", samples))])
+        return np.ascontiguousarray(pairs[:, 0]), np.ascontiguousarray(pairs[:, 1])
+
+    def step(
+        self,
+        *,
+        force: float,
+        pass_time: float = nan,
+        center_x: float = nan,
+        plan_time: npt.ArrayLike | None = None,
+        normal_force_plan: npt.ArrayLike | None = None,
+        fly_height_plan: npt.ArrayLike | None = None,
+        **others: Any,
+    ) -> dict[str, float]:
+        """Return the platform command (mm) of this sample.
+
+        Parameters
+        ----------
+        force : float
+            Reading of the sensor, N; NaN: none.
+        pass_time : float
+            Time since the start of the pass, s; where it is missing, the place of the disc in the plan, or the number of
+            steps tells the time.
+        center_x : float
+            Place of the disc centre, mm.
+        plan_time, normal_force_plan, fly_height_plan : array, optional
+            The plan as set-points (s, N, mm); new ones start a new pass.
+        **others
+            Further measurements; not used.
+
+        Raises
+        ------
+        ValueError
+            When there is no plan yet, or the set-points demand what is not allowed (N).
+        """
+        self._take(plan_time, normal_force_plan, fly_height_plan)
+        demand, position = self._ahead(self._now(pass_time, center_x))
+        command = control_step(self._core, self._state, self._work, float(force), demand, position)
+        self._samples += 1
+        self._demand = demand
+        return {"platform_command": float(command)}
+
+    def report(self) -> dict[str, float]:
+        """Return force demanded and reading foreseen next (N), and the correction of the planned position (mm)."""
+        law, model = self._loop.law.system, self._loop.plant.sampled
+        foreseen = float(model.C @ self._state[law.order : law.order + model.order])
+        reference = foreseen if self._feedforward else self._demand
+        return {"force_demand": self._demand, "force_reference": reference, "correction": float(self._state[-3])}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """A controller with a state of its own; plan and loop never change and are shared."""
+        twin = copy.copy(self)
+        twin._state, twin._work = self._state.copy(), self._work.copy()
+        return twin
+
+    def _restart(self) -> None:
+        self._samples, self._last_time, self._demand = 0, nan, nan
+        self._state = self.start() if self._reference is not None else np.zeros(0)
+        self._work = np.empty_like(self._state)
+
+    def _take(self, time: Any, force: Any, height: Any) -> None:
+        """Follow new set-points; those seen before change nothing."""
+        given = (time, force, height)
+        if self._plan is not None or any(each is None for each in given) or not np.all(np.isfinite(time)):
+            return
+        same = len(self._set_points) == 3 and all(
+            a is b or np.array_equal(a, b) for a, b in zip(self._set_points, given, strict=True)
+        )
+        if not same:
+            self._set_points = given
+            self._reference = Reference.arrays(time, force, height, self._force_max)
+            self._restart()
+
+    def _now(self, pass_time: float, center_x: float) -> float:
+        """Time since the start of the pass (s); a clock that goes back means a new pass with the same plan."""
+        reference = self._known()
+        if not isnan(pass_time):
+            if pass_time < self._last_time:
+                self._restart()
+            self._last_time = pass_time
+            return pass_time
+        if not isnan(center_x) and reference.center_x is not None:
+            return reference.when(center_x)
+        return self._samples * self.period
+
+    def _known(self) -> Reference:
+        if self._reference is None:
+            raise ValueError(
+                "plan must be given before the first step: as set-points plan_time, normal_force_plan, fly_height_plan"
+            )
+        return self._reference
+
+    def _ahead(self, time: float) -> tuple[float, float]:
+        """Force (N) and platform position (mm) to act on now."""
+        reference = self._known()
+        if not self._feedforward:
+            return reference.at(time)[0], self._datum - float(reference.fly_height[0])
+        force, height = reference.at(time + self._loop.plant.lag)
+        return force, self._datum - height
+
+    def _control_core(self) -> ControlCore:
+        plant, limits, period = self._loop.plant, self._limits, self._loop.sample_time
+        model = plant.sampled.scaled(1 / plant.contact_stiffness)
+        arrays = type(self._loop.law.core)(
+            *(np.ascontiguousarray(each) for each in (model.A, model.B, model.C)), float(model.D), np.zeros(model.order)
+        )
+        return ControlCore(
+            *(self._loop.law.core, arrays, plant.contact_stiffness, self._blend, self._feedforward),
+            *(limits.command_min, limits.command_max, limits.command_rate_max * period),
+            *(limits.contact_force, limits.patience, limits.approach_rate_max * period),
+        )

@@ -1,0 +1,216 @@
+"""Position drive of the platform, from command to platform position, with stiction, play and backlash as data."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import scipy.signal
+from scipy.optimize import least_squares
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+from sdpgrind.base.units import hz
+from sdpgrind.control._sampled import Complex, held
+from sdpgrind.weldbead.force._kernels import DriveCore
+from sdpgrind.weldbead.force._servo import ServoTable
+
+_POSITIVE = {"gain": "1/s^2", "damping": "1/s", "lag": "rad/s", "lead": "rad/s", "dc_gain": "mm/V"}
+_NONNEGATIVE = {"tachometer": "s", "stuck_band": "mm", "play": "mm", "backlash": "mm"}
+
+
+@stored("force.drive")
+@dataclasses.dataclass(frozen=True)
+class TableDrive(Frozen):
+    """Platform position X (mm) for a command X_c (mm): Brown (1988), (7.2), with the friction that his model leaves out.
+
+    v' = gain F(s) (X_c - tachometer v - X) - damping v - friction, F(s) = (s/lead + 1)/(s/lag + 1).
+
+    Parameters
+    ----------
+    gain : float
+        Acceleration per travel missing, 1/s^2.
+    damping : float
+        Deceleration per speed, 1/s.
+    tachometer : float
+        Travel that one unit of speed is worth at the amplifier, s.
+    lag, lead : float
+        Pole and zero of the amplifier, rad/s; equal ones cancel.
+    stuck_band : float
+        Travel of the command, to each side, that Coulomb friction at the motor holds, mm; 0: none.
+    play : float
+        Whole width of a play between motor and platform that no load closes, mm: Brown's friction "reflected to the
+        output" (4.8 N over the contact stiffness).
+    backlash : float
+        Whole dead zone of gearbox and screw, mm, closed while the contact presses the platform down.
+    dc_gain : float
+        Travel per volt of command, mm/V; for the record, commands are in mm.
+
+    Raises
+    ------
+    ValueError
+        When a value is not finite, or negative, or 0 where it must not be.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> drive = table_drive("appendix-b")
+    >>> np.round(np.abs(drive.poles) / (2 * np.pi), 1)  # Hz
+    array([  9. , 312.9, 312.9])
+    """
+
+    gain: float
+    damping: float
+    tachometer: float = 0.0
+    lag: float = 1000.0
+    lead: float = 1000.0
+    stuck_band: float = 0.0
+    play: float = 0.0
+    backlash: float = 0.0
+    dc_gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, unit in _POSITIVE.items():
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
+        for name, unit in _NONNEGATIVE.items():
+            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), unit))
+
+    @property
+    def transfer(self) -> scipy.signal.TransferFunction:
+        """Transfer function from command to position (mm/mm, s in rad/s), friction left out; Brown (7.2)."""
+        if self.lag == self.lead:
+            speed = self.damping + self.gain * self.tachometer
+            return scipy.signal.TransferFunction([self.gain], [1.0, speed, self.gain])
+        k, d, h, p, ratio = self.gain, self.damping, self.tachometer, self.lag, self.lag / self.lead
+        top = [k * ratio, k * p]
+        low = [1.0, p + d + k * h * ratio, p * (d + k * h) + k * ratio, k * p]
+        return scipy.signal.TransferFunction(top, low)
+
+    @property
+    def poles(self) -> Complex:
+        """Poles, rad/s, slowest first."""
+        roots = np.asarray(np.roots(self.transfer.den), dtype=complex)
+        return roots[np.argsort(np.abs(roots), kind="stable")]
+
+    @property
+    def lag_time(self) -> float:
+        """Time by which the platform follows a slow command late, s."""
+        top, low = np.atleast_1d(self.transfer.num), self.transfer.den
+        return float(low[-2] / low[-1] - (top[-2] / top[-1] if len(top) > 1 else 0.0))
+
+    @property
+    def reduced(self) -> tuple[float, float]:
+        """Two real poles b1 <= b2 (rad/s) that stand for the drive up to 60 Hz; its own where it has just two real ones."""
+        own = np.abs(self.poles)
+        if len(own) == 2 and np.all(self.poles.imag == 0):
+            return float(own[0]), float(own[1])
+        return _two_poles(self.response, float(own[0]))
+
+    def response(self, frequency: Floats) -> Complex:
+        """Return the complex gain (mm/mm) at angular frequencies.
+
+        Parameters
+        ----------
+        frequency : array
+            Angular frequencies, rad/s.
+        """
+        s = 1j * np.asarray(frequency, dtype=float)
+        return np.asarray(np.polyval(self.transfer.num, s) / np.polyval(self.transfer.den, s))
+
+    def matrices(self) -> tuple[Floats, Floats, Floats]:
+        """Return the state space (x mm, v mm/s, w mm): what the state, the command (mm) and friction (mm/s^2) change."""
+        k, d, h, p, ratio = self.gain, self.damping, self.tachometer, self.lag, self.lag / self.lead
+        accelerate = [-k * ratio, -d - k * h * ratio, k * (1 - ratio)]
+        A = np.array([[0.0, 1.0, 0.0], accelerate, [-p, -p * h, -p]])
+        return A, np.array([0.0, k * ratio, p]), np.array([0.0, -1.0, 0.0])
+
+    def core(self, step: float) -> DriveCore:
+        """Return plain numbers for `drive_step` with sub-steps of `step`.
+
+        Parameters
+        ----------
+        step : float
+            Length of a sub-step, s.
+        """
+        A, command, friction = self.matrices()
+        nothing = np.zeros(3)
+        moved = held(A, command, nothing, 0.0, step)
+        slowed = held(A, friction, nothing, 0.0, step)
+        return DriveCore(
+            *(moved.A, moved.B, slowed.B),
+            *(self.gain, self.lag / self.lead, self.tachometer, float(np.exp(-self.lag * step))),
+            *(self.gain * self.stuck_band, self.play / 2, self.backlash / 2),
+        )
+
+    def start(self, position: float) -> Floats:
+        """Return the state of `drive_step` at rest at a position (mm).
+
+        Parameters
+        ----------
+        position : float
+            Platform and motor position, mm.
+        """
+        return np.array([position, 0.0, 0.0, position, position])
+
+
+def _two_poles(response: Callable[[Floats], Complex], first: float) -> tuple[float, float]:
+    """Least squares of the complex response up to 60 Hz, on an even grid."""
+    frequency = hz(np.linspace(0.5, 60.0, 120))
+    goal = response(frequency)
+
+    def miss(logs: Floats) -> Floats:
+        b = np.exp(logs)
+        left = b[0] * b[1] / ((1j * frequency + b[0]) * (1j * frequency + b[1])) - goal
+        return np.concatenate([left.real, left.imag])
+
+    found = np.sort(np.exp(least_squares(miss, np.log([first, 30 * first]), xtol=1e-12, ftol=1e-12).x))
+    return float(found[0]), float(found[1])
+
+
+def servo_drive(servo: ServoTable) -> TableDrive:
+    """Return the position drive of a servo table; its friction torque becomes a stuck band (mm).
+
+    Parameters
+    ----------
+    servo : ServoTable
+        Data sheet of motor, amplifier and screw, in its own units (N mm, V, A, rad/s).
+
+    Examples
+    --------
+    >>> round(servo_drive(ServoTable()).stuck_band * 1e3, 2)  # micrometres
+    7.65
+    """
+    tachometer = servo.tachometer * servo.tachometer_gain / (servo.position_sensor * servo.lead_of_screw)
+    return TableDrive(
+        gain=servo.position_gain,
+        damping=servo.damping / servo.inertia,
+        tachometer=tachometer,
+        lag=servo.lag,
+        lead=servo.lead,
+        stuck_band=servo.stuck_band,
+        dc_gain=servo.dc_gain,
+    )
+
+
+def table_drive(name: str = "design") -> TableDrive:
+    """Return a table drive by name.
+
+    Parameters
+    ----------
+    name : str
+        ``"design"``: two poles at 9 and 40 Hz without friction, Brown (7.3), the conservative design model.
+        ``"appendix-b"``: the third-order drive of Appendix B with its friction torque (stuck band in mm).
+        ``"appendix-b-linear"``: the same without friction.
+
+    Examples
+    --------
+    >>> [round(pole / 6.283185307, 6) for pole in table_drive().reduced]  # Hz
+    [9.0, 40.0]
+    """
+    checks.one_of("name", name, ("design", "appendix-b", "appendix-b-linear"))
+    if name == "design":
+        b1, b2 = hz(9.0), hz(40.0)
+        return TableDrive(gain=b1 * b2, damping=b1 + b2, dc_gain=ServoTable().dc_gain)
+    drive = servo_drive(ServoTable())
+    return drive if name == "appendix-b" else drive.replace(stuck_band=0.0)

@@ -1,0 +1,248 @@
+"""Feedback laws of the force loop and the loop that they close: law, drive, sensor, contact stiffness, delay."""
+
+import dataclasses
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+from sdpgrind.control import Law, Sampled
+from sdpgrind.control._sampled import continuous, held, same_sample_time
+from sdpgrind.weldbead.force._drive import TableDrive, table_drive
+from sdpgrind.weldbead.force._sensor import SensorChain
+
+CONTACT_STIFFNESS = 6e5 / 88.9**2
+"""Rotational stiffness over the radius of a 7 inch disc squared, Brown (7.1b), N/mm."""
+
+
+@stored("force.plant")
+@dataclasses.dataclass(frozen=True)
+class ForcePlant(Frozen):
+    """What a force controller drives: table drive, contact, sensor, and the delay of computing and sending.
+
+    Parameters
+    ----------
+    drive : TableDrive
+        From command to platform position, mm/mm.
+    sensor : SensorChain
+        From force to what is read, N/N.
+    contact_stiffness : float
+        Force per travel K_x = K_theta/R^2, Brown (7.1b), N/mm.
+    delay_samples : int
+        Samples from reading to command, a whole number >= 0.
+
+    Examples
+    --------
+    >>> plant = ForcePlant()
+    >>> round(plant.sampled.dc_gain, 2)  # N/mm
+    75.92
+    """
+
+    drive: TableDrive = dataclasses.field(default_factory=table_drive)
+    sensor: SensorChain = dataclasses.field(default_factory=SensorChain)
+    contact_stiffness: float = CONTACT_STIFFNESS
+    delay_samples: int = 1
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.drive, TableDrive):
+            raise TypeError(f"drive must be a TableDrive, as table_drive() gives it; got {self.drive!r}")
+        if not isinstance(self.sensor, SensorChain):
+            raise TypeError(f"sensor must be a SensorChain; got {self.sensor!r}")
+        checks.positive("contact_stiffness", self.contact_stiffness, "N/mm")
+        checks.count("delay_samples", self.delay_samples, at_least=0)
+
+    @property
+    def sample_time(self) -> float:
+        """Time between two samples, s."""
+        return self.sensor.sample_time
+
+    @property
+    def lag(self) -> float:
+        """Time from a command to its force, s: drive, held output, delay; 47 ms for Brown's model and one sample."""
+        return self.drive.lag_time + (0.5 + self.delay_samples) * self.sample_time
+
+    @cached_property
+    def undelayed(self) -> Sampled:
+        """Exact sampled model from command (mm) to reading (N), friction and delay left out."""
+        drive = continuous(self.drive.transfer.num, self.drive.transfer.den)
+        sensor = continuous(*self.sensor.analogue)
+        chain = held(*_series(drive, sensor), self.sensor.inner_time)
+        return chain.then(self.sensor.digital_system).every(self.sensor.inner_rate or 1).scaled(self.contact_stiffness)
+
+    @cached_property
+    def sampled(self) -> Sampled:
+        """Exact sampled model from command (mm) to reading (N) with the delay."""
+        return self.undelayed.delayed(self.delay_samples)
+
+
+def _series(first: Any, second: Any) -> Any:
+    """Continuous state spaces in series; the first has no direct gain."""
+    A, B, C, _ = first
+    if not len(second[1]):
+        return A, B, second[3] * C, 0.0
+    lower = np.hstack([np.outer(second[1], C), second[0]])
+    whole = np.vstack([np.hstack([A, np.zeros((len(B), len(second[1])))]), lower])
+    return whole, np.concatenate([B, np.zeros(len(second[1]))]), np.concatenate([second[3] * C, second[2]]), 0.0
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ForceLoop(Frozen):
+    """A feedback law and what it drives: everything that `margins` and `ForceController` need.
+
+    Parameters
+    ----------
+    law : Law
+        From force error (N) to command (mm).
+    plant : ForcePlant
+        Drive, contact, sensor, delay.
+    name : str
+        What to call it in tables.
+
+    Raises
+    ------
+    ValueError
+        When law and plant differ in sample time (s), or a pole of the closed loop is not inside the unit circle.
+
+    Examples
+    --------
+    >>> loop = PI.design(crossover=2 * 3.141592653589793 * 3.0)
+    >>> loop.plant.delay_samples, round(loop.sample_time * 60, 9)
+    (1, 1.0)
+    """
+
+    law: Law
+    plant: ForcePlant
+    name: str = "law"
+
+    def __post_init__(self) -> None:
+        same_sample_time(self.plant, self.law.system)
+        worst = float(np.max(np.abs(self.open.closed().poles)))
+        if worst >= 1:
+            raise ValueError(f"law must give a stable loop: poles inside the unit circle; the largest modulus is {worst:.4g}")
+
+    @property
+    def sample_time(self) -> float:
+        """Time between two samples, s."""
+        return self.plant.sample_time
+
+    @property
+    def open(self) -> Sampled:
+        """The open loop, from force error (N) to reading (N)."""
+        return self.law.system.then(self.plant.sampled)
+
+    @property
+    def identity(self) -> tuple[Any, ...]:
+        """What tells this loop from another one: its law in plain numbers (mm per N) and its plant."""
+        core = self.law.core
+        return self.name, *(np.asarray(each).tolist() for each in core), self.plant
+
+    def delayed(self, delay_samples: int) -> "ForceLoop":
+        """Return the same law on a plant with another delay.
+
+        Parameters
+        ----------
+        delay_samples : int
+            Samples from reading to command, a whole number >= 0.
+        """
+        return self.replace(plant=self.plant.replace(delay_samples=delay_samples))
+
+
+@stored("force.pi")
+@dataclasses.dataclass(frozen=True)
+class PI(Frozen):
+    """Sampled proportional and integral law by Tustin's rule: Brown (1988), (7.4) and (7.6).
+
+    u_k = K_I T xi_k + (K_p + K_I T/2) e_k, xi_{k+1} = xi_k + e_k.
+
+    Parameters
+    ----------
+    kp : float
+        K_p, mm/N.
+    ki : float
+        K_I, mm/(N s).
+    sample_time : float
+        T, s.
+
+    Examples
+    --------
+    >>> PI(kp=0.1, ki=6.0, sample_time=1 / 60).law.simulate([1.0, 1.0]).round(6).tolist()  # mm
+    [0.15, 0.25]
+    """
+
+    kp: float
+    ki: float
+    sample_time: float = 1 / 60
+
+    def __post_init__(self) -> None:
+        checks.nonnegative("kp", self.kp, "mm/N")
+        checks.positive("ki", self.ki, "mm/(N s)")
+        checks.positive("sample_time", self.sample_time, "s")
+
+    @property
+    def law(self) -> Law:
+        """The law in plain arrays, mm per N; limits change its sum so that it goes on from the applied command."""
+        step = self.ki * self.sample_time
+        return Law(Sampled([[1.0]], [1.0], [step], self.kp + step / 2, self.sample_time), [1.0 / step])  # type: ignore[arg-type]
+
+    def loop(self, plant: ForcePlant | None = None) -> ForceLoop:
+        """Return the loop that this law closes.
+
+        Parameters
+        ----------
+        plant : ForcePlant, optional
+            What is driven (mm to N); Brown's design model when left out.
+        """
+        return ForceLoop(self.law, ForcePlant() if plant is None else plant, "PI")
+
+    @classmethod
+    def design(
+        cls,
+        *,
+        crossover: float,
+        drive: TableDrive | None = None,
+        sensor: SensorChain | None = None,
+        delay_samples: int = 1,
+        contact_stiffness: float = CONTACT_STIFFNESS,
+    ) -> ForceLoop:
+        """Return a loop whose law cancels the slowest pole of the drive: K_I = crossover/K_x, K_p = K_I/b1.
+
+        Parameters
+        ----------
+        crossover : float
+            Where the loop gain would be 1 without the other lags, rad/s.
+        drive : TableDrive, optional
+            From command to position (mm/mm); `table_drive` when left out.
+        sensor : SensorChain, optional
+            From force to reading (N/N).
+        delay_samples : int
+            Samples from reading to command, a whole number >= 0.
+        contact_stiffness : float
+            Force per travel, N/mm.
+
+        Raises
+        ------
+        ValueError
+            When the loop is unstable at this crossover (rad/s), or a value is out of its range.
+
+        Examples
+        --------
+        >>> from sdpgrind import units
+        >>> loop = PI.design(crossover=units.hz(3.0), drive=table_drive())
+        >>> loop.name
+        'PI'
+        """
+        crossover = checks.positive("crossover", crossover, "rad/s")
+        plant = ForcePlant(
+            table_drive() if drive is None else drive,
+            SensorChain() if sensor is None else sensor,
+            contact_stiffness,
+            delay_samples,
+        )
+        ki = crossover / plant.contact_stiffness
+        try:
+            return cls(kp=ki / plant.drive.reduced[0], ki=ki, sample_time=plant.sample_time).loop(plant)
+        except ValueError as unstable:
+            raise ValueError(f"crossover must be lower ({crossover:.4g} rad/s): {unstable}") from None

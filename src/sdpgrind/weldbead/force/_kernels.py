@@ -1,0 +1,236 @@
+"""Compiled steps of the force loop: table drive, play, sensor, controller, and a stiff contact to close the loop on.
+
+Every function works on plain arrays in place, serial and without allocation, so that stands can call it from kernels of
+their own. One sub-step of a table drive is exact for a command that is held over it; friction is solved for at the end of
+the sub-step (implicitly), so that the speed is exactly 0 while the table sticks and nothing chatters.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.control._kernels import LawCore, law_output, law_update, quantised
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+class DriveCore(NamedTuple):
+    """Table drive over one sub-step, with state (motor x mm, speed v mm/s, lag w mm, played mm, platform mm).
+
+    v' = gain (lead e + (1 - lead) w) - ... - friction, e = command - tachometer v - x, w' = (e - w)/lag.
+    """
+
+    transition: Floats
+    command: Floats
+    friction: Floats
+    gain: float
+    lead: float
+    tachometer: float
+    decay: float
+    friction_max: float
+    half_play: float
+    half_backlash: float
+
+
+class SensorCore(NamedTuple):
+    """Analogue filter over one sub-step (force a straight line in it), then a digital filter every `ratio` sub-steps.
+
+    State: analogue (n), last force, two of the digital filter, its output, sub-steps since its last sample.
+    """
+
+    transition: Floats
+    old: Floats
+    new: Floats
+    output: Floats
+    numerator: Floats
+    denominator: Floats
+    ratio: int
+    quantum: float
+
+
+class ControlCore(NamedTuple):
+    """Controller of one sample: feedback law, model of the loop, limits. State: see `control_step`."""
+
+    law: LawCore
+    model: LawCore
+    stiffness: float
+    blend: float
+    follows_model: bool
+    low: float
+    high: float
+    rate: float
+    contact: float
+    patience: int
+    approach: float
+
+
+@njit(**_OPTIONS)
+def play_step(position, played, half):
+    """Follow `position` with play of half-width `half` (mm): what is driven moves only when it is pushed."""
+    return min(max(played, position - half), position + half)
+
+
+@njit(**_OPTIONS)
+def backlash_step(position, platform, half, touch):
+    """Platform in a dead zone: pressed down to where the contact force ends (`touch`, mm) or to the lower flank."""
+    moved = min(max(platform, position - half), position + half)
+    return max(position - half, touch) if moved > touch else moved
+
+
+@njit(**_OPTIONS)
+def drive_step(state, command, core, touch):
+    """Advance a table drive by one sub-step in place and return the platform position (mm).
+
+    `touch` is the platform position at which contact begins (mm; inf: nothing to touch).
+    """
+    x, v, w = state[0], state[1], state[2]
+    stuck = False
+    if core.friction_max > 0.0 and v == 0.0:
+        error = command - x
+        lagged = error + (w - error) * core.decay
+        before = core.gain * (core.lead * error + (1.0 - core.lead) * w)
+        after = core.gain * (core.lead * error + (1.0 - core.lead) * lagged)
+        stuck = max(abs(before), abs(after)) <= core.friction_max
+        if stuck:
+            state[2] = lagged
+    if not stuck:
+        _slide(state, x, v, w, command, core)
+    state[3] = play_step(state[0], state[3], core.half_play)
+    state[4] = backlash_step(state[3], state[4], core.half_backlash, touch)
+    return state[4]
+
+
+@njit(**_OPTIONS)
+def _slide(state, x, v, w, command, core):
+    """One sub-step in motion: the friction that would stop the table, or all there is of it."""
+    A, b, f = core.transition, core.command, core.friction
+    for i in range(3):
+        state[i] = A[i, 0] * x + A[i, 1] * v + A[i, 2] * w + b[i] * command
+    if core.friction_max > 0.0:
+        stopping = -state[1] / f[1]
+        friction = min(max(stopping, -core.friction_max), core.friction_max)
+        for i in range(3):
+            state[i] += f[i] * friction
+        if friction == stopping:
+            state[1] = 0.0
+
+
+@njit(**_OPTIONS)
+def sensor_step(state, force, core):
+    """Advance a force sensor by one sub-step in place; `force` (N) is that at the end of the sub-step."""
+    order = core.output.size
+    last = state[order]
+    state[order] = force
+    total = 0.0
+    for i in range(order):
+        total += core.output[i] * _row(core, state, i, last, force)
+    for i in range(order):
+        state[i] = state[order + 5 + i]
+    state[order + 4] += 1.0
+    if state[order + 4] >= core.ratio:
+        state[order + 4] = 0.0
+        _filter(state, total, core, order)
+
+
+@njit(**_OPTIONS)
+def _row(core, state, i, last, force):
+    """One entry of the analogue state, put behind the state until all are done."""
+    order = core.output.size
+    total = core.old[i] * last + core.new[i] * force
+    for k in range(order):
+        total += core.transition[i, k] * state[k]
+    state[order + 5 + i] = total
+    return total
+
+
+@njit(**_OPTIONS)
+def _filter(state, value, core, order):
+    """Digital filter of second order, transposed direct form."""
+    b, a = core.numerator, core.denominator
+    out = b[0] * value + state[order + 1]
+    state[order + 1] = b[1] * value - a[1] * out + state[order + 2]
+    state[order + 2] = b[2] * value - a[2] * out
+    state[order + 3] = out
+
+
+@njit(**_OPTIONS)
+def sensor_read(state, core, noise):
+    """Return what the sensor shows (N): its last filtered sample, noise added, in whole quanta."""
+    return quantised(state[core.output.size + 3] + noise, core.quantum)
+
+
+@njit(**_OPTIONS)
+def control_step(core, state, work, force, demand, position):
+    """Return the platform command (mm) of one sample.
+
+    `force` (N) is what the sensor shows (NaN: no reading), `demand` (N) the planned force and `position` (mm) the planned
+    platform position, both as far ahead as the loop lags where the controller follows a model.
+    State: law, model, then the correction (mm), the command (mm; NaN before the first), samples without contact.
+    """
+    law, model = core.law, core.model
+    n, m = law.B.size, model.B.size
+    inner, foreseen, rest = state[:n], state[n : n + m], state[n + m :]
+    wanted = law_output(model, foreseen, demand) if core.follows_model else demand
+    law_update(model, foreseen, demand, 0.0, work)
+    rest[2] = rest[2] + 1.0 if force < core.contact < wanted else 0.0
+    lost = rest[2] >= core.patience
+    error = 0.0
+    if not (lost or np.isnan(force)):
+        error = (1.0 - core.blend) * (wanted - force) - core.blend * core.stiffness * rest[0]
+    asked = law_output(law, inner, error)
+    command = position + asked
+    if lost:
+        command = rest[1] + core.approach
+    elif not np.isnan(rest[1]):
+        command = min(max(command, rest[1] - core.rate), rest[1] + core.rate)
+    command = min(max(command, core.low), core.high)
+    rest[0], rest[1] = command - position, command
+    law_update(law, inner, error, command - position - asked, work)
+    return command
+
+
+@njit(**_OPTIONS)
+def contact_force(platform, surface, stiffness):
+    """Force (N) of a stiff contact: none where the platform is below what it presses against."""
+    return stiffness * max(0.0, platform - surface)
+
+
+@njit(**_OPTIONS)
+def plant_sample(command, drive, sensor, drive_core, sensor_core, surface, stiffness, forces):
+    """Advance drive, contact and sensor by one control sample; `surface` and `forces` have one entry a sub-step."""
+    for j in range(surface.size):
+        platform = drive_step(drive, command, drive_core, surface[j])
+        forces[j] = contact_force(platform, surface[j], stiffness)
+        sensor_step(sensor, forces[j], sensor_core)
+
+
+@njit(**_OPTIONS)
+def simulate_core(control, state, drive, sensor, queue, cores, demand, position, surface, stiffness, noise, record):
+    """Close the loop over stiff contact. `surface`: (samples, sub-steps) mm; `record`: forces (samples, sub-steps) N.
+
+    Returns commands (mm) and sensor readings (N), one a sample.
+    """
+    drive_core, sensor_core = cores
+    samples = demand.size
+    commands, readings = np.empty(samples), np.empty(samples)
+    work = np.empty(state.size)
+    for k in range(samples):
+        readings[k] = sensor_read(sensor, sensor_core, noise[k])
+        commands[k] = control_step(control, state, work, readings[k], demand[k], position[k])
+        applied = delay_step(queue, commands[k])
+        plant_sample(applied, drive, sensor, drive_core, sensor_core, surface[k], stiffness, record[k])
+    return commands, readings
+
+
+@njit(**_OPTIONS)
+def delay_step(queue, value):
+    """Put `value` into a queue of whole samples in place, and return what comes out."""
+    if queue.size == 0:
+        return value
+    out = queue[0]
+    for k in range(queue.size - 1):
+        queue[k] = queue[k + 1]
+    queue[-1] = value
+    return out

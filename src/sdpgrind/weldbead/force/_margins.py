@@ -1,0 +1,94 @@
+"""Margins of a force loop, with its exact response to disc runout."""
+
+import dataclasses
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import hz
+from sdpgrind.control import Margins, Sampled, loop_margins
+from sdpgrind.weldbead.force._feedback import ForceLoop, ForcePlant
+
+RUNOUT_BAND = (hz(20.0), hz(50.0))
+"""Spin speeds (rad/s) over which the response to runout is judged: Brown's air motor under load."""
+
+
+def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
+    """Return stability margins, bandwidths and the largest runout response of a force loop.
+
+    Parameters
+    ----------
+    loop : ForceLoop
+        As `PI.design` and the other designs give it.
+    delay_samples : int, optional
+        Judge the law on a plant with this delay, a whole number of samples >= 0; the loop's own when left out.
+
+    Returns
+    -------
+    Margins
+        Frequencies in rad/s, gains dimensionless, runout over disc speeds of 20 to 50 Hz.
+
+    Raises
+    ------
+    ValueError
+        When the loop is unstable with that delay, or the delay is not a whole number >= 0.
+
+    Examples
+    --------
+    >>> from sdpgrind import units
+    >>> from sdpgrind.weldbead import force
+    >>> margin = force.margins(force.PI.design(crossover=units.hz(3.0)), delay_samples=1)
+    >>> round(margin.gain_margin_db, 1)
+    7.2
+    """
+    if not isinstance(loop, ForceLoop):
+        raise TypeError(f"loop must be a ForceLoop, as PI.design gives it; got {loop!r}")
+    if delay_samples is not None:
+        loop = loop.delayed(delay_samples)
+    spin = np.linspace(*RUNOUT_BAND, 601)
+    return dataclasses.replace(loop_margins(loop.open), runout_response=float(runout_response(loop, spin).max()))
+
+
+def runout_response(loop: ForceLoop, spin: npt.ArrayLike) -> Floats:
+    """Return the force made by the loop at the alias of the disc speed, per runout force, dimensionless.
+
+    Exact for a sampled loop in contact: |sensor(f)| |C S|(f_a) |hold(f_a) drive(f_a)| K_x, f_a the alias of f.
+
+    Parameters
+    ----------
+    loop : ForceLoop
+        The loop.
+    spin : array
+        Disc speeds, rad/s.
+
+    Examples
+    --------
+    >>> from sdpgrind import units
+    >>> from sdpgrind.weldbead import force
+    >>> loop = force.PI.design(crossover=units.hz(3.0), sensor=force.SensorChain(analogue_cutoff=None, inner_rate=None))
+    >>> round(float(force.runout_response(loop, units.hz(50.0))), 3)
+    0.111
+    """
+    f = checks.finite_array("spin", spin, "rad/s")
+    seen = loop.plant.sensor.alias(f)
+    law = loop.law.system.response(seen)
+    control = law / (1 + law * loop.plant.sampled.response(seen))
+    return np.asarray(np.abs(loop.plant.sensor.response(f) * control) * moved(loop.plant, seen))
+
+
+def moved(plant: ForcePlant, frequency: Floats) -> Floats:
+    """Size of the force (N/mm) that a sampled command makes at its own frequency (rad/s): hold, drive, contact."""
+    hold = np.sinc(frequency * plant.sample_time / (2 * np.pi))
+    return np.asarray(np.abs(hold * plant.drive.response(frequency)) * plant.contact_stiffness)
+
+
+def parametrised(loop: ForceLoop) -> Sampled:
+    """Q = C/(1 + C P) of a loop: from set-point (N) to command (mm)."""
+    law, plant = loop.law.system, loop.plant.sampled
+    top = np.hstack([law.A, -np.outer(law.B, plant.C)])
+    low = np.hstack([np.outer(plant.B, law.C), plant.A - law.D * np.outer(plant.B, plant.C)])
+    B = np.concatenate([law.B, law.D * plant.B])
+    C = np.concatenate([law.C, -law.D * plant.C])
+    return Sampled(np.vstack([top, low]), B, C, law.D, law.sample_time)

@@ -1,0 +1,91 @@
+"""What a pass plan asks of the force loop, as arrays over time, checked once."""
+
+import dataclasses
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+
+class Trajectory(Protocol):
+    """What a plan must have to be followed: arrays over time."""
+
+    @property
+    def time(self) -> Any:
+        """Time since the start of the pass, s."""
+
+    @property
+    def normal_force(self) -> Any:
+        """Planned normal force, N."""
+
+    @property
+    def fly_height(self) -> Any:
+        """Planned height of the disc centre, mm."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Reference:
+    """Planned force (N) and fly height (mm) over time (s), and where the disc is then (mm) where that is known."""
+
+    time: Floats
+    normal_force: Floats
+    fly_height: Floats
+    center_x: Floats | None = None
+
+    @classmethod
+    def of(cls, plan: Trajectory, force_max: float) -> "Reference":
+        """Read a plan and refuse what no force loop can do."""
+        for name in ("time", "normal_force", "fly_height"):
+            if not hasattr(plan, name):
+                raise TypeError(
+                    f"plan must have the arrays time (s), normal_force (N) and fly_height (mm); {plan!r} has no {name}"
+                )
+        return cls.arrays(plan.time, plan.normal_force, plan.fly_height, force_max, getattr(plan, "center_x", None))
+
+    @classmethod
+    def arrays(
+        cls,
+        time: npt.ArrayLike,
+        normal_force: npt.ArrayLike,
+        fly_height: npt.ArrayLike,
+        force_max: float,
+        center_x: npt.ArrayLike | None = None,
+    ) -> "Reference":
+        """Check arrays and keep them."""
+        t = checks.finite_array("time", time, "s").ravel()
+        force = checks.finite_array("normal_force", normal_force, "N").ravel()
+        height = checks.finite_array("fly_height", fly_height, "mm").ravel()
+        for name, array in (("normal_force", force), ("fly_height", height)):
+            if array.shape != t.shape or not t.size:
+                raise checks.refuse(name, f"as long as time ({t.size} entries)", array.shape)
+        if np.any(np.diff(t) <= 0):
+            k = int(np.flatnonzero(np.diff(t) <= 0)[0]) + 1
+            raise checks.refuse(f"time[{k}]", f"> time[{k - 1}] = {t[k - 1]:g}", float(t[k]), "s")
+        _check_force(force, force_max)
+        return cls(t, force, height, None if center_x is None else _increasing(center_x, t))
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Planned force (N) and height (mm) at a time (s); those of the ends before and after."""
+        return float(np.interp(time, self.time, self.normal_force)), float(np.interp(time, self.time, self.fly_height))
+
+    def when(self, center_x: float) -> float:
+        """Time (s) at which the plan has the disc at `center_x` (mm)."""
+        assert self.center_x is not None
+        return float(np.interp(center_x, self.center_x, self.time))
+
+
+def _check_force(force: Floats, force_max: float) -> None:
+    low, high = int(np.argmin(force)), int(np.argmax(force))
+    if force[low] < 0:
+        raise checks.refuse(f"normal_force[{low}]", ">= 0", float(force[low]), "N")
+    if force[high] > force_max * (1 + 1e-9):
+        raise checks.refuse(f"normal_force[{high}]", f"<= force_max = {force_max:g}", float(force[high]), "N")
+
+
+def _increasing(center_x: npt.ArrayLike, time: Floats) -> Floats | None:
+    """The way of the disc, where time can be read from it."""
+    x = np.asarray(center_x, dtype=float).ravel()
+    return x if x.shape == time.shape and bool(np.all(np.diff(x) > 0)) else None

@@ -1,0 +1,151 @@
+"""Force sensor: analogue filter, sampling inside the sensor, digital filter, output at the rate of the controller."""
+
+import dataclasses
+from math import pi
+
+import numpy as np
+import numpy.typing as npt
+import scipy.signal
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+from sdpgrind.base.units import hz
+from sdpgrind.control._sampled import Complex, Sampled, continuous, ramped
+from sdpgrind.weldbead.force._kernels import SensorCore
+
+
+@stored("force.sensor")
+@dataclasses.dataclass(frozen=True)
+class SensorChain(Frozen):
+    """From the force at the grinder to the number that the controller reads: Brown (1988), 7.2.
+
+    The filter of 30 Hz at an output rate of 60 Hz is no anti-alias filter: what the disc does at 50 Hz is read at 10 Hz.
+
+    Parameters
+    ----------
+    analogue_cutoff : float or None
+        Three-pole Butterworth before the sampling inside the sensor, rad/s; None: left out.
+    cutoff : float
+        Two-pole Butterworth low-pass behind it, rad/s.
+    inner_rate : int or None
+        Samples inside the sensor for one at the output, a whole number (8: 480 Hz); None: the low-pass is analogue and
+        only the output is sampled, a simpler model for design.
+    sample_time : float
+        Time between two outputs, s.
+    noise_sd : float
+        White noise of the output, N.
+    quantum : float
+        Step of the output, N; 0: none.
+
+    Raises
+    ------
+    ValueError
+        When a value is not finite, not positive, or a cut-off (rad/s) is not below half the rate inside the sensor.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> np.round(20 * np.log10(np.abs(SensorChain(analogue_cutoff=None).response(2 * np.pi * np.array([50.0, 58.0])))), 1)
+    array([ -9.8, -12.4])
+    """
+
+    analogue_cutoff: float | None = hz(120.0)
+    cutoff: float = hz(30.0)
+    inner_rate: int | None = 8
+    sample_time: float = 1 / 60
+    noise_sd: float = 0.2
+    quantum: float = 0.1
+
+    def __post_init__(self) -> None:
+        if self.analogue_cutoff is not None:
+            checks.positive("analogue_cutoff", self.analogue_cutoff, "rad/s")
+        checks.positive("cutoff", self.cutoff, "rad/s")
+        checks.positive("sample_time", self.sample_time, "s")
+        checks.nonnegative("noise_sd", self.noise_sd, "N")
+        checks.nonnegative("quantum", self.quantum, "N")
+        if self.inner_rate is not None:
+            checks.count("inner_rate", self.inner_rate)
+            half = pi * self.inner_rate / self.sample_time
+            if self.cutoff >= half:
+                raise checks.refuse("cutoff", f"< {half:g}, half the rate inside the sensor", self.cutoff, "rad/s")
+
+    @property
+    def inner_time(self) -> float:
+        """Time between two samples inside the sensor, s."""
+        return self.sample_time / (self.inner_rate or 1)
+
+    @property
+    def analogue(self) -> tuple[Floats, Floats]:
+        """Numerator and denominator of all that is analogue (s in rad/s), dimensionless gain 1 at 0."""
+        top, low = np.ones(1), np.ones(1)
+        if self.analogue_cutoff is not None:
+            top, low = scipy.signal.butter(3, self.analogue_cutoff, analog=True)
+        if self.inner_rate is None:
+            second = scipy.signal.butter(2, self.cutoff, analog=True)
+            top, low = np.polymul(top, second[0]), np.polymul(low, second[1])
+        return np.asarray(top, dtype=float), np.asarray(low, dtype=float)
+
+    @property
+    def digital(self) -> tuple[Floats, Floats]:
+        """Numerator and denominator of the digital low-pass in powers of 1/z, dimensionless gain 1 at 0."""
+        if self.inner_rate is None:
+            return np.array([1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0])
+        top, low = scipy.signal.butter(2, self.cutoff, fs=2 * pi / self.inner_time)
+        return np.asarray(top, dtype=float), np.asarray(low, dtype=float)
+
+    @property
+    def digital_system(self) -> Sampled:
+        """The digital low-pass as a sampled system (sample time in s)."""
+        (b0, b1, b2), (_, a1, a2) = self.digital
+        A = np.array([[-a1, 1.0], [-a2, 0.0]])
+        return Sampled(A, np.array([b1 - a1 * b0, b2 - a2 * b0]), np.array([1.0, 0.0]), float(b0), self.inner_time)
+
+    def response(self, frequency: npt.ArrayLike) -> Complex:
+        """Return the complex gain (N/N) from a force at angular frequencies to the output, before it is sampled.
+
+        Parameters
+        ----------
+        frequency : array
+            Angular frequencies, rad/s; also above half the output rate, where `alias` says where they appear.
+        """
+        w = np.asarray(frequency, dtype=float)
+        top, low = self.analogue
+        smooth = np.polyval(top, 1j * w) / np.polyval(low, 1j * w)
+        return np.asarray(smooth * self.digital_system.response(w))
+
+    def alias(self, frequency: npt.ArrayLike) -> Floats:
+        """Return at which angular frequency (rad/s) a force appears in the output.
+
+        Parameters
+        ----------
+        frequency : array
+            Angular frequencies of the force, rad/s.
+        """
+        rate = 2 * pi / self.sample_time
+        return np.asarray(np.abs((np.asarray(frequency, dtype=float) + rate / 2) % rate - rate / 2))
+
+    def core(self, step: float) -> SensorCore:
+        """Return plain numbers for `sensor_step` with sub-steps of `step`.
+
+        Parameters
+        ----------
+        step : float
+            Length of a sub-step, s: a whole number of them makes a sample inside the sensor.
+        """
+        ratio = self.inner_time / checks.positive("step", step, "s")
+        if abs(ratio - round(ratio)) > 1e-6 or round(ratio) < 1:
+            raise checks.refuse("step", f"a whole part of {self.inner_time:g}", step, "s")
+        top, low = self.digital
+        if len(self.analogue[1]) == 1:
+            one, nothing = np.ones(1), np.zeros(1)
+            return SensorCore(np.zeros((1, 1)), nothing, one, one, top, low, round(ratio), self.quantum)
+        A, B, C, _ = continuous(*self.analogue)
+        transition, old, new = (np.ascontiguousarray(each) for each in ramped(A, B, step))
+        return SensorCore(transition, old, new, np.ascontiguousarray(C), top, low, round(ratio), self.quantum)
+
+    def start(self) -> Floats:
+        """Return the state of `sensor_step` that has seen no force (0 N)."""
+        order = max(1, len(self.analogue[1]) - 1)
+        return np.zeros(2 * order + 5)
