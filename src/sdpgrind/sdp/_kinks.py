@@ -16,7 +16,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._problem import Problem
 
-LARGE, SMALL, STEEPER = 0.1, 0.005, 1.5
+LARGE, SMALL, STEEPER = 0.1, 0.005, 1.1
 """Shares of its interval by which a control jumps to another minimum inside a cell: more than `LARGE` always is one, more than
 `SMALL` where the control changes so many times less in the cells beside."""
 

@@ -100,7 +100,7 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             return policy
         room = _halvings_left(problem, halvings)
-        if throw and halvings > 1:
+        if throw and halvings > 2:  # the first changes are those of a grid that may have missed much
             _refuse_hopeless(tolerance, error, changes, room)
         if room == 0:
             return policy
@@ -146,13 +146,13 @@ def grid_error(changes: list[float]) -> float:
 
     If the error falls by a factor r at each halving, the last change is (r - 1) times the error. Linear interpolation gives
     r = 4 on average, but kinks of the value-to-go fall unevenly between nodes and into cells: r is taken from the last two
-    changes, never above 2 and never below 1.25 (many passes of laws narrower than a cell converge slower than at first
+    changes, never above 3 and never below 1.25 (many passes of laws narrower than a cell converge slower than at first
     order). A change may be small by luck: the one before it bounds the error from below, as if both orders were second.
     """
     if len(changes) < 2:
         return changes[-1]
     rate = changes[-2] / changes[-1] if changes[-1] > 0 else 2.0
-    return max(changes[-1] / (min(2.0, max(1.25, rate)) - 1), changes[-2] / 12)
+    return max(changes[-1] / (min(3.0, max(1.25, rate)) - 1), changes[-2] / 12)
 
 
 def _change(coarse: Policy, fine: Policy) -> float:
