@@ -5,6 +5,7 @@ Thin over `scipy`: what is here is what the areas need beyond it.
 
 from sdpgrind.control._law import Law
 from sdpgrind.control._margins import Margins, loop_margins
+from sdpgrind.control._qdesign import QLimits, q_design
 from sdpgrind.control._sampled import Sampled, sampled
 
-__all__ = ["Law", "Margins", "Sampled", "loop_margins", "sampled"]
+__all__ = ["Law", "Margins", "QLimits", "Sampled", "loop_margins", "q_design", "sampled"]

@@ -52,9 +52,9 @@ class Margins:
         return float(20 * np.log10(self.gain_margin))
 
     def __str__(self) -> str:
-        hertz = 2 * pi
+        hertz, state = 2 * pi, "stable" if self.stable else "UNSTABLE"
         return (
-            f"{'stable' if self.stable else 'UNSTABLE'}: GM {self.gain_margin_db:.2f} dB, PM {np.degrees(self.phase_margin):.1f} deg, "
+            f"{state}: GM {self.gain_margin_db:.2f} dB, PM {np.degrees(self.phase_margin):.1f} deg, "
             f"Ms {self.sensitivity_peak:.2f}, Mt {self.complementary_peak:.2f}, f_b {self.bandwidth / hertz:.2f} Hz, "
             f"-3 dB of T {self.tracking_bandwidth / hertz:.2f} Hz, of S {self.sensitivity_bandwidth / hertz:.2f} Hz, "
             f"runout {self.runout_response:.3f}"

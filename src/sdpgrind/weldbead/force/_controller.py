@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.control._law import core_of
 from sdpgrind.weldbead.force._feedback import ForceLoop
 from sdpgrind.weldbead.force._kernels import ControlCore, control_step
 from sdpgrind.weldbead.force._reference import Reference, Trajectory
@@ -107,6 +108,8 @@ class ForceController:
     """
 
     tier = "force"
+    _state: Floats
+    _work: Floats
     commands: Mapping[str, str] = {"platform_command": "mm"}
     reports: Mapping[str, str] = {"force_demand": "N", "force_reference": "N", "correction": "mm"}
 
@@ -132,7 +135,7 @@ class ForceController:
         self._force_max = checks.positive("force_max", (own or FORCE_MAX) if force_max is None else force_max, "N")
         self._limits = Limits() if limits is None else limits
         self._datum = checks.number("datum", datum, "mm")
-        self._core = self._control_core()
+        self._core, self._lag = self._control_core(), loop.plant.lag
         self._reference = None if plan is None else Reference.of(plan, self._force_max)
         self.reset()
 
@@ -194,6 +197,17 @@ class ForceController:
         demand = self._ahead(0.0)[0]
         foreseen = np.linalg.solve(np.eye(model.order) - model.A, model.B * demand)
         return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0]])
+
+    def planned(self, time: float) -> tuple[float, float]:
+        """Return the planned force (N) and platform position (mm) of the pass that is followed.
+
+        Parameters
+        ----------
+        time : float
+            Time since the start of the pass, s.
+        """
+        force, height = self._known().at(time)
+        return force, self._datum - height
 
     def trajectory(self, samples: int) -> tuple[Floats, Floats]:
         """Return force (N) and position (mm) that `control_step` is given in the first samples of the pass.
@@ -268,9 +282,8 @@ class ForceController:
         given = (time, force, height)
         if self._plan is not None or any(each is None for each in given) or not np.all(np.isfinite(time)):
             return
-        same = len(self._set_points) == 3 and all(
-            a is b or np.array_equal(a, b) for a, b in zip(self._set_points, given, strict=True)
-        )
+        pairs = list(zip(self._set_points, given, strict=False))
+        same = bool(pairs) and all(a is b or np.array_equal(a, b) for a, b in pairs)
         if not same:
             self._set_points = given
             self._reference = Reference.arrays(time, force, height, self._force_max)
@@ -290,9 +303,8 @@ class ForceController:
 
     def _known(self) -> Reference:
         if self._reference is None:
-            raise ValueError(
-                "plan must be given before the first step: as set-points plan_time, normal_force_plan, fly_height_plan"
-            )
+            names = ", ".join(_SET_POINTS)
+            raise ValueError(f"plan must be given before the first step, or come with it as set-points {names}")
         return self._reference
 
     def _ahead(self, time: float) -> tuple[float, float]:
@@ -300,17 +312,14 @@ class ForceController:
         reference = self._known()
         if not self._feedforward:
             return reference.at(time)[0], self._datum - float(reference.fly_height[0])
-        force, height = reference.at(time + self._loop.plant.lag)
+        force, height = reference.at(time + self._lag)
         return force, self._datum - height
 
     def _control_core(self) -> ControlCore:
         plant, limits, period = self._loop.plant, self._limits, self._loop.sample_time
         model = plant.sampled.scaled(1 / plant.contact_stiffness)
-        arrays = type(self._loop.law.core)(
-            *(np.ascontiguousarray(each) for each in (model.A, model.B, model.C)), float(model.D), np.zeros(model.order)
-        )
         return ControlCore(
-            *(self._loop.law.core, arrays, plant.contact_stiffness, self._blend, self._feedforward),
+            *(self._loop.law.core, core_of(model), plant.contact_stiffness, self._blend, self._feedforward),
             *(limits.command_min, limits.command_max, limits.command_rate_max * period),
             *(limits.contact_force, limits.patience, limits.approach_rate_max * period),
         )

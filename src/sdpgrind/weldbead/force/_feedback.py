@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.records import stored
 from sdpgrind.control import Law, Sampled
@@ -14,6 +15,7 @@ from sdpgrind.control._sampled import continuous, held, same_sample_time
 from sdpgrind.weldbead.force._drive import TableDrive, table_drive
 from sdpgrind.weldbead.force._sensor import SensorChain
 
+_System = tuple[Floats, Floats, Floats, float]
 CONTACT_STIFFNESS = 6e5 / 88.9**2
 """Rotational stiffness over the radius of a 7 inch disc squared, Brown (7.1b), N/mm."""
 
@@ -69,7 +71,8 @@ class ForcePlant(Frozen):
         """Exact sampled model from command (mm) to reading (N), friction and delay left out."""
         drive = continuous(self.drive.transfer.num, self.drive.transfer.den)
         sensor = continuous(*self.sensor.analogue)
-        chain = held(*_series(drive, sensor), self.sensor.inner_time)
+        A, B, C = _series(drive, sensor)
+        chain = held(A, B, C, 0.0, self.sensor.inner_time)
         return chain.then(self.sensor.digital_system).every(self.sensor.inner_rate or 1).scaled(self.contact_stiffness)
 
     @cached_property
@@ -78,14 +81,14 @@ class ForcePlant(Frozen):
         return self.undelayed.delayed(self.delay_samples)
 
 
-def _series(first: Any, second: Any) -> Any:
+def _series(first: _System, second: _System) -> tuple[Floats, Floats, Floats]:
     """Continuous state spaces in series; the first has no direct gain."""
     A, B, C, _ = first
     if not len(second[1]):
-        return A, B, second[3] * C, 0.0
+        return A, B, second[3] * C
     lower = np.hstack([np.outer(second[1], C), second[0]])
     whole = np.vstack([np.hstack([A, np.zeros((len(B), len(second[1])))]), lower])
-    return whole, np.concatenate([B, np.zeros(len(second[1]))]), np.concatenate([second[3] * C, second[2]]), 0.0
+    return whole, np.concatenate([B, np.zeros(len(second[1]))]), np.concatenate([second[3] * C, second[2]])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -185,7 +188,8 @@ class PI(Frozen):
     def law(self) -> Law:
         """The law in plain arrays, mm per N; limits change its sum so that it goes on from the applied command."""
         step = self.ki * self.sample_time
-        return Law(Sampled([[1.0]], [1.0], [step], self.kp + step / 2, self.sample_time), [1.0 / step])  # type: ignore[arg-type]
+        one = np.ones(1)
+        return Law(Sampled(np.ones((1, 1)), one, step * one, self.kp + step / 2, self.sample_time), one / step)
 
     def loop(self, plant: ForcePlant | None = None) -> ForceLoop:
         """Return the loop that this law closes.

@@ -1,0 +1,172 @@
+"""The best linear feedback that there is: convex design over all stabilising laws of a stable sampled plant."""
+
+import dataclasses
+import importlib
+import warnings
+from math import pi
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.control._margins import HALF_POWER
+from sdpgrind.control._sampled import Sampled
+
+_GRID = 220
+_SLACK = 5e-4
+"""Constraints are held tighter by this share on the grid of the design, so that they hold between its points."""
+
+
+@dataclasses.dataclass(frozen=True)
+class QLimits:
+    """What a feedback design must keep.
+
+    Parameters
+    ----------
+    sensitivity_max : float
+        Ms, largest |S|, dimensionless; 2 implies a gain margin of 6 dB and a phase margin of 29 degrees.
+    complementary_max : float
+        Mt, largest |T|, dimensionless.
+    frequency : array
+        Angular frequencies at which the law's own gain |C S| is limited, rad/s.
+    weight : array
+        What |C S| is multiplied by there, in units of output over command.
+    weighted_max : float
+        Limit of the product, dimensionless.
+
+    Examples
+    --------
+    >>> QLimits(sensitivity_max=1.8).complementary_max
+    1.5
+    """
+
+    sensitivity_max: float = 2.0
+    complementary_max: float = 1.5
+    frequency: tuple[float, ...] = ()
+    weight: tuple[float, ...] = ()
+    weighted_max: float = np.inf
+
+    def __post_init__(self) -> None:
+        for name in ("sensitivity_max", "complementary_max"):
+            if checks.number(name, getattr(self, name)) <= 1:
+                raise checks.refuse(name, "> 1", getattr(self, name))
+        if len(self.frequency) != len(self.weight):
+            raise checks.refuse("weight", f"as long as frequency ({len(self.frequency)})", len(self.weight))
+        if not self.weighted_max > 0:
+            raise checks.refuse("weighted_max", "> 0", self.weighted_max)
+
+
+def q_design(plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, tolerance: float = 2e-3) -> tuple[Sampled, float]:
+    """Return the filter Q of the largest bandwidth, and that bandwidth, by bisection over convex problems.
+
+    T = P Q, S = 1 - P Q, C = Q/(1 - P Q); Q has `taps` coefficients whose sum is 1/P(1). The bandwidth is the largest f with
+    |S(v)| <= 0.7071 v/f for all v <= f. cvxpy states the problems, Clarabel solves them.
+
+    Parameters
+    ----------
+    plant : Sampled
+        Stable plant with all delays.
+    limits : QLimits, optional
+        What must be kept.
+    taps : int
+        Number of coefficients, a whole number; the result grows with it to a limit.
+    tolerance : float
+        Relative width at which the bisection stops, dimensionless.
+
+    Returns
+    -------
+    filter : Sampled
+        Q, in units of command over output.
+    bandwidth : float
+        rad/s, on the grid of the design; judge the result with `loop_margins`.
+
+    Raises
+    ------
+    ValueError
+        When the plant is not stable, or no filter keeps the limits however low the bandwidth.
+
+    Examples
+    --------
+    >>> delay = Sampled([[0.0]], [1.0], [1.0], 0.0, 1.0)  # P = 1/z
+    >>> filter, bandwidth = q_design(delay, taps=10)
+    >>> bool(0.3 < bandwidth < 1.0)
+    True
+    """
+    if not plant.stable:
+        raise checks.refuse("plant", "stable (poles inside the unit circle)", float(np.max(np.abs(plant.poles))))
+    limits = QLimits() if limits is None else limits
+    gain = plant.dc_gain
+    problem = _Problem(plant.scaled(1 / gain), limits, gain, checks.count("taps", taps, at_least=2))
+    low, high = _bracket(problem, 1e-3 * pi / plant.sample_time)
+    while high - low > tolerance * low:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if problem.reaches(middle) else (low, middle)
+    if not problem.reaches(low):
+        raise ValueError(f"limits leave no filter at all: bandwidth {low:.3g} rad/s cannot be reached")
+    return _finite(problem.coefficients / gain, plant.sample_time), low
+
+
+def _bracket(problem: "_Problem", start: float) -> tuple[float, float]:
+    if not problem.reaches(start):
+        raise ValueError(f"limits leave no filter at all: bandwidth {start:.3g} rad/s cannot be reached")
+    low = start
+    while problem.reaches(2 * low):
+        low *= 2
+    return low, 2 * low
+
+
+class _Problem:
+    """Stated once with the bandwidth as a parameter: the least factor by which the slope limit has to give way."""
+
+    def __init__(self, plant: Sampled, limits: QLimits, gain: float, taps: int) -> None:
+        cp: Any = importlib.import_module("cvxpy")  # 1 s to import, needed nowhere else
+        self._frequency = _frequencies(plant.sample_time)
+        self._q, self._factor = cp.Variable(taps), cp.Variable()
+        self._slope = cp.Parameter(len(self._frequency), nonneg=True)
+        tracking = _rows(self._frequency, plant.sample_time, taps) * plant.response(self._frequency)[:, None]
+        sensitivity = _size(cp, -tracking, np.ones(len(tracking)), self._q)
+        keep = [
+            cp.sum(self._q) == 1,
+            sensitivity <= limits.sensitivity_max * (1 - _SLACK),
+            _size(cp, tracking, np.zeros(len(tracking)), self._q) <= limits.complementary_max * (1 - _SLACK),
+            sensitivity <= self._slope * self._factor,
+        ]
+        if limits.frequency and np.isfinite(limits.weighted_max):
+            w = np.asarray(limits.frequency)
+            rows = _rows(w, plant.sample_time, taps) * (np.asarray(limits.weight) / abs(gain))[:, None]
+            keep.append(_size(cp, rows, np.zeros(len(w)), self._q) <= limits.weighted_max * (1 - _SLACK))
+        self._problem = cp.Problem(cp.Minimize(self._factor), keep)
+
+    def reaches(self, bandwidth: float) -> bool:
+        """Solve for one bandwidth; keep the coefficients where it is reached."""
+        slope = HALF_POWER * self._frequency / bandwidth
+        self._slope.value = np.where(self._frequency <= bandwidth, slope, 1e2)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # near the edge of what is feasible; the factor below decides
+            self._problem.solve(solver="CLARABEL")
+        found = self._problem.status in ("optimal", "optimal_inaccurate") and self._factor.value <= 1 - _SLACK / 2
+        if found:
+            self.coefficients: Floats = np.array(self._q.value)
+        return bool(found)
+
+
+def _frequencies(sample_time: float) -> Floats:
+    top = pi / sample_time
+    return np.concatenate([np.geomspace(1e-4 * top, 0.03 * top, 25, endpoint=False), np.linspace(0.03 * top, top, _GRID - 25)])
+
+
+def _rows(frequency: Floats, sample_time: float, taps: int) -> npt.NDArray[np.complex128]:
+    return np.asarray(np.exp(-1j * np.outer(frequency * sample_time, np.arange(taps))))
+
+
+def _size(cp: Any, rows: npt.NDArray[np.complex128], constant: Floats, q: Any) -> Any:
+    """Modulus of constant + rows q, one for each row."""
+    return cp.norm(cp.vstack([rows.real @ q + constant, rows.imag @ q]), axis=0)
+
+
+def _finite(coefficients: Floats, sample_time: float) -> Sampled:
+    """Filter with a finite impulse response."""
+    order = len(coefficients) - 1
+    return Sampled(np.eye(order, k=-1), np.eye(order)[0], coefficients[1:], float(coefficients[0]), sample_time)

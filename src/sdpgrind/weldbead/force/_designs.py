@@ -1,0 +1,250 @@
+"""Feedback laws found for given limits: tuned PI, disturbance observer, and the convex design as yardstick."""
+
+import dataclasses
+from collections.abc import Callable
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+from sdpgrind.base.units import hz
+from sdpgrind.control import Law, Sampled
+from sdpgrind.control._margins import HALF_POWER
+from sdpgrind.control._qdesign import QLimits, q_design
+from sdpgrind.weldbead.force._feedback import PI, ForceLoop, ForcePlant
+from sdpgrind.weldbead.force._margins import RUNOUT_BAND, moved
+
+_Family: TypeAlias = Callable[[float, float], Law]
+
+
+@stored("force.limits")
+@dataclasses.dataclass(frozen=True)
+class DesignLimits(Frozen):
+    """What every feedback design is compared at.
+
+    Parameters
+    ----------
+    runout_response : float
+        Largest force made at the alias of the disc speed, 20 to 50 Hz, per runout force, dimensionless.
+    sensitivity_max, complementary_max : float
+        Ms and Mt, dimensionless; Ms = 2 implies a gain margin of 6 dB.
+
+    Examples
+    --------
+    >>> DesignLimits(runout_response=0.05).sensitivity_max
+    2.0
+    """
+
+    runout_response: float = 0.1
+    sensitivity_max: float = 2.0
+    complementary_max: float = 1.5
+
+    def __post_init__(self) -> None:
+        checks.positive("runout_response", self.runout_response)
+        for name in ("sensitivity_max", "complementary_max"):
+            if checks.number(name, getattr(self, name)) <= 1:
+                raise checks.refuse(name, "> 1", getattr(self, name))
+
+
+def runout_weight(plant: ForcePlant) -> tuple[Floats, Floats]:
+    """Angular frequencies (rad/s) below half the rate, and what |C S| (mm/N) there is multiplied by for disc runout (N/mm)."""
+    spin = np.linspace(*RUNOUT_BAND, 241)
+    seen = np.round(plant.sensor.alias(spin), 9)
+    weight = np.abs(plant.sensor.response(spin)) * moved(plant, seen)
+    unique, place = np.unique(seen, return_inverse=True)
+    largest = np.zeros(len(unique))
+    np.maximum.at(largest, place, weight)
+    return unique, largest
+
+
+def q_loop(plant: ForcePlant | None = None, limits: DesignLimits | None = None, *, taps: int = 40) -> ForceLoop:
+    """Return the loop of largest bandwidth that any linear law reaches within the limits: the yardstick.
+
+    Parameters
+    ----------
+    plant : ForcePlant, optional
+        What is driven (mm to N).
+    limits : DesignLimits, optional
+        What must be kept, dimensionless.
+    taps : int
+        Coefficients of the filter Q, a whole number.
+
+    Raises
+    ------
+    ValueError
+        When no law keeps the limits.
+
+    Examples
+    --------
+    >>> from sdpgrind.weldbead import force
+    >>> loop = force.q_loop(limits=force.DesignLimits(runout_response=0.1))  # doctest: +SKIP
+    """
+    plant = ForcePlant() if plant is None else plant
+    limits = DesignLimits() if limits is None else limits
+    seen, weight = runout_weight(plant)
+    both = QLimits(*(limits.sensitivity_max, limits.complementary_max), tuple(seen), tuple(weight), limits.runout_response)
+    filter, _ = q_design(plant.sampled, both, taps=taps)
+    return ForceLoop(Law.internal_model(plant.sampled, filter), plant, "convex")
+
+
+def tuned_pi(plant: ForcePlant | None = None, limits: DesignLimits | None = None) -> ForceLoop:
+    """Return the PI loop of largest bandwidth within the limits, over both gains.
+
+    Parameters
+    ----------
+    plant : ForcePlant, optional
+        What is driven (mm to N).
+    limits : DesignLimits, optional
+        What must be kept, dimensionless.
+
+    Examples
+    --------
+    >>> from sdpgrind.weldbead import force
+    >>> margin = force.margins(force.tuned_pi(limits=force.DesignLimits(runout_response=0.1)))
+    >>> margin.runout_response <= 0.1001, margin.sensitivity_peak <= 2.001
+    (True, True)
+    """
+    plant = ForcePlant() if plant is None else plant
+    slow = plant.drive.reduced[0]
+
+    def law(crossover: float, lead: float) -> Law:
+        ki = hz(crossover) / plant.contact_stiffness
+        return PI(kp=lead * ki / slow, ki=ki, sample_time=plant.sample_time).law
+
+    return tuned(law, ((0.2, 8.0), (0.05, 2.5)), plant, limits, "PI")
+
+
+@stored("force.observer")
+@dataclasses.dataclass(frozen=True)
+class DisturbanceObserver(Frozen):
+    """Law that feeds back, low-passed, what the model of the loop did not foresee.
+
+    Q(z) = (1 - a/z)/(1 - a) ((1 - p)/(1 - p/z))^2 / K_x with p = exp(-cutoff T); a = lead exp(-b1 T) takes the slowest pole of
+    the drive back. The observed disturbance is a force (N), its cure a position (mm).
+
+    Parameters
+    ----------
+    cutoff : float
+        Of the low-pass, rad/s.
+    lead : float
+        Share of the slowest pole that is inverted, 0 to 1, dimensionless.
+    plant : ForcePlant
+        What is driven.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of its range.
+
+    Examples
+    --------
+    >>> from sdpgrind import units
+    >>> DisturbanceObserver(cutoff=units.hz(3.0)).loop.name
+    'observer'
+    """
+
+    cutoff: float
+    lead: float = 1.0
+    plant: ForcePlant = dataclasses.field(default_factory=ForcePlant)
+
+    def __post_init__(self) -> None:
+        checks.positive("cutoff", self.cutoff, "rad/s")
+        checks.within("lead", self.lead, 0.0, 1.0)
+
+    @property
+    def law(self) -> Law:
+        """The law in plain arrays, mm per N."""
+        return self._law(self.cutoff, self.lead)
+
+    @cached_property
+    def loop(self) -> ForceLoop:
+        """The loop that this law closes (mm, N, s)."""
+        return ForceLoop(self.law, self.plant, "observer")
+
+    @classmethod
+    def design(cls, plant: ForcePlant | None = None, limits: DesignLimits | None = None) -> ForceLoop:
+        """Return the observer loop of largest bandwidth within the limits, over cut-off and lead.
+
+        Parameters
+        ----------
+        plant : ForcePlant, optional
+            What is driven (mm to N).
+        limits : DesignLimits, optional
+            What must be kept, dimensionless.
+        """
+        plant = ForcePlant() if plant is None else plant
+        one = cls(1.0, plant=plant)
+        return tuned(lambda cut, lead: one._law(hz(cut), lead - 1.0), ((0.2, 30.0), (1.0, 2.0)), plant, limits, "observer")
+
+    def _law(self, cutoff: float, lead: float) -> Law:
+        T, slow = self.plant.sample_time, self.plant.drive.reduced[0]
+        a, p = lead * np.exp(-slow * T), np.exp(-cutoff * T)
+        first = Sampled(np.array([[p]]), np.array([1 - p]), np.array([p]), 1 - p, T)
+        zero = Sampled(np.zeros((1, 1)), np.ones(1), np.array([-a / (1 - a)]), 1 / (1 - a), T)
+        return Law.internal_model(self.plant.sampled, first.then(first).then(zero).scaled(1 / self.plant.contact_stiffness))
+
+
+def tuned(
+    family: _Family,
+    ranges: tuple[tuple[float, float], tuple[float, float]],
+    plant: ForcePlant,
+    limits: DesignLimits | None,
+    name: str,
+) -> ForceLoop:
+    """Loop of largest bandwidth of a family of two positive parameters: a logarithmic grid, closed in on its best point."""
+    judge = _Judge(plant, DesignLimits() if limits is None else limits)
+    low, high = np.log(np.array(ranges)).T
+    best, width = (low + high) / 2, (high - low) / 2
+    floor, ceiling, value = low, high, -np.inf
+    for level in range(7):
+        points = _points(best, width, floor, ceiling, 11 if level == 0 else 7)
+        values = [judge(family(*np.exp(point))) for point in points]
+        k = int(np.argmax(values))
+        best, value, width = (points[k], values[k], width * 0.45) if values[k] >= value else (best, value, width * 0.45)
+    if not np.isfinite(value):
+        raise ValueError(f"limits leave no {name} law in the range searched; got {judge.limits!r}")
+    return ForceLoop(family(*np.exp(best)), plant, name)
+
+
+def _points(centre: Floats, width: Floats, low: Floats, high: Floats, number: int) -> Floats:
+    lines = [np.clip(np.linspace(c - w, c + w, number), a, b) for c, w, a, b in zip(centre, width, low, high, strict=True)]
+    return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+class _Judge:
+    """Bandwidth of a law within the limits, fast: the plant's responses are kept."""
+
+    def __init__(self, plant: ForcePlant, limits: DesignLimits) -> None:
+        self.limits, self._plant = limits, plant.sampled
+        top = np.pi / plant.sample_time
+low = np.geomspace(1e-4 * top, 0.02 * top, 60, endpoint=False)
+        self._frequency = np.concatenate([low, np.linspace(0.02 * top, top, 240)])
+        self._response = self._plant.response(self._frequency)
+        self._seen, self._weight = runout_weight(plant)
+        self._there = self._plant.response(self._seen)
+
+    def __call__(self, law: Law) -> float:
+        loop = law.system.response(self._frequency) * self._response
+        sensitivity, tracking = np.abs(1 / (1 + loop)), np.abs(loop / (1 + loop))
+        control = law.system.response(self._seen)
+        runout = np.max(self._weight * np.abs(control / (1 + control * self._there)))
+        peaks = (sensitivity.max(), tracking.max(), runout)
+        allowed = (self.limits.sensitivity_max, self.limits.complementary_max, self.limits.runout_response)
+        if any(peak > limit for peak, limit in zip(peaks, allowed, strict=True)):
+            return -np.inf
+        if not law.system.then(self._plant).closed().stable:
+            return -np.inf
+        return float(_reach(self._frequency, sensitivity))
+
+
+def _reach(frequency: Floats, sensitivity: Floats) -> float:
+    """Slope-limited bandwidth between grid points, smooth enough to search on."""
+    reach = np.minimum.accumulate(HALF_POWER * frequency / sensitivity)
+    k = int(np.argmax(frequency > reach)) if frequency[-1] > reach[-1] else len(frequency) - 1
+    above = frequency - reach
+    share = above[k - 1] / (above[k - 1] - above[k]) if k else 0.0
+    return float(frequency[k - 1] + share * (frequency[k] - frequency[k - 1]))

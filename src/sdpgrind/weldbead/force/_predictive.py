@@ -1,0 +1,151 @@
+"""Model predictive control of the force: the linear law that it is without limits, and its matrices."""
+
+import dataclasses
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+from sdpgrind.control import Law, Sampled
+from sdpgrind.weldbead.force._designs import DesignLimits, tuned
+from sdpgrind.weldbead.force._feedback import ForceLoop, ForcePlant
+
+
+class Prediction(NamedTuple):
+    """Readings of the next samples: free @ state + held * last correction + moves @ changes; changes that minimise: -gain."""
+
+    free: Floats
+    held: Floats
+    moves: Floats
+    hessian: Floats
+    gain: Floats
+
+
+@stored("force.predictive")
+@dataclasses.dataclass(frozen=True)
+class Predictive(Frozen):
+    """Predictive law: over `horizon` samples, least sum of (F - F_ref)^2 + move_weight (K_x change of command)^2.
+
+    A Kalman filter estimates the loop's state and an offset of the platform (mm) that drifts, so that nothing is left over.
+    Without limits this is a linear law, judged like any other; `PredictiveController` keeps limits too, with OSQP.
+
+    Parameters
+    ----------
+    move_weight : float
+        Weight of a change of command against an error of force, dimensionless.
+    drift : float
+        How fast the offset drifts against the noise of the sensor, K_x sd(change in a sample)/sd(reading), dimensionless.
+    horizon : int
+        Samples looked ahead, a whole number.
+    plant : ForcePlant
+        What is driven (mm to N).
+
+    Raises
+    ------
+    ValueError
+        When a value is not positive.
+
+    Examples
+    --------
+    >>> Predictive(move_weight=1.0, drift=0.2).loop.name
+    'predictive'
+    """
+
+    move_weight: float = 10.0
+    drift: float = 0.1
+    horizon: int = 20
+    plant: ForcePlant = dataclasses.field(default_factory=ForcePlant)
+
+    def __post_init__(self) -> None:
+        checks.positive("move_weight", self.move_weight)
+        checks.positive("drift", self.drift)
+        checks.count("horizon", self.horizon, at_least=2)
+
+    @classmethod
+    def design(cls, plant: ForcePlant | None = None, limits: DesignLimits | None = None, horizon: int = 20) -> "Predictive":
+        """Return the predictive law of largest bandwidth within the limits, over weight and drift.
+
+        Parameters
+        ----------
+        plant : ForcePlant, optional
+            What is driven (mm to N).
+        limits : DesignLimits, optional
+            What must be kept, dimensionless.
+        horizon : int
+            Samples looked ahead, a whole number.
+        """
+        one = cls(horizon=horizon, plant=ForcePlant() if plant is None else plant)
+        found: dict[int, Predictive] = {}
+
+        def law(move_weight: float, drift: float) -> Law:
+            candidate = one.replace(move_weight=float(move_weight), drift=float(drift))
+            made = candidate.law
+            found[id(made)] = candidate
+            kept.append(made)
+            return made
+
+        kept: list[Law] = []
+        best = tuned(law, ((1e-3, 1e3), (3e-3, 3.0)), one.plant, limits, "predictive")
+        return found[id(best.law)]
+
+    @cached_property
+    def scaled(self) -> Sampled:
+        """Model from K_x times the correction (N) to the reading (N), with the delay."""
+        return self.plant.sampled.scaled(1 / self.plant.contact_stiffness)
+
+    @cached_property
+    def drifting(self) -> Sampled:
+        """The model with the offset (N) as one more state."""
+        model = self.scaled
+        A = np.block([[model.A, model.B[:, None]], [np.zeros((1, model.order)), np.ones((1, 1))]])
+        return Sampled(A, np.append(model.B, 0.0), np.append(model.C, 0.0), 0.0, model.sample_time)
+
+    @cached_property
+    def corrects(self) -> Floats:
+        """What one newton of surprise changes in the estimated state, in its units (N)."""
+        model = self.drifting
+        noise = np.zeros((model.order, model.order))
+        noise[-1, -1] = self.drift**2
+        column = model.C[:, None]
+        P = scipy.linalg.solve_discrete_are(model.A.T, column, noise, np.ones((1, 1)))
+        return np.asarray(P @ model.C / (model.C @ P @ model.C + 1.0))
+
+    @cached_property
+    def prediction(self) -> Prediction:
+        """Matrices of the horizon, in N."""
+        model, n = self.drifting, self.horizon
+        rows, row = [], model.C
+        for _ in range(n):
+            row = row @ model.A
+            rows.append(row)
+        impulse = np.array([model.C @ np.linalg.matrix_power(model.A, i) @ model.B for i in range(n)])
+        steps = np.cumsum(impulse)
+        moves = scipy.linalg.toeplitz(steps, np.zeros(n))
+        hessian = moves.T @ moves + self.move_weight * np.eye(n)
+        gain = np.linalg.solve(hessian, moves.T)
+        return Prediction(np.array(rows), steps, moves, hessian, gain)
+
+    @property
+    def law(self) -> Law:
+        """The law without limits, mm per N."""
+        model, look, M = self.drifting, self.prediction, self.corrects
+        feed, held = look.gain[0] @ look.free, look.gain[0] @ look.held
+        filtered = np.eye(model.order) - np.outer(M, model.C)
+        row = np.append(-feed @ filtered, 1.0 - held)
+        direct = float(feed @ M)
+        A = np.zeros((model.order + 1, model.order + 1))
+        A[:-1, :-1] = model.A @ filtered
+        inputs = np.append(model.B, 1.0)
+        B = np.append(-model.A @ M, 0.0)
+        system = Sampled(A + np.outer(inputs, row), B + inputs * direct, row, direct, model.sample_time)
+        return Law(system.scaled(1 / self.plant.contact_stiffness), inputs * self.plant.contact_stiffness)
+
+    @cached_property
+    def loop(self) -> ForceLoop:
+        """The loop that the law without limits closes (mm, N, s)."""
+        return ForceLoop(self.law, self.plant, "predictive")

@@ -1,0 +1,145 @@
+"""The force loop over a stiff contact: drive with friction and play, sensor, delay and controller, without any grinding."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed, children
+from sdpgrind.weldbead.force._controller import ForceController
+from sdpgrind.weldbead.force._feedback import ForcePlant
+from sdpgrind.weldbead.force._kernels import plant_sample, sensor_read, simulate_core
+
+SUB_STEPS = 48
+"""Sub-steps of the plant in one sample of the controller: a multiple of the samples inside the sensor."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LoopRecord:
+    """What a simulated force loop did; arrays over runs first, then time.
+
+    Attributes
+    ----------
+    time : array, (samples * sub-steps,)
+        End of each sub-step, s.
+    force, planned : array
+        Force at the contact and the planned one at these times, N; (runs, times) and (times,).
+    command, reading : array, (runs, samples)
+        Platform command, mm, and what the sensor showed, N.
+    """
+
+    time: Floats
+    force: Floats
+    planned: Floats
+    command: Floats
+    reading: Floats
+
+    def error_rms(self, after: float = 0.0) -> Floats:
+        """Return the root mean square of force less planned force of each run, N.
+
+        Parameters
+        ----------
+        after : float
+            Leave out what was before, s.
+        """
+        kept = self.time > checks.nonnegative("after", after, "s")
+        return np.asarray(np.sqrt(np.mean((self.force[:, kept] - self.planned[kept]) ** 2, axis=1)))
+
+
+def simulate_loop(
+    controller: ForceController,
+    *,
+    duration: float,
+    plant: ForcePlant | None = None,
+    surface: Callable[[Floats], Floats] | None = None,
+    runs: int = 1,
+    rng: Seed = 0,
+) -> LoopRecord:
+    """Run a force controller with its plan against a stiff contact, K_x = K_theta/R^2.
+
+    The surface is where the plan expects it: a platform that keeps the planned height makes the planned force if the
+    contact is as stiff as the controller's model says.
+
+    Parameters
+    ----------
+    controller : ForceController
+        With a plan.
+    duration : float
+        How long, s.
+    plant : ForcePlant, optional
+        The true drive, sensor, stiffness (N/mm) and delay; those of the controller's model when left out.
+    surface : callable, optional
+        What the work surface is higher than planned (mm), towards the disc, as a function of times (s): runout, waves.
+    runs : int
+        How many runs with other sensor noise, a whole number.
+    rng : int, Generator or SeedSequence
+        Source of that noise.
+
+    Returns
+    -------
+    LoopRecord
+        Forces (N) of all runs.
+
+    Raises
+    ------
+    ValueError
+        When plant and controller differ in sample time (s).
+
+    Examples
+    --------
+    >>> import types
+    >>> from sdpgrind import units
+    >>> from sdpgrind.weldbead import force
+    >>> plan = types.SimpleNamespace(time=[0.0, 1.0], normal_force=[30.0, 30.0], fly_height=[10.0, 10.0])
+    >>> controller = force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
+    >>> record = force.simulate_loop(controller, duration=2.0, rng=1)
+    >>> bool(record.error_rms(after=1.0)[0] < 0.5)
+    True
+    """
+    plant = controller.loop.plant if plant is None else plant
+    if abs(plant.sample_time - controller.period) > 1e-9 * controller.period:
+        raise checks.refuse("sample_time", f"the controller's {controller.period:g} in the plant", plant.sample_time, "s")
+    samples = int(np.ceil(checks.positive("duration", duration, "s") / controller.period - 1e-9))
+    time = (1 + np.arange(samples * SUB_STEPS)) * controller.period / SUB_STEPS
+    planned, touch = _contact(controller, time)
+    touch = touch - (0.0 if surface is None else np.asarray(surface(time), dtype=float))
+    sources = children(rng, checks.count("runs", runs))
+    noise = [plant.sensor.noise_sd * each.standard_normal(samples) for each in sources]
+    done = [_run(controller, plant, touch.reshape(samples, SUB_STEPS), each) for each in noise]
+    forces, commands, readings = (np.array([each[k] for each in done]) for k in range(3))
+    return LoopRecord(time, forces.reshape(runs, -1), planned, commands, readings)
+
+
+def _contact(controller: ForceController, time: Floats) -> tuple[Floats, Floats]:
+    """Planned force (N), and platform position at which contact begins (mm), at times (s)."""
+    pairs = np.array([controller.planned(t) for t in time])
+    return pairs[:, 0], pairs[:, 1] - pairs[:, 0] / controller.loop.plant.contact_stiffness
+
+
+def _run(controller: ForceController, plant: ForcePlant, touch: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
+    """One run: forces, commands, readings."""
+    samples, step = len(noise), plant.sample_time / SUB_STEPS
+    cores = plant.drive.core(step), plant.sensor.core(step)
+    first = controller.planned(0.0)[1]
+    drive, sensor = plant.drive.start(first), plant.sensor.start()
+    queue, record = np.full(plant.delay_samples, first), np.empty_like(touch)
+    demand, position = controller.trajectory(samples)
+    commands, readings = simulate_core(
+        *(controller.core, controller.start(), drive, sensor, queue, cores, demand, position),
+        *(np.ascontiguousarray(touch), plant.contact_stiffness, noise, record),
+    )
+    return record, commands, readings
+
+
+def step_plant(plant: ForcePlant, commands: Floats, touch: Floats) -> tuple[Floats, Floats]:
+    """Forces (N) in each sub-step and readings (N) before each sample, for commands (mm) without any feedback."""
+    step = plant.sample_time / touch.shape[1]
+    drive_core, sensor_core = plant.drive.core(step), plant.sensor.core(step)
+    drive, sensor = plant.drive.start(0.0), plant.sensor.start()
+    forces, readings = np.empty_like(touch), np.empty(len(commands))
+    for k, command in enumerate(commands):
+        readings[k] = sensor_read(sensor, sensor_core, 0.0)
+        plant_sample(command, drive, sensor, drive_core, sensor_core, touch[k], plant.contact_stiffness, forces[k])
+    return forces, readings
