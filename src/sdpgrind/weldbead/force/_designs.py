@@ -221,7 +221,7 @@ class _Judge:
     def __init__(self, plant: ForcePlant, limits: DesignLimits) -> None:
         self.limits, self._plant = limits, plant.sampled
         top = np.pi / plant.sample_time
-low = np.geomspace(1e-4 * top, 0.02 * top, 60, endpoint=False)
+        low = np.geomspace(1e-4 * top, 0.02 * top, 60, endpoint=False)
         self._frequency = np.concatenate([low, np.linspace(0.02 * top, top, 240)])
         self._response = self._plant.response(self._frequency)
         self._seen, self._weight = runout_weight(plant)
