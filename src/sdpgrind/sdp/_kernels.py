@@ -230,17 +230,21 @@ def first_least(q, levels, out_q, out_u, out_a):
 
 
 @njit(**_OPTIONS)
-def push(plan, tables, value, flipped, level, dense, use_dense, coarse_q, out_q, out_u, out_a, state):
-    """All moves of a bundle, all groups: out[move, group, node] = least expectation, with its control and entry.
+def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, complete, coarse_q, out_q, out_u, out_a, state):
+    """Moves begin to end of a bundle, all groups: out[move, group, node] = least expectation, with its control and entry.
+
+    `dense` holds the inner sums of the scanned rows where `use_dense`, and all of their expectations where `complete`.
 
     `plan`: row, level, regime and scan offsets of each move, levels, regimes, strides, refine flags, scan rows.
     """
     row_at, level_at, regime_at, scan_at, levels, regimes, strides, refine, rows = plan
-    for move in range(strides.size):
+    for move in range(begin, end):
         scanned = rows[scan_at[move] : scan_at[move + 1]]
-        part = coarse_q[: scanned.size]
+        sums = dense[scan_at[move] : scan_at[move + 1]]
+        part = sums if complete else coarse_q[: scanned.size]
         for group in range(out_q.shape[1]):
-            scan(group, scanned, tables, value, flipped, level, dense[scan_at[move] : scan_at[move + 1]], use_dense, part)
+            if not complete:
+                scan(group, scanned, tables, value, flipped, level, sums, use_dense, part)
             if not refine[move] and strides[move] == 1:
                 first_least(
                     part,
@@ -322,7 +326,36 @@ def choose(stop_q, found, shared, out):
 
 
 @njit(**_OPTIONS)
-def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, tables, coarse_q, shared, table, state):
+def _complete(sums, low, high, scan_tables, bottom, top, level):
+    """Turn inner sums of the scanned rows low to high into expectations; as `scan`, in one run over contiguous memory."""
+    charge, gone = scan_tables[0][low:high].ravel(), scan_tables[1][low:high].ravel()
+    stopped, above = scan_tables[2][low:high].ravel(), scan_tables[3][low:high].ravel()
+    flat = sums[low:high].ravel()
+    for k in range(flat.size):
+        flat[k] += charge[k] + bottom
+    if gone.size > 0 and bottom != 0.0:
+        for k in range(flat.size):
+            flat[k] -= bottom * gone[k]
+    if stopped.size > 0 and level != bottom:
+        for k in range(flat.size):
+            flat[k] += (level - bottom) * stopped[k]
+    if above.size > 0:
+        for k in range(flat.size):
+            flat[k] -= (top - bottom) * above[k]
+
+
+@njit(**_OPTIONS)
+def _wanted(duration, left):
+    """First and last (exclusive) of the moves that begin within the `left` rows still to come; none: 0, 0."""
+    begin, end = 0, 0
+    for move in range(duration.size - 1, -1, -1):
+        if duration[move] < left:
+            begin, end = move, max(end, move + 1)
+    return begin, end
+
+
+@njit(**_OPTIONS)
+def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, scan_tables, plan, tables, shared, table, state):
     """A whole backward induction in one axis and one mode; see `_stages` for what it does stage by stage.
 
     `ring[row, move, 0, node]` keeps all that is found; `late[k]` is the late charge at stage ``first - longest duration + k``.
@@ -333,7 +366,7 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, t
     value, best, move_table, control, entry, gap = table
     nodes, lags = value.shape[2], scan_weight.shape[1]
     first_lag, before = tables[1], late.size - value.shape[0]
-    matrix, dense = np.zeros((lags, nodes)), np.empty((scan_weight.shape[0], nodes))
+    matrix, dense, coarse_q = np.zeros((lags, nodes)), np.empty((scan_weight.shape[0], nodes)), np.empty((0, nodes))
     flipped, here = np.empty((1, nodes)), np.empty(1)
     shape = (duration.size, 1, nodes)
     found_q, found_u, found_a = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
@@ -355,9 +388,14 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, plan, t
         for lag in range(lags):
             for node in range(max(0, lag + first_lag + 1), min(nodes, nodes + lag + first_lag)):
                 matrix[lag, node] = v[0, node - lag - first_lag] - v[0, 0]
-        np.dot(scan_weight, matrix, dense)
-        push(plan, tables, v, flipped, here, dense, True, coarse_q, found_q, found_u, found_a, state)
-        for move in range(duration.size):
+        begin, end = _wanted(duration, value.shape[0] - row)
+        if end == 0:
+            continue
+        low, high = plan[3][begin], plan[3][end]
+        np.dot(scan_weight[low:high], matrix, dense[low:high])
+        _complete(dense, low, high, scan_tables, v[0, 0], v[0, nodes - 1], here[0])
+        push(begin, end, plan, tables, v, flipped, here, dense, True, True, coarse_q, found_q, found_u, found_a, state)
+        for move in range(begin, end):
             to = row + duration[move]
             ring_q[to, move, 0], ring_u[to, move, 0], ring_a[to, move, 0] = (
                 found_q[move, 0],

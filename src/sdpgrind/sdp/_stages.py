@@ -181,7 +181,7 @@ class _Sweep:
             code = _kernels.sweep(
                 self.first, late, self.duration, stop_q, self.stops.level(self.first, 0.0),
                 tuple(base), (self.q, self.control, self.entry),
-                bundle.scan_weight, bundle.plan, bundle.tables, bundle.coarse, self.bundles.shared,
+                bundle.scan_weight, bundle.scan_tables, bundle.plan, bundle.tables, self.bundles.shared,
                 self.filled.arrays, bundle.difference,
             )  # fmt: skip
             if code == -2:

@@ -192,6 +192,8 @@ class ShiftBundle:
         if self._stops and not self.stopped.size and np.any(targets != v[:, 0]):
             self.tabulate_stopped()
         _kernels.push(
+            0,
+            len(self.menus),
             self.plan,
             self.tables,
             v,
@@ -199,6 +201,7 @@ class ShiftBundle:
             targets,
             self._products,
             self.dense,
+            False,
             self.coarse,
             q,
             control,
@@ -235,6 +238,11 @@ class ShiftBundle:
                 if end.edge == "stop":
                     _add(self.stopped, slice(int(at), int(at) + menu.rows), end.probability(law, x))
         self.tables = (*self.tables[:4], self.stopped, *self.tables[5:])
+
+    @property
+    def scan_tables(self) -> tuple[Floats, ...]:
+        """Tables (charge, gone, stopped, above) of the scanned rows, [row, node], of the only group."""
+        return tuple(table[0, self.scan_rows] for table in (self.charge, self.gone, self.stopped, self.above))
 
     def _by_line(self, value: Floats) -> Floats:
         """[mode, node] to [(mode, other node), node of the falling axis]."""
