@@ -293,7 +293,7 @@ class LogNormal(Law):
         """Standard value of ln y, where y > 0, and y there (the mean elsewhere)."""
         inside = y > 0
         top = np.where(inside, y, self._safe_mean)
-        return np.log(top / self._safe_mean) / self._safe_sigma + 0.5 * self._safe_sigma, inside, top
+        return (np.log(top) - np.log(self._safe_mean)) / self._safe_sigma + 0.5 * self._safe_sigma, inside, top
 
     def _incomplete(self, y: Floats, z: Floats, power: int) -> Floats:
         """E((y - D)^power; D <= y), by the incomplete moments of D."""
