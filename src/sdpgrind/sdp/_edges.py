@@ -1,5 +1,6 @@
 """What leaves the grid of a falling coordinate: its probability and its exact charge."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,17 @@ from sdpgrind.sdp._problem import Axis, Problem
 
 LEAK = 1e-12
 """Probability below which a refused exit counts as rounding."""
+
+
+def passed(axis: Axis, x: Any) -> Iterator[tuple[Any, Any, float]]:
+    """Yield, for both ends of an axis: which coordinates lie beyond it, its edge, and where it is.
+
+    Where the edge is a number, the value-to-go is that from the end itself on: whoever arrives there is done. (The compiled
+    sweep says the same of single numbers.)
+    """
+    for outward, edge, end in ((-1, axis.below, axis.low), (1, axis.above, axis.high)):
+        gone = outward * (x - end) > 0
+        yield (gone if isinstance(edge, str) else gone | (x == end)), edge, end
 
 
 def beyond(charge: OneSided, start: float) -> list[OneSided]:

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats, refuse
+from sdpgrind.sdp._edges import passed
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._layout import Layout
 
@@ -102,7 +103,7 @@ class Locator:
         """States beyond each edge that ends the process, that edge, and the coordinate."""
         out = []
         for axis, x in zip(self.layout.axes, place.points, strict=True):
-            for beyond, edge in ((x < axis.low, axis.below), (x > axis.high, axis.above)):
+            for beyond, edge, _ in passed(axis, x):
                 if edge not in ("hold", "refuse") and np.any(beyond):
                     out.append((beyond, edge, x))
         return out

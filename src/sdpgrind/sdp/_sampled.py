@@ -10,6 +10,7 @@ from scipy import sparse
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._charges import Charge
+from sdpgrind.sdp._edges import passed
 from sdpgrind.sdp._grid import Ints, record
 from sdpgrind.sdp._law import Law
 from sdpgrind.sdp._menu import Menu
@@ -131,23 +132,21 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
             )
         with np.errstate(divide="ignore", invalid="ignore"):
             i = menu.grid.index(k, x)
-        for beyond, edge, end in ((x <= axis.low, axis.below, axis.low), (x >= axis.high, axis.above, axis.high)):
-            strictly = beyond & (x != end)
-            if edge == "refuse" and np.any(strictly & (np.abs(x - end) > 1e-9 * (axis.high - axis.low))):
-                worst = float(x[strictly].flat[int(np.argmax(np.abs(x[strictly] - end)))])
+        for beyond, edge, end in passed(axis, x):
+            if edge == "refuse" and np.any(beyond & (np.abs(x - end) > 1e-9 * (axis.high - axis.low))):
+                worst = float(x[beyond].flat[int(np.argmax(np.abs(x[beyond] - end)))])
                 raise ValueError(
                     f"move {menu.move.name!r} must keep {axis.name} in {axis.interval},"
                     " or the axis needs another edge than 'refuse';"
                     f" got {worst:g}"
                 )
+            leaving = beyond & (inside > 0)
             if edge == "stop":
-                leaving = strictly & (inside > 0)
                 stop = menu.problem.stops[0].charge
                 assert isinstance(stop, Charge)
                 charge = np.where(leaving, stop(x), charge)
                 stopped, inside = np.where(leaving, 1.0, stopped), np.where(leaving, 0.0, inside)
             elif not isinstance(edge, str):
-                leaving = beyond & (inside > 0)
                 charge, inside = np.where(leaving, edge, charge), np.where(leaving, 0.0, inside)
         index.append(np.clip(np.nan_to_num(i, nan=0.0, neginf=0.0), 0.0, axis.nodes - 1))
     return index, inside, charge, stopped

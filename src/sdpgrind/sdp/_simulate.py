@@ -15,6 +15,7 @@ from sdpgrind.base import rng as random
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.base.parallel import execute
+from sdpgrind.sdp._edges import passed
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._locate import Place
 from sdpgrind.sdp._menu import Menu
@@ -198,16 +199,14 @@ class _Block:
         """Charge and end runs that went beyond an edge; clamp those that an edge holds."""
         going = np.ones(who.size, dtype=bool)
         for k, axis in enumerate(self.layout.axes):
-            for sign, end, edge in ((-1, axis.low, axis.below), (1, axis.high, axis.above)):
-                x = self.points[k][who]
-                beyond = (sign * (x - end) > 0) & going
+            for gone, edge, end in passed(axis, self.points[k][who]):
+                beyond = gone & going
                 if edge == "hold":
                     self.points[k][who[beyond]] = end
                 elif edge == "stop":
                     self._stop(who[beyond], 0)
                     going[beyond] = False
                 elif edge != "refuse":
-                    beyond |= (x == end) & going
                     self.penalty[who[beyond]] += edge
                     going[beyond] = False
         return going
