@@ -1,7 +1,6 @@
 """Do a plant and a controller fit? Everything that is wrong in one report, before the first tick."""
 
 import copy
-import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -9,7 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from hwsim._clock import Clock, common_tick, exact
-from hwsim._part import controllers
+from hwsim._routes import Route, ambiguous, commands_of, controllers, reads_of, routes
 from hwsim.protocols import Controller, Machine, Plant
 
 
@@ -92,8 +91,12 @@ def _faults(plant: Any, controller: Any) -> Iterator[str]:
     yield from missing
     if any(fault.startswith("plant") for fault in missing):
         return
-    for each in controllers(controller).values():
-        yield from _misfits(plant, each)
+    tiers = controllers(controller)
+    for name, route in routes(plant, tiers).items():
+        who = f"controller {name}" if len(tiers) > 1 else "controller"
+        yield from _misread(plant, tiers[name], route, who)
+        yield from _misdirected(plant, tiers[name], route, who)
+    yield from ambiguous(plant, tiers)
     yield from other_job(plant, controller)
     if not missing:
         yield from _rates(plant, controller)
@@ -104,20 +107,24 @@ def _lacks(role: str, thing: Any, protocol: type) -> list[str]:
     return [f"{role} lacks {name}" for name in names]
 
 
-def _misfits(plant: Plant, controller: Any) -> Iterator[str]:
-    """Names and units on both sides."""
-    reads: Mapping[str, str] = getattr(controller, "reads", {})
-    for name in dict.fromkeys([*reads, *_needed(controller)]):
-        if name not in plant.measures:
-            yield f"controller's step needs {name}, which the plant does not measure"
-        elif (wanted := reads.get(name, plant.measures[name])) != (unit := plant.measures[name]):
-            yield f"controller reads {name} in {_unit(wanted)}, the plant measures it in {_unit(unit)}"
-    commands: Mapping[str, str] = getattr(controller, "commands", {})
-    for name, unit in commands.items():
-        if name not in plant.accepts:
-            yield f"controller commands {name}, which the plant does not accept; it accepts {', '.join(plant.accepts)}"
-        elif unit != plant.accepts[name]:
-            yield f"controller commands {name} in {_unit(unit)}, the plant accepts it in {_unit(plant.accepts[name])}"
+def _misread(plant: Plant, controller: Any, route: Route, who: str) -> Iterator[str]:
+    """Names and units of what a controller reads: from the plant, or set by a tier above."""
+    for name, wanted in reads_of(controller).items():
+        given = {**route.takes, **plant.measures}.get(name)
+        source = "the plant measures it" if name in plant.measures else "the tier above commands it"
+        if given is None:
+            yield f"{who}'s step needs {name}, which the plant does not measure"
+        elif wanted is not None and wanted != given:
+            yield f"{who} reads {name} in {_unit(wanted)}, {source} in {_unit(given)}"
+
+
+def _misdirected(plant: Plant, controller: Any, route: Route, who: str) -> Iterator[str]:
+    """Names and units of what a controller commands: to the plant, or to a tier below."""
+    for name, unit in commands_of(controller).items():
+        if name not in plant.accepts and name not in route.sends:
+            yield f"{who} commands {name}, which the plant does not accept; it accepts {', '.join(plant.accepts)}"
+        elif unit != (accepted := plant.accepts.get(name, unit)):
+            yield f"{who} commands {name} in {_unit(unit)}, the plant accepts it in {_unit(accepted)}"
 
 
 def _unit(unit: str) -> str:
@@ -150,14 +157,6 @@ def _quantity(value: object) -> tuple[Any, str]:
 def _shown(value: object) -> str:
     number, unit = _quantity(value)
     return f"{number!r} {unit}".rstrip()
-
-
-def _needed(controller: Any) -> list[str]:
-    """Arguments without which `step` cannot be called."""
-    step = getattr(controller, "step", None)
-    parameters = inspect.signature(step).parameters.values() if callable(step) else ()
-    named = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY
-    return [p.name for p in parameters if p.default is p.empty and p.kind in named]
 
 
 def _rates(plant: Plant, controller: Controller) -> Iterator[str]:

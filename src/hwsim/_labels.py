@@ -2,10 +2,10 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from hwsim._part import controllers
+from hwsim._routes import controllers, set_points
 from hwsim.protocols import Controller, Plant
 
 
@@ -20,6 +20,7 @@ class Labels:
     reports: Mapping[str, str]
     outcomes: Mapping[str, tuple[str, str]]  # name -> (unit, dimension of arrays)
     description: Mapping[str, float | str]
+    set_points: Mapping[str, str] = field(default_factory=dict)  # commands of one tier that another one reads
 
     @classmethod
     def of(cls, plant: Plant, controller: Controller) -> "Labels":
@@ -30,7 +31,8 @@ class Labels:
         outcomes = {name: _with_dimension(name, unit) for name, unit in getattr(plant, "outcomes", {}).items()}
         described = dict(getattr(plant, "description", {}))
         names = type(plant).__name__, type(controller).__name__
-        return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described)
+        between = set_points(plant, controller)
+        return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described, between)
 
     def to_json(self) -> str:
         """Text that `from_json` reads; nothing of xarray is needed, so that `hwsim` is imported quickly."""
@@ -43,11 +45,12 @@ class Labels:
 
     def column(self, name: str) -> dict[str, str]:
         """Attributes of a column of a table."""
-        if name in self.measures:
-            return _attributes(name, self.measures[name])
+        read = {**self.set_points, **self.measures}
+        if name in read:
+            return _attributes(name, read[name])
         if name.endswith("_command"):
             bare = name.removesuffix("_command")
-            return _attributes(f"{bare} commanded", self.accepts.get(bare, ""))
+            return _attributes(f"{bare} commanded", {**self.set_points, **self.accepts}.get(bare, ""))
         return self._planned(name)
 
     def outcome(self, name: str) -> tuple[str, dict[str, str]]:

@@ -1,7 +1,8 @@
 """One part through the loop.
 
 Order of one tick: measure; step the controllers that are due, by priority; commands take effect; the plant advances;
-log. Everything is collected in plain lists; labelling comes after the run.
+log. A set-point for a lower tier takes effect at once: it is there when that tier is stepped in the same tick.
+Everything is collected in plain lists; labelling comes after the run.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hwsim._clock import Clock
+from hwsim._routes import Route, controllers, reads_of, routes
 from hwsim.protocols import FOREVER, Controller, Machine, Plant
 
 Column = npt.NDArray[Any]
@@ -30,34 +32,32 @@ class Part:
 
 @dataclass
 class Tier:
-    """One controller in the loop, when it is due, and its rows so far."""
+    """One controller in the loop, when it is due, what it may command and reads, and its rows so far."""
 
     name: str
     controller: Controller
     period: int | None  # ticks
     report: Callable[[], Mapping[str, Any]] | None
+    route: Route
+    logged: tuple[str, ...]  # measured, in its table
+    units: Mapping[str, str]  # of its commands
+    held: dict[str, Any]  # set-points from above
     due: int = 0
     rows: list[Row] = field(default_factory=list)
-
-
-def controllers(controller: Controller) -> dict[str, Controller]:
-    """Name the controllers of one part, the first has priority."""
-    tiers = getattr(controller, "tiers", None)
-    return dict(tiers) if tiers is not None else {getattr(controller, "tier", "controller"): controller}
 
 
 def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.Generator) -> Part:
     """Run one part from its start until it is done."""
     machine = plant.start(rng)
     controller.reset()
-    tiers = [_tier(name, each, clock) for name, each in controllers(controller).items()]
-    measures, accepts = dict(plant.measures), dict(plant.accepts)
+    tiers = _tiers(plant, controllers(controller), clock)
+    measures = dict(plant.measures)
     reading = _whole(machine.step(_NOTHING, 0), measures)
     event = True  # the start is one
     while not machine.done:
         now = machine.time
         try:
-            command, fresh = _decide(tiers, now, event, reading, accepts)
+            command, fresh = _decide(tiers, now, event, reading)
             reading = _whole(machine.step(command, _wait(tiers, now)), measures)
         except Exception as error:
             error.add_note(f"at {clock.seconds(now):g} s of the part")
@@ -77,39 +77,61 @@ def _whole(measured: Mapping[str, Any], measures: Mapping[str, str]) -> dict[str
     return dict.fromkeys(measures, nan) | dict(measured)
 
 
-def _tier(name: str, controller: Controller, clock: Clock) -> Tier:
+def _tiers(plant: Plant, named: Mapping[str, Controller], clock: Clock) -> list[Tier]:
+    between = routes(plant, named)
+    return [_tier(plant, name, each, between[name], clock, alone=len(named) == 1) for name, each in named.items()]
+
+
+def _tier(plant: Plant, name: str, controller: Controller, route: Route, clock: Clock, *, alone: bool) -> Tier:
+    """One of several controllers has in its table what it says that it reads; one alone has everything."""
     period = None if controller.period is None else clock.ticks(f"period of {name}", controller.period)
-    return Tier(name, controller, period, getattr(controller, "report", None))
+    everything = alone or not hasattr(controller, "reads")
+    logged = tuple(each for each in plant.measures if everything or each in reads_of(controller))
+    units = {**plant.accepts, **route.sends}
+    return Tier(
+        name, controller, period, getattr(controller, "report", None), route, logged, units, dict.fromkeys(route.takes, nan)
+    )
 
 
 def _decide(
-    tiers: list[Tier], now: int, event: bool, reading: Mapping[str, Any], accepts: Mapping[str, str]
+    tiers: list[Tier], now: int, event: bool, reading: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[tuple[Tier, Row]]]:
     """Step the controllers that are due; the first that commands a name has it."""
     command: dict[str, Any] = {}
     fresh: list[tuple[Tier, Row]] = []
-    for tier in tiers:
+    for k, tier in enumerate(tiers):
         if tier.due > now or (tier.period is None and not event):
             continue
-        given = tier.controller.step(**reading)
-        _check_command(tier.name, given, accepts)
+        read = {**reading, **tier.held} if tier.held else reading
+        given = tier.controller.step(**read)
+        _check_command(tier.name, given, tier.units)
         given = dict(given)
-        command = given | command if command else given
-        fresh.append((tier, (now, reading, given, dict(tier.report()) if tier.report else _NOTHING)))
+        fresh.append((tier, (now, read, given, dict(tier.report()) if tier.report else _NOTHING)))
+        passed = _passed_down(tiers[k + 1 :], tier.route.sends, given) if tier.route.sends else given
+        command = passed | command if command else passed
         if tier.period is not None:
             tier.due = now + tier.period
     return command, fresh
 
 
-def _check_command(tier: str, given: Any, accepts: Mapping[str, str]) -> None:
-    """Refuse what the plant does not know; a NaN is no command."""
+def _passed_down(below: list[Tier], sends: Mapping[str, str], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Hold the set-points among the commands for the tiers that read them; the rest is for the plant."""
+    for tier in below:
+        for name in tier.held:
+            if name in sends and name in given:
+                tier.held[name] = given[name]
+    return {name: value for name, value in given.items() if name not in sends}
+
+
+def _check_command(tier: str, given: Any, units: Mapping[str, str]) -> None:
+    """Refuse what nobody knows; a NaN is no command."""
     if type(given) is not dict and not isinstance(given, Mapping):
         raise TypeError(f"step of {tier} must return a mapping of commands; got {given!r}")
     for name, value in given.items():
-        if name not in accepts:
-            raise ValueError(f"a command of {tier} must be one of {', '.join(accepts)}; got {name!r}")
+        if name not in units:
+            raise ValueError(f"a command of {tier} must be one of {', '.join(units)}; got {name!r}")
         if isinstance(value, float) and value != value:
-            raise ValueError(f"{name} commanded by {tier} must be a number ({accepts[name] or '1'}); got nan")
+            raise ValueError(f"{name} commanded by {tier} must be a number ({units[name] or '1'}); got nan")
 
 
 def _wait(tiers: list[Tier], now: int) -> int:
@@ -128,25 +150,30 @@ def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], p
         first = tier.rows[0][3] if tier.rows else _NOTHING
         planned |= {f"{name}_planned": value for name, value in first.items()}
         if not tier.rows or tier.rows[-1][0] < machine.time:
-            tier.rows.append((machine.time, reading, _NOTHING, _NOTHING))
+            tier.rows.append((machine.time, {**reading, **tier.held}, _NOTHING, _NOTHING))
     outcome = dict(machine.outcome()) | planned
     return Part(
-        {tier.name: _table(tier.rows, plant, clock) for tier in tiers},
+        {tier.name: _table(tier, clock) for tier in tiers},
         {name: _figure(value) for name, value in outcome.items()},
     )
 
 
-def _table(rows: list[Row], plant: Plant, clock: Clock) -> dict[str, Column]:
-    ticks, measured, commanded, reported = (list(entries) for entries in zip(*rows, strict=True))
+def _table(tier: Tier, clock: Clock) -> dict[str, Column]:
+    ticks, read, commanded, reported = (list(entries) for entries in zip(*tier.rows, strict=True))
     table = {"time": clock.all_seconds(ticks)}
-    for name in plant.measures:
-        table[name] = column([row[name] for row in measured])
-    for name in plant.accepts:
+    for name in (*tier.logged, *_scalars(tier.route.takes, read)):
+        table[name] = column([row[name] for row in read])
+    for name in tier.units:
         if any(name in row for row in commanded):
             table[f"{name}_command"] = column([row.get(name, nan) for row in commanded])
     for name in dict.fromkeys(name for row in reported for name in row):
         table[f"{name}_planned"] = column([row.get(name, nan) for row in reported])
     return table
+
+
+def _scalars(names: Mapping[str, str], read: list[Mapping[str, Any]]) -> list[str]:
+    """Set-points that are numbers; an array is held for many steps and stands once, in the table of who commanded it."""
+    return [name for name in names if not any(np.ndim(row[name]) for row in read)]
 
 
 def _figure(value: Any) -> Column:

@@ -3,6 +3,11 @@
 **Order of one tick**: measure; step the controllers that are due, by priority; commands take effect; the plant
 advances; log. Time is counted in whole ticks from the start of a part; nothing here reads the wall clock.
 
+**Set-points**: of several controllers (``tiers``), one may command what the plant does not accept and a controller below
+it reads. That controller gets it by name in the same tick, and then until it is changed (NaN before); numbers or arrays.
+Units on both sides are compared before the first tick. It is logged where it was commanded, as ``<name>_command``, and
+where it is a number also where it was read. The table of one of several controllers holds what it ``reads``.
+
 Beside what the protocols demand, `hwsim` uses what it finds:
 
 ========== =================== =======================================================================================
