@@ -10,11 +10,13 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src"
 PACKAGES = (
     "sdpgrind",
+    "sdpgrind.control",
     "sdpgrind.identify",
     "sdpgrind.physics",
     "sdpgrind.sdp",
     "sdpgrind.units",
     "sdpgrind.weldbead",
+    "sdpgrind.weldbead.force",
     "hwsim",
     "hwsim.protocols",
 )

@@ -142,7 +142,8 @@ class _Problem:
     def reaches(self, bandwidth: float) -> bool:
         """Solve for one bandwidth; keep the coefficients where it is reached."""
         slope = HALF_POWER * self._frequency / bandwidth
-        self._slope.value = np.where(self._frequency <= bandwidth, slope, 1e2)
+        last = self._frequency[min(np.searchsorted(self._frequency, bandwidth), len(self._frequency) - 1)]
+        self._slope.value = np.where(self._frequency <= last, slope, 1e2)  # one point beyond: it holds up to the bandwidth
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # near the edge of what is feasible; the factor below decides
             self._problem.solve(solver="CLARABEL")

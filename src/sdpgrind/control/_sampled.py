@@ -140,7 +140,7 @@ class Sampled:
         Parameters
         ----------
         delay_samples : int
-            Whole number of samples, >= 0.
+            A whole number of samples >= 0.
         """
         if checks.count("delay_samples", delay_samples, at_least=0) == 0:
             return self

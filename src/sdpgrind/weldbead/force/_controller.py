@@ -253,11 +253,12 @@ class ForceController:
             When there is no plan yet, or the set-points demand what is not allowed (N).
         """
         self._take(plan_time, normal_force_plan, fly_height_plan)
-        demand, position = self._ahead(self._now(pass_time, center_x))
-        command = control_step(self._core, self._state, self._work, float(force), demand, position)
+        time = self._now(pass_time, center_x)
+        demand, position = self._ahead(time)
+        command = self._command(float(force), demand, position, time)
         self._samples += 1
         self._demand = demand
-        return {"platform_command": float(command)}
+        return {"platform_command": command}
 
     def report(self) -> dict[str, float]:
         """Return force demanded and reading foreseen next (N), and the correction of the planned position (mm)."""
@@ -271,6 +272,10 @@ class ForceController:
         twin = copy.copy(self)
         twin._state, twin._work = self._state.copy(), self._work.copy()
         return twin
+
+    def _command(self, force: float, demand: float, position: float, time: float) -> float:
+        """Command (mm) of one sample."""
+        return float(control_step(self._core, self._state, self._work, force, demand, position))
 
     def _restart(self) -> None:
         self._samples, self._last_time, self._demand = 0, nan, nan

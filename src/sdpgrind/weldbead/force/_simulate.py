@@ -1,7 +1,9 @@
 """The force loop over a stiff contact: drive with friction and play, sensor, delay and controller, without any grinding."""
 
+import copy
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, children
 from sdpgrind.weldbead.force._controller import ForceController
 from sdpgrind.weldbead.force._feedback import ForcePlant
-from sdpgrind.weldbead.force._kernels import plant_sample, sensor_read, simulate_core
+from sdpgrind.weldbead.force._kernels import delay_step, plant_sample, sensor_read, simulate_core
 
 SUB_STEPS = 48
 """Sub-steps of the plant in one sample of the controller: a multiple of the samples inside the sensor."""
@@ -125,11 +127,27 @@ def _run(controller: ForceController, plant: ForcePlant, touch: Floats, noise: F
     first = controller.planned(0.0)[1]
     drive, sensor = plant.drive.start(first), plant.sensor.start()
     queue, record = np.full(plant.delay_samples, first), np.empty_like(touch)
+    if type(controller) is not ForceController:
+        return _by_steps(controller, (drive, sensor, queue, cores), touch, plant.contact_stiffness, noise)
     demand, position = controller.trajectory(samples)
     commands, readings = simulate_core(
         *(controller.core, controller.start(), drive, sensor, queue, cores, demand, position),
         *(np.ascontiguousarray(touch), plant.contact_stiffness, noise, record),
     )
+    return record, commands, readings
+
+
+def _by_steps(
+    controller: ForceController, machine: Any, touch: Floats, stiffness: float, noise: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """The same run with the controller's own `step`."""
+    (drive, sensor, queue, cores), driver = machine, copy.deepcopy(controller)
+    driver.reset()
+    record, commands, readings = np.empty_like(touch), np.empty(len(noise)), np.empty(len(noise))
+    for k in range(len(noise)):
+        readings[k] = sensor_read(sensor, cores[1], noise[k])
+        commands[k] = driver.step(force=readings[k])["platform_command"]
+        plant_sample(delay_step(queue, commands[k]), drive, sensor, *cores, touch[k], stiffness, record[k])
     return record, commands, readings
 
 
