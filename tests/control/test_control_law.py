@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.control import Law, Sampled, sampled
@@ -17,6 +17,7 @@ def pi(kp, step):
     return Law(Sampled(np.ones((1, 1)), one, step * one, kp + step / 2, 1.0), one / step)
 
 
+@settings(deadline=None, max_examples=40)
 @given(errors, st.floats(0.1, 2.0), st.floats(0.05, 1.0))
 def test_without_limits_it_is_the_linear_law(e, kp, step):
     law = pi(kp, step)
@@ -24,6 +25,7 @@ def test_without_limits_it_is_the_linear_law(e, kp, step):
     assert law.simulate(e) == pytest.approx(step * (np.cumsum(e) - e / 2) + kp * e, abs=1e-9)
 
 
+@settings(deadline=None, max_examples=40)
 @given(errors, st.floats(0.1, 2.0), st.floats(0.05, 1.0))
 def test_limited_law_is_the_incremental_form(e, kp, step):
     """u = clip(u_last + kp (e - e_last) + step (e + e_last)/2): written without any state of the law."""
@@ -74,6 +76,7 @@ def test_internal_model_knows_the_limited_command():
     assert law.simulate(e, -0.5, 0.5) == pytest.approx(np.array(expected), abs=1e-12)
 
 
+@settings(deadline=None, max_examples=40)
 @given(st.floats(-1e3, 1e3), st.floats(1e-3, 10.0))
 def test_quantised_is_nearest(value, quantum):
     q = quantised(value, quantum)

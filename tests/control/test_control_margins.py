@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.control import Sampled, loop_margins, sampled
@@ -14,6 +14,7 @@ def integrator(gain, step=0.1):
     return Sampled([[1.0]], [gain], [1.0], 0.0, step)
 
 
+@settings(deadline=None, max_examples=40)
 @given(st.floats(0.05, 1.6))
 def test_integrator_in_closed_form(gain):
     m = loop_margins(integrator(gain))
@@ -26,6 +27,7 @@ def test_integrator_in_closed_form(gain):
     assert m.gain_margin_db == pytest.approx(20 * np.log10(2 / gain))
 
 
+@settings(deadline=None, max_examples=40)
 @given(st.floats(2.01, 5.0))
 def test_unstable_loops_are_called_so(gain):
     assert not loop_margins(integrator(gain)).stable
@@ -36,6 +38,7 @@ def delayed_lag(gain):
     return integrator(gain, 0.05).then(lag).delayed(2)
 
 
+@settings(max_examples=8, deadline=None)
 @given(st.floats(0.01, 0.08))
 def test_gain_margin_by_poles(gain):
     """A second way: the gain at which a pole of the closed loop reaches the unit circle."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy.signal
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.control import Sampled, sampled
@@ -19,6 +19,7 @@ def transfer(rates):
     return [np.prod(rates)], low
 
 
+@settings(deadline=None, max_examples=40)
 @given(poles, times)
 def test_hold_is_scipys(rates, step):
     top, low = transfer(rates)
@@ -32,6 +33,7 @@ def test_hold_is_scipys(rates, step):
     assert ours.stable
 
 
+@settings(deadline=None, max_examples=40)
 @given(poles)
 def test_state_space_of_a_transfer_function(rates):
     top, low = transfer(rates)
@@ -47,6 +49,7 @@ def test_direct_gain_of_a_lead():
     assert D - C @ np.linalg.solve(A, B) == pytest.approx(0.6)
 
 
+@settings(deadline=None, max_examples=40)
 @given(poles, poles, times)
 def test_series_delay_and_feedback_by_frequency(first, second, step):
     a, b = sampled(*transfer(first), step), sampled(*transfer(second), step)
@@ -63,6 +66,7 @@ def test_feedback_with_direct_gain():
     assert lead.closed().response(w) == pytest.approx(lead.response(w) / (1 + lead.response(w)), rel=1e-12)
 
 
+@settings(deadline=None, max_examples=40)
 @given(poles, st.integers(1, 9))
 def test_every_nth_sample_is_sampling_slower(rates, number):
     fast = sampled(*transfer(rates), 0.01).every(number)

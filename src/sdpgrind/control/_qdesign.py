@@ -99,19 +99,21 @@ def q_design(plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, t
     limits = QLimits() if limits is None else limits
     gain = plant.dc_gain
     problem = _Problem(plant.scaled(1 / gain), limits, gain, checks.count("taps", taps, at_least=2))
-    low, high = _bracket(problem, 1e-3 * pi / plant.sample_time)
+    low, high = _bracket(problem, 0.04 * pi / plant.sample_time)
     while high - low > tolerance * low:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if problem.reaches(middle) else (low, middle)
-    if not problem.reaches(low):
-        raise ValueError(f"limits leave no filter at all: bandwidth {low:.3g} rad/s cannot be reached")
+    problem.reaches(low)
     return _finite(problem.coefficients / gain, plant.sample_time), low
 
 
 def _bracket(problem: "_Problem", start: float) -> tuple[float, float]:
-    if not problem.reaches(start):
-        raise ValueError(f"limits leave no filter at all: bandwidth {start:.3g} rad/s cannot be reached")
+    """A bandwidth that is reached and twice as much, which is not; from a guess, downwards first."""
     low = start
+    while not problem.reaches(low):
+        low /= 4
+        if low < 1e-3 * start:
+            raise ValueError(f"limits leave no filter at all: bandwidth {low:.3g} rad/s cannot be reached")
     while problem.reaches(2 * low):
         low *= 2
     return low, 2 * low
@@ -142,7 +144,7 @@ class _Problem:
     def reaches(self, bandwidth: float) -> bool:
         """Solve for one bandwidth; keep the coefficients where it is reached."""
         slope = HALF_POWER * self._frequency / bandwidth
-        last = self._frequency[min(np.searchsorted(self._frequency, bandwidth), len(self._frequency) - 1)]
+        last = self._frequency[min(int(np.searchsorted(self._frequency, bandwidth)), len(self._frequency) - 1)]
         self._slope.value = np.where(self._frequency <= last, slope, 1e2)  # one point beyond: it holds up to the bandwidth
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # near the edge of what is feasible; the factor below decides

@@ -141,7 +141,7 @@ class PredictiveController(ForceController):
         ahead = [self._ahead(time + k * self.period) for k in range(n)]
         planned = np.array([position, *(each[1] for each in ahead[1:])])
         command = stiffness * np.vstack([core.low - planned, core.high - planned]) - held
-        correction, last, _ = self._state[-3:]
+        correction, last = self._state[-4:-2]
         first = isnan(last)
         shift = stiffness * np.diff(planned, prepend=position if first else last - correction)
         room = inf if first else stiffness * core.rate

@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
 from sdpgrind.control._law import core_of
 from sdpgrind.weldbead.force._feedback import ForceLoop
 from sdpgrind.weldbead.force._kernels import ControlCore, control_step
@@ -21,8 +23,9 @@ _MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
 _SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm"}
 
 
+@stored("force.command_limits")
 @dataclasses.dataclass(frozen=True)
-class Limits:
+class Limits(Frozen):
     """What the platform may do, and how it behaves without contact.
 
     Parameters
@@ -196,7 +199,7 @@ class ForceController:
         law, model = self._loop.law.system, self._loop.plant.sampled
         demand = self._ahead(0.0)[0]
         foreseen = np.linalg.solve(np.eye(model.order) - model.A, model.B * demand)
-        return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0]])
+        return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0, 0.0]])
 
     def planned(self, time: float) -> tuple[float, float]:
         """Return the planned force (N) and platform position (mm) of the pass that is followed.
@@ -262,10 +265,10 @@ class ForceController:
 
     def report(self) -> dict[str, float]:
         """Return force demanded and reading foreseen next (N), and the correction of the planned position (mm)."""
-        law, model = self._loop.law.system, self._loop.plant.sampled
-        foreseen = float(model.C @ self._state[law.order : law.order + model.order])
+        order, model = self._loop.law.system.order, self._core.model
+        foreseen = float(model.C @ self._state[order : order + len(model.C)])
         reference = foreseen if self._feedforward else self._demand
-        return {"force_demand": self._demand, "force_reference": reference, "correction": float(self._state[-3])}
+        return {"force_demand": self._demand, "force_reference": reference, "correction": float(self._state[-4])}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """A controller with a state of its own; plan and loop never change and are shared."""

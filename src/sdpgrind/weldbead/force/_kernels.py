@@ -167,7 +167,8 @@ def control_step(core, state, work, force, demand, position):
 
     `force` (N) is what the sensor shows (NaN: no reading), `demand` (N) the planned force and `position` (mm) the planned
     platform position, both as far ahead as the loop lags where the controller follows a model.
-    State: law, model, then the correction (mm), the command (mm; NaN before the first), samples without contact.
+    State: law, model, then the correction (mm), the command (mm; NaN before the first), samples without contact, the
+    error before (N). Whatever replaces the law's own command is told to its state, so that it goes on from there.
     """
     law, model = core.law, core.model
     n, m = law.B.size, model.B.size
@@ -176,17 +177,18 @@ def control_step(core, state, work, force, demand, position):
     law_update(model, foreseen, demand, 0.0, work)
     rest[2] = rest[2] + 1.0 if force < core.contact < wanted else 0.0
     lost = rest[2] >= core.patience
-    error = 0.0
-    if not (lost or np.isnan(force)):
+    missing = np.isnan(force)
+    error = rest[3]
+    if not missing:
         error = (1.0 - core.blend) * (wanted - force) - core.blend * core.stiffness * rest[0]
     asked = law_output(law, inner, error)
-    command = position + asked
+    command = position + (rest[0] if missing else asked)
     if lost:
         command = rest[1] + core.approach
     elif not np.isnan(rest[1]):
         command = min(max(command, rest[1] - core.rate), rest[1] + core.rate)
     command = min(max(command, core.low), core.high)
-    rest[0], rest[1] = command - position, command
+    rest[0], rest[1], rest[3] = command - position, command, error
     law_update(law, inner, error, command - position - asked, work)
     return command
 

@@ -68,7 +68,7 @@ class SensorChain(Frozen):
         if self.inner_rate is not None:
             checks.count("inner_rate", self.inner_rate)
             half = pi * self.inner_rate / self.sample_time
-            if self.cutoff >= half:
+            if self.cutoff >= half * (1 - 1e-9):
                 raise checks.refuse("cutoff", f"< {half:g}, half the rate inside the sensor", self.cutoff, "rad/s")
 
     @property
