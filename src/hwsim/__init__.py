@@ -12,18 +12,37 @@ Examples
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from hwsim import protocols
+from hwsim import devices, protocols
 from hwsim._check import check
 from hwsim._journal import Journal
 from hwsim._log import Log
 from hwsim._loop import compare, run
 
 if TYPE_CHECKING:
+    from hwsim.plants._force_table import ForceTableStand
+    from hwsim.plants._force_table_truth import CoefficientScatter, Motor
     from hwsim.plants._weldbead import WeldBeadStand
 
-__all__ = ["Journal", "Log", "WeldBeadStand", "check", "compare", "protocols", "run"]
+__all__ = [
+    "CoefficientScatter",
+    "ForceTableStand",
+    "Journal",
+    "Log",
+    "Motor",
+    "WeldBeadStand",
+    "check",
+    "compare",
+    "devices",
+    "protocols",
+    "run",
+]
 
-_PLANTS = {"WeldBeadStand": "_weldbead"}  # plants bring their physics along: imported when first used
+_PLANTS = {
+    "CoefficientScatter": "_force_table_truth",
+    "ForceTableStand": "_force_table",
+    "Motor": "_force_table_truth",
+    "WeldBeadStand": "_weldbead",
+}  # plants bring their physics along: imported when first used
 
 
 def __getattr__(name: str) -> Any:

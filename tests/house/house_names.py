@@ -18,6 +18,7 @@ PACKAGES = (
     "sdpgrind.weldbead",
     "sdpgrind.weldbead.force",
     "hwsim",
+    "hwsim.devices",
     "hwsim.protocols",
 )
 """Public packages. `test_every_public_package_is_here` keeps the list whole."""

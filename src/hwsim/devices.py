@@ -1,0 +1,138 @@
+"""Sensors and actuators between a controller and the physics of a plant: noise, steps, delays. Thin on purpose.
+
+Each is an immutable description; what it remembers, and the random source, are handed in.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+
+__all__ = ["Gauge", "Scanner"]
+
+
+@dataclass(frozen=True)
+class Gauge(Frozen):
+    """A reading with white noise, in whole steps.
+
+    Parameters
+    ----------
+    noise_sd : float
+        Standard deviation of the noise, in the unit of the reading.
+    relative_sd : float
+        Standard deviation of noise that grows with the value, dimensionless.
+    quantum : float
+        Step of the reading, in its unit; 0: none.
+
+    Raises
+    ------
+    ValueError
+        When a value is negative.
+
+    Examples
+    --------
+    >>> Gauge(quantum=0.25).read(1.3, 0.0)  # mm
+    1.25
+    """
+
+    noise_sd: float = 0.0
+    relative_sd: float = 0.0
+    quantum: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("noise_sd", "relative_sd", "quantum"):
+            checks.nonnegative(name, getattr(self, name))
+
+    def read(self, value: float, normal: float) -> float:
+        """Return what is shown (unit of the value).
+
+        Parameters
+        ----------
+        value : float
+            True value.
+        normal : float
+            Standard normal number that makes the noise, dimensionless.
+
+        Examples
+        --------
+        >>> Gauge(noise_sd=0.1).read(1.0, -1.0)  # N
+        0.9
+        """
+        shown = value + (self.noise_sd + self.relative_sd * abs(value)) * normal
+        return self.quantum * round(shown / self.quantum) if self.quantum else shown
+
+
+@dataclass(frozen=True)
+class Scanner(Frozen):
+    """Scans a profile on an even grid, along several tracks, and gives their mean.
+
+    Parameters
+    ----------
+    spacing : float
+        Distance between two readings, mm.
+    tracks : int
+        How many tracks are averaged, a whole number.
+    noise_sd : float
+        Standard deviation of one reading, mm.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x, z = Scanner(noise_sd=0.0).scan(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.random.default_rng(0))
+    >>> z  # mm
+    array([0. , 0.5, 1. , 1.5, 2. ])
+    """
+
+    spacing: float = 0.25
+    tracks: int = 3
+    noise_sd: float = 0.01
+
+    def __post_init__(self) -> None:
+        checks.positive("spacing", self.spacing, "mm")
+        checks.count("tracks", self.tracks)
+        checks.nonnegative("noise_sd", self.noise_sd, "mm")
+
+    def grid(self, first: float, last: float) -> Floats:
+        """Return where is read, from `first` to `last`, both included.
+
+        Parameters
+        ----------
+        first, last : float
+            Ends, mm.
+
+        Examples
+        --------
+        >>> Scanner(spacing=0.5).grid(0.0, 1.2)  # the spacing is fitted to the length
+        array([0. , 0.6, 1.2])
+        """
+        return np.linspace(first, last, max(2, 1 + round((last - first) / self.spacing)))
+
+    def scan(self, x: Floats, z: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
+        """Return where was read and the mean of the tracks.
+
+        Parameters
+        ----------
+        x, z : array
+            The profile, mm.
+        rng : numpy.random.Generator
+            Source of the noise.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> rng = np.random.default_rng(0)
+        >>> x, z = Scanner(noise_sd=0.03).scan(np.array([0.0, 100.0]), np.zeros(2), rng)
+        >>> x.size, bool(0.014 < z.std() < 0.020)  # 0.03/3^(1/2) mm
+        (401, True)
+        """
+        at = self.grid(float(x[0]), float(x[-1]))
+        noise = rng.standard_normal((self.tracks, at.size)).mean(axis=0)
+        return at, np.interp(at, x, z) + self.noise_sd * noise
