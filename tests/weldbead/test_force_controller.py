@@ -18,7 +18,7 @@ K = LOOP.plant.contact_stiffness
 QUIET = LOOP.plant.replace(sensor=force.SensorChain(noise_sd=0.0, quantum=0.0))
 
 
-def plan_of(hertz=0.5, mean=45.0, size=15.0, duration=8.0, stiffness=K):
+def plan_of(hertz=0.5, mean=45.0, size=15.0, duration=13.0, stiffness=K):
     t = np.arange(0, duration, 0.004)
     wanted = mean + size * np.sin(units.hz(hertz) * t)
     return SimpleNamespace(time=t, normal_force=wanted, fly_height=5.0 - wanted / stiffness, center_x=20.0 * t - 30)
@@ -146,7 +146,7 @@ def test_missing_reading_holds_the_correction():
 
 
 def test_place_or_clock_or_count_tell_the_time():
-    told = ({"pass_time": 2.0}, {"center_x": 20.0 * 2.0 - 30}, {"pass_time": 2.0, "center_x": 7.0})
+    told = ({"pass_time": 2.0}, {"center_x": 20.0 * 2.0 - 30}, {"pass_time": 7.0, "center_x": 20.0 * 2.0 - 30})
     commands = [force.ForceController(PLAN, LOOP).step(force=np.nan, **say)["platform_command"] for say in told]
     assert commands == pytest.approx([commands[0]] * 3, abs=1e-12)
     counted = force.ForceController(PLAN, LOOP)
@@ -157,10 +157,38 @@ def test_place_or_clock_or_count_tell_the_time():
     assert commands[0] == pytest.approx(-float(np.interp(2.0 + lag, PLAN.time, PLAN.fly_height)), abs=1e-12)
 
 
+def test_lead_in_before_the_plan():
+    """The disc comes from before the plan's start: no demand, no creeping, then the plan at its place."""
+    plan = plan_of(size=0.0)
+    controller, free = force.ForceController(plan, LOOP), -plan.fly_height[0]
+    for k in range(60):  # one second of air, 20 mm before the plan's first place
+        command = controller.step(force=0.0, pass_time=k / 60, center_x=-50.0 + k / 3)["platform_command"]
+        assert command == pytest.approx(free, abs=2e-2 if k > 56 else 1e-12)
+        assert controller.report()["force_reference"] == pytest.approx(0.0, abs=20.0 if k > 56 else 1e-9)
+
+
+def test_noise_of_the_gauge_is_no_noise_of_the_plan():
+    """0.01 mm of noise at 20 mm/s is 0.5 ms; the clock of the samples takes two thirds of it away."""
+    rng, controller, times = np.random.default_rng(0), force.ForceController(PLAN, LOOP), []
+    for k in range(300):
+        controller.step(force=np.nan, center_x=20.0 * k / 60 - 30 + 0.01 * rng.normal())
+        times.append(controller._time - k / 60)
+    assert np.std(times[50:]) < 0.5e-3 * 0.4
+    slow = force.ForceController(PLAN, LOOP)
+    for k in range(300):  # a feed 10 % slower than planned: the place counts
+        slow.step(force=np.nan, center_x=18.0 * k / 60 - 30)
+    assert slow._time == pytest.approx(0.9 * 299 / 60, abs=0.01)
+
+
 def test_set_points_are_a_plan():
     given_one, told = force.ForceController(PLAN, LOOP), force.ForceController(None, LOOP)
-    assert set(told.reads) - set(given_one.reads) == {"plan_time", "normal_force_plan", "fly_height_plan"}
-    points = {"plan_time": PLAN.time, "normal_force_plan": PLAN.normal_force, "fly_height_plan": PLAN.fly_height}
+    assert set(told.reads) - set(given_one.reads) == {"plan_time", "normal_force_plan", "fly_height_plan", "center_x_plan"}
+    points = {
+        "plan_time": PLAN.time,
+        "normal_force_plan": PLAN.normal_force,
+        "fly_height_plan": PLAN.fly_height,
+        "center_x_plan": PLAN.center_x,
+    }
     for k in range(10):
         one = given_one.step(force=40.0 + k, pass_time=k / 60)
         copied = {name: value.copy() for name, value in points.items()}

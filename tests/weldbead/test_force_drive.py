@@ -152,6 +152,7 @@ def test_play_follows_its_closed_form():
     assert out[1500] == pytest.approx(-0.8, abs=1e-6)
 
 
+@settings(deadline=None, max_examples=50)
 @given(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 0.3), st.floats(-1, 1))
 def test_backlash_stays_in_its_zone_and_a_load_closes_it(position, platform, half, touch):
     out = backlash_step(position, platform, half, touch)

@@ -140,6 +140,7 @@ def test_a_filter_ratio_is_not_the_runout_response():
     assert off.max() > 0.1
 
 
+@settings(deadline=None, max_examples=50)
 @given(st.floats(-20, 20), st.integers(1, 30))
 def test_law_of_the_source(error, samples):
     """xi' = xi + e, u = K_I T xi + (K_p + K_I T/2) e: a constant error ramps."""

@@ -20,7 +20,8 @@ from sdpgrind.weldbead.force._reference import Reference, Trajectory
 
 FORCE_MAX = 90.0
 _MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
-_SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm"}
+_SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm"}
+_PLACE_TRUST = 0.2  # share of what the gauge of the feed says in the time of a sample; the rest is that of the clock
 
 
 @stored("force.command_limits")
@@ -74,11 +75,14 @@ class ForceController:
     Where the reading stays below the contact force although more is foreseen, the law is frozen, the platform approaches at
     a limited speed, and the law goes on from there without a bump. A missing reading (NaN) holds the correction.
 
+    Where in the plan it is it reads from the place of the disc, so that a lead-in or a feed that is not quite as planned do
+    no harm; without that from the clock of the pass. Before and after the plan no force is demanded, at the height of its end.
+
     Parameters
     ----------
     plan : PassPlan or None
         Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm), and ``center_x`` (mm) where it has it; None: the plan
-        comes as set-points ``plan_time``, ``normal_force_plan``, ``fly_height_plan`` of the tier above.
+        comes as set-points ``plan_time``, ``normal_force_plan``, ``fly_height_plan``, ``center_x_plan`` of the tier above.
     loop : ForceLoop
         Law and model of what it drives.
     feedforward : bool
@@ -113,6 +117,7 @@ class ForceController:
     tier = "force"
     _state: Floats
     _work: Floats
+    _samples: int
     commands: Mapping[str, str] = {"platform_command": "mm"}
     reports: Mapping[str, str] = {"force_demand": "N", "force_reference": "N", "correction": "mm"}
 
@@ -195,9 +200,12 @@ class ForceController:
         self._restart()
 
     def start(self) -> Floats:
-        """Return a fresh state of `control_step` (mm and N) for the pass that is followed now."""
+        """Return a fresh state of `control_step` (mm and N) for the pass that is followed now, from its time 0 on."""
+        return self._settled(self._ahead(0.0)[0])
+
+    def _settled(self, demand: float) -> Floats:
+        """State in which the model has seen `demand` (N) for ever."""
         law, model = self._loop.law.system, self._loop.plant.sampled
-        demand = self._ahead(0.0)[0]
         foreseen = np.linalg.solve(np.eye(model.order) - model.A, model.B * demand)
         return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0, 0.0]])
 
@@ -232,6 +240,7 @@ class ForceController:
         plan_time: npt.ArrayLike | None = None,
         normal_force_plan: npt.ArrayLike | None = None,
         fly_height_plan: npt.ArrayLike | None = None,
+        center_x_plan: npt.ArrayLike | None = None,
         **others: Any,
     ) -> dict[str, float]:
         """Return the platform command (mm) of this sample.
@@ -241,12 +250,12 @@ class ForceController:
         force : float
             Reading of the sensor, N; NaN: none.
         pass_time : float
-            Time since the start of the pass, s; where it is missing, the place of the disc in the plan, or the number of
-            steps tells the time.
+            Time since the start of the pass, s; used where the place is not known. A clock that goes back means a new pass.
+            Without both, steps are counted.
         center_x : float
-            Place of the disc centre, mm.
-        plan_time, normal_force_plan, fly_height_plan : array, optional
-            The plan as set-points (s, N, mm); new ones start a new pass.
+            Place of the disc centre, mm; tells the time where the plan has ``center_x``.
+        plan_time, normal_force_plan, fly_height_plan, center_x_plan : array, optional
+            The plan as set-points (s, N, mm, mm); new ones start a new pass. The last one may be missing.
         **others
             Further measurements; not used.
 
@@ -255,16 +264,20 @@ class ForceController:
         ValueError
             When there is no plan yet, or the set-points demand what is not allowed (N).
         """
-        self._take(plan_time, normal_force_plan, fly_height_plan)
+        self._take(plan_time, normal_force_plan, fly_height_plan, center_x_plan)
         time = self._now(pass_time, center_x)
         demand, position = self._ahead(time)
+        if not self._state.size:
+            self._state = self._settled(demand)
+            self._work = np.empty_like(self._state)
         command = self._command(float(force), demand, position, time)
-        self._samples += 1
-        self._demand = demand
+        self._samples, self._time, self._demand = self._samples + 1, time, demand
         return {"platform_command": command}
 
     def report(self) -> dict[str, float]:
         """Return force demanded and reading foreseen next (N), and the correction of the planned position (mm)."""
+        if not self._state.size:
+            return dict.fromkeys(self.reports, nan)
         order, model = self._loop.law.system.order, self._core.model
         foreseen = float(model.C @ self._state[order : order + len(model.C)])
         reference = foreseen if self._feedforward else self._demand
@@ -281,33 +294,32 @@ class ForceController:
         return float(control_step(self._core, self._state, self._work, force, demand, position))
 
     def _restart(self) -> None:
-        self._samples, self._last_time, self._demand = 0, nan, nan
-        self._state = self.start() if self._reference is not None else np.zeros(0)
-        self._work = np.empty_like(self._state)
+        self._samples, self._time, self._clock, self._demand = 0, nan, nan, nan
+        self._state = self._work = np.zeros(0)
 
-    def _take(self, time: Any, force: Any, height: Any) -> None:
+    def _take(self, time: Any, force: Any, height: Any, place: Any) -> None:
         """Follow new set-points; those seen before change nothing."""
-        given = (time, force, height)
-        if self._plan is not None or any(each is None for each in given) or not np.all(np.isfinite(time)):
+        given = (time, force, height, place)
+        if self._plan is not None or any(each is None for each in given[:3]) or not np.all(np.isfinite(time)):
             return
         pairs = list(zip(self._set_points, given, strict=False))
         same = bool(pairs) and all(a is b or np.array_equal(a, b) for a, b in pairs)
         if not same:
             self._set_points = given
-            self._reference = Reference.arrays(time, force, height, self._force_max)
+            self._reference = Reference.arrays(time, force, height, self._force_max, place)
             self._restart()
 
     def _now(self, pass_time: float, center_x: float) -> float:
-        """Time since the start of the pass (s); a clock that goes back means a new pass with the same plan."""
+        """Time in the plan (s)."""
         reference = self._known()
-        if not isnan(pass_time):
-            if pass_time < self._last_time:
-                self._restart()
-            self._last_time = pass_time
-            return pass_time
+        if pass_time < self._clock:
+            self._restart()
+        self._clock = pass_time if not isnan(pass_time) else self._clock
         if not isnan(center_x) and reference.center_x is not None:
-            return reference.when(center_x)
-        return self._samples * self.period
+            place = reference.when(center_x)
+            counted = self._time + self.period
+            return place if isnan(counted) else counted + _PLACE_TRUST * (place - counted)
+        return self._samples * self.period if isnan(pass_time) else pass_time
 
     def _known(self) -> Reference:
         if self._reference is None:

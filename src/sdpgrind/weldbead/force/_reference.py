@@ -68,13 +68,19 @@ class Reference:
         return cls(t, force, height, None if center_x is None else _increasing(center_x, t))
 
     def at(self, time: float) -> tuple[float, float]:
-        """Planned force (N) and height (mm) at a time (s); those of the ends before and after."""
-        return float(np.interp(time, self.time, self.normal_force)), float(np.interp(time, self.time, self.fly_height))
+        """Planned force (N) and height (mm) at a time (s); before and after no force, at the height of the end."""
+        force = float(np.interp(time, self.time, self.normal_force, left=0.0, right=0.0))
+        return force, float(np.interp(time, self.time, self.fly_height))
 
     def when(self, center_x: float) -> float:
-        """Time (s) at which the plan has the disc at `center_x` (mm)."""
-        assert self.center_x is not None
-        return float(np.interp(center_x, self.center_x, self.time))
+        """Time (s) at which the plan has the disc at `center_x` (mm), at the speed of the ends before and after."""
+        x, t = self.center_x, self.time
+        assert x is not None
+        if center_x < x[0]:
+            return float(t[0] + (center_x - x[0]) * (t[1] - t[0]) / (x[1] - x[0]))
+        if center_x > x[-1]:
+            return float(t[-1] + (center_x - x[-1]) * (t[-1] - t[-2]) / (x[-1] - x[-2]))
+        return float(np.interp(center_x, x, t))
 
 
 def _check_force(force: Floats, force_max: float) -> None:
@@ -88,4 +94,4 @@ def _check_force(force: Floats, force_max: float) -> None:
 def _increasing(center_x: npt.ArrayLike, time: Floats) -> Floats | None:
     """The way of the disc, where time can be read from it."""
     x = np.asarray(center_x, dtype=float).ravel()
-    return x if x.shape == time.shape and bool(np.all(np.diff(x) > 0)) else None
+    return x if x.shape == time.shape and len(x) > 1 and bool(np.all(np.diff(x) > 0)) else None

@@ -94,7 +94,7 @@ def simulate_loop(
     >>> import types
     >>> from sdpgrind import units
     >>> from sdpgrind.weldbead import force
-    >>> plan = types.SimpleNamespace(time=[0.0, 1.0], normal_force=[30.0, 30.0], fly_height=[10.0, 10.0])
+    >>> plan = types.SimpleNamespace(time=[0.0, 5.0], normal_force=[30.0, 30.0], fly_height=[10.0, 10.0])
     >>> controller = force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
     >>> record = force.simulate_loop(controller, duration=2.0, rng=1)
     >>> bool(record.error_rms(after=1.0)[0] < 0.5)
