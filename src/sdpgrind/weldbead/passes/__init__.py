@@ -1,0 +1,21 @@
+"""Pass planner: a depth asked for becomes a contour, a height and a force, along a measured bead: Brown (1988), chapter 6."""
+
+from sdpgrind.weldbead.passes._contour import Contour, contour_shift, volume_between
+from sdpgrind.weldbead.passes._disc import GrinderStalled, Linearized, TiltedDisc
+from sdpgrind.weldbead.passes._plan import PassPlan, plan
+from sdpgrind.weldbead.passes._problem import PassProblem
+from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
+
+__all__ = [
+    "Contour",
+    "GrinderStalled",
+    "Linearized",
+    "PassPlan",
+    "PassProblem",
+    "PassRecord",
+    "TiltedDisc",
+    "contour_shift",
+    "plan",
+    "simulate",
+    "volume_between",
+]

@@ -1,0 +1,245 @@
+"""A tilted disc on a rotational spring: Brown (1988), 6.4."""
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead.passes._kernels import Core
+
+STEEPEST = 1.3
+"""Relaxed angle (rad) above which degrees are suspected."""
+ENERGIES = 1000.0
+"""Specific energy (J/mm^3) above which another unit is suspected."""
+FLATTEST = 0.02
+"""Angle (rad) that a spring is never wound down to."""
+
+
+class GrinderStalled(RuntimeError):
+    """More power is needed than the motor has: nothing that it could remove would let the disc pass.
+
+    Attributes
+    ----------
+    time, position, power : float
+        When (s), where the tip was (mm), and the power there (W).
+    """
+
+    def __init__(self, time: float, position: float, power: float) -> None:
+        super().__init__(
+            f"the grinder stalls at {time:.4g} s, tip at {position:.5g} mm: the cut needs more than the {power:.4g} W it has there"
+        )
+        self.time, self.position, self.power = time, position, power
+
+
+class Linearized(NamedTuple):
+    """A steady flat cut, linearised about its depth.
+
+    Attributes
+    ----------
+    pole : float
+        Of the process, rad/s: how fast it settles.
+    static_stiffness, contact_stiffness : float
+        Force over height of the platform, N/mm: slow, and fast against the pole.
+    disk_angle, normal_force : float
+        Where it was linearised: angle, rad, and force, N.
+    """
+
+    pole: float
+    static_stiffness: float
+    contact_stiffness: float
+    disk_angle: float
+    normal_force: float
+
+
+@stored("weldbead.tilted_disc")
+@dataclasses.dataclass(frozen=True)
+class TiltedDisc(Frozen):
+    """A rigid disc held at an angle by a rotational spring, cutting with its face: Brown (1988), 6.4.
+
+    Parameters
+    ----------
+    model : GrindingProcess
+        The same process as that of the sequence; ``replace`` takes its fields too.
+    relaxed_angle : float
+        Angle of the disc to the work without load, theta0, rad.
+    rotational_stiffness : float
+        Of the spring, K_theta, N mm/rad. Instead: `compliance`.
+    compliance : sequence of (float, float), optional
+        Wind-up (rad) and torque (N mm) of a spring that is not linear: from (0, 0) on, both increasing.
+    stall_guard : float
+        Share of the motor's greatest power that a plan may use (droop > 0), 1.
+    grinding_ratio : float
+        Volume ground for a volume of disc worn, G, 1; infinite: no wear.
+
+    Raises
+    ------
+    ValueError
+        When an angle is not in (0, pi/2), a stiffness is not positive, the table does not increase, or the grinder has not
+        the power to cut at all.
+
+    Examples
+    --------
+    >>> from sdpgrind import units, weldbead
+    >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
+    >>> disc = TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+    >>> round(disc.contact_stiffness, 2), disc.replace(specific_energy=14.0).model.specific_energy
+    (75.92, 14.0)
+    """
+
+    model: GrindingProcess
+    relaxed_angle: float
+    rotational_stiffness: float | None = None
+    compliance: tuple[tuple[float, float], ...] | None = None
+    stall_guard: float = 0.8
+    grinding_ratio: float = np.inf
+
+    def __post_init__(self) -> None:
+        angle = checks.number("relaxed_angle", self.relaxed_angle, "rad")
+        if not 0 < angle < np.pi / 2 or angle > STEEPEST:
+            hint = "; units.deg(20) for degrees" if angle > STEEPEST else ""
+            raise ValueError(f"relaxed_angle must be in (0, {STEEPEST:g}] (rad){hint}; got {angle!r}")
+        if self.model.specific_energy > ENERGIES:
+            raise ValueError(
+                f"specific_energy must be in J/mm^3, some 10; got {self.model.specific_energy!r}: W/(N mm/s) or J/m^3 are meant?"
+            )
+        if (self.rotational_stiffness is None) == (self.compliance is None):
+            raise ValueError("either rotational_stiffness (N mm/rad) or compliance must be given")
+        if self.rotational_stiffness is not None:
+            checks.positive("rotational_stiffness", self.rotational_stiffness, "N mm/rad")
+        else:
+            object.__setattr__(self, "compliance", _checked_table(self.compliance))
+        checks.within("stall_guard", self.stall_guard, 0.0, 1.0)
+        if not self.grinding_ratio > 0:
+            raise checks.refuse("grinding_ratio", "> 0", self.grinding_ratio)
+        if self.power_max < self.model.idle_power:
+            raise ValueError(
+                f"idle_power must be below the {self.power_max:.4g} W that the grinder may use, or it cannot cut at all (W);"
+                f" got {self.model.idle_power:g}"
+            )
+
+    def spring_torque(self, deflection: Any) -> Floats:
+        """Return the torque (N mm) of the spring wound up by `deflection` (rad): (6.8)."""
+        angles, torques = self._table
+        end = (torques[-1] - torques[-2]) / (angles[-1] - angles[-2])
+        over = np.maximum(np.asarray(deflection, dtype=float) - angles[-1], 0.0)
+        return np.asarray(np.interp(deflection, angles, torques) + end * over)
+
+    def deflection(self, torque: Any) -> Floats:
+        """Return the wind-up (rad) at a torque (N mm)."""
+        angles, torques = self._table
+        end = (angles[-1] - angles[-2]) / (torques[-1] - torques[-2])
+        over = np.maximum(np.asarray(torque, dtype=float) - torques[-1], 0.0)
+        return np.asarray(np.interp(torque, torques, angles) + end * over)
+
+    @property
+    def _table(self) -> tuple[Floats, Floats]:
+        if self.rotational_stiffness is not None:
+            return np.array([0.0, 1.0]), np.array([0.0, self.rotational_stiffness])
+        angles, torques = np.array(self.compliance).T
+        return angles, torques
+
+    @property
+    def contact_stiffness(self) -> float:
+        """Nominal stiffness against the platform, K_theta/R^2, N/mm; see errata E10 on what lies to both sides of it."""
+        angles, torques = self._table
+        return float(torques[1] / angles[1] / self.model.disk_radius**2)
+
+    @property
+    def peak_torque(self) -> float:
+        """Torque on the disc's spring (N mm) at which the motor gives most power; infinite without droop."""
+        droop = self.model.speed_droop
+        return self.model.free_speed / (2 * droop * self.model.friction_ratio) if droop > 0 else np.inf
+
+    @property
+    def peak_power(self) -> float:
+        """Greatest power of the motor, omega0^2/(4000 beta), W; infinite without droop."""
+        return self.model.free_speed**2 / (4000 * self.model.speed_droop) if self.model.speed_droop > 0 else np.inf
+
+    @property
+    def guarded_torque(self) -> float:
+        """Torque (N mm) at which the motor gives the share `stall_guard` of its greatest power, below the peak."""
+        return self.peak_torque * (1 - np.sqrt(1 - self.stall_guard)) if self.model.speed_droop > 0 else np.inf
+
+    @property
+    def power_max(self) -> float:
+        """Power that a plan may use, W."""
+        return self.stall_guard * self.peak_power
+
+    @property
+    def guarded_force(self) -> float:
+        """Normal force at the stall guard, N."""
+        return self.guarded_torque / self.model.disk_radius
+
+    @property
+    def guarded_speed(self) -> float:
+        """Disc speed at the stall guard, rad/s."""
+        if self.model.speed_droop == 0:
+            return self.model.free_speed
+        return self.model.free_speed - self.model.speed_droop * self.model.friction_ratio * self.guarded_torque
+
+    def linearize(self, mean_cut: float, feed_rate: float) -> Linearized:
+        """Linearise a steady flat cut: pole and stiffness against the platform.
+
+        With D = w V R cos(theta) + dQ/dphi and E = (w d/sin(theta)) (R - l/2), l = d/sin(theta), the pole is D/E and
+        F/X = (K/R) w (V + d cot(theta) s)/(D + E s).
+
+        Parameters
+        ----------
+        mean_cut : float
+            Depth d, mm.
+        feed_rate : float
+            Feed V, mm/s.
+
+        Examples
+        --------
+        >>> from sdpgrind import units, weldbead
+        >>> process = weldbead.GrindingProcess(10.0, 100.0, 0.3, 85.0, 500.0, 0.0, 12.5)
+        >>> disc = TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+        >>> linear = disc.linearize(mean_cut=0.4, feed_rate=20.0)
+        >>> round(linear.pole / units.hz(1.0), 1)
+        3.6
+        """
+        depth, feed = checks.positive("mean_cut", mean_cut, "mm"), checks.positive("feed_rate", feed_rate, "mm/s")
+        m, radius, width = self.model, self.model.disk_radius, self.model.bead_width
+        force = float(m.normal_force(depth, feed))
+        if not np.isfinite(force):
+            raise checks.refuse("mean_cut", "within the power of the grinder at this feed", mean_cut, "mm")
+        torque = force * radius
+        wind = float(self.deflection(torque))
+        angle = self.relaxed_angle - wind
+        stiffness = float(self.spring_torque(wind + 1e-7) - self.spring_torque(wind - 1e-7)) / 2e-7
+        mu, droop = m.friction_ratio, m.speed_droop
+        rate = 1e-3 * mu * (m.free_speed - 2 * droop * mu * torque) * stiffness / m.specific_energy
+        patch = depth / np.sin(angle)
+        d = width * feed * radius * np.cos(angle) + rate
+        e = width * patch * (radius - patch / 2)
+        per = stiffness / radius * width
+        return Linearized(d / e, per * feed / d, per * depth / np.tan(angle) / e, angle, force)
+
+    @property
+    def core(self) -> Core:
+        """The disc as the compiled kernels want it."""
+        m, (angles, torques) = self.model, self._table
+        most = self.relaxed_angle - FLATTEST
+        peak = float(self.deflection(self.peak_torque)) if np.isfinite(self.peak_torque) else most
+        return Core(
+            m.disk_radius, angles, torques, min(peak, most), m.free_speed, m.speed_droop, m.friction_ratio,
+            m.specific_energy, m.idle_power, float(self.grinding_ratio),
+        )  # fmt: skip
+
+
+def _checked_table(table: Any) -> tuple[tuple[float, float], ...]:
+    rows = checks.finite_array("compliance", table, "rad, N mm")
+    if rows.ndim != 2 or rows.shape[0] < 2 or rows.shape[1] != 2:
+        raise ValueError(f"compliance must be pairs of wind-up and torque (rad, N mm), two at least; got shape {rows.shape}")
+    if np.any(rows[0] != 0):
+        raise ValueError(f"compliance must begin at no wind-up and no torque (rad, N mm); got {tuple(rows[0].tolist())}")
+    if np.any(np.diff(rows, axis=0) <= 0):
+        k = int(np.argmax(np.any(np.diff(rows, axis=0) <= 0, axis=1)))
+        raise ValueError(f"compliance must increase in both columns (rad, N mm); got {rows[k].tolist()}, {rows[k + 1].tolist()}")
+    return tuple((float(a), float(t)) for a, t in rows)

@@ -1,0 +1,258 @@
+"""One step of a tilted disc over a bead, as a balance of volumes, and whole passes of such steps. Plain serial loops.
+
+In a step the disc sweeps what lies above its new lower surface: the path of the tip and, ahead of it, the face, which rises
+with the disc's angle. What is swept must be what the contact removes in that time, a rate that falls as the disc springs
+back. One scalar equation in the wind-up of the spring, with one root; free flight, rubbing, cutting and any number of patches
+are its solutions.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+WIND, TIP_X, TIP_Z, RATE, WEAR, TOUCHED, PATCHES = range(7)
+"""Entries of the state: wind-up (rad), tip (mm), removal rate (mm^3/s), face worn away (mm), nodes and patches in contact."""
+STATES = 7
+DONE, STALLED, OVERLAPPING = 0, 1, 2
+FREE, RUB, CUT = 0, 1, 2
+GIVEN, INVERSE, FEEDBACK = 0, 1, 2
+_TOLERANCE = 1e-13  # rad
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+class Core(NamedTuple):
+    """A disc as arrays: radius (mm), spring (rad, N mm), and what turns torque into removal (mm^3/s)."""
+
+    radius: float
+    angles: Any
+    torques: Any
+    wind_max: float  # beyond it more torque removes less
+    free_speed: float
+    speed_droop: float
+    friction_ratio: float
+    specific_energy: float
+    idle_power: float
+    grinding_ratio: float
+
+
+class Bead(NamedTuple):
+    """A bead on even nodes: origin, spacing (mm), heights, volume of one mm of height at each node (mm^2), and what no later
+    node lies above (mm)."""
+
+    start: float
+    spacing: float
+    z: Any
+    area: Any
+    top: Any
+
+
+class Step(NamedTuple):
+    """Where the disc is brought: its center, height ``a + b (path + R sin(angle))``, relaxed angle, offset of the face."""
+
+    center: float
+    a: float
+    b: float
+    relaxed_angle: float
+    offset: float
+    time: float  # since the step before, s
+
+
+@njit(inline="always", **_OPTIONS)
+def torque_at(wind, core):
+    """Torque of the spring (N mm); beyond the end of its table it goes on as straight as it came."""
+    if wind <= 0.0:
+        return 0.0
+    k = 1
+    while k < core.angles.size - 1 and core.angles[k] < wind:
+        k += 1
+    slope = (core.torques[k] - core.torques[k - 1]) / (core.angles[k] - core.angles[k - 1])
+    return core.torques[k - 1] + slope * (wind - core.angles[k - 1])
+
+
+@njit(inline="always", **_OPTIONS)
+def removal(torque, core):
+    """Volume removed in a second (mm^3/s): what the power exceeds the idle power by, over the specific energy."""
+    shaft = core.friction_ratio * torque
+    power = 1e-3 * (core.free_speed - core.speed_droop * shaft) * shaft
+    return max(0.0, (power - core.idle_power) / core.specific_energy)
+
+
+@njit(inline="always", **_OPTIONS)
+def _along(path, bead, x):
+    """Height of the path of the tip at x; level beyond its ends."""
+    place = min(max((x - bead.start) / bead.spacing, 0.0), path.size - 1.0)
+    k = min(int(place), path.size - 2)
+    return path[k] + (place - k) * (path[k + 1] - path[k])
+
+
+@njit(inline="always", **_OPTIONS)
+def tip(wind, step, core, state, path, bead):
+    """Place of the tip (mm), its height, and the height of the center."""
+    angle = step.relaxed_angle - wind
+    x, drop = step.center - core.radius * np.cos(angle), core.radius * np.sin(angle)
+    height = step.a
+    if step.b != 0.0:
+        height += step.b * (_along(path, bead, x) + drop - state[WEAR])
+    return x, height - drop + state[WEAR] + step.offset, height
+
+
+@njit(**_OPTIONS)
+def swept(bead, core, state, step, wind, x, y, cut):
+    """Volume (mm^3) between the bead and the lower surface of the disc with its tip at x, y; taken away where `cut`."""
+    old_x, old_y = state[TIP_X], state[TIP_Z]
+    rise = np.tan(step.relaxed_angle - wind)
+    path = (y - old_y) / (x - old_x) if x > old_x else 0.0
+    first = max(0, int(np.floor((min(old_x, x) - bead.start) / bead.spacing)) + 1)
+    volume, touched, patches, last = 0.0, 0, 0, -2
+    for k in range(first, bead.z.size):
+        at = bead.start + k * bead.spacing
+        if at <= x:
+            lower = old_y + path * (at - old_x)
+        else:
+            lower = y + rise * (at - x)
+            if lower >= bead.top[k] or at > step.center:
+                break
+        depth = bead.z[k] - lower
+        if depth > 0.0:
+            volume += bead.area[k] * depth
+            if cut:
+                bead.z[k] = lower
+                patches += 1 if k > last + 1 else 0
+                touched, last = touched + 1, k
+    if cut:
+        state[TOUCHED], state[PATCHES] = touched, patches
+    return volume
+
+
+@njit(**_OPTIONS)
+def _excess(wind, share, carried, bead, core, state, step, path):
+    """Volume in the way less what the step removes: falls as the disc winds up."""
+    x, y, _ = tip(wind, step, core, state, path, bead)
+    return swept(bead, core, state, step, wind, x, y, False) - step.time * share * removal(torque_at(wind, core), core) - carried
+
+
+@njit(**_OPTIONS)
+def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
+    """Least wind-up with nothing left in the way (`most` if there is none): a bracket round the last one, then false position
+    that halves the end that stays."""
+    low, at_low = 0.0, at_zero
+    high, stride = min(state[WIND] + 2e-5, most), 1e-4
+    at_high = _excess(high, share, carried, bead, core, state, step, path)
+    while at_high > 0.0:
+        if high >= most:
+            return most, False
+        low, at_low = high, at_high
+        high, stride = min(high + stride, most), 4.0 * stride
+        at_high = _excess(high, share, carried, bead, core, state, step, path)
+    back = 4e-5
+    while low == 0.0 and high - back > 0.0:
+        trial = _excess(high - back, share, carried, bead, core, state, step, path)
+        if trial > 0.0:
+            low, at_low = high - back, trial
+        else:
+            high, at_high, back = high - back, trial, 8.0 * back
+    side = 0
+    for k in range(200):
+        if high - low <= _TOLERANCE:
+            break
+        middle = 0.5 * (low + high) if k % 4 == 3 or at_high == 0.0 else (low * at_high - high * at_low) / (at_high - at_low)
+        value = _excess(middle, share, carried, bead, core, state, step, path)
+        if value > 0.0:
+            at_high = 0.5 * at_high if side == 1 else at_high
+            low, at_low, side = middle, value, 1
+        else:
+            at_low = 0.5 * at_low if side == -1 else at_low
+            high, at_high, side = middle, value, -1
+            if value == 0.0 and removal(torque_at(middle, core), core) > 0.0:
+                break
+    return high, True
+
+
+@njit(**_OPTIONS)
+def _raised(wind, wanted, bead, core, state, step, path):
+    """How much higher (mm) than asked the disc must go, wound up to `wind`, to sweep only the volume `wanted`."""
+    x, y, _ = tip(wind, step, core, state, path, bead)
+    low, high = 0.0, 1e-4
+    while swept(bead, core, state, step, wind, x, y + high, False) > wanted:
+        low, high = high, 4.0 * high
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if high - low <= 1e-13 or middle in (low, high):
+            break
+        if swept(bead, core, state, step, wind, x, y + middle, False) > wanted:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@njit(**_OPTIONS)
+def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
+    """Bring the disc to `step`, cut, and keep the state.
+
+    Return code, volume (mm^3), torque (N mm), height of the center (mm). Where more wind-up than `most` is needed the disc is
+    raised until it is not (`raise_disc`); else nothing is cut and the code says why not.
+    """
+    free = _excess(0.0, 0.0, 0.0, bead, core, state, step, path)
+    carried = 0.5 * step.time * state[RATE]
+    if not second_order or state[RATE] <= 0.0 or free < carried:
+        carried = 0.0
+    share = 1.0 if carried == 0.0 else 0.5
+    wind, found, higher = 0.0, True, 0.0
+    if free > 0.0:
+        wind, found = _least_wind(share, carried, free - carried, most, bead, core, state, step, path)
+    if not found:
+        wanted = carried + step.time * share * removal(torque_at(wind, core), core)
+        if not raise_disc:
+            return STALLED, 0.0, torque_at(wind, core), 0.0
+        higher = _raised(wind, wanted, bead, core, state, step, path)
+    x, y, height = tip(wind, step, core, state, path, bead)
+    volume = swept(bead, core, state, step, wind, x, y + higher, True)
+    state[WIND], state[TIP_X], state[TIP_Z] = wind, x, y + higher
+    torque = torque_at(wind, core)
+    state[RATE] = removal(torque, core)
+    if core.grinding_ratio < np.inf and volume > 0.0:
+        patch = max(state[TOUCHED], 1.0) * bead.spacing / np.cos(step.relaxed_angle - wind)
+        state[WEAR] += volume / (core.grinding_ratio * 2.0 * np.pi * (core.radius - 0.5 * patch) * patch)
+    return DONE, volume, torque, height + higher
+
+
+@njit(**_OPTIONS)
+def grind(bead, core, state, center, height, relaxed_angle, time, path, mode, gains, most, second_order, out):
+    """A whole pass; out[step] = wind-up, torque, fly height, tip x, tip z, removal rate, volume, patches, limited (1).
+
+    `mode`: heights as given, the tip on the path (inverse), or led there by gains on its error, 1 and 1/s (feedback).
+    Return a code and the number of steps done.
+    """
+    error, integral, begin = 0.0, 0.0, height[0]
+    for k in range(center.size):
+        a, b = height[k], 0.0
+        if mode == INVERSE:
+            a, b = 0.0, 1.0
+        elif mode == FEEDBACK:
+            if k == 0:
+                a = begin
+            else:
+                gain = gains[0] + 0.5 * gains[1] * time
+                b = gain / (1.0 + gain)
+                a = (begin + gains[1] * (integral + 0.5 * time * error)) / (1.0 + gain)
+        step = Step(center[k], a, b, relaxed_angle[k], 0.0, time)
+        code, volume, torque, reached = cut_step(bead, core, state, step, path, most, mode != GIVEN, second_order)
+        if code != DONE:
+            return code, k
+        x, y = state[TIP_X], state[TIP_Z]
+        now = _along(path, bead, x) - y
+        _, asked, wished = tip(state[WIND], step, core, state, path, bead)
+        limited = reached - wished > 1e-12
+        if mode == FEEDBACK and k == 0:
+            begin -= gains[0] * now
+        elif mode == FEEDBACK and limited:  # the disc is held: nothing is summed up, and it goes on from here
+            begin = reached - gains[0] * now - gains[1] * integral
+        elif mode == FEEDBACK:
+            integral += 0.5 * time * (error + now)
+        error = now
+        row = out[k]
+        row[0], row[1], row[2], row[3], row[4] = state[WIND], torque, reached, x, y
+        row[5], row[6], row[7], row[8] = state[RATE], volume, state[PATCHES], 1.0 if limited else 0.0
+    return DONE, center.size

@@ -1,0 +1,227 @@
+"""Plan a pass: heights and forces that leave the target, within the grinder's power."""
+
+import os
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sdpgrind.base import checks, records
+from sdpgrind.base.checks import Floats
+from sdpgrind.weldbead.passes import _kernels
+from sdpgrind.weldbead.passes._contour import Contour, volume_between
+from sdpgrind.weldbead.passes._disc import TiltedDisc
+from sdpgrind.weldbead.passes._plots import plot_pass
+from sdpgrind.weldbead.passes._problem import PassProblem
+from sdpgrind.weldbead.passes._simulate import PassRecord, Run, even_bead, simulate
+
+METHODS = ("inverse", "pi", "static")
+GAINS = (10.0, 2000.0)
+"""Gains of the method "pi" on the error of the tip: 1 and 1/s."""
+_STEPS = {
+    "center_x": ("mm", "position of the disc's center"),
+    "tip_x": ("mm", "position of the tip"),
+    "tip_z": ("mm", "height of the tip"),
+    "fly_height": ("mm", "height of the disc's center"),
+    "disk_angle": ("rad", "angle of the disc"),
+    "normal_force": ("N", "normal force"),
+    "grinding_power": ("W", "power at the contact"),
+    "removal_rate": ("mm^3/s", "removal rate"),
+    "disk_speed": ("rad/s", "disc speed"),
+    "removed": ("mm^3", "volume removed in the step"),
+    "patches": ("1", "pieces of bead in contact"),
+}
+
+
+class PassPlan:
+    """A planned pass: heights, forces and what they leave; immutable. Has all attributes of its `PassRecord`.
+
+    Attributes
+    ----------
+    problem : PassProblem
+        What was planned.
+    record : PassRecord
+        What the model expects: time (s), fly_height (mm), normal_force (N), contour (mm), ...
+    method : str
+        How it was planned.
+    error : float
+        Estimated error of the contour, mm rms, from a simulation of twice the step.
+    """
+
+    def __init__(self, problem: PassProblem, record: PassRecord, method: str, error: float) -> None:
+        self.problem, self.record, self.method, self.error = problem, record, method, error
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or "record" not in self.__dict__:
+            raise AttributeError(name)
+        return getattr(self.record, name)
+
+    @property
+    def shortfall(self) -> float:
+        """Volume (mm^3) above the target that the pass leaves."""
+        return volume_between(self.contour, self._wide_target, self.problem.disc.model.bead_width)
+
+    @property
+    def _wide_target(self) -> Contour:
+        return self.problem.target
+
+    @property
+    def burn_margin(self) -> float:
+        """Least distance of the normal force from the limit of burning, N; infinite without one. Negative: it burns."""
+        p = self.problem
+        if p.burn_limit is None:
+            return np.inf
+        return float(p.burn_limit.interval(p.disc.model, p.feed_rate)[1]) - float(np.max(self.normal_force))
+
+    @property
+    def status(self) -> str:
+        """One sentence: whether the target is reached, and what stands in the way."""
+        share = self.shortfall / self.problem.volume if self.problem.volume > 0 else 0.0
+        if np.max(self.normal_force) >= self.problem.force_limit * (1 - 1e-9):
+            return f"limited to {self.problem.force_limit:.4g} N: {100 * share:.3g} % of the volume is left"
+        return "reaches the target" if share < 1e-3 else f"leaves {100 * share:.3g} % of the volume"
+
+    def simulate(self, model: TiltedDisc | None = None) -> PassRecord:
+        """Play the planned heights back on another truth.
+
+        Parameters
+        ----------
+        model : TiltedDisc, optional
+            The disc as it really is; that of the plan by default.
+
+        Raises
+        ------
+        GrinderStalled
+            When it has not the power.
+        """
+        p = self.problem
+        return simulate(
+            model if model is not None else p.disc,
+            p.bead,
+            center_x=self.center_x,
+            fly_height=self.fly_height,
+            feed_rate=p.feed_rate,
+            spacing=p.spacing,
+        )
+
+    def plot(self) -> Any:
+        """Draw contours, force, power and height along the bead; return the figure."""
+        return plot_pass(self)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """All of it with labels and units (dimensions: step, node), and the problem as JSON."""
+        steps = {k: ("step", getattr(self.record, k), {"units": u, "long_name": n}) for k, (u, n) in _STEPS.items()}
+        nodes = {"contour": ("node", np.array(self.contour.z), {"units": "mm", "long_name": "height after the pass"})}
+        coordinates = {
+            "time": ("step", self.time, {"units": "s", "long_name": "time since the start"}),
+            "x": ("node", np.array(self.contour.x), {"units": "mm", "long_name": "position along the bead"}),
+        }
+        attrs = {"problem": records.encode(self.problem), "method": self.method, "error": self.error}
+        return xr.Dataset(steps | nodes, coordinates, attrs)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write plan and problem to a NetCDF file at `path`, which `sdpgrind.load` opens."""
+        records.write(self.dataset, path, "weldbead.pass")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "PassPlan":
+        """Read the plan that `save` wrote to `path`."""
+        data = records.read(path)
+        problem: PassProblem = records.decode(data.attrs["problem"])
+        arrays = {name: data[name].values for name in ("time", *_STEPS)}
+        after = Contour(data["x"].values, data["contour"].values)
+        record = PassRecord(**arrays, before=problem.bead, contour=after)
+        return cls(problem, record, data.attrs["method"], float(data.attrs["error"]))
+
+    def __repr__(self) -> str:
+        return f"PassPlan({self.method}, {self.time[-1]:.3g} s, {self.volume:.4g} mm^3, {self.status})"
+
+
+def plan(
+    problem: PassProblem, *, method: str = "inverse", gains: tuple[float, float] = GAINS, strict: bool = False
+) -> PassPlan:
+    """Plan a pass.
+
+    Parameters
+    ----------
+    problem : PassProblem
+        What to plan.
+    method : {"inverse", "pi", "static"}
+        "inverse": the tip is held on its path; where that takes more force than is allowed, the force is held at the limit
+        instead. "pi": a feedback of the tip's error moves the disc (6.17), as the source does. "static": the force that a
+        steady cut of the local depth would take (8.3.3), and the height that gives it.
+    gains : (float, float)
+        Of "pi", on the error of the tip and on its integral: 1 and 1/s.
+    strict : bool
+        Refuse a pass that cannot reach the target, instead of saying what it leaves.
+
+    Returns
+    -------
+    PassPlan
+        Time in s, heights in mm, forces in N.
+
+    Raises
+    ------
+    ValueError
+        With `strict`, when the limits leave more than 0.1 % of the volume.
+    GrinderStalled
+        When "static" asks for more than the motor has.
+
+    Examples
+    --------
+    >>> from sdpgrind import units, weldbead
+    >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
+    >>> disc = TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+    >>> pass_ = plan(PassProblem(disc, Contour([0, 75, 150], [1.0, 1.3, 1.0]), mean_cut=0.2, feed_rate=20.0))
+    >>> pass_.status, round(pass_.volume / pass_.problem.volume, 3)
+    ('reaches the target', 1.0)
+    """
+    checks.one_of("method", method, METHODS)
+    record = _record(problem, method, gains, problem.spacing)
+    coarse = _record(problem, method, gains, 2 * problem.spacing)
+    x = np.array(coarse.contour.x)
+    error = float(np.sqrt(np.mean((record.contour.at(x) - np.array(coarse.contour.z)) ** 2))) / 3
+    planned = PassPlan(problem, record, method, error)
+    if strict and planned.shortfall > 1e-3 * problem.volume:
+        raise ValueError(f"mean_cut must be within the limits of force and power where strict (mm): the pass {planned.status}")
+    return planned
+
+
+def _record(problem: PassProblem, method: str, gains: tuple[float, float], spacing: float) -> PassRecord:
+    disc, nodes = problem.disc, problem.replace(spacing=spacing).nodes
+    center = _centers(problem, spacing)
+    if method == "static":
+        height = _static_height(problem, center)
+        return simulate(
+            disc, problem.bead, center_x=center, fly_height=height, feed_rate=problem.feed_rate, spacing=spacing
+        )
+    ground = even_bead(problem.bead, nodes, disc.model.bead_width)
+    run = Run(disc, ground, center, np.full(center.size, disc.relaxed_angle), spacing / problem.feed_rate, nodes)
+    path = problem.tip_path.at(nodes)
+    start = np.full(center.size, path[0] + disc.model.disk_radius * np.sin(disc.relaxed_angle))
+    most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))
+    mode = _kernels.INVERSE if method == "inverse" else _kernels.FEEDBACK
+    return run.record(problem.bead, run.grind(start, mode, path=path, gains=gains, wind_max=most))
+
+
+def _centers(problem: PassProblem, spacing: float) -> Floats:
+    """Positions of the center: the tip from the lead-in until it has left the bead, however far the spring winds."""
+    disc = problem.disc
+    reach = disc.model.disk_radius * np.cos(disc.relaxed_angle)
+    most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))
+    lag = disc.model.disk_radius * np.cos(max(0.0, disc.relaxed_angle - most)) - reach
+    begin, end = problem.bead.x[0] - problem.lead_in + reach, problem.bead.x[-1] + reach + lag
+    return begin + spacing * np.arange(int(np.ceil((end - begin) / spacing)) + 2)
+
+
+def _static_height(problem: PassProblem, center: Floats) -> Floats:
+    """Heights at which the spring gives the force of a steady cut of the local depth: Brown (1988), 8.3.3."""
+    disc, radius = problem.disc, problem.disc.model.disk_radius
+    angle = np.full(center.size, disc.relaxed_angle)
+    for _ in range(30):  # the tip moves with the angle, by a fraction of what it was moved before
+        x = center - radius * np.cos(angle)
+        depth = np.where((x >= problem.bead.x[0]) & (x <= problem.bead.x[-1]), problem.bead.at(x) - problem.tip_path.at(x), 0.0)
+        force = np.where(depth > 0, disc.model.normal_force(np.maximum(depth, 1e-12), problem.feed_rate), 0.0)
+        angle = disc.relaxed_angle - disc.deflection(np.minimum(force, problem.force_limit) * radius)
+    return np.asarray(problem.tip_path.at(center - radius * np.cos(angle)) + radius * np.sin(angle))

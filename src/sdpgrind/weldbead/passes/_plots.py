@@ -1,0 +1,32 @@
+"""The picture of a planned pass."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.extras import need
+
+
+def plot_pass(plan: Any) -> Any:
+    """Draw contours before and after with the target, force and power with their limits, and the height of the disc (mm)."""
+    plt = need("matplotlib.pyplot", "plot")
+    problem = plan.problem
+    figure, axes = plt.subplots(4, 1, figsize=(9, 8.4), sharex=True, layout="constrained", height_ratios=(1.5, 1, 1, 1))
+    bead, after = problem.bead, plan.contour
+    axes[0].fill_between(after.x, after.z, bead.at(after.x), color="#d9a441", alpha=0.45, lw=0, label="ground off")
+    axes[0].plot(bead.x, bead.z, color="0.35", lw=1, label="before")
+    axes[0].plot(after.x, after.z, color="#4878a8", lw=1.4, label="after")
+    axes[0].plot(problem.target.x, problem.target.z, "k--", lw=0.8, label="target")
+    axes[0].set_ylabel("height [mm]")
+    axes[0].legend(frameon=False, ncols=4, fontsize=8)
+    axes[1].plot(plan.tip_x, plan.normal_force, color="#4878a8")
+    if np.isfinite(problem.force_limit):
+        axes[1].axhline(problem.force_limit, color="#b04a3a", lw=0.8, ls=":")
+    axes[1].set_ylabel("normal force [N]")
+    axes[2].plot(plan.tip_x, plan.grinding_power, color="#6a8f4e")
+    axes[2].axhline(problem.disc.model.idle_power, color="0.5", lw=0.8, ls=":")
+    axes[2].set_ylabel("power [W]\n(dotted: idle)")
+    axes[3].plot(plan.tip_x, plan.fly_height, color="0.3")
+    axes[3].set(ylabel="height of\nthe center [mm]", xlabel="tip along the bead [mm]")
+    figure.suptitle(f"{plan.method}: {plan.status}", fontsize=10)
+    return figure

@@ -1,0 +1,163 @@
+"""What one pass is asked for."""
+
+import dataclasses
+import warnings
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.records import stored
+from sdpgrind.weldbead._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
+from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
+from sdpgrind.weldbead.passes._disc import TiltedDisc
+
+BurnLimit: TypeAlias = ForceBurnLimit | PowerBurnLimit | MalkinBurnLimit
+
+
+@stored("weldbead.pass_problem")
+@dataclasses.dataclass(frozen=True)
+class PassProblem(Frozen):
+    """One pass over a measured bead: how much to take off on average, towards what shape, within which limits.
+
+    Parameters
+    ----------
+    disc : TiltedDisc
+        The disc and its process.
+    bead : Contour
+        The bead as scanned, mm.
+    mean_cut : float
+        Average depth to take off, delta, mm; over the whole length, so that a volume is asked for: (6.1).
+    feed_rate : float
+        Feed along the bead, mm/s.
+    target_shape : Contour, optional
+        Shape aimed at, z_f, mm; it is shifted up or down until the volume is right. Level by default.
+    parent : Contour, optional
+        What must not be ground, mm; a target below it is warned of, and refused without `allow_overground` where the bead has
+        not the volume.
+    allow_overground : bool
+        Ask for more than lies above the parent.
+    normal_force_max : float
+        Greatest normal force, N.
+    burn_limit : burn limit, optional
+        That of the sequence: `ForceBurnLimit`, `PowerBurnLimit`, `MalkinBurnLimit`.
+    spacing : float
+        Distance of the nodes of the simulation, mm.
+
+    Raises
+    ------
+    ValueError
+        When a value is not positive, more is asked for than there is, or the bead is too steep for the disc.
+
+    Examples
+    --------
+    >>> from sdpgrind import units, weldbead
+    >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
+    >>> disc = TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+    >>> problem = PassProblem(disc, Contour([0, 75, 150], [1.0, 1.3, 1.0]), mean_cut=0.2, feed_rate=20.0)
+    >>> round(problem.bead.mean - problem.target.mean, 12)
+    0.2
+    """
+
+    disc: TiltedDisc
+    bead: Contour
+    mean_cut: float
+    feed_rate: float
+    target_shape: Contour | None = None
+    parent: Contour | None = None
+    allow_overground: bool = False
+    normal_force_max: float = 90.0
+    burn_limit: BurnLimit | None = None
+    spacing: float = 0.05
+
+    def __post_init__(self) -> None:
+        checks.nonnegative("mean_cut", self.mean_cut, "mm")
+        for name, unit in {"feed_rate": "mm/s", "normal_force_max": "N", "spacing": "mm"}.items():
+            checks.positive(name, getattr(self, name), unit)
+        if self.spacing > self.bead.length / 10:
+            raise checks.refuse("spacing", f"<= {self.bead.length / 10:g}, a tenth of the bead", self.spacing, "mm")
+        if self.force_limit < float(self.disc.model.threshold_force):
+            raise ValueError(
+                f"normal_force_max must be above the {float(self.disc.model.threshold_force):.4g} N below which nothing is cut (N);"
+                f" the limits leave {self.force_limit:.4g}"
+            )
+        self._check_parent()
+        self._check_steepness()
+
+    def _check_parent(self) -> None:
+        if self.parent is None:
+            return
+        there = volume_between(self.bead, self.parent, self.disc.model.bead_width)
+        if self.volume > there and not self.allow_overground:
+            raise ValueError(
+                f"mean_cut must leave the parent alone: {self.volume:.4g} mm^3 are asked for and {there:.4g} lie above it;"
+                " allow_overground=True grinds on"
+            )
+        over = volume_between(self.parent, self._covering(self.target), self.disc.model.bead_width)
+        if over > 1e-9 * max(self.volume, 1.0):
+            warnings.warn(f"the target lies below the parent: {over:.4g} mm^3 of it would be ground", stacklevel=4)
+
+    def _covering(self, contour: Contour) -> Contour:
+        assert self.parent is not None
+        x = merged(contour, low=min(contour.x[0], self.parent.x[0]), high=max(contour.x[-1], self.parent.x[-1]))
+        return Contour(x, contour.at(x))
+
+    def _check_steepness(self) -> None:
+        reach = self.disc.model.disk_radius * np.cos(self.disc.relaxed_angle)
+        if self.lead_in >= reach:
+            raise ValueError(
+                f"the bead must not rise beyond the disc's center, {reach:.4g} mm ahead of its tip (mm); got {self.lead_in:.4g}"
+            )
+
+    @property
+    def volume(self) -> float:
+        """Volume asked for, delta w L, mm^3: (6.1)."""
+        return self.mean_cut * self.disc.model.bead_width * self.bead.length
+
+    @property
+    def shape(self) -> Contour:
+        """The shape aimed at before it is shifted, mm."""
+        return self.target_shape or Contour([self.bead.x[0], self.bead.x[-1]], [0.0, 0.0])
+
+    @cached_property
+    def contour_shift(self) -> float:
+        """By how much the shape is raised, N, mm: (6.2b). Vertical: on a parent of slope a the gap is N cos(a)."""
+        return contour_shift(self.bead, self.shape, self.volume, self.disc.model.bead_width)
+
+    @cached_property
+    def tip_path(self) -> Contour:
+        """Where the tip of the disc is led: the shifted shape, also over dips where it touches nothing, mm."""
+        return self.shape.shifted(self.contour_shift)
+
+    @cached_property
+    def target(self) -> Contour:
+        """What the pass should leave: the lower of the shifted shape and the bead, mm: (6.2a)."""
+        x = merged(self.bead, self.tip_path, low=self.bead.x[0], high=self.bead.x[-1])
+        upper, lower = self.bead.at(x), self.tip_path.at(x)
+        cross = np.flatnonzero((upper[1:] - lower[1:]) * (upper[:-1] - lower[:-1]) < 0)
+        gap = upper - lower
+        x = np.unique(np.concatenate([x, x[cross] + np.diff(x)[cross] * gap[cross] / (gap[cross] - gap[cross + 1])]))
+        return Contour(x, np.minimum(self.bead.at(x), self.tip_path.at(x)))
+
+    @property
+    def force_limit(self) -> float:
+        """Least of all limits on the normal force, N: greatest force, stall guard, burning."""
+        limits = [self.normal_force_max, self.disc.guarded_force]
+        if self.burn_limit is not None:
+            limits.append(float(self.burn_limit.interval(self.disc.model, self.feed_rate)[1]))
+        return min(limits)
+
+    @property
+    def nodes(self) -> Floats:
+        """Even nodes of the simulation along the bead, mm."""
+        return np.linspace(self.bead.x[0], self.bead.x[-1], max(10, round(self.bead.length / self.spacing)) + 1)
+
+    @property
+    def lead_in(self) -> float:
+        """How far (mm) before the bead the tip starts, for the relaxed disc to touch nothing yet."""
+        x, z = np.array(self.bead.x), np.array(self.bead.z)
+        above = np.maximum(0.0, z - float(self.tip_path.at(x[0]))) / np.tan(self.disc.relaxed_angle)
+        return float(max(0.0, np.max(above - (x - x[0])))) + 2 * self.spacing

@@ -1,0 +1,211 @@
+"""A pass of a disc over a bead, step by step: what happens for given heights of its center."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.weldbead.passes import _kernels
+from sdpgrind.weldbead.passes._contour import Contour
+from sdpgrind.weldbead.passes._disc import GrinderStalled, TiltedDisc
+from sdpgrind.weldbead.passes._kernels import Bead, Step
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class PassRecord:
+    """What happened in a pass, step by step.
+
+    Attributes
+    ----------
+    time : array (steps,)
+        Time since the start, s.
+    center_x, tip_x, tip_z : array (steps,)
+        Center of the disc and its tip along the bead, and height of the tip, mm.
+    fly_height : array (steps,)
+        Height of the center, H, mm.
+    disk_angle : array (steps,)
+        Angle of the disc, theta, rad.
+    normal_force : array (steps,)
+        Torque of the spring over the disc's radius, N: (6.9).
+    grinding_power : array (steps,)
+        Power at the contact, W: (6.11).
+    removal_rate : array (steps,)
+        Volume removed in a second, Q, mm^3/s: (6.13).
+    disk_speed : array (steps,)
+        Spin, rad/s: (4.8).
+    removed : array (steps,)
+        Volume removed in each step, mm^3.
+    patches : array (steps,)
+        Pieces of bead in contact (0: free).
+    before, contour : Contour
+        The bead before and after, mm.
+    """
+
+    time: Floats
+    center_x: Floats
+    tip_x: Floats
+    tip_z: Floats
+    fly_height: Floats
+    disk_angle: Floats
+    normal_force: Floats
+    grinding_power: Floats
+    removal_rate: Floats
+    disk_speed: Floats
+    removed: Floats
+    patches: Floats
+    before: Contour
+    contour: Contour
+
+    @property
+    def volume(self) -> float:
+        """Volume removed, mm^3."""
+        return float(np.sum(self.removed))
+
+
+def even_bead(contour: Contour, nodes: Floats, width: float | Contour) -> Bead:
+    """Return a bead on even nodes, as the kernels cut it (its heights are a copy)."""
+    z = contour.at(nodes)
+    spacing = float((nodes[-1] - nodes[0]) / (nodes.size - 1))
+    area = spacing * (width.at(nodes) if isinstance(width, Contour) else np.full(nodes.size, width))
+    area[[0, -1]] *= 0.5
+    return Bead(float(nodes[0]), spacing, z, area, np.maximum.accumulate(z[::-1])[::-1].copy())
+
+
+def simulate(
+    disc: TiltedDisc,
+    bead: Contour,
+    *,
+    center_x: npt.ArrayLike,
+    fly_height: npt.ArrayLike,
+    feed_rate: float,
+    relaxed_angle: npt.ArrayLike | None = None,
+    spacing: float | None = None,
+    width: Contour | None = None,
+    order: int = 2,
+) -> PassRecord:
+    """Move the disc over a bead at given heights, and cut what is in its way: Brown (1988), 6.4, by balance of volumes.
+
+    Parameters
+    ----------
+    disc : TiltedDisc
+        The disc.
+    bead : Contour
+        The bead, mm.
+    center_x : array (steps + 1,)
+        Positions of the center, mm, evenly spaced; at the first one the disc must touch nothing.
+    fly_height : array (steps + 1,)
+        Its heights there, mm.
+    feed_rate : float
+        Feed, mm/s: time between positions is their distance over it.
+    relaxed_angle : array (steps + 1,), optional
+        Angle of the relaxed disc at each position, rad, where tilt is what is controlled; that of `disc` by default.
+    spacing : float, optional
+        Distance of the nodes of the bead, mm; the distance of positions by default.
+    width : Contour, optional
+        Width of the bead (mm) where it varies; that of the process by default.
+    order : {2, 1}
+        Balance by the trapezoid rule, or by backward Euler.
+
+    Raises
+    ------
+    GrinderStalled
+        When no power that the motor has would let the disc pass.
+    ValueError
+        When lengths differ, or the disc starts in the bead.
+
+    Examples
+    --------
+    >>> from sdpgrind import units, weldbead
+    >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
+    >>> disc = TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+    >>> x = np.arange(80.0, 140.0, 0.05)
+    >>> record = simulate(disc, Contour([0, 50], [1, 1]), center_x=x, fly_height=np.full(x.size, 31.0), feed_rate=20.0)
+    >>> 0 < record.volume < 12.7 * 50
+    True
+    """
+    x, height = checks.finite_array("center_x", center_x, "mm"), checks.finite_array("fly_height", fly_height, "mm")
+    if x.ndim != 1 or x.size < 2 or height.shape != x.shape:
+        raise ValueError(f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape}, {height.shape}")
+    feed = checks.positive("feed_rate", feed_rate, "mm/s")
+    angle = np.full(x.size, disc.relaxed_angle) if relaxed_angle is None else checks.finite_array("relaxed_angle", relaxed_angle)
+    step = float(x[-1] - x[0]) / (x.size - 1)
+    nodes = _nodes(bead, spacing if spacing is not None else step)
+    ground = even_bead(bead, nodes, width if width is not None else disc.model.bead_width)
+    run = Run(disc, ground, x, angle, step / feed, nodes)
+    return run.record(bead, run.grind(height, _kernels.GIVEN, order=order))
+
+
+def _nodes(bead: Contour, spacing: float) -> Floats:
+    return np.linspace(bead.x[0], bead.x[-1], max(2, round(bead.length / spacing)) + 1)
+
+
+@dataclasses.dataclass
+class Run:
+    """A disc over a bead on even nodes, at even positions of its center; used once."""
+
+    disc: TiltedDisc
+    ground: Bead
+    center_x: Floats
+    relaxed_angle: Floats
+    step: float
+    nodes: Floats
+
+    def grind(
+        self,
+        height: Floats,
+        mode: int,
+        *,
+        path: Floats | None = None,
+        gains: tuple[float, float] = (0.0, 0.0),
+        wind_max: float = np.inf,
+        order: int = 2,
+    ) -> Floats:
+        """Run the kernel; heights are those of the positions (`GIVEN`) or start with that of the first."""
+        core, x = self.disc.core, self.center_x
+        along = self.nodes * 0.0 if path is None else path
+        state, begin = np.zeros(_kernels.STATES), Step(x[0], height[0], 0.0, self.relaxed_angle[0], 0.0, self.step)
+        if mode == _kernels.INVERSE:
+            begin = begin._replace(a=0.0, b=1.0)
+        place = _kernels.tip(0.0, begin, core, state, along, self.ground)
+        state[_kernels.TIP_X], state[_kernels.TIP_Z] = place[0], place[1]
+        if _kernels.swept(self.ground, core, state, begin, 0.0, place[0], place[1], False) > 0.0:
+            raise ValueError(f"the disc must start clear of the bead (mm); its tip starts in metal at {place[0]:.5g}")
+        out = np.empty((x.size, 9))
+        out[0] = 0.0, 0.0, place[2], place[0], place[1], 0.0, 0.0, 0.0, 0.0
+        code, done = _kernels.grind(
+            self.ground, core, state, x[1:], height[1:] if mode == _kernels.GIVEN else np.full(x.size - 1, place[2]),
+            self.relaxed_angle[1:], self.step, along, mode, np.array(gains), min(wind_max, core.wind_max), order == 2, out[1:],
+        )  # fmt: skip
+        if code != _kernels.DONE:
+            power = self._power(float(self.disc.spring_torque(core.wind_max)))
+            raise GrinderStalled((done + 1) * self.step, float(state[_kernels.TIP_X]), power)
+        return out
+
+    def _power(self, torque: Any) -> Any:
+        m = self.disc.model
+        shaft = m.friction_ratio * torque
+        return 1e-3 * (m.free_speed - m.speed_droop * shaft) * shaft
+
+    def record(self, before: Contour, out: Floats) -> PassRecord:
+        """Put names to what the kernel says."""
+        m = self.disc.model
+        wind, torque, height, tip_x, tip_z, rate, removed, patches, _ = out.T.copy()
+        return PassRecord(
+            time=self.step * np.arange(wind.size),
+            center_x=self.center_x,
+            tip_x=tip_x,
+            tip_z=tip_z,
+            fly_height=height,
+            disk_angle=self.relaxed_angle - wind,
+            normal_force=torque / m.disk_radius,
+            grinding_power=self._power(torque),
+            removal_rate=rate,
+            disk_speed=m.free_speed - m.speed_droop * m.friction_ratio * torque,
+            removed=removed,
+            patches=patches,
+            before=before,
+            contour=Contour(self.nodes, self.ground.z),
+        )
