@@ -6,24 +6,20 @@ import numpy as np
 
 import hwsim
 from sdpgrind.weldbead import GrindingProcess
+from sdpgrind.weldbead.passes import Contour, PassProblem, TiltedDisc
 
 STEADY = hwsim.CoefficientScatter(0.0, 0.0, 0.0)
 PROCESS = GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
 
 
-class Namespace:
-    def __init__(self, **fields):
-        vars(self).update(fields)
-
-
 def disc(process=PROCESS, **changes):
-    fields = {"model": process, "relaxed_angle": np.deg2rad(20.0), "rotational_stiffness": 6e5, **changes}
-    return Namespace(**fields)
+    return TiltedDisc(process, **{"relaxed_angle": np.deg2rad(20.0), "rotational_stiffness": 6e5} | changes)
 
 
 def problem(length=40.0, height=1.0, wave=0.0, **changes):
     x = np.linspace(0, length, round(10 * length) + 1)
-    return Namespace(disc=disc(**changes), bead=Namespace(x=x, z=height + wave * np.sin(2 * np.pi * x / 20)))
+    bead = Contour(x, height + wave * np.sin(2 * np.pi * x / 20))
+    return PassProblem(disc(**changes), bead, mean_cut=0.1, feed_rate=20.0)
 
 
 class Passes:

@@ -8,17 +8,17 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hwsim.devices import Gauge, Scanner
-from hwsim.plants._force_table_bead import Bead, Disc
+from hwsim.plants._force_table_bead import Bead, reach
 from hwsim.plants._force_table_machine import ForceTable, Setup
-from hwsim.plants._force_table_truth import CoefficientScatter, Motor
+from hwsim.plants._force_table_truth import CoefficientScatter, Motor, drawn_disc
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead import SequenceProblem, preset
 from sdpgrind.weldbead.force import SensorChain, TableDrive, table_drive
+from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 
-Truth: TypeAlias = Any | Callable[[np.random.Generator], Any] | None
+Truth: TypeAlias = TiltedDisc | Callable[[np.random.Generator], TiltedDisc] | None
 _NONNEGATIVE = {"runout": "mm", "grinder_inertia": "N mm s^2", "lead_in": "mm", "lead_out": "mm", "clearance": "mm"}
-_POSITIVE = {"grinding_ratio": "1", "overload": "N"}
 
 
 def _drive() -> TableDrive:
@@ -77,8 +77,6 @@ class ForceTableStand(Frozen):
         Scans the bead (mm).
     runout : float
         Amplitude of the wobble of the face, mm.
-    grinding_ratio : float
-        Volume ground for a volume of disc worn, dimensionless; infinite: no wear.
     grinder_inertia : float
         Moment of inertia of the grinder about its pivot, N mm s^2; 0: massless, as Brown assumes. About 5.4 for 1.5 kg.
     spring_first : bool
@@ -100,18 +98,19 @@ class ForceTableStand(Frozen):
 
     Examples
     --------
-    >>> import hwsim, types
-    >>> from sdpgrind.weldbead import GrindingProcess
+    >>> import hwsim, numpy as np
+    >>> from sdpgrind import units
+    >>> from sdpgrind.weldbead import GrindingProcess, passes
     >>> process = GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
-    >>> disc = types.SimpleNamespace(model=process, relaxed_angle=0.35, rotational_stiffness=6e5)
-    >>> bead = types.SimpleNamespace(x=np.array([0.0, 20.0]), z=np.array([1.0, 1.0]))
-    >>> stand = hwsim.ForceTableStand(types.SimpleNamespace(disc=disc, bead=bead))
+    >>> disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+    >>> bead = passes.Contour([0.0, 20.0], [1.0, 1.0])
+    >>> stand = hwsim.ForceTableStand(passes.PassProblem(disc, bead, mean_cut=0.2, feed_rate=20.0))
     >>> machine = stand.start(np.random.default_rng(1))
     >>> round(machine.step({}, 0)["height"], 2)
     1.0
     """
 
-    problem: Any
+    problem: PassProblem
     _: KW_ONLY
     truth: Truth = None
     pass_scatter: CoefficientScatter = field(default_factory=CoefficientScatter)
@@ -127,7 +126,6 @@ class ForceTableStand(Frozen):
     table_gauge: Gauge = field(default_factory=lambda: Gauge(noise_sd=0.002))
     scanner: Scanner = field(default_factory=Scanner)
     runout: float = 0.1
-    grinding_ratio: float = np.inf
     grinder_inertia: float = 0.0
     spring_first: bool = False
     lead_in: float = 10.0
@@ -139,13 +137,17 @@ class ForceTableStand(Frozen):
     def __post_init__(self) -> None:
         for name, unit in _NONNEGATIVE.items():
             checks.nonnegative(name, getattr(self, name), unit)
-        for name, unit in _POSITIVE.items():
-            if not getattr(self, name) > 0:
-                raise checks.refuse(name, "> 0", getattr(self, name), unit)
+        checks.positive("overload", self.overload, "N")
         checks.count("delay_samples", self.delay_samples, at_least=0)
         checks.number("datum", self.datum, "mm")
         checks.number("time", self.start_time, "s")
-        self._checked_disc(self.truth if self.truth is not None and not callable(self.truth) else self.problem.disc)
+        if not isinstance(self.problem, PassProblem):
+            raise TypeError(f"problem must be a PassProblem; got {self.problem!r}")
+        if self.truth is not None and not callable(self.truth):
+            _checked_disc(self.truth)
+        if self.grinder_inertia > 0 and self.problem.disc.rotational_stiffness is None:
+            rule = "0 with a compliance table; a grinder with inertia needs rotational_stiffness"
+            raise checks.refuse("grinder_inertia", rule, self.grinder_inertia, "N mm s^2")
         if self.bead.length <= self.scanner.spacing:
             raise checks.refuse("bead", f"longer than the scanner's spacing {self.scanner.spacing:g}", self.bead.length, "mm")
 
@@ -169,8 +171,7 @@ class ForceTableStand(Frozen):
     @property
     def start_x(self) -> float:
         """Centre of the disc at the start of a pass when nothing else is commanded, mm: the tip at the lead-in."""
-        disc = Disc.of(self.problem.disc)
-        return float(self.bead.x[0] - self.lead_in + disc.radius * np.cos(disc.relaxed_angle))
+        return float(self.bead.x[0]) - self.lead_in + reach(self.problem.disc)
 
     @property
     def tick(self) -> float:
@@ -238,11 +239,11 @@ class ForceTableStand(Frozen):
         """
         of_truth, of_passes, of_noise = rng.spawn(3)
         disc = self.truth(of_truth) if callable(self.truth) else self.truth
-        disc = self._checked_disc(self.problem.disc if disc is None else disc)
-        process = self.bead_scatter.drawn(disc.model, of_truth)
-        return ForceTable(Setup(self, self.bead, Disc.of(disc), process), of_passes, of_noise)
+        disc = drawn_disc(self.bead_scatter, _checked_disc(self.problem.disc if disc is None else disc), of_truth)
+        return ForceTable(Setup(self, self.bead, disc), of_passes, of_noise)
 
-    def _checked_disc(self, disc: Any) -> Any:
-        if not hasattr(disc, "model") or not hasattr(disc, "relaxed_angle"):
-            raise TypeError(f"truth must be None, a TiltedDisc or a function of rng that gives one; got {disc!r}")
-        return disc
+
+def _checked_disc(disc: Any) -> TiltedDisc:
+    if not isinstance(disc, TiltedDisc):
+        raise TypeError(f"truth must be None, a TiltedDisc or a function of rng that gives one; got {disc!r}")
+    return disc

@@ -1,32 +1,31 @@
 """Bead and disc as plain arrays for the compiled core of the force table."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Self
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
+from sdpgrind.weldbead.passes._kernels import Bead as Metal
 
-_SPACING = 0.1  # mm; coarser contours are interpolated
+SPACING = 0.1  # mm
 
 
 @dataclass(frozen=True)
 class Bead:
-    """A contour on an even grid, and what it stands on."""
+    """A contour on even nodes, and what it stands on."""
 
     x: Floats
     z: Floats
     parent: Floats
 
     @classmethod
-    def of(cls, problem: Any) -> "Bead":
-        """Put the bead of a pass problem on an even grid."""
-        given = problem.bead
-        x, z = np.asarray(given.x, dtype=float), np.asarray(given.z, dtype=float)
-        even = np.linspace(x[0], x[-1], 1 + max(2, round((x[-1] - x[0]) / _SPACING)))
-        parent = getattr(problem, "parent", None)
-        ground = np.zeros(even.size) if parent is None else np.interp(even, parent.x, parent.z)
-        return cls(even, np.interp(even, x, z), ground)
+    def of(cls, problem: PassProblem) -> Self:
+        """Put the bead of a pass problem on even nodes."""
+        bead, parent = problem.bead, problem.parent
+        x = np.linspace(bead.x[0], bead.x[-1], 1 + max(10, round(bead.length / SPACING)))
+        return cls(x, bead.at(x), np.zeros(x.size) if parent is None else parent.at(x))
 
     @property
     def spacing(self) -> float:
@@ -37,6 +36,12 @@ class Bead:
     def length(self) -> float:
         """Length, mm."""
         return float(self.x[-1] - self.x[0])
+
+    def metal(self, z: Floats, width: float) -> Metal:
+        """What the compiled core cuts: `z` itself, changed in place."""
+        area = np.full(z.size, self.spacing * width)
+        area[[0, -1]] *= 0.5
+        return Metal(float(self.x[0]), self.spacing, z, area, np.maximum.accumulate(z[::-1])[::-1].copy())
 
     def mean(self, values: Floats) -> float:
         """Mean over the length of values at the nodes."""
@@ -52,26 +57,11 @@ class Bead:
         return self.mean(missing), float(missing.max())
 
 
-@dataclass(frozen=True)
-class Disc:
-    """A disc on its compliance."""
+def reach(disc: TiltedDisc) -> float:
+    """From the tip to the centre of the relaxed disc, along the bead, mm."""
+    return float(disc.model.disk_radius * np.cos(disc.relaxed_angle))
 
-    radius: float
-    relaxed_angle: float
-    angles: Floats  # rad; wind-up
-    torques: Floats  # N mm
 
-    @classmethod
-    def of(cls, disc: Any) -> "Disc":
-        """Read a tilted disc: a table of torques against wind-up, or one stiffness."""
-        table = getattr(disc, "compliance", None)
-        if table is None:
-            angles, torques = np.array([0.0, 1.0]), np.array([0.0, float(disc.rotational_stiffness)])
-        else:
-            angles, torques = (np.ascontiguousarray(each, dtype=float) for each in table)
-        return cls(float(disc.model.disk_radius), float(disc.relaxed_angle), angles, torques)
-
-    @property
-    def stiffness(self) -> float:
-        """Contact stiffness of the relaxed disc, N/mm (Brown (7.1b))."""
-        return float(self.torques[1] / self.angles[1]) / self.radius**2
+def drop(disc: TiltedDisc) -> float:
+    """From the centre of the relaxed disc down to the tip, mm."""
+    return float(disc.model.disk_radius * np.sin(disc.relaxed_angle))

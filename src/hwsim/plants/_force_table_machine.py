@@ -3,22 +3,24 @@
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, nan
+from math import inf, nan, sqrt
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from hwsim.plants import _force_table_kernels as kernels
-from hwsim.plants._force_table_bead import Bead, Disc
-from hwsim.plants._force_table_kernels import DiscCore, Truth
-from hwsim.plants._force_table_truth import Motor
+from hwsim.plants._force_table_bead import Bead, drop, reach
+from hwsim.plants._force_table_kernels import Grinder, Layout
+from hwsim.plants._force_table_truth import Motor, drawn_disc
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.weldbead import GrindingProcess
 from sdpgrind.weldbead.force._kernels import sensor_read
+from sdpgrind.weldbead.passes import TiltedDisc
+from sdpgrind.weldbead.passes import _kernels as cutting
 
-GRINDING, TABLE = 14, 4  # grinding sub-steps of a sample, table sub-steps in each: 56, a multiple of the sensor's 8
+SUB_STEPS = 56  # of table and sensors in a sample: a multiple of the 8 inside the sensor
+_GRINDING, _BOUNCING = 14, 56  # grinding sub-steps of a sample; of a grinder with inertia, which rings at some 50 Hz
 IDLE, LEAD_IN, ON_BEAD, LEAD_OUT, RESET = range(5)
 _IN_CONTACT = 2.0  # N; a reading above it counts as grinding
 _DAMPING = 0.05  # of the grinder on its compliance
@@ -29,12 +31,11 @@ _NO_EVENT = dict.fromkeys(_AT_EVENTS, nan)
 
 
 class Setup(NamedTuple):
-    """The stand, the bead before its first pass, and what disc and process really are."""
+    """The stand, the bead before its first pass, and what the disc and its process really are."""
 
     stand: Any  # a ForceTableStand, which stands above this module
     bead: Bead
-    disc: Disc
-    process: GrindingProcess
+    disc: TiltedDisc
 
 
 @dataclass
@@ -59,7 +60,7 @@ class Readings:
 class Done:
     """The truth of one pass."""
 
-    process: GrindingProcess
+    disc: TiltedDisc
     volume: float = 0.0
     force: float = 0.0  # N, mean over the samples on the bead
     samples: int = 0
@@ -75,14 +76,16 @@ class ForceTable:
         stand, disc = setup.stand, setup.disc
         self._z = setup.bead.z.copy()
         self._phase, self._left, self._feed = IDLE, 0, 0.0
-        step = stand.tick / (GRINDING * TABLE)
+        grinding = _BOUNCING if stand.grinder_inertia > 0 else _GRINDING
+        step = stand.tick / SUB_STEPS
         self._drive_core, self._sensor_core = stand.drive.core(step), stand.sensor.core(step)
-        self._shape = np.array([GRINDING, TABLE, stand.datum, disc.stiffness])
+        self._layout = Layout(grinding, SUB_STEPS // grinding, stand.datum, disc.contact_stiffness)
         self._state = np.zeros(kernels.STATES)
         self._state[kernels.PHASE] = noise.uniform(0, 2 * np.pi)
         self._state[kernels.SPIN] = self._free_speed
         self._drive, self._sensors = stand.drive.start(self._drawn_back()), np.zeros((2, stand.sensor.start().size))
         self._state[kernels.CENTER] = stand.start_x
+        self._cut = np.zeros(cutting.STATES)
         self._log: list[Done] = []
         self._stalls, self._lead_samples = 0, 0
         self._reading = Readings()
@@ -122,59 +125,64 @@ class ForceTable:
             raise ValueError("a pass needs feed_rate (mm/s) with its start")
         self._feed = checks.positive("feed_rate", command["feed_rate"], "mm/s")
         start = checks.number("start_x", command.get("start_x", stand.start_x), "mm")
-        if start > (latest := self._setup.bead.x[0] + self._reach):
+        if start > (latest := self._setup.bead.x[0] + reach(self._setup.disc)):
             raise checks.refuse("start_x", f"<= {latest:.6g}, so that the tip is before the bead", start, "mm")
-        self._log.append(Done(stand.pass_scatter.drawn(self._setup.process, self._passes)))
+        self._log.append(Done(drawn_disc(stand.pass_scatter, self._setup.disc, self._passes)))
         self._prepare(start)
 
     def _prepare(self, start: float) -> None:
-        stand, back = self._setup.stand, self._drawn_back()
-        process = self._log[-1].process
-        self._truth = Truth(process.specific_energy, process.idle_power, process.friction_ratio)
-        self._core = self._disc_core(process)
+        """Put everything where a pass begins; spin angle, spin and wear stay as they are."""
+        stand, back, disc = self._setup.stand, self._drawn_back(), self._log[-1].disc
+        self._metal = self._setup.bead.metal(self._z, disc.model.bead_width)
+        self._grinder = self._grinder_core(disc)
+        self._core = self._disc_core(disc)
         self._drive[:] = stand.drive.start(back)
         self._sensors[:] = stand.sensor.start()
         self._queue = [back] * stand.delay_samples
         self._last_command = back
-        kept = self._state[[kernels.PHASE, kernels.SPIN, kernels.WEAR]]
-        self._state[:] = 0.0
-        self._state[[kernels.PHASE, kernels.SPIN, kernels.WEAR]] = kept
-        disc = self._setup.disc
+        kept, worn = self._state[[kernels.PHASE, kernels.SPIN]], self._cut[cutting.WEAR]
+        self._state[:], self._cut[:] = 0.0, 0.0
+        self._state[[kernels.PHASE, kernels.SPIN]], self._cut[cutting.WEAR] = kept, worn
         self._state[kernels.CENTER] = start
-        self._state[kernels.TIP_X] = start - self._reach
-        self._state[kernels.TIP_Z] = stand.datum - back - disc.radius * np.sin(disc.relaxed_angle)
-        self._grid = np.array([self._setup.bead.x[0], self._setup.bead.spacing, self._z.max()])
+        self._cut[cutting.TIP_X] = start - reach(disc)
+        self._cut[cutting.TIP_Z] = stand.datum - back - drop(disc)
         self._phase, self._reading, self._pass_start = LEAD_IN, Readings(), self.time
 
-    def _disc_core(self, process: GrindingProcess) -> DiscCore:
-        stand, disc, motor = self._setup.stand, self._setup.disc, self._setup.stand.motor
-        limit = stand.charges.burn_limit
-        burn = inf if limit is None else float(limit.interval(process, self._feed)[1])
-        inertia = stand.grinder_inertia
-        damping = 2 * _DAMPING * float(np.sqrt(inertia * disc.torques[1] / disc.angles[1]))
-        motor = Motor(process.free_speed, process.speed_droop, spin_time=0.0) if motor is None else motor
-        return DiscCore(
-            *(stand.tick / GRINDING, disc.radius, process.bead_width, disc.relaxed_angle, disc.angles, disc.torques),
-            *(inertia, damping, motor.free_speed, motor.speed_droop, motor.spin_time),
-            *(stand.runout, stand.grinding_ratio),
+    def _grinder_core(self, disc: TiltedDisc) -> Grinder:
+        stand, motor, model = self._setup.stand, self._setup.stand.motor, disc.model
+        limit = stand.problem.burn_limit or stand.charges.burn_limit
+        inertia, stiffness = stand.grinder_inertia, disc.rotational_stiffness or 0.0
+        motor = Motor(model.free_speed, model.speed_droop, spin_time=0.0) if motor is None else motor
+        return Grinder(
+            *(
+                stand.tick / self._layout.grinding,
+                disc.relaxed_angle,
+                stiffness,
+                inertia,
+                2 * _DAMPING * sqrt(inertia * stiffness),
+            ),
+            *(motor.free_speed, motor.speed_droop, motor.spin_time, stand.runout),
             reads_spring=stand.spring_first,
-            burn_force=burn,
+            burn_force=inf if limit is None else float(limit.interval(model, self._feed)[1]),
         )
+
+    def _disc_core(self, disc: TiltedDisc) -> cutting.Core:
+        """With inertia, contact meets a spring that is stiffer by what turns the grinder in one sub-step."""
+        core = disc.core
+        if self._grinder.inertia == 0.0:
+            return core
+        slope, _ = kernels.inertial(self._grinder, np.zeros(kernels.STATES))
+        return core._replace(torques=np.array([0.0, self._grinder.stiffness + slope]))
 
     @property
     def _free_speed(self) -> float:
         motor = self._setup.stand.motor
-        return float(self._setup.process.free_speed if motor is None else motor.free_speed)
-
-    @property
-    def _reach(self) -> float:
-        """From tip to centre of the relaxed disc, mm."""
-        return self._setup.disc.radius * float(np.cos(self._setup.disc.relaxed_angle))
+        return float(self._setup.disc.model.free_speed if motor is None else motor.free_speed)
 
     def _drawn_back(self) -> float:
         """Platform position (mm) with the disc clear of the bead."""
         stand, disc = self._setup.stand, self._setup.disc
-        return float(stand.datum - self._z.max() - disc.radius * np.sin(disc.relaxed_angle) - stand.clearance)
+        return float(stand.datum - self._z.max() - drop(disc) - stand.clearance)
 
     # What happens -----------------------------------------------------------------------------------------------------
 
@@ -200,8 +208,8 @@ class ForceTable:
         """One control sample of a pass."""
         state, done = self._state, self._log[-1]
         kernels.sample(
-            *(self._z, self._grid, self._core, state, self._truth, self._feed, self._applied(), self._drive),
-            *(self._drive_core, self._sensors, self._sensor_core, self._shape),
+            *(self._metal, self._core, self._cut, self._grinder, state, self._feed, self._applied()),
+            *(self._drive, self._drive_core, self._sensors, self._sensor_core, self._layout),
         )
         self.time += 1
         if self._phase == ON_BEAD:
@@ -226,7 +234,7 @@ class ForceTable:
 
     def _go_on(self) -> None:
         """From lead-in to bead to lead-out to reset; a stalled or overloaded grinder is drawn back at once."""
-        bead, tip, stand = self._setup.bead, self._state[kernels.TIP_X], self._setup.stand
+        bead, tip, stand = self._setup.bead, self._cut[cutting.TIP_X], self._setup.stand
         motor = stand.motor
         stalled = 0.0 if motor is None else motor.stall * motor.free_speed
         if self._state[kernels.SPIN] <= stalled or self._state[kernels.FORCE] > stand.overload:
@@ -249,8 +257,8 @@ class ForceTable:
         cut, pass_ = before["height"] - self._scan["height"], self._reading
         of_pass = dict.fromkeys(_OF_PASS, nan) | {"feed_rate": self._feed, "cut_depth": cut}
         if pass_.samples:
-            n, bead, process = pass_.samples, self._setup.bead, self._setup.process
-            volume = cut * bead.length * process.bead_width
+            n = pass_.samples
+            volume = cut * self._setup.bead.length * self._setup.disc.model.bead_width
             of_pass |= {
                 "grinding_power": pass_.power / n,
                 "normal_force": pass_.force / n,
@@ -277,7 +285,7 @@ class ForceTable:
         friction = float(sensor_read(self._sensors[1], self._sensor_core, sd * normal[1]))
         speed = stand.speed_gauge.read(float(self._state[kernels.SPIN]), float(normal[2]))
         self._read = force, friction, speed
-        self._reading.add(force, friction, speed, self._setup.disc.radius)
+        self._reading.add(force, friction, speed, self._setup.disc.model.disk_radius)
 
     def _measured(self) -> dict[str, Any]:
         stand = self._setup.stand
@@ -310,7 +318,7 @@ class ForceTable:
         """What the bead became; see the stand."""
         stand, bead = self._setup.stand, self._setup.bead
         height, (mean, worst) = bead.height(self._z), bead.overground(self._z)
-        area, done = bead.length * self._setup.process.bead_width, self._log
+        area, done = bead.length * self._setup.disc.model.bead_width, self._log
         return {
             "penalty": self._penalty(height),
             **{"height": height, "overground": mean, "overground_worst": worst},
@@ -319,9 +327,9 @@ class ForceTable:
             **{"burned": sum(each.over > 0 for each in done), "burn_time": sum(each.over for each in done)},
             "contour": self._z.copy(),
             "true_cut_depth": [each.volume / area for each in done],
-            "true_specific_energy": [each.process.specific_energy for each in done],
-            "true_idle_power": [each.process.idle_power for each in done],
-            "true_friction_ratio": [each.process.friction_ratio for each in done],
+            "true_specific_energy": [each.disc.model.specific_energy for each in done],
+            "true_idle_power": [each.disc.model.idle_power for each in done],
+            "true_friction_ratio": [each.disc.model.friction_ratio for each in done],
             "true_force": [each.force / max(1, each.samples) for each in done],
             "true_volume": [each.volume for each in done],
         }
@@ -344,8 +352,10 @@ class ForceTable:
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """A machine with a state of its own; what never changes is shared."""
         twin = copy.copy(self)
-        shared = ("_setup", "_drive_core", "_sensor_core", "_core", "_truth", "_shape")
+        shared = ("_setup", "_drive_core", "_sensor_core", "_core", "_grinder", "_layout")
         for name, value in vars(self).items():
             if name not in shared:
                 setattr(twin, name, copy.deepcopy(value, memo))
+        if twin._log:
+            twin._metal = self._metal._replace(z=twin._z)
         return twin

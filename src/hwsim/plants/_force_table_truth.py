@@ -9,6 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.units import hz
 from sdpgrind.weldbead import GrindingProcess
+from sdpgrind.weldbead.passes import TiltedDisc
 
 _GUARD_SPEED = 0.7236067977499789  # (1 + sqrt(0.2))/2 of the free speed: 80 % of the greatest power
 
@@ -67,6 +68,11 @@ class CoefficientScatter(Frozen):
         names = ("specific_energy", "idle_power", "friction_ratio")
         factors = [_lognormal(getattr(self, name), normal) for name, normal in zip(names, rng.standard_normal(3), strict=True)]
         return process.replace(**{name: getattr(process, name) * f for name, f in zip(names, factors, strict=True)})
+
+
+def drawn_disc(scatter: CoefficientScatter, disc: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:
+    """A disc with the coefficients of its process drawn."""
+    return disc.replace(model=scatter.drawn(disc.model, rng))
 
 
 def _lognormal(relative_sd: float, normal: float) -> float:
