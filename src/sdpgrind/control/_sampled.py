@@ -1,6 +1,7 @@
 """Sampled linear systems with one input and one output: made exactly from continuous ones, chained, delayed, closed."""
 
 import dataclasses
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -84,12 +85,21 @@ class Sampled:
         frequency : array
             Angular frequencies, rad/s.
         """
-        z = np.exp(1j * np.asarray(frequency, dtype=float) * self.sample_time)
+        w = np.asarray(frequency, dtype=float)
+        z = np.exp(1j * w.ravel() * self.sample_time)
+        T, B, C = self._triangular
+        x = np.zeros((self.order, z.size), dtype=complex)
+        for i in range(self.order - 1, -1, -1):  # (z - T) x = B from the last row up, all frequencies at once
+            x[i] = (B[i] + T[i, i + 1 :] @ x[i + 1 :]) / (z - T[i, i])
+        return np.asarray((self.D + C @ x).reshape(w.shape), dtype=complex)
+
+    @cached_property
+    def _triangular(self) -> tuple[Complex, Complex, Complex]:
+        """Complex Schur form, with the input and the output in its coordinates."""
         if not self.order:
-            return np.full(z.shape, complex(self.D))
-        shifted = z[..., None, None] * np.eye(self.order) - self.A
-        column = np.broadcast_to(self.B[:, None], (*z.shape, self.order, 1))
-        return np.asarray(self.D + (self.C @ np.linalg.solve(shifted, column))[..., 0])
+            return np.zeros((0, 0), dtype=complex), np.zeros(0, dtype=complex), np.zeros(0, dtype=complex)
+        T, U = scipy.linalg.schur(self.A, output="complex")
+        return T, U.conj().T @ self.B, self.C @ U
 
     def run(self, values: npt.ArrayLike, start: npt.ArrayLike | None = None) -> Floats:
         """Return the output for a sequence of inputs, in the units of the output.

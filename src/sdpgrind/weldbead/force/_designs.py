@@ -198,13 +198,14 @@ def tuned(
     """Loop of largest bandwidth of a family of two positive parameters: a logarithmic grid, closed in on its best point."""
     judge = _Judge(plant, DesignLimits() if limits is None else limits)
     low, high = np.log(np.array(ranges)).T
-    best, width = (low + high) / 2, (high - low) / 2
-    floor, ceiling, value = low, high, -np.inf
-    for level in range(7):
-        points = _points(best, width, floor, ceiling, 11 if level == 0 else 7)
+    best, width, number, value = (low + high) / 2, (high - low) / 2, 21, -np.inf
+    for _ in range(8):
+        points = _points(best, width, low, high, number)
         values = [judge(family(*np.exp(point))) for point in points]
         k = int(np.argmax(values))
-        best, value, width = (points[k], values[k], width * 0.45) if values[k] >= value else (best, value, width * 0.45)
+        if values[k] >= value:
+            best, value = points[k], values[k]
+        width, number = width * (0.15 if number == 21 else 0.5), 7
     if not np.isfinite(value):
         raise ValueError(f"limits leave no {name} law in the range searched; got {judge.limits!r}")
     return ForceLoop(family(*np.exp(best)), plant, name)
