@@ -255,7 +255,7 @@ def bad(**changes):
             r"normal_force\[1\] must be <= force_max = 90 \(N\); got 95\.0",
         ),
         (
-            lambda: force.ForceController(bad(problem=SimpleNamespace(force_max=15.0)), LOOP),
+            lambda: force.ForceController(bad(problem=SimpleNamespace(normal_force_max=15.0)), LOOP),
             ValueError,
             r"normal_force\[1\] must be <= force_max = 15 \(N\); got 20\.0",
         ),

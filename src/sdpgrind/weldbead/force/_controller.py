@@ -139,8 +139,8 @@ class ForceController:
         self._blend = checks.within("blend", blend, 0.0, 1.0)
         if self._blend and not self._feedforward:
             raise checks.refuse("blend", "0 without feedforward: there is no height to hold", self._blend)
-        own = getattr(getattr(plan, "problem", None), "force_max", None)
-        self._force_max = checks.positive("force_max", (own or FORCE_MAX) if force_max is None else force_max, "N")
+        own = getattr(getattr(plan, "problem", None), "normal_force_max", FORCE_MAX)
+        self._force_max = checks.positive("force_max", own if force_max is None else force_max, "N")
         self._limits = Limits() if limits is None else limits
         self._datum = checks.number("datum", datum, "mm")
         self._core, self._lag = self._control_core(), loop.plant.lag

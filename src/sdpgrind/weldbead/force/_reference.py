@@ -87,7 +87,7 @@ def _check_force(force: Floats, force_max: float) -> None:
     low, high = int(np.argmin(force)), int(np.argmax(force))
     if force[low] < 0:
         raise checks.refuse(f"normal_force[{low}]", ">= 0", float(force[low]), "N")
-    if force[high] > force_max * (1 + 1e-9):
+    if force[high] > force_max * (1 + 1e-6):
         raise checks.refuse(f"normal_force[{high}]", f"<= force_max = {force_max:g}", float(force[high]), "N")
 
 
