@@ -1,5 +1,6 @@
 """The contour of a bead, and the contour that takes a given volume off it: Brown (1988), (6.1) and (6.2)."""
 
+import bisect
 import dataclasses
 from typing import Any
 
@@ -65,7 +66,7 @@ class Contour(Frozen):
 
     def at(self, x: npt.ArrayLike) -> Floats:
         """Return the height (mm) at positions `x` (mm); level beyond the ends."""
-        return np.asarray(np.interp(x, self.x, self.z))
+        return np.asarray(np.interp(np.asarray(x, dtype=float), self.x, self.z))
 
     def shifted(self, by: float) -> "Contour":
         """Return the contour `by` mm higher."""
@@ -168,11 +169,11 @@ def contour_shift(bead: Contour, shape: Contour, volume: float, width: float | C
     levels = np.unique(gap)[::-1]
     if volume == 0.0:
         return float(levels[0])
-    removed = np.concatenate([_removed(part, x, gap, across) for part in np.array_split(levels, 1 + levels.size // 256)])
-    k = int(np.searchsorted(removed, volume))  # the first level below which enough is removed
-    area = float(np.trapezoid(across, x))
-    if k == levels.size:  # all of the bead is cut: the volume is linear from there on
-        return float(levels[-1] - (volume - removed[-1]) / area)
+    all_of_it = float(_removed(levels[-1:], x, gap, across)[0])
+    if volume >= all_of_it:  # all of the bead is cut: the volume is linear from there on
+        return float(levels[-1] - (volume - all_of_it) / np.trapezoid(across, x))
+    # The first level below which enough is removed.
+    k = bisect.bisect_left(range(levels.size), volume, key=lambda i: float(_removed(levels[i : i + 1], x, gap, across)[0]))
     return _between(float(levels[k]), float(levels[k - 1]), volume, (x, gap, across))
 
 

@@ -20,7 +20,7 @@ FLATTEST = 0.02
 """Angle (rad) that a spring is never wound down to."""
 
 
-class GrinderStalled(RuntimeError):
+class GrinderStalled(RuntimeError):  # noqa: N818 the field's own word
     """More power is needed than the motor has: nothing that it could remove would let the disc pass.
 
     Attributes
@@ -31,7 +31,7 @@ class GrinderStalled(RuntimeError):
 
     def __init__(self, time: float, position: float, power: float) -> None:
         super().__init__(
-            f"the grinder stalls at {time:.4g} s, tip at {position:.5g} mm: the cut needs more than the {power:.4g} W it has there"
+            f"the grinder stalls at {time:.4g} s, tip at {position:.5g} mm: the cut needs more than the {power:.4g} W it has"
         )
         self.time, self.position, self.power = time, position, power
 

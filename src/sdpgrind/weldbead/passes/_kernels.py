@@ -38,7 +38,8 @@ class Core(NamedTuple):
 
 class Bead(NamedTuple):
     """A bead on even nodes: origin, spacing (mm), heights, volume of one mm of height at each node (mm^2), and what no later
-    node lies above (mm)."""
+    node lies above (mm).
+    """
 
     start: float
     spacing: float
@@ -135,7 +136,8 @@ def _excess(wind, share, carried, bead, core, state, step, path):
 @njit(**_OPTIONS)
 def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
     """Least wind-up with nothing left in the way (`most` if there is none): a bracket round the last one, then false position
-    that halves the end that stays."""
+    that halves the end that stays.
+    """
     low, at_low = 0.0, at_zero
     high, stride = min(state[WIND] + 2e-5, most), 1e-4
     at_high = _excess(high, share, carried, bead, core, state, step, path)
@@ -243,7 +245,7 @@ def grind(bead, core, state, center, height, relaxed_angle, time, path, mode, ga
             return code, k
         x, y = state[TIP_X], state[TIP_Z]
         now = _along(path, bead, x) - y
-        _, asked, wished = tip(state[WIND], step, core, state, path, bead)
+        _, _, wished = tip(state[WIND], step, core, state, path, bead)
         limited = reached - wished > 1e-12
         if mode == FEEDBACK and k == 0:
             begin -= gains[0] * now

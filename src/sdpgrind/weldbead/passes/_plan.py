@@ -138,9 +138,7 @@ class PassPlan:
         return f"PassPlan({self.method}, {self.time[-1]:.3g} s, {self.volume:.4g} mm^3, {self.status})"
 
 
-def plan(
-    problem: PassProblem, *, method: str = "inverse", gains: tuple[float, float] = GAINS, strict: bool = False
-) -> PassPlan:
+def plan(problem: PassProblem, *, method: str = "inverse", gains: tuple[float, float] = GAINS, strict: bool = False) -> PassPlan:
     """Plan a pass.
 
     Parameters
@@ -193,9 +191,7 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
     center = _centers(problem, spacing)
     if method == "static":
         height = _static_height(problem, center)
-        return simulate(
-            disc, problem.bead, center_x=center, fly_height=height, feed_rate=problem.feed_rate, spacing=spacing
-        )
+        return simulate(disc, problem.bead, center_x=center, fly_height=height, feed_rate=problem.feed_rate, spacing=spacing)
     ground = even_bead(problem.bead, nodes, disc.model.bead_width)
     run = Run(disc, ground, center, np.full(center.size, disc.relaxed_angle), spacing / problem.feed_rate, nodes)
     path = problem.tip_path.at(nodes)
@@ -224,4 +220,4 @@ def _static_height(problem: PassProblem, center: Floats) -> Floats:
         depth = np.where((x >= problem.bead.x[0]) & (x <= problem.bead.x[-1]), problem.bead.at(x) - problem.tip_path.at(x), 0.0)
         force = np.where(depth > 0, disc.model.normal_force(np.maximum(depth, 1e-12), problem.feed_rate), 0.0)
         angle = disc.relaxed_angle - disc.deflection(np.minimum(force, problem.force_limit) * radius)
-    return np.asarray(problem.tip_path.at(center - radius * np.cos(angle)) + radius * np.sin(angle))
+    return np.add(problem.tip_path.at(center - radius * np.cos(angle)), radius * np.sin(angle))

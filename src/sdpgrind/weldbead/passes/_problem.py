@@ -81,7 +81,7 @@ class PassProblem(Frozen):
             raise checks.refuse("spacing", f"<= {self.bead.length / 10:g}, a tenth of the bead", self.spacing, "mm")
         if self.force_limit < float(self.disc.model.threshold_force):
             raise ValueError(
-                f"normal_force_max must be above the {float(self.disc.model.threshold_force):.4g} N below which nothing is cut (N);"
+                f"normal_force_max must be > {float(self.disc.model.threshold_force):.4g}, below which nothing is cut (N);"
                 f" the limits leave {self.force_limit:.4g}"
             )
         self._check_parent()
@@ -106,10 +106,11 @@ class PassProblem(Frozen):
         return Contour(x, contour.at(x))
 
     def _check_steepness(self) -> None:
-        reach = self.disc.model.disk_radius * np.cos(self.disc.relaxed_angle)
-        if self.lead_in >= reach:
+        reach = self.disc.model.disk_radius * np.sin(self.disc.relaxed_angle)
+        rise = max(self.bead.z) - min(self.tip_path.z)
+        if rise >= reach:
             raise ValueError(
-                f"the bead must not rise beyond the disc's center, {reach:.4g} mm ahead of its tip (mm); got {self.lead_in:.4g}"
+                f"the bead must rise less than {reach:.4g}, up to the disc's center, above the path of its tip (mm); got {rise:.4g}"
             )
 
     @property
