@@ -208,7 +208,7 @@ def _centers(problem: PassProblem, spacing: float) -> Floats:
     most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))
     lag = disc.model.disk_radius * np.cos(max(0.0, disc.relaxed_angle - most)) - reach
     begin, end = problem.bead.x[0] - problem.lead_in + reach, problem.bead.x[-1] + reach + lag
-    return begin + spacing * np.arange(int(np.ceil((end - begin) / spacing)) + 2)
+    return np.asarray(begin + spacing * np.arange(int(np.ceil((end - begin) / spacing)) + 2))
 
 
 def _static_height(problem: PassProblem, center: Floats) -> Floats:
@@ -220,4 +220,4 @@ def _static_height(problem: PassProblem, center: Floats) -> Floats:
         depth = np.where((x >= problem.bead.x[0]) & (x <= problem.bead.x[-1]), problem.bead.at(x) - problem.tip_path.at(x), 0.0)
         force = np.where(depth > 0, disc.model.normal_force(np.maximum(depth, 1e-12), problem.feed_rate), 0.0)
         angle = disc.relaxed_angle - disc.deflection(np.minimum(force, problem.force_limit) * radius)
-    return np.add(problem.tip_path.at(center - radius * np.cos(angle)), radius * np.sin(angle))
+    return np.asarray(problem.tip_path.at(center - radius * np.cos(angle)) + radius * np.sin(angle))
