@@ -110,7 +110,7 @@ class PassProblem(Frozen):
         rise = max(self.bead.z) - min(self.tip_path.z)
         if rise >= reach:
             raise ValueError(
-                f"the bead must rise less than {reach:.4g} above the path of the tip, up to the disc's center (mm); got {rise:.4g}"
+                f"the bead must rise < {reach:.4g} above the path of the tip, to the disc's center (mm); got {rise:.4g}"
             )
 
     @property
