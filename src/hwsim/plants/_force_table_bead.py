@@ -9,7 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes._kernels import Bead as Metal
 
-SPACING = 0.1  # mm
+SPACING = 0.05  # mm
 
 
 @dataclass(frozen=True)

@@ -169,6 +169,7 @@ class ForceTable:
     def _disc_core(self, disc: TiltedDisc) -> cutting.Core:
         """With inertia, contact meets a spring that is stiffer by what turns the grinder in one sub-step."""
         core = disc.core
+        core = core._replace(angles=np.ascontiguousarray(core.angles), torques=np.ascontiguousarray(core.torques))
         if self._grinder.inertia == 0.0:
             return core
         slope, _ = kernels.inertial(self._grinder, np.zeros(kernels.STATES))
