@@ -159,7 +159,6 @@ def test_it_is_drawn():
         ({"target_shape": passes.Contour([10, 150], [0, 0])}, "the target shape must cover the bead, 0 to 150 mm; got 10 to 150"),
         ({"parent": passes.Contour([0, 150], [0.9, 0.9])}, "mean_cut must leave the parent alone"),
         (
-        (
             {"bead": passes.Contour([0, 75, 75.1, 150], [0, 0, 40, 40]), "mean_cut": 22.0},
             r"the bead must rise < 30.41 above the path of the tip, to the disc's center \(mm\); got 42.01",
         ),
