@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 from sdpgrind import units
 from sdpgrind.control import Law, Sampled
 from sdpgrind.weldbead import force
+from sdpgrind.weldbead.force._kernels import plant_sample, sensor_read
 from sdpgrind.weldbead.force._margins import parametrised
-from sdpgrind.weldbead.force._simulate import step_plant
 
 PLAIN = force.SensorChain(analogue_cutoff=None, inner_rate=None, noise_sd=0.0, quantum=0.0)
 FULL = force.SensorChain(noise_sd=0.0, quantum=0.0)
@@ -18,6 +18,18 @@ FULL = force.SensorChain(noise_sd=0.0, quantum=0.0)
 
 def loop(hertz, sensor=PLAIN, **options):
     return force.PI.design(crossover=units.hz(hertz), sensor=sensor, **options)
+
+
+def step_plant(plant, commands, touch):
+    """Forces (N) in each sub-step and readings (N) before each sample, for commands (mm) without any feedback."""
+    step = plant.sample_time / touch.shape[1]
+    drive_core, sensor_core = plant.drive.core(step), plant.sensor.core(step)
+    drive, sensor = plant.drive.start(0.0), plant.sensor.start()
+    forces, readings = np.empty_like(touch), np.empty(len(commands))
+    for k, command in enumerate(commands):
+        readings[k] = sensor_read(sensor, sensor_core, 0.0)
+        plant_sample(command, drive, sensor, drive_core, sensor_core, touch[k], plant.contact_stiffness, forces[k])
+    return forces, readings
 
 
 def plan_of(forces, stiffness, step=0.002):

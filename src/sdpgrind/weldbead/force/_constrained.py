@@ -9,7 +9,8 @@ import scipy.sparse
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.weldbead.force._controller import ForceController, Limits
+from sdpgrind.weldbead.force._controller import ForceController
+from sdpgrind.weldbead.force._limits import Limits
 from sdpgrind.weldbead.force._predictive import Predictive
 from sdpgrind.weldbead.force._reference import Trajectory
 

@@ -1,9 +1,8 @@
 """The bottom tier: follows a planned force at 60 Hz, by what the plan knows first and by feedback on the rest."""
 
 import copy
-import dataclasses
 from collections.abc import Mapping
-from math import inf, isnan, nan
+from math import isnan, nan
 from typing import Any, Self
 
 import numpy as np
@@ -11,58 +10,16 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
 from sdpgrind.control._law import core_of
 from sdpgrind.weldbead.force._feedback import ForceLoop
 from sdpgrind.weldbead.force._kernels import ControlCore, control_step
+from sdpgrind.weldbead.force._limits import Limits
 from sdpgrind.weldbead.force._reference import Reference, Trajectory
 
 FORCE_MAX = 90.0
 _MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
 _SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm"}
 _PLACE_TRUST = 0.2  # share of what the gauge of the feed says in the time of a sample; the rest is that of the clock
-
-
-@stored("force.command_limits")
-@dataclasses.dataclass(frozen=True)
-class Limits(Frozen):
-    """What the platform may do, and how it behaves without contact.
-
-    Parameters
-    ----------
-    command_min, command_max : float
-        Range of the platform command, mm; infinite: no limit.
-    command_rate_max : float
-        Largest speed of the command, mm/s.
-    contact_force : float
-        A reading below this means no contact, where more is demanded, N.
-    patience : int
-        Samples without contact, a whole number, until the law is frozen and the platform creeps up.
-    approach_rate_max : float
-        Speed of that approach, mm/s.
-
-    Examples
-    --------
-    >>> Limits(command_rate_max=20.0).approach_rate_max
-    1.0
-    """
-
-    command_min: float = -inf
-    command_max: float = inf
-    command_rate_max: float = inf
-    contact_force: float = 1.0
-    patience: int = 6
-    approach_rate_max: float = 1.0
-
-    def __post_init__(self) -> None:
-        if not self.command_min < self.command_max:
-            raise checks.refuse("command_max", f"> command_min = {self.command_min:g}", self.command_max, "mm")
-        if not self.command_rate_max > 0:
-            raise checks.refuse("command_rate_max", "> 0", self.command_rate_max, "mm/s")
-        checks.nonnegative("contact_force", self.contact_force, "N")
-        checks.count("patience", self.patience)
-        checks.nonnegative("approach_rate_max", self.approach_rate_max, "mm/s")
 
 
 class ForceController:

@@ -19,6 +19,7 @@ from sdpgrind.weldbead.force._feedback import PI, ForceLoop, ForcePlant
 from sdpgrind.weldbead.force._margins import RUNOUT_BAND, moved
 
 _Family: TypeAlias = Callable[[float, float], Law]
+_Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 
 
 @stored("force.limits")
@@ -188,14 +189,19 @@ class DisturbanceObserver(Frozen):
         return Law.internal_model(self.plant.sampled, first.then(first).then(zero).scaled(1 / self.plant.contact_stiffness))
 
 
-def tuned(
+def tuned(family: _Family, ranges: _Ranges, plant: ForcePlant, limits: DesignLimits | None, name: str) -> ForceLoop:
+    """Loop of largest bandwidth of a family of two positive parameters."""
+    return ForceLoop(family(*best_parameters(family, ranges, plant, limits, name)), plant, name)
+
+
+def best_parameters(
     family: _Family,
-    ranges: tuple[tuple[float, float], tuple[float, float]],
+    ranges: _Ranges,
     plant: ForcePlant,
     limits: DesignLimits | None,
     name: str,
-) -> ForceLoop:
-    """Loop of largest bandwidth of a family of two positive parameters: a logarithmic grid, closed in on its best point."""
+) -> tuple[float, float]:
+    """Both parameters of the law of largest bandwidth: a logarithmic grid, closed in on its best point."""
     judge = _Judge(plant, DesignLimits() if limits is None else limits)
     low, high = np.log(np.array(ranges)).T
     best, width, number, value = (low + high) / 2, (high - low) / 2, 21, -np.inf
@@ -208,7 +214,8 @@ def tuned(
         width, number = width * (0.15 if number == 21 else 0.5), 7
     if not np.isfinite(value):
         raise ValueError(f"limits leave no {name} law in the range searched; got {judge.limits!r}")
-    return ForceLoop(family(*np.exp(best)), plant, name)
+    first, second = np.exp(best)
+    return float(first), float(second)
 
 
 def _points(centre: Floats, width: Floats, low: Floats, high: Floats, number: int) -> Floats:

@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.records import stored
 from sdpgrind.control import Law, Sampled
-from sdpgrind.weldbead.force._designs import DesignLimits, tuned
+from sdpgrind.weldbead.force._designs import DesignLimits, best_parameters
 from sdpgrind.weldbead.force._feedback import ForceLoop, ForcePlant
 
 
@@ -80,18 +80,12 @@ class Predictive(Frozen):
             Samples looked ahead, a whole number.
         """
         one = cls(horizon=horizon, plant=ForcePlant() if plant is None else plant)
-        found: dict[int, Predictive] = {}
 
         def law(move_weight: float, drift: float) -> Law:
-            candidate = one.replace(move_weight=float(move_weight), drift=float(drift))
-            made = candidate.law
-            found[id(made)] = candidate
-            kept.append(made)
-            return made
+            return one.replace(move_weight=float(move_weight), drift=float(drift)).law
 
-        kept: list[Law] = []
-        best = tuned(law, ((1e-3, 1e3), (3e-3, 3.0)), one.plant, limits, "predictive")
-        return found[id(best.law)]
+        weight, drift = best_parameters(law, ((1e-3, 1e3), (3e-3, 3.0)), one.plant, limits, "predictive")
+        return one.replace(move_weight=weight, drift=drift)
 
     @cached_property
     def scaled(self) -> Sampled:

@@ -149,15 +149,3 @@ def _by_steps(
         commands[k] = driver.step(force=readings[k])["platform_command"]
         plant_sample(delay_step(queue, commands[k]), drive, sensor, *cores, touch[k], stiffness, record[k])
     return record, commands, readings
-
-
-def step_plant(plant: ForcePlant, commands: Floats, touch: Floats) -> tuple[Floats, Floats]:
-    """Forces (N) in each sub-step and readings (N) before each sample, for commands (mm) without any feedback."""
-    step = plant.sample_time / touch.shape[1]
-    drive_core, sensor_core = plant.drive.core(step), plant.sensor.core(step)
-    drive, sensor = plant.drive.start(0.0), plant.sensor.start()
-    forces, readings = np.empty_like(touch), np.empty(len(commands))
-    for k, command in enumerate(commands):
-        readings[k] = sensor_read(sensor, sensor_core, 0.0)
-        plant_sample(command, drive, sensor, drive_core, sensor_core, touch[k], plant.contact_stiffness, forces[k])
-    return forces, readings
