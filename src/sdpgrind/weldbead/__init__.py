@@ -8,6 +8,7 @@ from sdpgrind.weldbead._attribution import ScatterEstimate
 from sdpgrind.weldbead._burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead._coefficients import FrictionEstimator, PowerEstimator
 from sdpgrind.weldbead._controllers import SequenceController
+from sdpgrind.weldbead._hierarchy import Hierarchy
 from sdpgrind.weldbead._identify import identify
 from sdpgrind.weldbead._planner import plan
 from sdpgrind.weldbead._policy import Risk, SequenceAction, SequencePolicy
@@ -25,6 +26,7 @@ __all__ = [
     "ForceBurnLimit",
     "FrictionEstimator",
     "GrindingProcess",
+    "Hierarchy",
     "MalkinBurnLimit",
     "PowerBurnLimit",
     "PowerEstimator",

@@ -3,7 +3,6 @@
 import dataclasses
 import warnings
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 
@@ -11,11 +10,9 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.records import stored
-from sdpgrind.weldbead._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
+from sdpgrind.weldbead._burn import BurnLimit
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
-
-BurnLimit: TypeAlias = ForceBurnLimit | PowerBurnLimit | MalkinBurnLimit
 
 
 @stored("weldbead.pass_problem")

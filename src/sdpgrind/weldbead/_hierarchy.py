@@ -1,0 +1,263 @@
+"""Three tiers in one controller: the sequence asks for a depth, the pass plans it, the force loop follows (Brown 1988, ch. 3).
+
+After each pass the bead is scanned, the coefficients are estimated anew, and sequence and pass are planned from there.
+"""
+
+import copy
+from collections.abc import Mapping
+from math import floor, isnan, nan
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.identify import RecursiveLeastSquares
+from sdpgrind.weldbead._controllers import SequenceController
+from sdpgrind.weldbead._planner import plan as plan_sequence
+from sdpgrind.weldbead._policy import SequencePolicy
+from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead.force import ForceController, ForceLoop
+from sdpgrind.weldbead.passes import Contour, PassPlan, PassProblem, TiltedDisc
+from sdpgrind.weldbead.passes import plan as plan_pass
+
+PRIOR = 0.15
+"""Relative standard deviation that the coefficients of a bead are believed to have before its first pass, and of a pass."""
+NODES = 201
+"""Height nodes of a sequence that is planned anew between two passes."""
+_ESTIMATED = {"specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": ""}
+_LEAST_CUT = 1e-3
+"""Mean depth (mm) below which there is nothing to plan a pass for."""
+
+
+class Hierarchy:
+    """Sequence, pass and force control of a weld bead as one controller of three tiers.
+
+    The tier "sequence" looks up depth and feed in the policy after each scan; the tier "pass" turns them into a contour, heights
+    and forces on the scanned bead; the tier "force" follows those 60 times a second. Set-points go down, each tier has its
+    table in the log.
+
+    Parameters
+    ----------
+    policy : SequencePolicy
+        The sequence to follow.
+    disc : TiltedDisc
+        The disc, with the same process as the policy's problem.
+    loop : ForceLoop
+        The force loop, as ``force.PI.design`` gives it.
+    reestimate : bool
+        Whether energy, idle power and friction are estimated from each pass, and sequence and pass planned with them.
+    replan : bool
+        Whether the sequence is looked up from what was scanned; False: from what was expected, as if nothing were measured.
+    feedforward : bool
+        Passed on to `force.ForceController`.
+
+    Raises
+    ------
+    ValueError
+        When the policy is for another process than the disc's (J/mm^3, W, mm, rad/s).
+
+    Examples
+    --------
+    >>> from sdpgrind import units, weldbead
+    >>> from sdpgrind.weldbead import force, passes
+    >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
+    >>> disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+    >>> problem = weldbead.preset("P4").replace(model=process, bead_length=150.0, durations=range(12, 41, 4), stage=4.0)
+    >>> policy = weldbead.plan(problem, tolerance=None, nodes=101)
+    >>> tiers = Hierarchy(policy, disc, force.PI.design(crossover=units.hz(3.0))).tiers
+    >>> list(tiers)
+    ['sequence', 'pass', 'force']
+    """
+
+    def __init__(
+        self,
+        policy: SequencePolicy,
+        disc: TiltedDisc,
+        loop: ForceLoop,
+        *,
+        reestimate: bool = True,
+        replan: bool = True,
+        feedforward: bool = True,
+    ) -> None:
+        _refuse_other_process(policy.problem.model, disc.model)
+        self._identity = (policy.problem, policy.dataset, disc, loop.identity, reestimate, replan, feedforward)
+        self._job = policy.problem.job
+        self.tiers: dict[str, Any] = {
+            "sequence": _SequenceTier(policy, reestimate, replan),
+            "pass": _PassTier(policy, disc),
+            "force": ForceController(None, loop, feedforward=feedforward),
+        }
+
+    @property
+    def period(self) -> float:
+        """Time between two steps of the fastest tier, s."""
+        return float(self.tiers["force"].period)
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine that the policy was planned for (mm, s)."""
+        return {name: value for name, value in self._job.items() if name != "force_max"}
+
+    @property
+    def identity(self) -> tuple[Any, ...]:
+        """What tells this controller from another one: policy, disc, loop and options."""
+        return type(self).__name__, *self._identity
+
+    def reset(self) -> None:
+        """Forget the bead before, in all tiers."""
+        for tier in self.tiers.values():
+            tier.reset()
+
+    def step(self, **measurement: Any) -> Mapping[str, Any]:
+        """Step all tiers once, set-points going down (mm, s, N, W); `hwsim.run` steps them at their own times instead."""
+        command: dict[str, Any] = {}
+        for tier in self.tiers.values():
+            command |= tier.step(**(measurement | command))
+        return command
+
+
+def _refuse_other_process(planned: GrindingProcess, own: GrindingProcess) -> None:
+    if planned != own:
+        raise ValueError(f"policy must be for the process of the disc; got one for {planned!r} and a disc with {own!r}")
+
+
+class _SequenceTier:
+    """Looks up the next pass, with the coefficients of this bead."""
+
+    tier, period = "sequence", None
+    commands: Mapping[str, str] = {"mean_cut": "mm", "planned_feed": "mm/s", "stop": ""} | _ESTIMATED
+    reports: Mapping[str, str] = SequenceController.reports
+
+    def __init__(self, policy: SequencePolicy, reestimate: bool, replan: bool) -> None:
+        self._policy, self._reestimate, self._replan = policy, reestimate, replan
+        self.reads = {"height": "mm", "time_left": "s"}
+        if reestimate:
+            self.reads |= dict.fromkeys(("grinding_power",), "W") | dict.fromkeys(("normal_force", "tangential_force"), "N")
+            self.reads |= {"removal_rate": "mm^3/s"}
+        self.reset()
+
+    def reset(self) -> None:
+        self._model, self._learner = self._policy.problem.model, _Learner(self._policy.problem.model)
+        self._follow = SequenceController(self._policy)
+        self._begun = False
+
+    def step(self, *, height: float, time_left: float, **others: Any) -> dict[str, float]:
+        problem = self._policy.problem
+        if self._reestimate and self._learner.learn(**others):
+            self._model = self._learner.model
+            self._follow = SequenceController(plan_sequence(problem.replace(model=self._model), tolerance=None, nodes=NODES))
+        if self._begun and not self._replan:
+            height = nan
+        self._begun = True
+        command = self._follow.step(height=height, time_left=self._on_lattice(time_left))
+        if command["stop"]:
+            return {"stop": 1.0}
+        cut = {"mean_cut": self._follow.report()["mean_cut"], "planned_feed": command["feed_rate"]}
+        return cut | {name: getattr(self._model, name) for name in _ESTIMATED}
+
+    def report(self) -> dict[str, float]:
+        return self._follow.report()
+
+    def _on_lattice(self, time_left: float) -> float:
+        """The stage below where it is late; no time where nothing is planned for being late."""
+        if time_left >= 0 or isnan(time_left):
+            return time_left
+        problem = self._policy.problem
+        return 0.0 if problem.lateness_charge is None else floor(time_left / problem.stage + 1e-9) * problem.stage
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "_SequenceTier":
+        twin = copy.copy(self)
+        twin._learner, twin._follow = copy.deepcopy(self._learner), copy.deepcopy(self._follow)
+        return twin
+
+
+class _Learner:
+    """Coefficients of one bead: what was believed, and what each pass has shown."""
+
+    def __init__(self, model: GrindingProcess) -> None:
+        self.model, self._first = model, model
+        self._power = RecursiveLeastSquares(("specific_energy", "idle_power"))
+        self._power.update([1 / (PRIOR * model.specific_energy), 0.0], 1 / PRIOR)
+        if model.idle_power > 0:
+            self._power.update([0.0, 1 / (PRIOR * model.idle_power)], 1 / PRIOR)
+        self._friction = RecursiveLeastSquares(("friction_ratio",))
+        self._friction.update([1 / (PRIOR * model.friction_ratio)], 1 / PRIOR)
+
+    def learn(
+        self,
+        *,
+        grinding_power: float = nan,
+        removal_rate: float = nan,
+        normal_force: float = nan,
+        tangential_force: float = nan,
+        **others: Any,
+    ) -> bool:
+        """Take in a pass, each with its own scatter about the bead's; tell whether there was anything."""
+        readings = np.array([grinding_power, removal_rate, normal_force, tangential_force])
+        if not np.all(np.isfinite(readings)) or removal_rate <= 0 or normal_force <= 0:
+            return False
+        first = self._first
+        scatter = PRIOR * np.hypot(first.specific_energy * removal_rate, first.idle_power)
+        self._power.update([removal_rate / scatter, 1 / scatter], grinding_power / scatter)
+        ratio = tangential_force / normal_force
+        self._friction.update([1 / (PRIOR * first.friction_ratio)], ratio / (PRIOR * first.friction_ratio))
+        energy, idle = self._power.estimate.value
+        found = {"specific_energy": energy, "idle_power": max(idle, 0.0), "friction_ratio": self._friction.estimate.value[0]}
+        self.model = first.replace(**{name: float(value) for name, value in found.items()})
+        return True
+
+
+class _PassTier:
+    """Plans the next pass on the scanned bead."""
+
+    tier, period = "pass", None
+    reads: Mapping[str, str] = {"profile": "mm", "profile_x": "mm", "mean_cut": "mm", "planned_feed": "mm/s"} | _ESTIMATED
+    commands: Mapping[str, str] = {
+        "start": "", "feed_rate": "mm/s", "start_x": "mm",
+        "plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm",
+    }  # fmt: skip
+    reports: Mapping[str, str] = {
+        "volume": "mm^3", "shortfall": "mm^3", "force": "N", "burn_margin": "N", "power_max": "W", "contour_height": "mm",
+    }  # fmt: skip
+
+    def __init__(self, policy: SequencePolicy, disc: TiltedDisc) -> None:
+        self._burn_limit, self._disc = policy.problem.burn_limit, disc
+        self.reset()
+
+    def reset(self) -> None:
+        self._report = dict.fromkeys(self.reports, nan)
+
+    def step(
+        self,
+        *,
+        profile: npt.ArrayLike,
+        profile_x: npt.ArrayLike,
+        mean_cut: float = nan,
+        planned_feed: float = nan,
+        stop: float = 0.0,
+        **others: Any,
+    ) -> dict[str, Any]:
+        self.reset()
+        if stop or isnan(mean_cut) or mean_cut < _LEAST_CUT:
+            return {"stop": 1.0} if not stop and mean_cut < _LEAST_CUT else {}
+        model = {name: others[name] for name in _ESTIMATED if not isnan(others.get(name, nan))}
+        bead = Contour(np.asarray(profile_x, dtype=float), np.asarray(profile, dtype=float))
+        disc = self._disc.replace(**model)
+        plan = plan_pass(PassProblem(disc, bead, mean_cut=mean_cut, feed_rate=planned_feed, burn_limit=self._burn_limit))
+        self._report = _summary(plan)
+        names = {"plan_time": "time", "normal_force_plan": "normal_force", "fly_height_plan": "fly_height"}
+        arrays = {name: getattr(plan, column) for name, column in (names | {"center_x_plan": "center_x"}).items()}
+        return arrays | {"start": 1.0, "feed_rate": planned_feed, "start_x": float(plan.center_x[0])}
+
+    def report(self) -> dict[str, float]:
+        return self._report
+
+
+def _summary(plan: PassPlan) -> dict[str, float]:
+    on = plan.normal_force > 0
+    force = float(np.mean(plan.normal_force[on])) if np.any(on) else 0.0
+    margin = plan.burn_margin if np.isfinite(plan.burn_margin) else nan
+    return {
+        "volume": plan.volume, "shortfall": plan.shortfall, "force": force, "burn_margin": margin,
+        "power_max": float(np.max(plan.grinding_power)), "contour_height": plan.contour.mean,
+    }  # fmt: skip
