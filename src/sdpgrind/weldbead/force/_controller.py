@@ -200,7 +200,7 @@ class ForceController:
         center_x_plan: npt.ArrayLike | None = None,
         **others: Any,
     ) -> dict[str, float]:
-        """Return the platform command (mm) of this sample.
+        """Return the platform command (mm) of this sample; nothing as long as set-points are still NaN.
 
         Parameters
         ----------
@@ -222,6 +222,8 @@ class ForceController:
             When there is no plan yet, or the set-points demand what is not allowed (N).
         """
         self._take(plan_time, normal_force_plan, fly_height_plan, center_x_plan)
+        if self._reference is None and plan_time is not None:
+            return {}  # the tier above has asked for nothing yet
         time = self._now(pass_time, center_x)
         demand, position = self._ahead(time)
         if not self._state.size:

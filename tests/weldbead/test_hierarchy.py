@@ -1,0 +1,112 @@
+"""Three tiers in one controller: set-points, estimates, refusals, and that it grinds a bead better than the blind ones."""
+
+import numpy as np
+import pytest
+
+import hwsim
+from sdpgrind import units, weldbead
+from sdpgrind.weldbead import force, passes
+
+PROCESS = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
+DISC = passes.TiltedDisc(PROCESS, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+LOOP = force.PI.design(crossover=units.hz(3.0))
+SEQUENCE = weldbead.preset("P4").replace(
+    model=PROCESS, bead_length=40.0, durations=range(6, 17, 2), stage=2.0, horizon=40.0, force_max=50.0
+)
+X = np.linspace(0, 40, 161)
+BEAD = passes.Contour(X, 0.6 + 0.05 * np.sin(2 * np.pi * X / 20))
+STAND = hwsim.ForceTableStand(passes.PassProblem(DISC, BEAD, mean_cut=0.2, feed_rate=10.0), time=30.0)
+
+
+@pytest.fixture(scope="module")
+def policy():
+    return weldbead.plan(SEQUENCE, tolerance=None, nodes=101)
+
+
+@pytest.fixture(scope="module")
+def log(policy):
+    return hwsim.run(STAND, weldbead.Hierarchy(policy, DISC, LOOP), rng=1)
+
+
+def test_it_fits_the_stand(policy):
+    tiers = weldbead.Hierarchy(policy, DISC, LOOP).tiers
+    assert list(tiers) == ["sequence", "pass", "force"]
+
+
+def test_every_tier_has_its_table(log):
+    assert log.tiers == ("sequence", "pass", "force")
+    passes_made = int(log.outcome.passes.item())
+    assert passes_made >= 2
+    assert log["sequence"].sizes["row"] == log["pass"].sizes["row"] == passes_made + 1
+    assert log["force"].sizes["row"] > 100 * passes_made
+
+
+def test_what_the_sequence_asks_for_is_what_the_pass_plans(log):
+    sequence, planned = log["sequence"], log["pass"]
+    going = ~np.isnan(sequence["mean_cut_command"].values)
+    asked = sequence["mean_cut_command"].values[going] * PROCESS.bead_width * 40.0
+    got = planned["volume_planned"].values[going] + planned["shortfall_planned"].values[going]
+    np.testing.assert_allclose(got, asked, rtol=2e-2)
+    np.testing.assert_array_equal(planned["mean_cut"].values[going], sequence["mean_cut_command"].values[going])
+
+
+def test_the_cut_is_near_what_was_asked_where_the_coefficients_are_known(policy):
+    known = hwsim.ForceTableStand(STAND.problem, time=30.0, pass_scatter=type(STAND.pass_scatter)(0.0, 0.0, 0.0), runout=0.0)
+    log = hwsim.run(known, weldbead.Hierarchy(policy, DISC, LOOP, reestimate=False), rng=2)
+    asked = log["sequence"]["mean_cut_command"].values
+    cut = log.outcome.true_cut_depth.values[0]
+    made = np.isfinite(cut)
+    short = log["pass"]["shortfall_planned"].values[: made.sum()] / (PROCESS.bead_width * 40.0)
+    np.testing.assert_allclose(cut[made], asked[: made.sum()] - short, atol=0.02)
+
+
+def test_estimates_go_towards_the_truth(policy):
+    dull = hwsim.ForceTableStand(
+        STAND.problem, time=30.0, truth=DISC.replace(specific_energy=17.0), pass_scatter=type(STAND.pass_scatter)(0.0, 0.0, 0.0)
+    )
+    log = hwsim.run(dull, weldbead.Hierarchy(policy, DISC, LOOP), rng=3)
+    found = log["sequence"]["specific_energy_command"].values
+    found = found[np.isfinite(found)]
+    assert found[0] == 12.8 and abs(found[-1] - 17.0) < 0.6 * (17.0 - 12.8)
+    blind = hwsim.run(dull, weldbead.Hierarchy(policy, DISC, LOOP, reestimate=False), rng=3)
+    assert set(np.unique(blind["sequence"]["specific_energy_command"].values[:-1])) == {12.8}
+
+
+def test_same_seed_same_bits(policy, log):
+    again = hwsim.run(STAND, weldbead.Hierarchy(policy, DISC, LOOP), rng=1)
+    assert again.outcome.identical(log.outcome)
+    assert again["force"].identical(log["force"])
+
+
+def test_scans_that_are_not_looked_at_cost(policy):
+    dull = hwsim.ForceTableStand(STAND.problem, time=30.0, truth=DISC.replace(specific_energy=9.0))
+    log = hwsim.compare(
+        dull,
+        {
+            "looks": weldbead.Hierarchy(policy, DISC, LOOP),
+            "does not": weldbead.Hierarchy(policy, DISC, LOOP, reestimate=False, replan=False),
+        },
+        parts=3,
+        rng=0,
+    )
+    looks, blind = log.outcome.penalty.values
+    assert looks.mean() < blind.mean()
+
+
+def test_another_process_is_refused(policy):
+    with pytest.raises(ValueError, match=r"policy must be for the process of the disc; got one for .*12.8.* and a disc with .*14"):
+        weldbead.Hierarchy(policy, DISC.replace(specific_energy=14.0), LOOP)
+
+
+def test_a_policy_for_another_bead_is_refused(policy):
+    other = hwsim.ForceTableStand(
+        passes.PassProblem(DISC, passes.Contour([0, 60], [1, 1]), mean_cut=0.2, feed_rate=10.0), time=30.0
+    )
+    with pytest.raises(ValueError, match="bead_length"):
+        hwsim.run(other, weldbead.Hierarchy(policy, DISC, LOOP))
+
+
+def test_late_beads_are_stopped(policy):
+    late = hwsim.ForceTableStand(STAND.problem, time=3.0)
+    log = hwsim.run(late, weldbead.Hierarchy(policy, DISC, LOOP), rng=1)
+    assert int(log.outcome.passes.item()) == 0
