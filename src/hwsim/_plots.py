@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from importlib import import_module
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Plant -> module with a function ``picture(log)``. A table, never a name out of a file: files cannot choose code.
-_PICTURES = {"WeldBeadStand": "hwsim.plants._weldbead_picture"}
+_PICTURES = {
+    "ForceTableStand": "hwsim.plants._force_table_picture",
+    "WeldBeadStand": "hwsim.plants._weldbead_picture",
+}
 _MOST_PARTS = 50  # more lines than these cannot be told apart
 
 
@@ -35,17 +39,46 @@ def label(variable: Any, name: str) -> str:
 
 
 def compared(log: PartLog) -> "Figure":
-    """Box plots of every scalar outcome, one box a controller."""
+    """Draw every scalar outcome: of each controller less the first on the same part, with the mean and its 95 % interval."""
     outcome = log.outcome
     names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _varies(v)]
     figure, axes = _panels(len(names), columns=min(3, len(names)))
     controllers = [str(name) for name in outcome.controller.values]
     for axis, name in zip(axes, names, strict=True):
-        rows = [row[np.isfinite(row)] for row in outcome[name].values]
-        axis.boxplot(rows, tick_labels=controllers, showmeans=True)
-        axis.set_title(label(outcome[name], name))
+        values = outcome[name].values
+        if len(controllers) > 1:
+            _differences(axis, controllers[1:], values[1:] - values[:1])
+            axis.set_title(f"{label(outcome[name], name)}, less {controllers[0]}")
+        else:
+            axis.boxplot([values[0][np.isfinite(values[0])]], tick_labels=controllers, showmeans=True)
+            axis.set_title(label(outcome[name], name))
     figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller")
     return figure
+
+
+def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
+    """One column a controller: a point a part, the mean and its interval."""
+    axis.axhline(0, color="0.15", lw=1)
+    for k, row in enumerate(differences):
+        known = row[np.isfinite(row)]
+        spread = 0.15 * np.linspace(-1, 1, known.size) if known.size > 1 else np.zeros(known.size)
+        axis.plot(k - 0.15 + spread, known, ".", color="tab:blue", ms=3, alpha=0.5)
+        mean, half = paired(known)
+        axis.errorbar(k + 0.25, mean, half, fmt="o", color="tab:orange", ms=4, capsize=4)
+    axis.set_xticks(range(len(controllers)), controllers)
+    axis.set_xlim(-0.6, len(controllers) - 0.4)
+
+
+def paired(differences: Any) -> tuple[float, float]:
+    """Mean of differences on the same parts, and half of its 95 % interval (Student); NaN where one part tells none."""
+    from scipy.stats import t
+
+    if differences.size == 0:
+        return nan, nan
+    if differences.size == 1:
+        return float(differences[0]), nan
+    error = float(differences.std(ddof=1)) / np.sqrt(differences.size)
+    return float(differences.mean()), float(t.ppf(0.975, differences.size - 1)) * error
 
 
 def _varies(variable: Any) -> bool:

@@ -49,11 +49,18 @@ def work(arguments: argparse.Namespace) -> None:
         if not (out / "policy.nc").exists():
             policy.save(out / "policy.nc")
     log = _run(stand, policy, arguments)
+    kept = [] if out is None else _keep(out, log, policy, pictures=not arguments.no_pictures)
     print(report(_title(arguments), log, policy, stand))
+    if len(log) > arguments.parts:
+        print(f"\n{out} held {len(log)} finished beads already: all of them are reported, not {arguments.parts}")
     if out is not None:
-        log.save(out / "run.nc")
-        drawn = [] if arguments.no_pictures else _pictures(out, log, policy)
-        print(f"\nkept in {out}: {', '.join(['policy.nc', 'run.nc', 'run.db', *drawn])}")
+        print(f"\nkept in {out}: {', '.join(kept)}")
+
+
+def _keep(out: Path, log: "Log", policy: Any, *, pictures: bool) -> list[str]:
+    """Write log and pictures; give the names of everything in the folder."""
+    log.save(out / "run.nc")
+    return ["policy.nc", "run.nc", "run.db", *(_pictures(out, log, policy) if pictures else [])]
 
 
 def _title(arguments: argparse.Namespace) -> str:
@@ -146,6 +153,16 @@ def _check_journal(out: Path, **ingredients: Any) -> None:
             journal.refuse_other({name: fingerprint(thing) for name, thing in ingredients.items()})
 
 
+def _finished(out: Path | None) -> int:
+    """Number of beads in the journal of a folder: none of them is thrown away."""
+    from hwsim._journal import Journal
+
+    if out is None or not (out / "run.db").exists():
+        return 0
+    with Journal(out / "run.db") as journal:
+        return journal.parts
+
+
 def _policy(stand: "WeldBeadStand", given: Any, arguments: argparse.Namespace) -> Any:
     """The policy that is given, that is kept in the folder, or a new one; no less exact than was asked for."""
     asked: float | None = arguments.tolerance
@@ -179,7 +196,7 @@ def _run(stand: "WeldBeadStand", policy: Any, arguments: argparse.Namespace) -> 
     from sdpgrind.base.progress import TerminalLine
 
     journal = None if arguments.out is None else arguments.out / "run.db"
-    parts, rng = arguments.parts, arguments.rng
+    parts, rng = max(arguments.parts, _finished(arguments.out)), arguments.rng
     return run(stand, _controller(policy), parts=parts, rng=rng, journal=journal, progress=TerminalLine())
 
 

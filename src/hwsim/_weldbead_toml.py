@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from hwsim._quantities import quantity
 from hwsim.plants._weldbead import WeldBeadStand
@@ -34,6 +34,7 @@ _BEAD = {
 }
 _OPTIONAL = {"pass_charge": "$", "min_cut": "mm", "late_window": "s"}
 _STAND = {"height": "mm", "time": "s", "height_noise": "mm", "power_noise": "W", "force_noise": "N"}
+Made = TypeVar("Made")
 _BurnLimit: TypeAlias = weldbead.ForceBurnLimit | weldbead.PowerBurnLimit | weldbead.MalkinBurnLimit
 
 
@@ -79,6 +80,13 @@ class _Table:
             raise ValueError(f"{self.path(key)} must be a table; got {value!r}")
         return _Table(self.path(key), value)
 
+    def made(self, make: Callable[..., Made], *values: Any, **options: Any) -> Made:
+        """What `make` makes of values of this table; what it refuses is told with the name of the table."""
+        try:
+            return make(*values, **options)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"[{self.name}] {error}") from None
+
     def done(self) -> None:
         """Refuse the first key that nobody asked for."""
         for key in self.entries:
@@ -99,15 +107,16 @@ def read(path: Path) -> WeldBeadStand:
 
 def _stand(job: _Table) -> WeldBeadStand:
     problem = _problem(job)
-    options: dict[str, Any] = {}
     if job.has("stand"):
         table = job.table("stand")
-        options |= table.given(_STAND)
+        options: dict[str, Any] = dict(table.given(_STAND))
         if table.has("truth"):
             options["truth"] = _truth(problem, table.table("truth"))
         table.done()
+        job.done()
+        return table.made(WeldBeadStand, problem, **options)
     job.done()
-    return WeldBeadStand(problem, **options)
+    return WeldBeadStand(problem)
 
 
 def _truth(problem: weldbead.SequenceProblem, table: _Table) -> weldbead.SequenceProblem:
@@ -115,12 +124,13 @@ def _truth(problem: weldbead.SequenceProblem, table: _Table) -> weldbead.Sequenc
     process = table.given(_PROCESS)
     scatter = _scatter(table.table("scatter")) if table.has("scatter") else problem.scatter
     table.done()
-    return problem.replace(scatter=scatter, model=problem.model.replace(**process))
+    model = table.made(problem.model.replace, **process)
+    return table.made(problem.replace, scatter=scatter, model=model)
 
 
 def _problem(job: _Table) -> weldbead.SequenceProblem:
     process = job.table("process")
-    model = weldbead.GrindingProcess(**process.numbers(_PROCESS))
+    model = process.made(weldbead.GrindingProcess, **process.numbers(_PROCESS))
     process.done()
     return weldbead.SequenceProblem(
         model,
@@ -152,13 +162,13 @@ def _scatter(table: _Table) -> weldbead.Scatter:
         options["sample"] = tuple(quantity(table.path("sample"), value, "") for value in table.take("sample"))
     options |= table.given({"bandwidth": ""})
     table.done()
-    return weldbead.Scatter(tuple(names) if several else names, numbers if several else numbers[0], **options)
+    return table.made(weldbead.Scatter, tuple(names) if several else names, numbers if several else numbers[0], **options)
 
 
 def _height_charge(table: _Table) -> sdp.Charge:
     sides = {side: _one_sided(table.table(side), "mm") for side in ("under", "over") if table.has(side)}
     table.done()
-    return sdp.Charge(**sides)
+    return table.made(sdp.Charge, **sides)
 
 
 def _one_sided(table: _Table, unit: str) -> sdp.OneSided:
@@ -174,19 +184,20 @@ def _one_sided(table: _Table, unit: str) -> sdp.OneSided:
     if len(named) != 1:
         raise ValueError(f"{table.name} must have one of {', '.join(kinds)}; got {', '.join(named) or 'none'}")
     make, rate_unit = kinds[named[0]]
-    return make(table.number(named[0], rate_unit), **tolerance)
+    return table.made(make, table.number(named[0], rate_unit), **tolerance)
 
 
 def _finish_charge(table: _Table) -> weldbead.FinishCharge:
-    charge = weldbead.FinishCharge(table.number("charge", "$"), **table.given({"exponent": "", "reference_rate": "mm/s"}))
+    numbers = table.given({"exponent": "", "reference_rate": "mm/s"})
+    charge = table.made(weldbead.FinishCharge, table.number("charge", "$"), **numbers)
     table.done()
     return charge
 
 
 def _burn_limit(table: _Table) -> _BurnLimit:
     makers: dict[str, Callable[[_Table], _BurnLimit]] = {
-        "force": lambda t: weldbead.ForceBurnLimit(t.number("burn_coefficient", "N/(mm/s)^(1/2)")),
-        "power": lambda t: weldbead.PowerBurnLimit(t.number("burn_coefficient", "W/(mm/s)^(1/2)")),
+        "force": lambda t: t.made(weldbead.ForceBurnLimit, t.number("burn_coefficient", "N/(mm/s)^(1/2)")),
+        "power": lambda t: t.made(weldbead.PowerBurnLimit, t.number("burn_coefficient", "W/(mm/s)^(1/2)")),
         "malkin": _malkin,
     }
     limit = makers[table.text("kind", makers)](table)
@@ -197,5 +208,6 @@ def _burn_limit(table: _Table) -> _BurnLimit:
 def _malkin(table: _Table) -> weldbead.MalkinBurnLimit:
     diameter = table.number("diameter", "mm")
     if not (table.has("u0") or table.has("B")):
-        return weldbead.MalkinBurnLimit.published(diameter)
-    return weldbead.MalkinBurnLimit(table.number("u0", "J/mm^3"), table.number("B", "J/(mm^2 s^(1/2))"), diameter)
+        return table.made(weldbead.MalkinBurnLimit.published, diameter)
+    numbers = table.number("u0", "J/mm^3"), table.number("B", "J/(mm^2 s^(1/2))"), diameter
+    return table.made(weldbead.MalkinBurnLimit, *numbers)

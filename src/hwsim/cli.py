@@ -1,10 +1,12 @@
 """Command line ``hwsim``, one command an area: ``hwsim weldbead examples/weldbead.toml --parts 20 --out runs/bead``."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 
 from hwsim import _weldbead_cli
+from sdpgrind import __version__
 
 REFUSED, INTERRUPTED = 2, 130  # exit status
 
@@ -26,6 +28,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     try:
         arguments.work(arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:  # who reads has had enough, as in ``hwsim weldbead ... | head``; the work is done
+        _forget_output()
     except (ValueError, OSError, ImportError) as error:
         print(f"hwsim: {_one_line(error)}", file=sys.stderr)
         return REFUSED
@@ -35,8 +40,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _forget_output() -> None:
+    """Let nothing more be written to a pipe that nobody reads, at the end of the interpreter neither."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="hwsim", description="Run controllers on simulated machines.")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     areas = parser.add_subparsers(title="areas", required=True, metavar="AREA")
     _weldbead_cli.add_to(areas)
     return parser

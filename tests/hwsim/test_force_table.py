@@ -334,3 +334,18 @@ def test_devices_refuse_nonsense():
 def test_sensor_sets_the_tick():
     assert hwsim.ForceTableStand(problem(), sensor=SensorChain(sample_time=1 / 120)).tick == 1 / 120
     assert hwsim.ForceTableStand(problem(), drive=table_drive("appendix-b")).drive.stuck_band > 0
+
+
+def test_picture():
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("agg")
+
+    class Scanning(Passes):
+        reads: ClassVar = {"height": "mm", "profile": "mm", "profile_x": "mm"}
+
+    log = hwsim.run(hwsim.ForceTableStand(problem(15.0)), Tiers(sequence=Scanning(2), force=Held(platform(0.8))), parts=2)
+    figure = log.plot()
+    contours = figure.axes[1].lines
+    assert len(contours) == 3 + 2 and figure.axes[0].lines  # three scans, what was left, the target
+    np.testing.assert_allclose(contours[3].get_ydata(), log.outcome.contour.values[0])
+    pyplot.close(figure)

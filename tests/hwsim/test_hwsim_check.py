@@ -141,7 +141,8 @@ def test_protocols_are_checkable_at_run_time(thing, protocol):
 
 
 def test_public_names():
-    assert hwsim.__all__ == ["Journal", "Log", "WeldBeadStand", "check", "compare", "protocols", "run"]
+    plants = ["CoefficientScatter", "ForceTableStand", "Journal", "Log", "Motor", "WeldBeadStand"]
+    assert hwsim.__all__ == [*plants, "check", "compare", "devices", "protocols", "run"]
     assert all(getattr(hwsim, name) is not None for name in hwsim.__all__) and dir(hwsim) == hwsim.__all__
     with pytest.raises(AttributeError, match="module 'hwsim' has no attribute 'Stand'"):
         assert hwsim.Stand

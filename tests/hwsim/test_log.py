@@ -127,3 +127,25 @@ def test_text_in_a_table_is_kept(tmp_path):
     assert same(sdpgrind.load(tmp_path / "run.nc"), log)
     with hwsim.Journal(tmp_path / "run.db") as journal:
         assert same(journal.log(), log)
+
+
+def test_paired_differences_of_controllers():
+    """By hand: 1, 2, 3, 6 have mean 3 and standard deviation (14/3)^(1/2); Student's 97.5 % quantile at 3 is 3.182446."""
+    from hwsim._plots import paired
+
+    mean, half = paired(np.array([1.0, 2.0, 3.0, 6.0]))
+    assert mean == 3.0 and half == pytest.approx(3.182446 * (14 / 3) ** 0.5 / 2, rel=1e-6)
+    assert paired(np.array([2.0]))[0] == 2.0 and np.isnan(paired(np.array([2.0]))[1])
+
+
+def test_comparison_is_drawn_as_differences_on_the_same_parts():
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("agg")
+    log = hwsim.compare(noisy_tank(), {"slow": Drain(1.0), "fast": Drain(3.0)}, parts=4, rng=2)
+    figure = log.plot()
+    titles = {axis.get_title(): axis for axis in figure.axes}
+    axis = titles["time (s), less slow"]
+    shown = axis.lines[1].get_ydata()
+    np.testing.assert_allclose(shown, log.outcome.time.sel(controller="fast") - log.outcome.time.sel(controller="slow"))
+    assert [tick.get_text() for tick in axis.get_xticklabels()] == ["fast"]
+    pyplot.close(figure)

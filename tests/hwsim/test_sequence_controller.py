@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+import hwsim
 from sdpgrind import weldbead
 from sdpgrind.weldbead._controllers import SequenceController
 
@@ -97,8 +98,8 @@ def test_reset_forgets():
 
 def test_bead_beyond_the_plan_is_refused_with_advice():
     controller = SequenceController(Thirds())
-    with pytest.raises(ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.01: plan with a"):
-        controller.step(height=2.01, time_left=20.0)
+    with pytest.raises(ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.1: plan with a"):
+        controller.step(height=2.1, time_left=20.0)
     with pytest.raises(ValueError, match=r"time_left must be <= horizon = 60 of the policy \(s\); got 61.0: plan with a"):
         controller.step(height=1.0, time_left=61.0)
 
@@ -106,3 +107,15 @@ def test_bead_beyond_the_plan_is_refused_with_advice():
 def test_only_policies_are_followed():
     with pytest.raises(TypeError, match=r"policy must be a policy, as weldbead.plan gives it; got SequenceProblem"):
         SequenceController(P1)
+
+
+def test_a_bead_of_the_greatest_height_is_ground_whatever_the_scan_reads():
+    problem = weldbead.preset("P1")
+    policy = weldbead.plan(problem, tolerance=1e-2)
+    stand = hwsim.WeldBeadStand(problem, height=problem.height_max)
+    log = hwsim.run(stand, weldbead.SequenceController(policy), parts=20, rng=0)
+    assert (log["sequence"].height.values[log["sequence"].time.values == 0] > problem.height_max).any()
+    exact, above = weldbead.SequenceController(policy), weldbead.SequenceController(policy)
+    assert exact.step(height=2.0, time_left=30.0) == above.step(height=2.0199, time_left=30.0)
+    with pytest.raises(ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.0201"):
+        above.step(height=2.0201, time_left=30.0)

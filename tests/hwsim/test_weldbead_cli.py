@@ -165,6 +165,34 @@ def test_error_on_the_machine_names_part_and_time(finished, tmp_path, capsys):
     assert line.endswith("(at 0 s of the part, in part 0)")
 
 
+def test_version(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0 and capsys.readouterr().out == f"hwsim {sdpgrind.__version__}\n"
+
+
+def test_a_reader_that_has_had_enough(finished, tmp_path):
+    """As in ``hwsim weldbead ... | head``: nothing is said, and all is kept."""
+    out = tmp_path / "kept"
+    job = ["-m", "hwsim.cli", "weldbead", "--policy", finished / "policy.nc", "--parts", "3", "--no-pictures", "--out", out]
+    process = subprocess.Popen([sys.executable, *map(str, job)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process.stdout.close()
+    assert process.stderr.read() == "" and process.wait() == 0
+    process.stderr.close()
+    assert len(sdpgrind.load(out / "run.nc")) == 3
+
+
+def test_fewer_parts_than_are_kept_throw_nothing_away(finished, tmp_path, capsys):
+    out = tmp_path / "kept"
+    job = ["weldbead", "--policy", str(finished / "policy.nc"), "--no-pictures", "--out", str(out), "--parts"]
+    assert main([*job, "3"]) == 0
+    before = (out / "run.nc").read_bytes()
+    capsys.readouterr()
+    assert main([*job, "2"]) == 0
+    assert f"{out} held 3 finished beads already: all of them are reported, not 2" in capsys.readouterr().out
+    assert (out / "run.nc").read_bytes() == before
+
+
 def test_as_a_program():
     done = subprocess.run([sys.executable, "-m", "hwsim.cli", "weldbead"], capture_output=True, text=True, check=False)
     assert done.returncode == 2 and done.stderr.startswith("hwsim: problem.toml, --preset or --policy must be given")

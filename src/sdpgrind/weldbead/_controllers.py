@@ -9,12 +9,18 @@ if TYPE_CHECKING:
     from sdpgrind.weldbead._policy import SequencePolicy
 
 
+_SCAN = 0.01  # of the greatest height planned for; a scan of a bead of just that height may read so much more
+
+
 class SequenceController:
     """Looks up the next pass in a policy, after each pass, from what was really removed.
 
     Steps once for each event (a pass is over, the bead was scanned). Commands ``duration`` (s), ``feed_rate`` (mm/s)
     and ``normal_force`` (N) of the next pass, or ``stop``. Reports the expected penalty from here on (``penalty``, $),
     the mean depth that it expects of the pass (``mean_cut``, mm) and the gap to the next best duration (``gap``, $).
+
+    A scan that reads up to 1 % more than the height that the policy was planned for is taken for that height: a bead of just
+    that height is read higher half of the time, and a policy with a margin for it would decide the same.
 
     A missing scan (NaN) is replaced by what the last pass was expected to leave, a missing clock by its duration.
 
@@ -104,6 +110,7 @@ class SequenceController:
         """
         height, time_left = self._known(height, time_left)
         self._check(height, time_left)
+        height = min(height, self._policy.problem.height_max)
         action = self._policy.action(height, time_left, **self._last)
         stop = bool(action.stop)
         mean_cut = 0.0 if stop else float(action.mean_cut)
@@ -147,7 +154,7 @@ class SequenceController:
 
     def _check(self, height: float, time_left: float) -> None:
         problem = self._policy.problem
-        if height > problem.height_max:
+        if height > problem.height_max * (1 + _SCAN):
             raise ValueError(
                 f"height must be <= height_max = {problem.height_max:g} of the policy (mm); got {height!r}: "
                 "plan with a larger height_max, it costs little"

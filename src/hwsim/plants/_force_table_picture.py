@@ -1,0 +1,90 @@
+"""The picture of a run on the force table: force against its demand, contours, what each pass removed, what it cost."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim.protocols import PartLog
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_REAL, _PLAN, _BAD = "tab:blue", "0.15", "tab:red"
+
+
+def picture(log: PartLog) -> "Figure":
+    """Draw the first bead of a log of `ForceTableStand` pass by pass, and the outcome of all."""
+    pyplot = need("matplotlib.pyplot", "plot")
+    figure: Figure
+    figure, axes = pyplot.subplots(2, 2, figsize=(11, 7.5), layout="constrained")
+    _forces(axes[0, 0], log)
+    _contours(axes[0, 1], log)
+    _cuts(axes[1, 0], log)
+    _outcomes(axes[1, 1], log)
+    for axis in axes.ravel():
+        axis.grid(alpha=0.25, lw=0.5)
+        axis.spines[["top", "right"]].set_visible(False)
+    out = log.outcome
+    beads = f"{len(log)} beads" if len(log) > 1 else "1 bead"
+    figure.suptitle(f"{beads}: {out.passes.values.mean():.1f} passes each, {int(out.stalls.values.sum())} stalls")
+    return figure
+
+
+def _first(log: PartLog, name: str) -> Any:
+    """The table of the first bead that has a column, or nothing."""
+    for tier in log.tiers:
+        if name in log[tier]:
+            table = log[tier]
+            return table.isel(row=np.flatnonzero(table.part.values == 0))
+    return None
+
+
+def _forces(axis: Any, log: PartLog) -> None:
+    """Force as read, and what was asked for where the controller tells."""
+    table = _first(log, "force")
+    axis.set(xlabel="time (s)", ylabel="force (N)")
+    axis.set_title("Force of the first bead", loc="left")
+    if table is None:
+        return
+    axis.plot(table.time, table.force, color=_REAL, lw=0.7, label="read")
+    if "force_demand_planned" in table:
+        axis.plot(table.time, table.force_demand_planned, color=_PLAN, lw=0.9, ls="--", label="demanded")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _contours(axis: Any, log: PartLog) -> None:
+    """Scans of the first bead, and what was left of it."""
+    table = _first(log, "profile")
+    if table is not None and "profile_x" in table:
+        scans = [k for k in range(table.sizes["row"]) if np.isfinite(table.profile.values[k]).any()]
+        for k, row in enumerate(scans):
+            shade = str(0.75 - 0.6 * k / max(1, len(scans)))
+            axis.plot(table.profile_x.values[row], table.profile.values[row], color=shade, lw=0.7)
+    left = log.outcome.contour.values[0]
+    attrs = log.outcome.attrs
+    x = float(attrs["grid_start"]) + float(attrs["grid_spacing"]) * np.arange(left.size)
+    axis.plot(x, left, color=_REAL, lw=1.2, label="left")
+    axis.axhline(0, color=_PLAN, lw=1)
+    axis.set(xlabel="along the bead (mm)", ylabel="height (mm)")
+    axis.set_title("Contours of the first bead", loc="left")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _cuts(axis: Any, log: PartLog) -> None:
+    """Mean depth of every pass against its force."""
+    out = log.outcome
+    axis.plot(out.true_force.values.ravel(), out.true_cut_depth.values.ravel(), "o", color=_REAL, ms=3, alpha=0.6)
+    axis.set(xlabel="mean force on the bead (N)", ylabel="mean cut (mm)")
+    axis.set_title("What passes removed", loc="left")
+
+
+def _outcomes(axis: Any, log: PartLog) -> None:
+    """Height left and the deepest place below the parent, bead by bead."""
+    out = log.outcome
+    axis.plot(out.part.values, out.height.values, "o", color=_REAL, ms=4, label="mean height left")
+    axis.plot(out.part.values, -out.overground_worst.values, "v", color=_BAD, ms=4, label="deepest overground")
+    axis.axhline(0, color=_PLAN, lw=1)
+    axis.set(xlabel="bead", ylabel="height (mm)")
+    axis.set_title(f"What was left; mean penalty {out.penalty.values.mean():.3f} \\$", loc="left")
+    axis.legend(frameon=False, fontsize=8)
