@@ -49,8 +49,8 @@ class Labels:
         if name in read:
             return _attributes(name, read[name])
         if name.endswith("_command"):
-            bare = name.removesuffix("_command")
-            return _attributes(f"{bare} commanded", {**self.set_points, **self.accepts}.get(bare, ""))
+            bare, units = name.removesuffix("_command"), {**self.set_points, **self.accepts}
+            return _attributes(f"{bare} commanded", units.get(bare, units.get(name, "")))
         return self._planned(name)
 
     def outcome(self, name: str) -> tuple[str, dict[str, str]]:

@@ -165,10 +165,15 @@ def _table(tier: Tier, clock: Clock) -> dict[str, Column]:
         table[name] = column([row[name] for row in read])
     for name in tier.units:
         if any(name in row for row in commanded):
-            table[f"{name}_command"] = column([row.get(name, nan) for row in commanded])
+            table[command_column(name)] = column([row.get(name, nan) for row in commanded])
     for name in dict.fromkeys(name for row in reported for name in row):
         table[f"{name}_planned"] = column([row.get(name, nan) for row in reported])
     return table
+
+
+def command_column(name: str) -> str:
+    """Name of the column of a command; ``platform_command`` says already what it is."""
+    return name if name.endswith("_command") else f"{name}_command"
 
 
 def _scalars(names: Mapping[str, str], read: list[Mapping[str, Any]]) -> list[str]:

@@ -41,7 +41,7 @@ def label(variable: Any, name: str) -> str:
 def compared(log: PartLog) -> "Figure":
     """Draw every scalar outcome: of each controller less the first on the same part, with the mean and its 95 % interval."""
     outcome = log.outcome
-    names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _varies(v)]
+    names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _tells(v)]
     figure, axes = _panels(len(names), columns=min(3, len(names)))
     controllers = [str(name) for name in outcome.controller.values]
     for axis, name in zip(axes, names, strict=True):
@@ -81,9 +81,11 @@ def paired(differences: Any) -> tuple[float, float]:
     return float(differences.mean()), float(t.ppf(0.975, differences.size - 1)) * error
 
 
-def _varies(variable: Any) -> bool:
-    values = variable.values[np.isfinite(variable.values)]
-    return bool(values.size) and bool(np.ptp(values) > 0)
+def _tells(variable: Any) -> bool:
+    """Whether an outcome differs between controllers; of one controller, between parts."""
+    values = variable.values
+    values = values[1:] - values[:1] if len(values) > 1 else values - values[:, :1]
+    return bool(np.any(np.isfinite(values) & (values != 0)))
 
 
 def _all_measured(log: PartLog) -> "Figure":

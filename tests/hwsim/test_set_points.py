@@ -177,3 +177,13 @@ def test_bad_set_points_at_run_time(given, message):
 
     with pytest.raises(ValueError, match=message):
         hwsim.run(Tank(), Two(boss=Wishing(), hand=Hand([])))
+
+
+def test_a_command_that_is_called_command_keeps_its_name():
+    from hwsim._labels import Labels
+    from hwsim._part import command_column
+
+    assert (command_column("flow"), command_column("platform_command")) == ("flow_command", "platform_command")
+    labels = Labels("", "", {}, {"platform_command": "mm", "flow": "mm/s"}, {}, {}, {})
+    assert labels.column("platform_command") == {"units": "mm", "long_name": "platform commanded"}
+    assert labels.column("flow_command") == {"units": "mm/s", "long_name": "flow commanded"}

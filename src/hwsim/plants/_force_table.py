@@ -46,9 +46,9 @@ class ForceTableStand(Frozen):
 
     Outcome of a bead: ``penalty`` ($), mean ``height`` (mm), ``overground`` (mm, mean over the bead of what is missing),
     ``overground_worst`` (mm, deepest place), ``passes``, ``time``, ``lead_time``, ``lateness`` (s), ``stalls``, ``burned``
-    (passes with a force beyond the burn limit), ``burn_time`` (s), the ``contour`` left (mm), and of each pass
-    ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3), ``true_idle_power`` (W), ``true_friction_ratio``,
-    ``true_force`` (N, mean on the bead) and ``true_volume`` (mm^3).
+    (passes in which the mean force of some sample was beyond the burn limit), ``burn_time`` (s, of such samples), the
+    ``contour`` left (mm), and of each pass ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3), ``true_idle_power``
+    (W), ``true_friction_ratio``, ``true_force`` (N, mean on the bead) and ``true_volume`` (mm^3).
 
     Parameters
     ----------

@@ -10,14 +10,14 @@ import numpy as np
 from numba import njit
 
 from sdpgrind.weldbead.force._kernels import drive_step, sensor_step
-from sdpgrind.weldbead.passes._kernels import DONE, RATE, WIND, Core, Step, cut_step, torque_at
+from sdpgrind.weldbead.passes._kernels import DONE, RATE, WIND, Core, Step, cut_step
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _NO_PATH = np.zeros(2)
 
 # Places in the state of a machine: mm, s, N, rad, rad/s, mm^3.
 CENTER, DEFLECTION, DEFLECTION_RATE, PHASE, SPIN, FORCE, SHOWN = range(7)
-REMOVED, INTEGRAL, FORCE_SUM, OVER_SUM, STATES = range(7, 12)
+REMOVED, INTEGRAL, FORCE_SUM, STATES = range(7, 11)
 
 
 class Grinder(NamedTuple):
@@ -33,7 +33,6 @@ class Grinder(NamedTuple):
     spin_time: float  # s; 0: the spin follows its load at once
     runout: float  # mm
     reads_spring: bool  # the sensor sees the spring, not the contact
-    burn_force: float  # N; inf: no limit
 
 
 class Layout(NamedTuple):
@@ -113,7 +112,7 @@ def sensed(core, grinder, state, before, sensors, sensor_core, table):
 @njit(**_OPTIONS)
 def sample(bead, core, cut, grinder, state, feed, command, drive, drive_core, sensors, sensor_core, layout):
     """Advance by one control sample at a feed (mm/s) with a platform command (mm) that is held."""
-    state[FORCE_SUM], state[OVER_SUM] = 0.0, 0.0
+    state[FORCE_SUM] = 0.0
     platform = drive[4]
     for _ in range(layout.grinding):
         before = state[SHOWN]
@@ -125,9 +124,5 @@ def sample(bead, core, cut, grinder, state, feed, command, drive, drive_core, se
         state[REMOVED] += volume
         state[FORCE] = torque / core.radius
         state[FORCE_SUM] += state[FORCE] / layout.grinding
-        state[OVER_SUM] += grinder.step if state[FORCE] > grinder.burn_force else 0.0
         sensed(core, grinder, state, before, sensors, sensor_core, layout.table)
         spun(grinder, core.friction_ratio, torque, state)
-
-
-__all__ = ["CENTER", "FORCE", "Grinder", "Layout", "sample", "torque_at"]

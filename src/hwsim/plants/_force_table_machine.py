@@ -146,11 +146,12 @@ class ForceTable:
         self._state[kernels.CENTER] = start
         self._cut[cutting.TIP_X] = start - reach(disc)
         self._cut[cutting.TIP_Z] = stand.datum - back - drop(disc)
+        limit = stand.problem.burn_limit or stand.charges.burn_limit
+        self._burning = inf if limit is None else float(limit.interval(disc.model, self._feed)[1])  # N
         self._phase, self._reading, self._pass_start = LEAD_IN, Readings(), self.time
 
     def _grinder_core(self, disc: TiltedDisc) -> Grinder:
         stand, motor, model = self._setup.stand, self._setup.stand.motor, disc.model
-        limit = stand.problem.burn_limit or stand.charges.burn_limit
         inertia, stiffness = stand.grinder_inertia, disc.rotational_stiffness or 0.0
         motor = Motor(model.free_speed, model.speed_droop, spin_time=0.0) if motor is None else motor
         return Grinder(
@@ -163,7 +164,6 @@ class ForceTable:
             ),
             *(motor.free_speed, motor.speed_droop, motor.spin_time, stand.runout),
             reads_spring=stand.spring_first,
-            burn_force=inf if limit is None else float(limit.interval(model, self._feed)[1]),
         )
 
     def _disc_core(self, disc: TiltedDisc) -> cutting.Core:
@@ -218,7 +218,8 @@ class ForceTable:
             done.force += float(state[kernels.FORCE_SUM])
         else:
             self._lead_samples += 1
-        done.over += float(state[kernels.OVER_SUM])
+        if state[kernels.FORCE_SUM] > self._burning:
+            done.over += self._setup.stand.tick
         self._sense()
         self._go_on()
         return 1
