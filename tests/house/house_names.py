@@ -17,6 +17,7 @@ PACKAGES = (
     "sdpgrind.units",
     "sdpgrind.weldbead",
     "sdpgrind.weldbead.force",
+    "sdpgrind.weldbead.passes",
     "hwsim",
     "hwsim.devices",
     "hwsim.protocols",

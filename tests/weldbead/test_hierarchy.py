@@ -94,7 +94,7 @@ def test_scans_that_are_not_looked_at_cost(policy):
 
 
 def test_another_process_is_refused(policy):
-    with pytest.raises(ValueError, match=r"policy must be for the process of the disc; got one for .*12.8.* and a disc with .*14"):
+    with pytest.raises(ValueError, match=r"policy must be for the process of the disc; got one for .*12.8.* and a disc .*14"):
         weldbead.Hierarchy(policy, DISC.replace(specific_energy=14.0), LOOP)
 
 

@@ -96,6 +96,9 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
             problem = _with_finer_levels(problem)
         policy = _solve(problem, 2**halvings, executor, tell)
         changes.append(_change(before, policy))
+        if grid_error(changes) <= tolerance / 2 < policy.table.search_error:  # the grid will do, the search will not
+            problem = _with_finer_levels(problem)
+            policy = _solve(problem, 2**halvings, executor, tell)
         policy.error = error = grid_error(changes) + policy.table.search_error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             return policy

@@ -109,7 +109,13 @@ class Hierarchy:
             tier.reset()
 
     def step(self, **measurement: Any) -> Mapping[str, Any]:
-        """Step all tiers once, set-points going down (mm, s, N, W); `hwsim.run` steps them at their own times instead."""
+        """Step all tiers once, set-points going down; `hwsim.run` steps them at their own times instead.
+
+        Parameters
+        ----------
+        **measurement
+            What the tiers read, in mm, s, N and W.
+        """
         command: dict[str, Any] = {}
         for tier in self.tiers.values():
             command |= tier.step(**(measurement | command))

@@ -201,7 +201,7 @@ class TiltedDisc(Frozen):
         >>> process = weldbead.GrindingProcess(10.0, 100.0, 0.3, 85.0, 500.0, 0.0, 12.5)
         >>> disc = TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
         >>> linear = disc.linearize(mean_cut=0.4, feed_rate=20.0)
-        >>> round(linear.pole / units.hz(1.0), 1)
+        >>> round(float(linear.pole / units.hz(1.0)), 1)
         3.6
         """
         depth, feed = checks.positive("mean_cut", mean_cut, "mm"), checks.positive("feed_rate", feed_rate, "mm/s")
