@@ -25,6 +25,8 @@ PRIOR = 0.15
 NODES = 201
 """Height nodes of a sequence that is planned anew between two passes."""
 _ESTIMATED = {"specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": ""}
+_LEAD = 0.3
+"""Time (s) before the plan at which a pass is started: the platform must have come down when the disc meets the bead."""
 _LEAST_CUT = 1e-3
 """Mean depth (mm) below which there is nothing to plan a pass for."""
 
@@ -253,7 +255,7 @@ class _PassTier:
         self._report = _summary(plan)
         names = {"plan_time": "time", "normal_force_plan": "normal_force", "fly_height_plan": "fly_height"}
         arrays = {name: getattr(plan, column) for name, column in (names | {"center_x_plan": "center_x"}).items()}
-        return arrays | {"start": 1.0, "feed_rate": planned_feed, "start_x": float(plan.center_x[0])}
+        return arrays | {"start": 1.0, "feed_rate": planned_feed, "start_x": float(plan.center_x[0]) - _LEAD * planned_feed}
 
     def report(self) -> dict[str, float]:
         return self._report

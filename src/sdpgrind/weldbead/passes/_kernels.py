@@ -189,6 +189,14 @@ def _raised(wind, wanted, bead, core, state, step, path):
     return high
 
 
+@njit(inline="always", **_OPTIONS)
+def _worn(bead, core, state, angle, x, y):
+    """How far (mm) the face recedes in a step: what it cuts over G, on the ring it wears; the length of the patch cancels."""
+    into = (x - state[TIP_X]) * np.sin(angle) - (y - state[TIP_Z]) * np.cos(angle)
+    k = min(max(int((x - bead.start) / bead.spacing), 1), bead.z.size - 2)
+    return max(0.0, into) * bead.area[k] / bead.spacing / (core.grinding_ratio * 2.0 * np.pi * core.radius)
+
+
 @njit(**_OPTIONS)
 def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
     """Bring the disc to `step`, cut, and keep the state.
@@ -211,12 +219,11 @@ def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
         higher = _raised(wind, wanted, bead, core, state, step, path)
     x, y, height = tip(wind, step, core, state, path, bead)
     volume = swept(bead, core, state, step, wind, x, y + higher, True)
+    if core.grinding_ratio < np.inf and volume > 0.0:
+        state[WEAR] += _worn(bead, core, state, step.relaxed_angle - wind, x, y + higher)
     state[WIND], state[TIP_X], state[TIP_Z] = wind, x, y + higher
     torque = torque_at(wind, core)
     state[RATE] = removal(torque, core)
-    if core.grinding_ratio < np.inf and volume > 0.0:
-        patch = max(state[TOUCHED], 1.0) * bead.spacing / np.cos(step.relaxed_angle - wind)
-        state[WEAR] += volume / (core.grinding_ratio * 2.0 * np.pi * (core.radius - 0.5 * patch) * patch)
     return DONE, volume, torque, height + higher
 
 
