@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from hwsim._log import Log
     from hwsim.plants._weldbead import WeldBeadStand
 
-_TOLERANCE = 1e-5  # $
 _HELP = "plan a weld-bead grinding job and run it, pass by pass, on a simulated stand"
 _MORE = """
 With --out the policy, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after
@@ -29,7 +28,7 @@ def add_to(areas: Any) -> None:
     parser.add_argument("--parts", type=int, default=20, metavar="N", help="number of beads (20)")
     parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
-    parser.add_argument("--tolerance", type=float, help=f"of the plan's expected penalty, $ ({_TOLERANCE:g})")
+    parser.add_argument("--tolerance", type=float, help="of the plan's expected penalty, $ (1e-5, or what suits greater charges)")
     parser.add_argument("--no-pictures", action="store_true", help="draw nothing")
     parser.set_defaults(work=work)
 
@@ -170,11 +169,18 @@ def _policy(stand: "WeldBeadStand", given: Any, arguments: argparse.Namespace) -
         if asked is not None:
             _check_error(given, asked, f"--policy {arguments.policy}", "plan anew, without --policy")
         return given
+    asked = asked or _default_tolerance(stand)
     kept = _kept_policy(arguments.out)
     if kept is None:
-        return _planned(stand, asked or _TOLERANCE)
-    _check_error(kept, asked or _TOLERANCE, f"--out {arguments.out}", "choose another folder or tolerance")
+        return _planned(stand, asked)
+    _check_error(kept, asked, f"--out {arguments.out}", "choose another folder or tolerance")
     return kept
+
+
+def _default_tolerance(stand: "WeldBeadStand") -> float:
+    from sdpgrind.weldbead._planner import default_tolerance
+
+    return default_tolerance(stand.problem)
 
 
 def _check_error(policy: Any, asked: float, where: str, advice: str) -> None:

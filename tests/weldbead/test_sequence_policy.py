@@ -518,3 +518,17 @@ def test_finish_risk_and_simulation(finish):
     assert risk.distribution.on_the_way == pytest.approx(0.01 * risk.passes)
     runs = finish.simulate(runs=100_000, height=1.0, time_left=24.0, rng=6, snap=True)
     assert abs(runs.mean - finish.value(1.0, 24.0)) < 4 * runs.standard_error
+
+
+def test_the_default_tolerance_suits_the_charges():
+    from sdpgrind.weldbead._planner import default_tolerance
+
+    for name in (*NAMES, "C0"):
+        assert default_tolerance(weldbead.preset(name)) == 1e-5
+    dear = weldbead.preset("P1").replace(height_charge=sdp.Charge(under=sdp.Linear(200.0), over=sdp.Linear(1000.0)))
+    policy = weldbead.plan(dear)
+    assert policy.error <= 4e-4  # a millionth of 400 $
+    # All charges a hundred times those of P1: so is the penalty, to the tolerance.
+    assert policy.value(1.0, 24.0) == pytest.approx(100 * 0.070643, abs=4e-4 + 1e-4)
+    with pytest.raises(ValueError, match="tolerance must be one of auto"):
+        weldbead.plan(dear, tolerance="high")

@@ -1,6 +1,7 @@
 """The sequence planner: a weld-bead problem written as a problem of `sdp`, and solved."""
 
 from concurrent.futures import Executor
+from typing import Literal
 
 import numpy as np
 
@@ -20,7 +21,7 @@ HALVINGS = 6
 def plan(
     problem: SequenceProblem,
     *,
-    tolerance: float | None = 1e-5,
+    tolerance: float | Literal["auto"] | None = "auto",
     nodes: int | None = None,
     feed: str = "lattice",
     executor: Executor | None = None,
@@ -34,8 +35,8 @@ def plan(
     problem : SequenceProblem
         What to plan.
     tolerance : float, optional
-        Largest estimated error of the expected penalty ($) at any height, see the words of warning. None: one solve on
-        `nodes` nodes.
+        Largest estimated error of the expected penalty ($) at any height, see the words of warning. "auto": 1e-5 $, or one
+        millionth of what the whole bead left is charged, where that is more than 10 $. None: one solve on `nodes` nodes.
     nodes : int, optional
         Height nodes of that single grid (401 by default), or the first grid of the refinement.
     feed : {"lattice", "continuous"}
@@ -68,11 +69,19 @@ def plan(
     if not isinstance(problem, SequenceProblem):
         raise TypeError(f"problem must be a SequenceProblem (see weldbead.preset); got {problem!r}")
     checks.one_of("feed", feed, ("lattice", "continuous"))
+    if isinstance(tolerance, str):
+        checks.one_of("tolerance", tolerance, ("auto",))
+        tolerance = default_tolerance(problem)
     if feed == "continuous":
         return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)
     start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
     table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress, throw=throw)
     return SequencePolicy(problem, table)
+
+
+def default_tolerance(problem: SequenceProblem) -> float:
+    """Return the tolerance ($) that suits the size of the charges: 1e-5 $, more where a bead left whole costs more than 10 $."""
+    return max(1e-5, 1e-6 * float(problem.height_charge(problem.height_max)))
 
 
 def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progress | None) -> SequencePolicy:
