@@ -104,6 +104,26 @@ def test_feedback_becomes_the_inverse_with_growing_gains(inverse):
     assert errors[-1] <= 0.5 and forces[-1] <= 0.15  # um and N rms
 
 
+@pytest.mark.parametrize("problem", [FREELY, PROBLEM])
+def test_optimal_control_is_replayed(problem):
+    plan, reference = passes.plan(problem, method="collocation"), passes.plan(problem)
+    assert plan.collocation.message == "Solve_Succeeded"
+    assert plan.collocation.residual < 1e-7  # of the conditions of optimality
+    assert plan.collocation.replay_error < 3e-3  # mm
+    assert plan.normal_force.max() < problem.force_limit * 1.005
+    inside = (plan.tip_x > 5) & (plan.tip_x < 145)
+    # Its motion is charged a little: it may leave the path by what saves speed, some micrometres.
+    assert np.sqrt(np.mean((plan.normal_force - reference.normal_force)[inside] ** 2)) < 0.5
+    assert plan.volume == pytest.approx(reference.volume, rel=5e-3)
+
+
+def test_optimal_control_that_cannot_be_used_says_so():
+    lifted = PROBLEM.replace(mean_cut=0.05)  # over dips the disc cuts nothing
+    plan = passes.plan(lifted, method="collocation")
+    assert plan.collocation.message == "the pass is no cut of one patch all along"
+    np.testing.assert_array_equal(plan.fly_height, passes.plan(lifted).fly_height)
+
+
 def test_static_forces_are_near(inverse):
     plan = passes.plan(FREELY, method="static")
     inside = (inverse.tip_x > 2) & (inverse.tip_x < 148)
@@ -178,5 +198,5 @@ def test_a_target_below_the_parent_is_warned_of():
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(ValueError, match="method must be one of inverse, pi, static"):
+    with pytest.raises(ValueError, match="method must be one of inverse, pi, static, collocation"):
         passes.plan(PROBLEM, method="best")

@@ -106,7 +106,7 @@ class PredictiveController(ForceController):
         if not (lost or isnan(force)):
             self._estimate += law.corrects * (force - wanted - float(law.drifting.C @ self._estimate))
         change = self._first_move(held, position, foreseen, time)
-        command = rest[1] + self._core.approach if lost else position + (held + change) / stiffness
+        command = rest[1] + min(self._core.approach, self._core.rate) if lost else position + (held + change) / stiffness
         command = self._within(command, rest[1])
         foreseen[:] = law.scaled.A @ foreseen + law.scaled.B * demand
         self._estimate = law.drifting.A @ self._estimate + law.drifting.B * stiffness * (command - position)

@@ -184,7 +184,7 @@ def control_step(core, state, work, force, demand, position):
     asked = law_output(law, inner, error)
     command = position + (rest[0] if missing else asked)
     if lost:
-        command = rest[1] + core.approach
+        command = rest[1] + min(core.approach, core.rate)
     elif not np.isnan(rest[1]):
         command = min(max(command, rest[1] - core.rate), rest[1] + core.rate)
     command = min(max(command, core.low), core.high)

@@ -223,7 +223,7 @@ class TiltedDisc(Frozen):
 
     @property
     def core(self) -> Core:
-        """The disc as the compiled kernels want it."""
+        """The disc as the compiled kernels want it, in mm, N, rad and s."""
         m, (angles, torques) = self.model, self._table
         most = self.relaxed_angle - FLATTEST
         peak = float(self.deflection(self.peak_torque)) if np.isfinite(self.peak_torque) else most

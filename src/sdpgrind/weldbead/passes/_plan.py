@@ -9,13 +9,14 @@ import xarray as xr
 from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import _kernels
+from sdpgrind.weldbead.passes._collocation import Collocation, collocate
 from sdpgrind.weldbead.passes._contour import Contour, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
 from sdpgrind.weldbead.passes._plots import plot_pass
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, Run, even_bead, simulate
 
-METHODS = ("inverse", "pi", "static")
+METHODS = ("inverse", "pi", "static", "collocation")
 GAINS = (10.0, 2000.0)
 """Gains of the method "pi" on the error of the tip: 1 and 1/s."""
 _STEPS = {
@@ -46,10 +47,15 @@ class PassPlan:
         How it was planned.
     error : float
         Estimated error of the contour, mm rms, from a simulation of twice the step.
+    collocation : Collocation or None
+        How the optimal control problem was solved, where that is the method.
     """
 
-    def __init__(self, problem: PassProblem, record: PassRecord, method: str, error: float) -> None:
+    def __init__(
+        self, problem: PassProblem, record: PassRecord, method: str, error: float, collocation: Collocation | None = None
+    ) -> None:
         self.problem, self.record, self.method, self.error = problem, record, method, error
+        self.collocation = collocation
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or "record" not in self.__dict__:
@@ -75,7 +81,7 @@ class PassPlan:
 
     @property
     def status(self) -> str:
-        """One sentence: whether the target is reached, and what stands in the way."""
+        """One sentence: whether the target is reached, and what stands in the way (N, share of the volume)."""
         share = self.shortfall / self.problem.volume if self.problem.volume > 0 else 0.0
         if np.max(self.normal_force) >= self.problem.force_limit * (1 - 1e-9):
             return f"limited to {self.problem.force_limit:.4g} N: {100 * share:.3g} % of the volume is left"
@@ -87,7 +93,7 @@ class PassPlan:
         Parameters
         ----------
         model : TiltedDisc, optional
-            The disc as it really is; that of the plan by default.
+            The disc as it really is (J/mm^3, W, ...); that of the plan by default.
 
         Raises
         ------
@@ -145,10 +151,12 @@ def plan(problem: PassProblem, *, method: str = "inverse", gains: tuple[float, f
     ----------
     problem : PassProblem
         What to plan.
-    method : {"inverse", "pi", "static"}
+    method : {"inverse", "pi", "static", "collocation"}
         "inverse": the tip is held on its path; where that takes more force than is allowed, the force is held at the limit
         instead. "pi": a feedback of the tip's error moves the disc (6.17), as the source does. "static": the force that a
-        steady cut of the local depth would take (8.3.3), and the height that gives it.
+        steady cut of the local depth would take (8.3.3), and the height that gives it. "collocation": an optimal control
+        problem for the part of the pass in which one patch cuts, replayed by the balance of volumes; where it cannot be used
+        the plan is that of "inverse", and ``collocation.message`` says why.
     gains : (float, float)
         Of "pi", on the error of the tip and on its integral: 1 and 1/s.
     strict : bool
@@ -181,6 +189,9 @@ def plan(problem: PassProblem, *, method: str = "inverse", gains: tuple[float, f
     x = np.array(coarse.contour.x)
     error = float(np.sqrt(np.mean((record.contour.at(x) - np.array(coarse.contour.z)) ** 2))) / 3
     planned = PassPlan(problem, record, method, error)
+    if method == "collocation":
+        found, how = collocate(problem, record)
+        planned = PassPlan(problem, record if found is None else found, method, error, how)
     if strict and planned.shortfall > 1e-3 * problem.volume:
         raise ValueError(f"mean_cut must be within the limits of force and power where strict (mm): the pass {planned.status}")
     return planned
@@ -197,7 +208,7 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
     path = problem.tip_path.at(nodes)
     start = np.full(center.size, path[0] + disc.model.disk_radius * np.sin(disc.relaxed_angle))
     most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))
-    mode = _kernels.INVERSE if method == "inverse" else _kernels.FEEDBACK
+    mode = _kernels.FEEDBACK if method == "pi" else _kernels.INVERSE
     return run.record(problem.bead, run.grind(start, mode, path=path, gains=gains, wind_max=most))
 
 

@@ -1,0 +1,178 @@
+"""A pass as an optimal control problem, by Radau collocation in CasADi: least distance of the tip from its path.
+
+While one patch at the tip cuts, the disc's angle follows a differential equation: with the front of the patch at x_f,
+``z(x_f) = y + (x_f - x_t) tan(theta)``, and l = (x_f - x_t)/cos(theta), power balance is
+``K1 w l ((R - l/2) theta' + V sin(theta) - H' cos(theta)) + K2 = power(theta)``. Where the disc comes and goes that does not
+hold: there the heights are those of the inverse plan. Every solution is replayed by the balance of volumes.
+"""
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.weldbead.passes._problem import PassProblem
+from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
+
+INTERVALS = 100
+RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])
+PLACES = np.array([1 / 3, 1.0])
+MOTION = 1e-4
+"""Weight of the square of the platform's speed (mm^2/s^2) against that of the tip's distance (mm^2)."""
+ENGAGED = 3.0
+"""Distance (mm) of the tip from both ends of the bead between which the equation is used."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Collocation:
+    """How the optimal control problem was solved.
+
+    Attributes
+    ----------
+    iterations : int
+        Of the interior-point method.
+    residual : float
+        Largest violation of the optimality conditions (scaled, 1).
+    replay_error : float
+        Distance of the replayed tip from the solution's, mm rms.
+    message : str
+        What the solver says.
+    """
+
+    iterations: int
+    residual: float
+    replay_error: float
+    message: str
+
+
+class _Window(NamedTuple):
+    """Ends of the intervals in time (s), position of the center there, and what the inverse plan has there."""
+
+    time: Floats
+    center: Floats
+    height: Floats
+    wind: Floats
+
+
+def collocate(problem: PassProblem, start: PassRecord, intervals: int = INTERVALS) -> tuple[PassRecord | None, Collocation]:
+    """Solve from the inverse plan `start`; None where that is no cut of one patch, or the solver fails, with the reason."""
+    inside = (start.tip_x > problem.bead.x[0] + ENGAGED) & (start.tip_x < problem.bead.x[-1] - ENGAGED)
+    if not np.any(inside) or np.any(start.patches[inside] != 1):
+        return None, Collocation(0, np.inf, np.inf, "the pass is no cut of one patch all along")
+    first, last = np.flatnonzero(inside)[[0, -1]]
+    time = np.linspace(float(start.time[first]), float(start.time[last]), intervals + 1)
+    columns = (start.center_x, start.fly_height, problem.disc.relaxed_angle - start.disk_angle)
+    window = _Window(time, *(np.interp(time, start.time, column) for column in columns))
+    solved, iterations, residual, message = _solve(problem, window)
+    if solved is None:
+        return None, Collocation(iterations, residual, np.inf, message)
+    record, error = _replay(problem, start, window, *solved)
+    return record, Collocation(iterations, residual, error, message)
+
+
+def _solve(problem: PassProblem, window: _Window) -> tuple[Any, int, float, str]:
+    """Wind-ups and heights at the ends of the intervals and the speed at the end of each, from IPOPT."""
+    import casadi
+
+    opti, count = casadi.Opti(), window.time.size - 1
+    wind, height = opti.variable(count + 1), opti.variable(count + 1)
+    speed, turn, front = (opti.variable(2, count) for _ in range(3))
+    path, bead = _spline("path", problem.tip_path, problem), _spline("bead", problem.bead, problem)
+    step = float(window.time[1] - window.time[0])
+    cost: Any = 0
+    _guess(opti, window, (wind, height, front), problem)
+    for k in range(count):
+        ends: tuple[list[Any], list[Any]] = ([], [])
+        for j in range(2):
+            stage_wind = wind[k] + step * (RADAU[j, 0] * turn[0, k] + RADAU[j, 1] * turn[1, k]) / 100
+            stage_height = height[k] + step * (RADAU[j, 0] * speed[0, k] + RADAU[j, 1] * speed[1, k])
+            center = float(window.center[k] + problem.feed_rate * PLACES[j] * step)
+            stage = (stage_wind, stage_height, center, turn[j, k] / 100, speed[j, k], front[j, k])
+            gap = _conditions(opti, problem, stage, path, bead)
+            cost += step * (0.75, 0.25)[j] * (gap**2 + MOTION * speed[j, k] ** 2)
+            ends[0].append(stage_wind)
+            ends[1].append(stage_height)
+        opti.subject_to(wind[k + 1] == ends[0][1])
+        opti.subject_to(height[k + 1] == ends[1][1])
+    opti.subject_to(wind[0] == float(window.wind[0]))
+    opti.subject_to(height[0] == float(window.height[0]))
+    opti.minimize(cost)
+    opti.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 300})
+    try:
+        found = opti.solve()
+    except RuntimeError:
+        stats = opti.stats()
+        return None, int(stats["iter_count"]), np.inf, f"the solver stopped: {stats['return_status']}"
+    history = opti.stats()["iterations"]
+    residual = max(float(history["inf_pr"][-1]), float(history["inf_du"][-1]))
+    return (
+        (np.array(found.value(wind)), np.array(found.value(height)), np.asarray(found.value(speed))[1]),
+        int(opti.stats()["iter_count"]),
+        residual,
+        str(opti.stats()["return_status"]),
+    )
+
+
+def _conditions(opti: Any, problem: PassProblem, stage: tuple[Any, ...], path: Any, bead: Any) -> Any:
+    """Power balance, front and limits at one point; return the distance of the tip from its path."""
+    import casadi
+
+    wind, height, center, turn, speed, front = stage
+    disc, m = problem.disc, problem.disc.model
+    angle = disc.relaxed_angle - wind
+    torque = float(disc.spring_torque(1e-3)) / 1e-3 * wind
+    shaft = m.friction_ratio * torque
+    power = 1e-3 * (m.free_speed - m.speed_droop * shaft) * shaft
+    tip_x, tip_z = center - m.disk_radius * casadi.cos(angle), height - m.disk_radius * casadi.sin(angle)
+    length = front / casadi.cos(angle)
+    advance = problem.feed_rate * casadi.sin(angle) - speed * casadi.cos(angle)
+    into = -(m.disk_radius - length / 2) * turn + advance  # the angle falls as the spring winds up
+    opti.subject_to((m.specific_energy * m.bead_width * length * into + m.idle_power - power) / 1000 == 0)
+    opti.subject_to(bead(tip_x + front) == tip_z + front * casadi.tan(angle))
+    opti.subject_to(opti.bounded(0, torque / m.disk_radius / 100, problem.force_limit / 100))
+    opti.subject_to(front >= 0)
+    return tip_z - path(tip_x)
+
+
+def _spline(name: str, contour: Any, problem: PassProblem) -> Any:
+    """A smooth curve through a contour; what is straight between many points is as good as it for the solver."""
+    import casadi
+
+    x = np.linspace(problem.bead.x[0], problem.bead.x[-1], max(50, round(problem.bead.length / 0.5)) + 1)
+    return casadi.interpolant(name, "bspline", [x], contour.at(x))
+
+
+def _guess(opti: Any, window: _Window, variables: tuple[Any, ...], problem: PassProblem) -> None:
+    wind, height, front = variables
+    opti.set_initial(wind, window.wind)
+    opti.set_initial(height, window.height)
+    angle = problem.disc.relaxed_angle - window.wind
+    x = window.center - problem.disc.model.disk_radius * np.cos(angle)
+    depth = np.maximum(1e-3, problem.bead.at(x) - problem.tip_path.at(x)) / np.tan(angle)
+    opti.set_initial(front, np.tile(0.5 * (depth[1:] + depth[:-1]), (2, 1)))
+
+
+def _replay(
+    problem: PassProblem, start: PassRecord, window: _Window, wind: Floats, height: Floats, speed: Floats
+) -> tuple[PassRecord, float]:
+    """Play the heights back by the balance of volumes; outside the window those of the inverse plan."""
+    first = (height[1] - height[0]) / (window.time[1] - window.time[0])
+    curve = CubicHermiteSpline(window.time, height, np.append(first, speed))  # the second stage is the end of its interval
+    inside = (start.time >= window.time[0]) & (start.time <= window.time[-1])
+    played = np.where(inside, curve(np.clip(start.time, window.time[0], window.time[-1])), start.fly_height)
+    # Behind the window the plan goes on from where the solution ends.
+    played[start.time > window.time[-1]] += height[-1] - window.height[-1]
+    record = simulate(
+        problem.disc,
+        problem.bead,
+        center_x=start.center_x,
+        fly_height=played,
+        feed_rate=problem.feed_rate,
+        spacing=problem.spacing,
+    )
+    tip_z = height - problem.disc.model.disk_radius * np.sin(problem.disc.relaxed_angle - wind)
+    later = window.time > window.time[0] + 0.2
+    error = np.interp(window.time, record.time, record.tip_z) - tip_z
+    return record, float(np.sqrt(np.mean(error[later] ** 2)))
