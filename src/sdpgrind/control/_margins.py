@@ -25,11 +25,11 @@ class Margins:
     phase_margin : float
         By how much the phase can lag more, rad.
     sensitivity_peak, complementary_peak : float
-        Ms = max |S| and Mt = max |T|, dimensionless.
+        Ms = max abs(S) and Mt = max abs(T), dimensionless.
     bandwidth : float
-        f_b by the slope-limited measure: the largest f with |S(v)| <= 0.7071 v/f for all v <= f, rad/s.
+        f_b by the slope-limited measure: the largest f with abs(S(v)) <= 0.7071 v/f for all v <= f, rad/s.
     sensitivity_bandwidth, tracking_bandwidth : float
-        Where |S| first rises above and |T| first falls below 0.7071, rad/s.
+        Where abs(S) first rises above and abs(T) first falls below 0.7071, rad/s.
     runout_response : float
         Largest response to disc runout over the band asked for, force per force, dimensionless; NaN when not asked for.
     stable : bool
@@ -99,7 +99,7 @@ def grid(sample_time: float, points: int = _POINTS) -> Floats:
 
 
 def slope_bandwidth(frequency: Floats, sensitivity: Floats) -> float:
-    """Largest f with |S(v)| <= 0.7071 v/f for all v <= f; in the unit of `frequency`."""
+    """Largest f with abs(S(v)) <= 0.7071 v/f for all v <= f; in the unit of `frequency`."""
     reach = np.minimum.accumulate(HALF_POWER * frequency / np.maximum(sensitivity, 1e-300))
     return _first(frequency, frequency - reach) if reach[-1] < frequency[-1] else float(frequency[-1])
 

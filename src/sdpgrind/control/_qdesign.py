@@ -26,13 +26,13 @@ class QLimits:
     Parameters
     ----------
     sensitivity_max : float
-        Ms, largest |S|, dimensionless; 2 implies a gain margin of 6 dB and a phase margin of 29 degrees.
+        Ms, largest abs(S), dimensionless; 2 implies a gain margin of 6 dB and a phase margin of 29 degrees.
     complementary_max : float
-        Mt, largest |T|, dimensionless.
+        Mt, largest abs(T), dimensionless.
     frequency : array
-        Angular frequencies at which the law's own gain |C S| is limited, rad/s.
+        Angular frequencies at which the law's own gain abs(C S) is limited, rad/s.
     weight : array
-        What |C S| is multiplied by there, in units of output over command.
+        What abs(C S) is multiplied by there, in units of output over command.
     weighted_max : float
         Limit of the product, dimensionless.
 
@@ -62,7 +62,7 @@ def q_design(plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, t
     """Return the filter Q of the largest bandwidth, and that bandwidth, by bisection over convex problems.
 
     T = P Q, S = 1 - P Q, C = Q/(1 - P Q); Q has `taps` coefficients whose sum is 1/P(1). The bandwidth is the largest f with
-    |S(v)| <= 0.7071 v/f for all v <= f. cvxpy states the problems, Clarabel solves them.
+    abs(S(v)) <= 0.7071 v/f for all v <= f. cvxpy states the problems, Clarabel solves them.
 
     Parameters
     ----------

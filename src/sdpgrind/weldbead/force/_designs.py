@@ -52,7 +52,7 @@ class DesignLimits(Frozen):
 
 
 def runout_weight(plant: ForcePlant) -> tuple[Floats, Floats]:
-    """Angular frequencies (rad/s) below half the rate, and what |C S| (mm/N) there is multiplied by for disc runout (N/mm)."""
+    """Angular frequencies (rad/s) below half the rate, and what abs(C S) (mm/N) there is multiplied by for disc runout (N/mm)."""
     spin = np.linspace(*RUNOUT_BAND, 241)
     seen = np.round(plant.sensor.alias(spin), 9)
     weight = np.abs(plant.sensor.response(spin)) * moved(plant, seen)

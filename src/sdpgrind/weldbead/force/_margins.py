@@ -54,7 +54,7 @@ def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
 def runout_response(loop: ForceLoop, spin: npt.ArrayLike) -> Floats:
     """Return the force made by the loop at the alias of the disc speed, per runout force, dimensionless.
 
-    Exact for a sampled loop in contact: |sensor(f)| |C S|(f_a) |hold(f_a) drive(f_a)| K_x, f_a the alias of f.
+    Exact for a sampled loop in contact: abs(sensor(f)) abs(C S)(f_a) abs(hold(f_a) drive(f_a)) K_x, f_a the alias of f.
 
     Parameters
     ----------
