@@ -162,13 +162,11 @@ def _jumps(four: tuple[Floats, ...], span: Floats) -> Any:
 
 def _useful(cost: Floats) -> Any:
     """Lines [line, number] known at both ends, of which no other is lower at both (of equals the first is kept)."""
-    finite = np.isfinite(cost).all(axis=2)
-    kept: Any = finite.copy()
-    for line in range(cost.shape[0]):
-        earlier = np.arange(cost.shape[0])[:, None] < line
-        lower, somewhere = np.all(cost <= cost[line], axis=2), np.any(cost < cost[line], axis=2)
-        kept[line] &= ~np.any(finite & lower & (earlier | somewhere), axis=0)
-    return kept
+    finite = np.asarray(np.isfinite(cost).all(axis=2))
+    one, other = cost[:, None], cost[None]
+    earlier = np.tri(cost.shape[0], k=-1, dtype=bool).T[:, :, None]
+    lower = np.all(one <= other, axis=3) & (np.any(one < other, axis=3) | earlier)
+    return np.asarray(finite & ~np.any(finite[:, None] & lower, axis=0))
 
 
 def sorted_kinks(lines: Lines, shape: tuple[int, int, int]) -> Kinks:

@@ -26,6 +26,8 @@ from sdpgrind.sdp._stops import StopCharges
 
 SMALL = 64
 """Nodes below which the induction is one compiled call."""
+HISTORY = 2**26
+"""Bytes up to which all that is found is kept, to be looked through when the kinks are asked for."""
 TABLES = ("value", "best", "move", "control", "entry", "gap")
 CONVERGED = 1e-13
 """Relative change at which the stationary late tail counts as solved."""
@@ -140,10 +142,11 @@ class _Sweep:
         self.problem, self.grid, self.bundles, self.stops, self.first = problem, grid, bundles, stops, first
         self.modes = len(problem.modes)
         self.duration = np.array([move.duration for move in problem.moves])
-        self.small = bundles.alone() is not None and stops.still is not None and grid.size < SMALL
-        self.slots = int(self.duration.max()) + 1
-        if self.small:  # room for all that is ever found: nothing is overwritten
-            self.slots += last - first
+        longest, rows = int(self.duration.max()), last - first + 1
+        alone = bundles.alone() is not None and stops.still is not None
+        self.small = alone and grid.size < SMALL
+        self.keeps = alone and 20 * (rows + longest) * len(problem.moves) * grid.size <= HISTORY
+        self.slots = longest + (rows if self.keeps else 1)  # room for all that is ever found, or until it is begun
         shape = (len(problem.moves), self.modes, grid.size)
         self.q = np.full((self.slots, *shape), np.inf)
         self.control = np.zeros((self.slots, *shape))
@@ -189,28 +192,29 @@ class _Sweep:
         self.bundles.search_error = max(self.bundles.search_error, bundle.search_error)
         if code >= 0:
             self._refuse_unreachable(self.first + code, code)
-        if self.changes is not None:
-            self.changes.history = self._history(stop_q, late[-len(self.value) :])
         return True
 
-    def _history(self, stop_q: Floats, late: Floats) -> tuple[Any, ...]:
+    def _history(self, stop_q: Floats) -> tuple[Any, ...]:
         """All that was found, with the rows of the table where `Changes` has the modes."""
+        late = np.array([self.late(self.first + row) for row in range(len(self.value))])
         found = tuple(np.moveaxis(ring[: len(self.value), :, 0], 1, 0) for ring in (self.q, self.control, self.entry))
         t = self.filled
         return stop_q[:, :1] + late[:, None], found, t.best[:, 0], t.entry[:, 0], t.control[:, 0]
 
     def step(self, stage: int) -> None:
         """Finish the value-to-go of `stage`, then evaluate every move into it."""
-        row, slot = stage - self.first, stage % self.slots
+        row = stage - self.first
+        slot = row % self.slots
         if self.base is not None:
             self._from_base(stage, slot)
         stop_q = self.stops.at(stage, self.late(stage))
         if not self._choose(stop_q, slot, row):
             self._refuse_unreachable(stage, row)
-        if self.changes is not None:
+        if self.changes is not None and not self.keeps:
             found, t = (self.q[slot], self.control[slot], self.entry[slot]), self.filled
             self.changes.add(row, stop_q, found, t.best[row], t.entry[row], t.control[row])
-        self.q[slot] = np.inf
+        if not self.keeps:
+            self.q[slot] = np.inf
         self._push(stage, self.value[row], self.stops.level(stage, self.late(stage)))
 
     def _choose(self, stop_q: Floats, slot: int, row: int) -> bool:
@@ -232,7 +236,7 @@ class _Sweep:
         last = self.first + len(self.value) - 1
         for moves, found in self.bundles.best(value, level, stage, last):
             # All moves of a bundle share the treatment of modes; their departures fall into different slots.
-            at = ((stage + self.duration[moves]) % self.slots, moves)
+            at = ((stage - self.first + self.duration[moves]) % self.slots, moves)
             if self.bundles.shared[moves[0]]:
                 self.q[:, :, 0][at], self.control[:, :, 0][at], self.entry[:, :, 0][at] = (
                     found.q[:, 0],
@@ -299,4 +303,6 @@ class _Sweep:
 
     def table(self) -> Table:
         """The finished table."""
+        if self.keeps and self.changes is not None and self.stops.still is not None:
+            self.changes.history = self._history(self.stops.still)
         return replace(self.filled, search_error=self.bundles.search_error, changes=self.changes, base=self.base)
