@@ -145,9 +145,7 @@ def tolerances() -> None:
             true = float("nan")
             if (nodes - 1) * 8 <= 3200 or (tolerance < 1e-4 and not QUICK and name == "P1"):
                 factor = min(8, 12800 // (nodes - 1))
-                reference = sdp.plan(
-                    weldbead.sdp_problem(problem, factor * (nodes - 1) + 1, levels=801)
-                )
+                reference = sdp.plan(weldbead.sdp_problem(problem, factor * (nodes - 1) + 1, levels=801))
                 true = float(np.max(np.abs(policy.table.table.value - reference.table.value[:, :, ::factor])))
             print(
                 f"| {name} | {tolerance:g} $ | {took:.2f} s | {nodes} | {policy.error:.1e} $ "

@@ -65,8 +65,7 @@ right.set(xlabel="feed (mm/s), the mean cut being 0.2 mm", ylabel="standard devi
 figure, axes = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained")
 for ax, normal_force in zip(axes, (30.0, 10.0), strict=True):
     cuts = {
-        law: weldbead.Scatter("C1", 0.15, law=law).cut(process, normal_force, 12.5)
-        for law in ("rayleigh", "lognormal", "normal")
+        law: weldbead.Scatter("C1", 0.15, law=law).cut(process, normal_force, 12.5) for law in ("rayleigh", "lognormal", "normal")
     }
     mean = float(cuts["rayleigh"].mean)
     depth = np.linspace(0, 3 * mean, 500)

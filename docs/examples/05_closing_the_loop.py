@@ -63,9 +63,7 @@ for name, energy, idle, colour, style in (
     ("identified", power["specific_energy"], power["idle_power"], "#d95f02", "-"),
     ("true", truth.specific_energy, truth.idle_power, "k", "--"),
 ):
-    ax.plot(
-        x, np.maximum(0, (x - idle) / energy), style, color=colour, label=f"{name}: {energy:.1f} J/mm³, {idle:.0f} W"
-    )
+    ax.plot(x, np.maximum(0, (x - idle) / energy), style, color=colour, label=f"{name}: {energy:.1f} J/mm³, {idle:.0f} W")
 ax.set(xlabel="grinding power (W)", ylabel="removal rate (mm³/s)")
 ax.legend(frameon=False)
 

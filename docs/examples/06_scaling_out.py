@@ -39,10 +39,7 @@ problem = weldbead.preset("P1")
 # -------
 # The compiled parts of the solver let go of Python's lock, so threads help, and they need nothing else.
 
-charges = {
-    f"{rate:g} $/mm": problem.replace(height_charge=sdp.Charge(sdp.Linear(2.0), sdp.Linear(rate)))
-    for rate in (4, 10, 25)
-}
+charges = {f"{rate:g} $/mm": problem.replace(height_charge=sdp.Charge(sdp.Linear(2.0), sdp.Linear(rate))) for rate in (4, 10, 25)}
 state = {"height": 1.0, "time_left": 24.0}
 
 if __name__ == "__main__":  # the reason comes below

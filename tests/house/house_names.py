@@ -90,9 +90,7 @@ def _members(name: str, cls: type) -> list[Public]:
         if not base.__module__.startswith(("sdpgrind", "hwsim", "centering")):
             continue
         for key, thing in vars(base).items():
-            ours = inspect.isfunction(thing) or isinstance(
-                thing, property | cached_property | staticmethod | classmethod
-            )
+            ours = inspect.isfunction(thing) or isinstance(thing, property | cached_property | staticmethod | classmethod)
             if not key.startswith("_") and ours and all(each.name != f"{name}.{key}" for each in out):
                 out.append(Public(f"{name}.{key}", thing, cls))
     return out

@@ -136,9 +136,7 @@ def test_what_a_package_imports_it_exports(name):
     if not path.exists():
         return
     own = [each for each in imports_of(path.read_text()) if each.startswith(f"{name}._")]
-    assert {each.rpartition(".")[2] for each in own if not each.rpartition(".")[2].startswith("_")} <= set(
-        package(name).__all__
-    )
+    assert {each.rpartition(".")[2] for each in own if not each.rpartition(".")[2].startswith("_")} <= set(package(name).__all__)
 
 
 def test_one_version():
@@ -186,6 +184,4 @@ def test_decisions_are_numbered_and_complete():
     assert [path.name[:4] for path in notes] == [f"{k + 1:04d}" for k in range(len(notes))]
     for path in notes:
         text = path.read_text()
-        assert all(f"\n{part}\n{'-' * len(part)}\n" in text for part in ("Context", "Decision", "Consequences")), (
-            path.name
-        )
+        assert all(f"\n{part}\n{'-' * len(part)}\n" in text for part in ("Context", "Decision", "Consequences")), path.name

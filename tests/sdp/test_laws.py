@@ -92,9 +92,7 @@ def test_rayleigh_closed_form_of_the_source():
     mean, sd, y = 1.0, 0.15, 1.1
     q = sd / sqrt(2 - pi / 2)
     u = y - (mean - q * sqrt(pi / 2))
-    assert float(sdp.Rayleigh(mean, sd).under(y)) == pytest.approx(
-        u - q * sqrt(pi / 2) * erf(u / (q * sqrt(2))), rel=1e-13
-    )
+    assert float(sdp.Rayleigh(mean, sd).under(y)) == pytest.approx(u - q * sqrt(pi / 2) * erf(u / (q * sqrt(2))), rel=1e-13)
 
 
 def test_rayleigh_switch():
@@ -256,9 +254,7 @@ def test_rectified_normal_against_scipy():
     assert float(law.mean) == pytest.approx(first, rel=1e-10)
     assert float(law.sd) == pytest.approx(sqrt(second - first**2), rel=1e-9)
     assert float(law.under(0.0, 0)) == pytest.approx(norm.cdf(0), rel=1e-13)
-    assert float(law.under(0.25)) == pytest.approx(
-        0.25 * norm.cdf(0) + norm.expect(lambda d: 0.25 - d, lb=0, ub=0.25), rel=1e-10
-    )
+    assert float(law.under(0.25)) == pytest.approx(0.25 * norm.cdf(0) + norm.expect(lambda d: 0.25 - d, lb=0, ub=0.25), rel=1e-10)
     wholly_below = sdp.RectifiedNormal(-5.0, 0.1)
     assert float(wholly_below.mean) == pytest.approx(0.0, abs=1e-300)
     assert float(wholly_below.sd) == pytest.approx(0.0, abs=1e-150)

@@ -226,9 +226,7 @@ def test_law_of_the_depths():
 
 def test_what_was_measured_updates_the_problem():
     power = weldbead.identify(power_data(0.1), "power")
-    assert P1.updated(power).model == BASE.replace(
-        specific_energy=power["specific_energy"], idle_power=power["idle_power"]
-    )
+    assert P1.updated(power).model == BASE.replace(specific_energy=power["specific_energy"], idle_power=power["idle_power"])
     friction = identify.Estimate(("friction_ratio",), [0.33], [[1e-4]])
     assert P1.updated(friction).model.friction_ratio == 0.33
     scatter = weldbead.identify(pass_data("K1", 0.2), "scatter", model=BASE)

@@ -87,11 +87,7 @@ def drawn_depths(process, attribution, r, force, feed, runs=400_000):
     k1, k2, mu = process.specific_energy, process.idle_power, process.friction_ratio
     mu = mu * z if attribution == "mu" else mu
     power = (
-        1e-3
-        * mu
-        * process.disk_radius
-        * force
-        * (process.free_speed - process.speed_droop * mu * process.disk_radius * force)
+        1e-3 * mu * process.disk_radius * force * (process.free_speed - process.speed_droop * mu * process.disk_radius * force)
     )
     whole = process.bead_width * feed
     if attribution == "C1":

@@ -61,9 +61,7 @@ def by_loops(problem, node, levels, finish):
     return table
 
 
-@pytest.mark.parametrize(
-    ("finish", "pass_charge", "min_cut"), [(None, 0.03, 0.1), (FINISH, 0.0, 0.02), (FINISH, 0.02, 0.1)]
-)
+@pytest.mark.parametrize(("finish", "pass_charge", "min_cut"), [(None, 0.03, 0.1), (FINISH, 0.0, 0.02), (FINISH, 0.02, 0.1)])
 def test_against_plain_loops(finish, pass_charge, min_cut):
     problem = SMALL.replace(finish_charge=finish, pass_charge=pass_charge, min_cut=min_cut)
     node = np.linspace(0, 2, 21)
@@ -107,11 +105,7 @@ def test_pass_charge_is_paid_for_each_pass():
 # All kinds of problems -----------------------------------------------------------------------------------------------
 
 SCATTERS = [
-    *(
-        weldbead.Scatter(name, 0.15, law=law)
-        for name in ("C1", "K1", "K2", "mu")
-        for law in ("rayleigh", "lognormal", "normal")
-    ),
+    *(weldbead.Scatter(name, 0.15, law=law) for name in ("C1", "K1", "K2", "mu") for law in ("rayleigh", "lognormal", "normal")),
     weldbead.Scatter(("C1", "K2"), (0.1, 0.1)),
     weldbead.Scatter("K1", 0.2, law="empirical", sample=(0.7, 0.9, 1.0, 1.0, 1.1, 1.5), bandwidth=0.3),
 ]
@@ -126,9 +120,7 @@ LIMITS = {
 @pytest.mark.parametrize("limit", LIMITS)
 @pytest.mark.parametrize("scatter", SCATTERS, ids=lambda s: f"{s.attribution}-{s.law}")
 def test_every_scatter_and_limit(scatter, limit):
-    problem = SMALL.replace(
-        scatter=scatter, burn_limit=LIMITS[limit], free_speed=560.0, speed_droop=0.1, idle_power=20.0
-    )
+    problem = SMALL.replace(scatter=scatter, burn_limit=LIMITS[limit], free_speed=560.0, speed_droop=0.1, idle_power=20.0)
     policy = solved(problem.replace(specific_energy=8.0, horizon=20.0), nodes=31)
     problem = policy.problem
     height, time = policy.states()
@@ -203,9 +195,7 @@ def test_unit_of_height_does_not_matter(factor):
 def test_unit_of_time_does_not_matter(factor):
     # The same feeds over a longer bead.
     names = ("bead_length", "reset_time", "horizon", "stage")
-    scaled = SMALL.replace(
-        durations=[factor * t for t in SMALL.durations], **{n: factor * getattr(SMALL, n) for n in names}
-    )
+    scaled = SMALL.replace(durations=[factor * t for t in SMALL.durations], **{n: factor * getattr(SMALL, n) for n in names})
     np.testing.assert_allclose(values(solved(scaled)), values(solved(SMALL)), rtol=1e-7, atol=1e-9)
 
 
