@@ -38,6 +38,32 @@ estimate = weldbead.identify(log, "power")        # K1, K2 with covariance
 policy = weldbead.plan(problem.updated(estimate))
 """
 
+TIERS = """
+import hwsim, numpy as np
+from sdpgrind import units, weldbead
+from sdpgrind.weldbead import force, passes
+
+x = np.linspace(0, 150, 1501)
+bead = passes.Contour(x, 1.0 + 0.15*np.sin(2*np.pi*x/60))
+process = weldbead.GrindingProcess(specific_energy=12.8, idle_power=114.0, friction_ratio=0.33,
+                                   disk_radius=88.9, free_speed=500.0, speed_droop=0.0, bead_width=12.7)
+disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)   # the same process as the sequence
+problem = passes.PassProblem(disc, bead, mean_cut=0.25, feed_rate=20.0)      # problem.target by exact volume
+
+plan = passes.plan(problem)                                                  # method="inverse" | "pi" | "static" | "collocation"
+plan.normal_force, plan.fly_height, plan.contour, plan.shortfall; plan.plot()
+plan.simulate(model=disc.replace(specific_energy=14.0)).removal_rate         # forward model, same plan, another truth
+
+loop = force.PI.design(crossover=units.hz(3.0), drive=force.table_drive())
+force.margins(loop, delay_samples=1)                                         # GM, PM, Ms, f_b by the slope-limited measure, runout response
+controller = force.ForceController(plan, loop)                               # two degrees of freedom; feedforward=False for PI alone
+
+policy = weldbead.plan(weldbead.preset("P4").replace(model=process, bead_length=150.0, durations=range(12, 41, 4), stage=4.0, horizon=120.0))
+tiers = weldbead.Hierarchy(policy, disc, loop, reestimate=True)              # one controller: sequence -> pass -> force
+log = hwsim.run(hwsim.ForceTableStand(problem), tiers, rng=1)                # log["sequence"], log["pass"], log["force"]
+log.plot(); hwsim.compare(hwsim.ForceTableStand(problem), {"replan": tiers, "fixed": weldbead.Hierarchy(policy, disc, loop, reestimate=False)}, parts=5, rng=0)
+"""
+
 
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
@@ -53,6 +79,18 @@ def test_the_tour_runs_as_written(elsewhere):
     exec(compile(TOUR, "tour", "exec"), names)
     assert names["policy"].problem == names["problem"].updated(names["estimate"])
     assert sorted(path.name for path in elsewhere.iterdir()) == ["policy.nc", "run.nc"]
+
+
+def test_the_tour_of_the_three_tiers_runs_as_written(elsewhere):
+    names: dict = {}
+    exec(compile(TIERS, "tiers", "exec"), names)
+    plan = names["plan"]
+    assert plan.normal_force.max() == pytest.approx(90.0)  # limited on the crests, where it leaves something standing
+    assert plan.volume + plan.shortfall == pytest.approx(0.25 * 12.7 * 150.0, rel=1e-4)
+    log = names["log"]
+    assert log.outcome.passes.item() >= 1
+    assert len(log["sequence"].time) and len(log["pass"].time) and len(log["force"].time)
+    assert not list(elsewhere.iterdir())
 
 
 def test_the_tour_tells_the_truth(elsewhere):
