@@ -26,8 +26,8 @@ disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffn
 # %%
 # A depth becomes a contour
 # -------------------------
-# The target is a level line (or any `target_shape`), lowered until what lies above it is the volume that was asked for. Over a
-# dip the tip of the disc passes above the metal: the contour that is left is the lower of the two.
+# The target is a level line (or any `target_shape`), lowered until what lies above it is the volume that was asked for.
+# Over a dip the tip of the disc passes above the metal: the contour that is left is the lower of the two.
 
 x = np.linspace(0, 150, 1501)
 bead = passes.Contour(x, 1.0 + 0.15 * np.sin(2 * np.pi * x / 60) + 0.03 * np.sin(2 * np.pi * x / 17))
@@ -39,8 +39,8 @@ plan.plot()
 # %%
 # A disc cuts
 # -----------
-# Four moments: the disc is held by a rotational spring, so its face (red) leans back where there is more metal ahead of the tip.
-# Ahead of the tip the bead is as it was, behind it is what the tip has left. The vertical scale is stretched.
+# Four moments: the disc is held by a rotational spring, so its face (red) leans back where there is more metal ahead of
+# the tip. Ahead of the tip the bead is as it was, behind it is what the tip has left. The vertical scale is stretched.
 
 figure, axes = plt.subplots(4, 1, figsize=(8, 6.5), sharex=True, sharey=True, layout="constrained")
 for axis, place in zip(axes, (2.0, 30.0, 76.0, 120.0), strict=True):
@@ -59,9 +59,10 @@ axes[-1].set_xlabel("position along the bead [mm]")
 # %%
 # Four ways to plan
 # -----------------
-# `inverse` (the default) holds the tip on the target and asks in each step which height that takes; where the force or the power
-# would be too much it tracks the limit, and says what is left standing. `static` is the closed form of a flat cut. `pi` is the
-# source's servo on the error of the tip. `collocation` states an optimal control problem, and replays what it found.
+# `inverse` (the default) holds the tip on the target and asks in each step which height that takes; where the force or
+# the power would be too much it tracks the limit, and says what is left standing. `static` is the closed form of a flat
+# cut. `pi` is the source's servo on the error of the tip. `collocation` states an optimal control problem, and replays
+# what it found.
 
 for method in ("inverse", "static", "pi", "collocation"):
     way = passes.plan(problem, method=method)
@@ -81,8 +82,8 @@ for energy in (10.0, 12.8, 16.0):
 # %%
 # A grinder that droops
 # ---------------------
-# An air motor slows down under load: its power has a peak, and past the peak more force cuts less. The planner stays at 80 % of
-# the peak, and what it could not take off is said.
+# An air motor slows down under load: its power has a peak, and past the peak more force cuts less. The planner stays at
+# 80 % of the peak, and what it could not take off is said.
 
 air = passes.TiltedDisc(
     process.replace(free_speed=units.hz(50.0), speed_droop=0.0821), relaxed_angle=units.deg(20), rotational_stiffness=6e5
@@ -98,5 +99,7 @@ for feed in (5.0, 20.0):
 
 for feed in (4.0, 20.0):
     felt = disc.linearize(mean_cut=0.25, feed_rate=feed)
-    print(f"{feed:4.0f} mm/s: {felt.static_stiffness:.0f} N/mm slow, {felt.contact_stiffness:.0f} N/mm fast, pole {felt.pole:.1f} rad/s")
+    print(
+        f"{feed:4.0f} mm/s: {felt.static_stiffness:.0f} N/mm slow, {felt.contact_stiffness:.0f} fast, pole {felt.pole:.1f} rad/s"
+    )
 plt.show()
