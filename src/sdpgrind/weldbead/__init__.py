@@ -4,11 +4,13 @@ Given a bead of mean height x and the time left to a deadline, `plan` says wheth
 the next pass should use, so that the expected penalty at the end of the whole sequence is least.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from sdpgrind.weldbead._attribution import ScatterEstimate
 from sdpgrind.weldbead._burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead._coefficients import FrictionEstimator, PowerEstimator
 from sdpgrind.weldbead._controllers import SequenceController
-from sdpgrind.weldbead._hierarchy import Hierarchy
 from sdpgrind.weldbead._identify import identify
 from sdpgrind.weldbead._planner import plan
 from sdpgrind.weldbead._policy import Risk, SequenceAction, SequencePolicy
@@ -18,6 +20,10 @@ from sdpgrind.weldbead._process import Coefficients, GrindingProcess
 from sdpgrind.weldbead._scatter import Scatter
 from sdpgrind.weldbead._sweep import Sensitivity, sensitivity, sweep
 from sdpgrind.weldbead._translate import sdp_problem
+
+if TYPE_CHECKING:
+    from sdpgrind.weldbead import force, passes
+    from sdpgrind.weldbead._hierarchy import Hierarchy
 
 __all__ = [
     "BurnLimit",
@@ -39,7 +45,9 @@ __all__ = [
     "SequenceController",
     "SequencePolicy",
     "SequenceProblem",
+    "force",
     "identify",
+    "passes",
     "plan",
     "preset",
     "presets",
@@ -47,3 +55,11 @@ __all__ = [
     "sensitivity",
     "sweep",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("force", "passes"):  # the tiers below stand on scipy.signal, which takes half a second to import
+        return import_module(f"sdpgrind.weldbead.{name}")
+    if name == "Hierarchy":
+        return import_module("sdpgrind.weldbead._hierarchy").Hierarchy
+    raise AttributeError(f"module 'sdpgrind.weldbead' has no attribute {name!r}")
