@@ -1,44 +1,27 @@
-"""All benchmarks in one run: ``python benchmarks/run.py [--quick]``. Medians; peers in the same run; peak memory apart."""
+"""All benchmarks in one run: ``python benchmarks/run.py [--quick]``. Medians; peers in the same run; peak memory apart.
+
+Beads by the hundred, controllers side by side: ``python benchmarks/tiers.py --only beads``.
+"""
 
 import argparse
 import platform
 import subprocess
 import sys
 import time
-import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
 import peers
+import tiers
+from measure import median, peak_memory
 
 from sdpgrind import sdp, weldbead
 
 QUICK = "--quick" in sys.argv
 
 
-def median(run: Callable[[], object], times: int) -> float:
-    """Median wall time of `run`, s, after one warm-up."""
-    run()
-    found = []
-    for _ in range(times):
-        begin = time.perf_counter()
-        run()
-        found.append(time.perf_counter() - begin)
-    return float(np.median(found))
-
-
 def plain(problem: sdp.Problem) -> sdp.Policy:
     return sdp.plan(problem)
-
-
-def peak_memory(run: Callable[[], object]) -> float:
-    """Peak of the memory (MB) that a second call of `run` allocates."""
-    run()
-    tracemalloc.start()
-    run()
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    return peak / 2**20
 
 
 def same_mdp() -> None:
@@ -248,13 +231,16 @@ def imports() -> None:
         print(f"import {module}: {np.median(took):.3f} s")
 
 
+BENCHMARKS = (same_mdp, fine_grid, tolerances, look_ups, monte_carlo, scaling, imports)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer repetitions, no reference solutions for 1e-5 $")
     parser.add_argument("--only", default="", help="name of one benchmark")
     only = parser.parse_args().only
     print(f"# Benchmarks, Python {platform.python_version()}, {platform.machine()}")
-    for run in (same_mdp, fine_grid, tolerances, look_ups, monte_carlo, scaling, imports):
+    for run in (*BENCHMARKS, tiers.one_pass, tiers.feedback, tiers.real_time):
         if only in ("", run.__name__):
             run()
 
