@@ -45,8 +45,8 @@ def feedback() -> None:
     for k in range(table.sizes["design"]):
         row = table.isel(design=k)
         print(
-            f"| {row.design.values!s} | {float(row.bandwidth) / units.hz(1):.2f} | {float(row.gain_margin_db):.1f} "
-            f"| {np.degrees(float(row.phase_margin)):.1f} | {row.sensitivity_peak.item():.2f} | {row.runout_response.item():.3f} |"
+            f"| {row.design.item()} | {row.bandwidth.item() / units.hz(1):.2f} | {row.gain_margin_db.item():.1f} "
+            f"| {np.degrees(row.phase_margin.item()):.1f} | {row.sensitivity_peak.item():.2f} | {row.runout_response.item():.3f} |"
         )
 
 

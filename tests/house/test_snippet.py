@@ -62,7 +62,7 @@ policy = weldbead.plan(weldbead.preset("P4").replace(model=process, bead_length=
 tiers = weldbead.Hierarchy(policy, disc, loop, reestimate=True)              # one controller: sequence -> pass -> force
 log = hwsim.run(hwsim.ForceTableStand(problem), tiers, rng=1)                # log["sequence"], log["pass"], log["force"]
 log.plot(); hwsim.compare(hwsim.ForceTableStand(problem), {"replan": tiers, "fixed": weldbead.Hierarchy(policy, disc, loop, reestimate=False)}, parts=5, rng=0)
-"""
+"""  # noqa: E501 as it is written
 
 
 @pytest.fixture
