@@ -46,7 +46,8 @@ def feedback() -> None:
         row = table.isel(design=k)
         print(
             f"| {row.design.item()} | {row.bandwidth.item() / units.hz(1):.2f} | {row.gain_margin_db.item():.1f} "
-            f"| {np.degrees(row.phase_margin.item()):.1f} | {row.sensitivity_peak.item():.2f} | {row.runout_response.item():.2f} |"
+            f"| {row.phase_margin.item() / units.deg(1):.1f} | {row.sensitivity_peak.item():.2f} "
+            f"| {row.runout_response.item():.3f} |"
         )
 
 

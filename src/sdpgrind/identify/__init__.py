@@ -11,6 +11,7 @@ from sdpgrind.identify._moments import (
     sample_moments,
     sum_moments,
 )
+from sdpgrind.identify._readings import Readings, readings
 from sdpgrind.identify._regression import RecursiveLeastSquares, least_squares, total_least_squares
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "KernelDensity",
     "Moments",
     "QuantileDensity",
+    "Readings",
     "RecursiveLeastSquares",
     "Status",
     "delta_method",
@@ -27,6 +29,7 @@ __all__ = [
     "product_moments",
     "quantile_density",
     "ratio_moments",
+    "readings",
     "sample_moments",
     "sum_moments",
     "total_least_squares",

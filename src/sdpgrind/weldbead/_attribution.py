@@ -16,12 +16,12 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.weldbead._data import Readings, readings
 from sdpgrind.weldbead._process import GrindingProcess
 from sdpgrind.weldbead._scatter import ATTRIBUTIONS, Scatter
 
 SCATTER_METHODS = ("fit", "model")
 LAW_METHODS = ("kernel", "sample")
+_OF_PASSES = {"normal_force": "N", "feed_rate": "mm/s", "cut_depth": "mm"}
 _DECISIVE = 3.0  # difference of log-likelihood: 20 times as likely
 _ABSURD = 12.0
 """Standard deviations that no residual of a sound fit reaches."""
@@ -149,12 +149,12 @@ def estimate_law(
     return fit.scatter.replace(law="empirical", sample=tuple(fit.unit.tolist()), bandwidth=bandwidth)
 
 
-def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[Readings, GrindingProcess]:
+def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[idf.Readings, GrindingProcess]:
     """Passes whose mean cut is positive, and the model."""
     if not isinstance(model, GrindingProcess):
         raise TypeError(f"model must be a GrindingProcess, whose mean cut the depths scatter about; got {model!r}")
     # The planner needs the scatter about what is commanded; a sensor's noise in the force would count as scatter of the cut.
-    read = readings(data, ("normal_force", "feed_rate", "cut_depth"), commanded=("normal_force",))
+    read = idf.readings(data, _OF_PASSES, tier="sequence", each="passes", commanded=("normal_force",))
     if np.any(read["feed_rate"] <= 0):
         raise checks.refuse("feed_rate", "> 0", float(read["feed_rate"].min()), "mm/s")
     read = read.only(read["normal_force"] > 1.02 * model.threshold_force)
@@ -162,7 +162,7 @@ def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[Read
     return (read.levels("normal_force") if method == "fit" else read), model
 
 
-def _fitted(read: Readings, process: GrindingProcess, name: str, refit: bool, law: str, noise: float) -> _Fit:
+def _fitted(read: idf.Readings, process: GrindingProcess, name: str, refit: bool, law: str, noise: float) -> _Fit:
     """The relative sd of greatest likelihood under one attribution."""
 
     def tried(log_r: float) -> _Fit:
@@ -179,14 +179,14 @@ def _fitted(read: Readings, process: GrindingProcess, name: str, refit: bool, la
     return best._replace(scatter=Scatter(name, min(float(inflated), float(np.exp(bound))), law=law))
 
 
-def _evaluated(read: Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> _Fit:
+def _evaluated(read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> _Fit:
     mean, sd = _mean_and_sd(read, process, scatter, noise)
     unit = (read["cut_depth"] - mean) / sd
     likelihood = -float(np.sum(0.5 * unit**2 + np.log(sd) + 0.5 * np.log(2 * np.pi)))
     return _Fit(scatter, process, likelihood, unit, sd)
 
 
-def _mean_and_sd(read: Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> tuple[Floats, Floats]:
+def _mean_and_sd(read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> tuple[Floats, Floats]:
     mean, sd = scatter.moments(process, read["normal_force"], read["feed_rate"])
     if scatter.law == "rayleigh":
         sd = np.minimum(sd, mean / sdp.Rayleigh.SWITCH)
@@ -194,7 +194,7 @@ def _mean_and_sd(read: Readings, process: GrindingProcess, scatter: Scatter, noi
     return mean, np.sqrt(sd**2 + noise**2 + floor**2)
 
 
-def _refitted(read: Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> GrindingProcess:
+def _refitted(read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> GrindingProcess:
     """K1 and K2 of the mean cut under that scatter: the removal rate on the power, weighted, three times over."""
     power = scatter.expected(process).grinding_power(read["normal_force"])
     whole = process.bead_width * read["feed_rate"]

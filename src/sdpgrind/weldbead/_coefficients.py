@@ -7,17 +7,18 @@ import numpy as np
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.weldbead._data import Readings, readings
 
 POWER = ("specific_energy", "idle_power")
 _LINE = ("at_no_power", "per_watt")  # removal rate = at_no_power + per_watt * power
 _POWER_UNITS = ("J/mm^3", "W")
 FRICTION = ("friction_ratio",)
+_OF_POWER = {"grinding_power": "W", "removal_rate": "mm^3/s"}
+_OF_FRICTION = {"normal_force": "N", "tangential_force": "N"}
 
 
 def estimate_power(data: Any, method: str, *, forgetting: float, noise_ratio: float | None, throw: bool) -> idf.Estimate:
     """K1 and K2 of Pi = K1 Q + K2, by one of `POWER_METHODS`."""
-    read = readings(data, ("grinding_power", "removal_rate")).require(3).levels("grinding_power")
+    read = idf.readings(data, _OF_POWER, tier="sequence", each="passes").require(3).levels("grinding_power")
     power, rate = read["grinding_power"], read["removal_rate"]
     if method == "total":
         if noise_ratio is None:
@@ -37,7 +38,7 @@ def estimate_power(data: Any, method: str, *, forgetting: float, noise_ratio: fl
 
 def estimate_friction(data: Any, method: str, *, forgetting: float, throw: bool) -> idf.Estimate:
     """Ratio mu = F_t'F_n/F_n'F_n, by one of `FRICTION_METHODS`."""
-    read = readings(data, ("normal_force", "tangential_force")).require(3)
+    read = idf.readings(data, _OF_FRICTION, tier="sequence", each="passes").require(3)
     normal, tangential = read["normal_force"][:, None], read["tangential_force"]
     if method == "recursive":
         fit = _recursive(FRICTION, normal, tangential, forgetting, units=("1",))
@@ -80,7 +81,7 @@ def _coefficients(line: idf.Estimate) -> idf.Estimate:
     return line.replace(names=POWER, value=value, covariance=covariance, units=_POWER_UNITS)
 
 
-def _concluded(fit: idf.Estimate, read: Readings, throw: bool) -> idf.Estimate:
+def _concluded(fit: idf.Estimate, read: idf.Readings, throw: bool) -> idf.Estimate:
     """The estimate with what it rests on; one of no physical sense fails."""
     if fit.ok and fit.value[0] <= 0:  # specific energy or friction ratio
         fit = fit.replace(status=idf.Status.IMPOSSIBLE)

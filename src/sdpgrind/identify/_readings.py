@@ -1,0 +1,135 @@
+"""Readings: from arrays by name, or from the log of a run."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+
+@dataclasses.dataclass(frozen=True)
+class Readings:
+    """Arrays of one length, by name, as `readings` gives them.
+
+    Attributes
+    ----------
+    arrays : dict
+        Arrays by name, each in its unit.
+    units : mapping
+        Units by name.
+    each : str
+        What one entry is, in the plural.
+    dropped : int
+        How many rows of a log had no reading.
+    """
+
+    arrays: dict[str, Floats]
+    units: Mapping[str, str]
+    each: str = "rows"
+    dropped: int = 0
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.arrays[name]
+
+    @property
+    def points(self) -> int:
+        """How many entries each array has, unit 1."""
+        return next(iter(self.arrays.values())).size
+
+    def only(self, kept: Any) -> "Readings":
+        """Return the rows that are `kept` (boolean, unit 1); the others count as dropped."""
+        arrays = {name: values[kept] for name, values in self.arrays.items()}
+        return dataclasses.replace(self, arrays=arrays, dropped=self.dropped + int(np.sum(~kept)))
+
+    def require(self, at_least: int) -> "Readings":
+        """Refuse fewer points than `at_least` (a whole number, unit 1)."""
+        if self.points < at_least:
+            got = f"{self.points} (and {self.dropped} without a reading)"
+            raise ValueError(f"data must have at least {at_least} {self.each}; got {got}")
+        return self
+
+    def levels(self, name: str) -> "Readings":
+        """Refuse the quantity `name` where it was the same everywhere, in its unit."""
+        values = self[name]
+        if np.ptp(values) <= 1e-9 * np.abs(values).max():
+            only = f"{float(values[0])!r} in all {self.each}"
+            raise ValueError(f"{name} must have at least two levels ({self.units[name]}); got {only}")
+        return self
+
+    @property
+    def message(self) -> str:
+        """What the estimate rests on."""
+        return f"from {self.points} {self.each}" + (f", {self.dropped} more were of no use" if self.dropped else "")
+
+
+def readings(data: Any, units: Mapping[str, str], *, tier: str, each: str = "rows", commanded: Sequence[str] = ()) -> Readings:
+    """Return named quantities of `data`: arrays by name, or one table of a log.
+
+    NaN means "no reading" in a log, whose row is dropped and counted; in arrays it is refused.
+
+    Parameters
+    ----------
+    data : mapping of arrays, or log
+        Arrays of one length, or a log with a table `tier`.
+    units : mapping
+        Names of what is wanted, and their units (for messages).
+    tier : str
+        Which table of a log.
+    each : str
+        What one entry is, in the plural, for messages.
+    commanded : sequence of str
+        Names that are taken, of a log, from the command that led to the row's readings, where it holds one: no sensor's noise.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a missing quantity, unequal lengths, or a value that is not finite, with its unit.
+
+    Examples
+    --------
+    >>> read = readings({"normal_force": [40.0, 60.0]}, {"normal_force": "N"}, tier="sequence", each="passes")
+    >>> float(read["normal_force"].mean()), read.message
+    (50.0, 'from 2 passes')
+    """
+    table, is_log = _table(data, tier)
+    arrays = {name: _column(table, name, unit) for name, unit in units.items()}
+    if is_log:
+        arrays |= {name: _led_to(table, name, units[name]) for name in commanded if f"{name}_command" in table}
+    first, size = next((name, values.size) for name, values in arrays.items())
+    for name, values in arrays.items():
+        if values.size != size:
+            raise ValueError(f"{name} must have as many entries as {first}, {size}; got {values.size}")
+    read = Readings(arrays, units, each)
+    if is_log:
+        read = read.only(~np.any([np.isnan(values) for values in arrays.values()], axis=0))
+    for name, unit in units.items():
+        checks.finite_array(name, read[name], unit)
+    return read
+
+
+def _table(data: Any, tier: str) -> tuple[Any, bool]:
+    try:
+        return data[tier], True
+    except (KeyError, IndexError):
+        return data, False
+    except TypeError:
+        raise TypeError(f"data must be arrays by name, or a log; got {type(data).__name__}") from None
+
+
+def _led_to(table: Any, name: str, unit: str) -> Floats:
+    """The command of the row before, in the same part: a row holds what was measured, then what was commanded."""
+    command, part = _column(table, f"{name}_command", unit), np.asarray(table["part"])
+    before = np.concatenate([[np.nan], command[:-1]])
+    return np.where(np.concatenate([[False], part[1:] == part[:-1]]), before, np.nan)
+
+
+def _column(table: Any, name: str, unit: str) -> Floats:
+    try:
+        column = table[name]
+    except (KeyError, IndexError):
+        held = ", ".join(map(str, table)) or "nothing"
+        raise ValueError(f"data must hold {name} ({unit}); it holds {held}") from None
+    return np.asarray(column, dtype=float).ravel()
