@@ -44,7 +44,7 @@ def same_mdp() -> None:
         theirs = median(lambda p=problem, r=rows: peers.solve_quantecon(p, r), 5)
         long = median(lambda p=problem, r=rows: peers.solve_quantecon(p, r, tight=False), 3)
         value, action = peers.solve_quantecon(problem, rows)
-        start = 1 if policy.has_base else 0
+        start = 1 if policy.countdown.has_base else 0
         mine = policy.table.value[start:, 0]
         other = median(lambda p=problem, r=rows: peers.solve_hiive(p, r), 1) if name == "P1" and not QUICK else float("nan")
         memory = (
@@ -79,22 +79,19 @@ def _tables_ready(problem: sdp.Problem) -> Callable[[], object]:
 def _differ(policy: sdp.Policy, problem: sdp.Problem, action: np.ndarray, start: int) -> int:
     """States where quantecon's action is another one than ours and not as good to 1e-9 $."""
     rows = peers.rows_of(problem)
-    t = policy.table
+    t, count = policy.table, policy.countdown
     bad = 0
     for stage, node in np.argwhere(np.ones(action.shape, bool)):
         row = stage + start
         a = int(action[stage, node])
         if a == 0:
             cost = float(np.ravel(problem.stops[0].charge(policy.grid.points[0][node]))[0])
-            late = problem.stages.late
-            cost += float(late(-min(0, (row + policy.first)) * problem.step)) if late is not None else 0.0
+            cost += float(count.late(count.time(row)))
         else:
             pair = node * rows.actions + a - 1
             arrival = row - int(rows.duration[a - 1])
-            late_stage = arrival + policy.first
             gone = 1.0 - float(rows.weight[[pair]].sum())
-            late = problem.stages.late
-            level = float(late(-min(0, late_stage) * problem.step)) if late is not None else 0.0
+            level = float(count.late(count.time(arrival)))
             cost = float((rows.weight[[pair]] @ t.value[arrival, 0])[0]) + rows.charge[pair] + gone * level
         bad += cost > t.value[row, 0, node] + 1e-9
     return bad

@@ -274,7 +274,7 @@ def compare(problem, depth=0, tolerance=1e-10):
     values, names = twin.countdown(depth)
     labels = [*(s.name for s in problem.stops), *(m.name for m in problem.moves)]
     for stage in range(0, problem.stages.count + 1):
-        row = stage - policy.first
+        row = stage - policy.countdown.first
         got = policy.table.value[row].reshape(values[stage].shape)
         np.testing.assert_allclose(got, values[stage], rtol=tolerance, atol=tolerance, err_msg=f"stage {stage}")
         best = policy.table.best[row].reshape(values[stage].shape)

@@ -20,8 +20,7 @@ def alternatives(solution: Solution, within: float, state: dict[str, Any]) -> di
     if solution.locator.outside(place)[0]:
         return {problem.stops[0].name: float(solution.value_at(place)[0])} if problem.stops else {}
     row, mode = int(place.row[0]), int(place.mode[0])
-    stage = row + solution.first
-    s = stop_state(problem, list(place.points), place.mode, stage)
+    s = stop_state(problem, list(place.points), place.mode, row + solution.countdown.first)
     late = float(solution.locator.late_at(place)[0])
     costs = {stop.name: float(np.ravel(charge_of(problem, stop, s))[0]) + late for stop in problem.stops}
     node, part = (np.ravel(x) for x in solution.grid.corners(place.index))
@@ -38,17 +37,12 @@ def _move_costs(solution: Solution, problem: Problem, row: int, mode: int, time:
     bundles = Bundles(problem, solution.grid, keep=False)
     extra = np.asarray(layout.edge_extra) if layout.edge_extra else np.zeros(len(layout.modes))
     out = [np.full(solution.grid.size, np.inf)] * len(problem.moves)
-    base = 1 if solution.has_base else 0
     for duration in sorted({move.duration for move in problem.moves}):
-        arrival = row - duration if not layout.endless else 0
-        before = not layout.endless and arrival < base
-        if before and not solution.has_base:
+        end = solution.countdown.arrival(row, duration, time)
+        if end is None:
             continue
-        end = time - duration * layout.step if solution.has_base and row == 0 else (arrival + solution.first) * layout.step
-        late = float(layout.late_charge(-end)) if not layout.endless else 0.0
-        value, level = (t.value[0] + late, extra + late) if before else (t.value[arrival], extra + late)
-        stage = arrival + solution.first if not layout.endless else None
-        for moves, found in bundles.best(value, level, stage, 10**9):
+        value, level = t.value[end.row] + end.lacks, extra + end.late
+        for moves, found in bundles.best(value, level, end.stage, 10**9):
             for i, k in enumerate(moves):
                 if problem.moves[k].duration == duration:
                     out[k] = found.q[i][0 if bundles.shared[k] else mode]

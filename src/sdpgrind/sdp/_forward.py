@@ -168,7 +168,7 @@ class _Spread:
 
     def _spread(self, stage: int, mass: Floats) -> None:
         t = self.policy.table
-        row = max(stage - self.policy.first, 0)
+        row = int(self.policy.countdown.row(stage))
         for k in np.unique(t.best[row][mass > NEGLIGIBLE]):
             mode, node = np.nonzero((t.best[row] == k) & (mass > NEGLIGIBLE))
             if k < 0:
@@ -177,7 +177,7 @@ class _Spread:
                 self._move(stage, row, int(k), mode, node, mass[mode, node])
 
     def _late(self, stage: int) -> float:
-        return float(self.layout.late_charge(-stage * self.layout.step - self.offset)) if stage < 0 else 0.0
+        return float(self.policy.countdown.late(stage * self.layout.step + self.offset))
 
     def _stop(self, stage: int, k: int, mode: Any, node: Any, mass: Floats) -> None:
         points = tuple(x[node] for x in self.policy.grid.points)

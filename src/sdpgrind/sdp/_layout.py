@@ -4,12 +4,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.records import stored
 from sdpgrind.sdp._charges import Charge
+from sdpgrind.sdp._countdown import Countdown
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._problem import Axis, Move, Problem, Stages
 from sdpgrind.sdp._stops import StopCharges
@@ -79,9 +77,9 @@ class Layout(Frozen):
         """The grid."""
         return Grid(self.axes)
 
-    def late_charge(self, late_by: Any) -> Floats:
-        """Late charge for times >= 0 by which one is late."""
-        return np.zeros(np.shape(late_by)) if self.late is None else np.asarray(self.late(np.maximum(late_by, 0.0)))
+    def countdown(self, first: int) -> Countdown:
+        """Return which slices serve which stages, where the first is that of stage `first`."""
+        return Countdown(self.step, self.late, first, self.has_base, self.endless)
 
 
 def _names(move: Move) -> ActionNames:

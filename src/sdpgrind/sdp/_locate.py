@@ -7,12 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats, refuse
+from sdpgrind.sdp._countdown import ROUNDING, Countdown
 from sdpgrind.sdp._edges import passed
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._layout import Layout
 
-ROUNDING = 1e-9
-"""Share of a cell or stage that counts as rounding."""
 Mask = npt.NDArray[np.bool_]
 
 
@@ -34,11 +33,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Locator:
-    """Finds states: `first` is the stage of the first slice, which is the base where `has_base`."""
+    """Finds states."""
 
     layout: Layout
-    first: int
-    has_base: bool
+    countdown: Countdown
 
     def locate(self, state: dict[str, Any]) -> Place:
         """Find states (numbers or arrays by name) in the table, or refuse them."""
@@ -72,13 +70,12 @@ class Locator:
         layout, stage = self.layout, time / self.layout.step
         self._refuse(time, ~(stage <= layout.count + ROUNDING), f"<= {layout.count * layout.step:g}, the horizon of the policy")
         below = np.floor(stage + ROUNDING).astype(np.int64)
-        lowest = self.first + (1 if self.has_base else 0)
-        if not self.has_base:
+        lowest = self.countdown.lowest
+        if not self.countdown.has_base:
             self._refuse(time, below < lowest, f">= {lowest * layout.step:g}, where the policy ends")
         between = (below < 0) & (below >= lowest) & (np.abs(stage - below) > ROUNDING)
         self._refuse(time, between, f"a multiple of {layout.step:g} where it is < 0")
-        in_base = below < lowest
-        return np.where(in_base, 0, below - self.first), np.where(in_base, layout.late_charge(-time), 0.0)
+        return self.countdown.row(below), np.where(below < lowest, self.countdown.late(time), 0.0)
 
     def _refuse(self, time: Floats, bad: Mask, rule: str) -> None:
         if np.any(bad):
@@ -135,6 +132,5 @@ class Locator:
 
     def late_at(self, place: Place) -> Floats:
         """Late charge of located states, in the base slice or out of it."""
-        late_by = -(place.row + self.first) * self.layout.step
-        in_base = (place.row == 0) & self.has_base
-        return np.where(in_base, place.late, self.layout.late_charge(late_by))
+        count = self.countdown
+        return np.where(count.in_base(place.row), place.late, count.late(count.time(place.row)))

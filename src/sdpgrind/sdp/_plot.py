@@ -13,9 +13,9 @@ def plot(policy: Solution, mode: int) -> Any:
     plt = need("matplotlib.pyplot", "plot")
     layout, t, grid = policy.layout, policy.table, policy.grid
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    skip = 1 if policy.has_base else 0
+    skip = 1 if layout.has_base else 0
     if len(grid.axes) == 1 and layout.count > 0:
-        x = (np.arange(skip, t.value.shape[0]) + policy.first) * layout.step
+        x = policy.countdown.time(np.arange(skip, t.value.shape[0]))
         y, value, best = grid.coordinates[0], t.value[skip:, mode].T, t.best[skip:, mode].T
         names = (f"{layout.stage_name} [{layout.stage_unit}]", _label(policy, 0))
     elif len(grid.axes) == 1:
@@ -27,7 +27,7 @@ def plot(policy: Solution, mode: int) -> Any:
         value, best = t.value[-1, mode].reshape(shape)[middle].T, t.best[-1, mode].reshape(shape)[middle].T
         names = (_label(policy, 0), _label(policy, 1))
     else:
-        x, y = (np.arange(skip, t.value.shape[0]) + policy.first) * layout.step, np.arange(float(len(layout.modes)))
+        x, y = policy.countdown.time(np.arange(skip, t.value.shape[0])), np.arange(float(len(layout.modes)))
         value, best = t.value[skip:, :, 0].T, t.best[skip:, :, 0].T
         names = (f"{layout.stage_name} [{layout.stage_unit}]", "mode")
     image = left.pcolormesh(x, y, value, shading="nearest", cmap="viridis", rasterized=True)

@@ -217,10 +217,10 @@ class Policy(Solution):
         coordinates = {
             axis.name: (axis.name, x, {"units": axis.unit}) for axis, x in zip(layout.axes, self.grid.coordinates, strict=True)
         }
-        stages = np.arange(self.first, self.first + t.value.shape[0])
+        times = self.countdown.time(np.arange(t.value.shape[0]))
         attrs = {
             "layout": records.encode(layout),
-            "first": self.first,
+            "first": self.countdown.first,
             "search_error": t.search_error,
         }
         tables = {name: (dims, array.reshape(shape), note) for name, (array, note) in described.items()}
@@ -229,7 +229,7 @@ class Policy(Solution):
             {
                 **coordinates,
                 "mode": ("mode", list(layout.modes)),
-                "stage": ("stage", stages * layout.step, {"units": layout.stage_unit, "long_name": layout.stage_name}),
+                "stage": ("stage", times, {"units": layout.stage_unit, "long_name": layout.stage_name}),
             },
             attrs | ({} if self.error is None else {"error": self.error}),
         )

@@ -15,6 +15,7 @@ from sdpgrind.base import rng as random
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.base.parallel import execute
+from sdpgrind.sdp._countdown import Countdown
 from sdpgrind.sdp._edges import passed
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._locate import Place
@@ -129,7 +130,7 @@ class _Block:
     def __init__(self, policy: Solution, truth: Problem, snap: bool, size: int, rng: np.random.Generator) -> None:
         self.policy, self.truth, self.snap, self.rng, self.size = policy, truth, snap, rng, size
         self.menus = [Menu(truth, policy.grid, k) for k in range(len(truth.moves))]
-        self.layout = policy.layout
+        self.layout, self.countdown = policy.layout, Countdown.of(truth.stages)
 
     def run(self, place: Place) -> tuple[Any, ...]:
         """Run to the end; return penalty, moves, final coordinates, final stage coordinate."""
@@ -150,8 +151,7 @@ class _Block:
         raise ValueError(f"a run did not end within {LONGEST} moves")
 
     def _place(self, alive: Ints) -> Place:
-        first = self.policy.first
-        row = np.maximum(self.stage[alive] - first, 0) if not self.layout.endless else np.zeros(alive.size, dtype=np.int64)
+        row = self.policy.countdown.row(self.stage[alive])
         points = tuple(p[alive] for p in self.points)
         index = np.array(
             [np.nan_to_num(self.policy.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]
@@ -175,8 +175,7 @@ class _Block:
         self.penalty[who] += charge_of(self.truth, self.truth.stops[stop], s) + self._late(who)
 
     def _late(self, who: Ints) -> Any:
-        late = getattr(self.truth.stages, "late", None)
-        return 0.0 if late is None else np.asarray(late(np.maximum(-self.stage[who] * self.truth.step - self.offset, 0.0)))
+        return self.countdown.late(self.stage[who] * self.countdown.step + self.offset)
 
     def _move(self, who: Ints, menu: Menu, entry: Ints, control: Floats) -> Any:
         """Make one move; return which runs go on."""

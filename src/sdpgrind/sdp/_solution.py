@@ -10,7 +10,7 @@ from sdpgrind.sdp import _lookup
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._kinks import Kinks, Lines, sorted_kinks
 from sdpgrind.sdp._layout import Layout
-from sdpgrind.sdp._locate import ROUNDING, Locator, Place
+from sdpgrind.sdp._locate import Locator, Place
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._problem import Problem
 from sdpgrind.sdp._rows import Rows
@@ -22,8 +22,8 @@ class Solution:
 
     def __init__(self, problem: Problem | None, layout: Layout, table: Table) -> None:
         self.problem, self.layout, self.table = problem, layout, table
-        self.grid, self.first, self.has_base = layout.grid, table.first, layout.has_base
-        self.locator = Locator(layout, table.first, layout.has_base)
+        self.grid, self.countdown = layout.grid, layout.countdown(table.first)
+        self.locator = Locator(layout, self.countdown)
 
     def locate(self, state: dict[str, Any]) -> Place:
         """Find states in the table, or refuse them."""
@@ -31,13 +31,7 @@ class Solution:
 
     def begin(self, place: Place) -> tuple[int, float]:
         """Return the stage at which a located state begins, and how much time it has beyond it (0 unless late in the base)."""
-        if self.layout.endless:
-            return 0, 0.0
-        row = int(place.row[0])
-        if not (self.has_base and row == 0):
-            return row + self.first, 0.0
-        stage = int(np.floor(place.time[0] / self.layout.step + ROUNDING))
-        return stage, float(max(0.0, place.time[0] - stage * self.layout.step))
+        return self.countdown.begin(int(place.row[0]), float(place.time[0]))
 
     def value_at(self, place: Place) -> Floats:
         """Return the value-to-go ($) at located states."""
@@ -136,30 +130,13 @@ def step_cost(
     solution: Solution, menu: Menu, row: int, points: tuple[Floats, ...], mode: Any, entry: Any, control: Floats
 ) -> Floats:
     """Cost of one move from arbitrary points in a slice of the table, and of the policy from then on."""
-    layout, t = solution.layout, solution.table
-    stage = row + solution.first
-    rows: Rows = menu.move.to.rows(
-        menu,
-        points,
-        mode,
-        np.full(points[0].shape if points else (1,), stage * layout.step),
-        np.asarray(entry, dtype=np.int64),
-        control,
-    )
+    layout, count, value = solution.layout, solution.countdown, solution.table.value
+    time = np.full(points[0].shape if points else (1,), count.time(row))
+    rows: Rows = menu.move.to.rows(menu, points, mode, time, np.asarray(entry, dtype=np.int64), control)
+    end = count.arrival(row, menu.move.duration)
+    if end is None:
+        return np.full(rows.mode.shape, np.inf)
     extra = np.asarray(layout.edge_extra) if layout.edge_extra else np.zeros(len(layout.modes))
-    if layout.endless:
-        return rows.expect(t.value[0], extra)
-    in_base = solution.has_base and row == 0
-    arrival = row - menu.move.duration
-    if in_base or arrival < (1 if solution.has_base else 0):
-        # Before the table: the base, later by what is missing. In the base itself time is counted from its own stage.
-        if not solution.has_base:
-            return np.full(rows.mode.shape, np.inf)
-        begin = -(solution.first + 1) * layout.step
-        after = (
-            layout.late_charge(begin + menu.move.duration * layout.step) - layout.late_charge(begin)
-            if in_base
-            else layout.late_charge(-(stage - menu.move.duration) * layout.step)
-        )
-        return rows.expect(t.value[0], extra) + float(after)
-    return rows.expect(t.value[arrival], extra + layout.late_charge(-(arrival + solution.first) * layout.step))
+    # The base lacks the late charge of the time at which it is used.
+    used = float(count.late(count.lowest * count.step)) if count.in_base(row) else 0.0
+    return rows.expect(value[end.row] + end.lacks, extra + end.late) - used

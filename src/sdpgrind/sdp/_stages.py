@@ -19,6 +19,7 @@ from sdpgrind.base.progress import Progress
 from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._charges import Linear, OneSided
+from sdpgrind.sdp._countdown import Countdown
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._kinks import Changes
 from sdpgrind.sdp._problem import Problem, Stages
@@ -140,7 +141,7 @@ class _Sweep:
 
     def __init__(self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int) -> None:
         self.problem, self.grid, self.bundles, self.stops, self.first = problem, grid, bundles, stops, first
-        self.modes = len(problem.modes)
+        self.modes, self.countdown = len(problem.modes), Countdown.of(problem.stages, first)
         self.duration = np.array([move.duration for move in problem.moves])
         longest, rows = int(self.duration.max()), last - first + 1
         alone = bundles.alone() is not None and stops.still is not None
@@ -159,10 +160,7 @@ class _Sweep:
 
     def late(self, stage: int) -> float:
         """Late charge at a stage."""
-        stages = self.problem.stages
-        if not isinstance(stages, Stages) or stages.late is None or stage >= 0:
-            return 0.0
-        return float(stages.late(-stage * stages.step))
+        return float(self.countdown.late(stage * self.countdown.step))
 
     def at_once(self) -> bool:
         """Do the whole induction in one compiled call where the problem is of the common small kind; tell whether it was.
@@ -177,8 +175,8 @@ class _Sweep:
             if self.base is not None
             else [np.empty((0, 0, 0)), np.empty((0, 0, 0)), np.empty((0, 0, 0), np.int32)]
         )
-        stages = range(self.first - int(self.duration.max()), self.first + len(self.value))
-        late = np.array([self.late(stage) for stage in stages])
+        stages = np.arange(self.first - int(self.duration.max()), self.first + len(self.value))
+        late = self.countdown.late(stages * self.countdown.step)
         code = -2
         while code == -2:
             code = _kernels.sweep(
@@ -196,7 +194,7 @@ class _Sweep:
 
     def _history(self, stop_q: Floats) -> tuple[Any, ...]:
         """All that was found, with the rows of the table where `Changes` has the modes."""
-        late = np.array([self.late(self.first + row) for row in range(len(self.value))])
+        late = self.countdown.late(self.countdown.time(np.arange(len(self.value))))
         found = tuple(np.moveaxis(ring[: len(self.value), :, 0], 1, 0) for ring in (self.q, self.control, self.entry))
         t = self.filled
         return stop_q[:, :1] + late[:, None], found, t.best[:, 0], t.entry[:, 0], t.control[:, 0]

@@ -109,7 +109,7 @@ class SequencePolicy:
         self._modes = table.layout.modes
         self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
         self._height_max, self._per_stage = axis.high, 1.0 / table.layout.step
-        self._last, self._origin = table.layout.count + 2e-9, -table.first
+        self._last, self._origin = table.layout.count + 2e-9, -table.countdown.first
         self._values = memoryview(table.table.value)
         self._feeds = [problem.feed_rate(move.duration * problem.stage) for move in table.layout.moves]
         self._durations = [move.duration * problem.stage for move in table.layout.moves]
