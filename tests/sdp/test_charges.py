@@ -56,7 +56,7 @@ def test_expectations_against_quadrature(side):
     law = sdp.Rayleigh(mean, sd)
     start, end = (float(edge) for edge in law.support)
     for x in (0.7, 1.0, 1.6):
-        cuts = sorted({start, end, *(p for p in (x, x + 0.2, x - 0.2, x + 0.2 + sqrt(0.1 / 3)) if start < p < end)})
+        cuts = sorted({start, end, *(p for p in (x, x + 0.2, x - 0.2) if start < p < end)})
 
         def expect(f, cuts=cuts):
             return sum(
@@ -66,10 +66,8 @@ def test_expectations_against_quadrature(side):
 
         over = expect(lambda d, x=x: float(side(max(d - x, 0.0))))
         under = expect(lambda d, x=x: float(side(max(x - d, 0.0))))
-        excess = expect(lambda d, x=x: max(float(side(max(d - x, 0.0))) - 0.1, 0.0))
         assert float(side.expected_over(law, x)) == pytest.approx(over, rel=1e-9, abs=1e-12)
         assert float(side.expected_under(law, x)) == pytest.approx(under, rel=1e-9, abs=1e-12)
-        assert float(side.excess_over(law, x, 0.1)) == pytest.approx(excess, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("side", SIDES, ids=str)
@@ -82,9 +80,6 @@ def test_expectations_at_atoms(side):
     gap = values - x[:, None]
     np.testing.assert_allclose(side.expected_over(law, x), side(np.maximum(gap, 0)) @ weights, atol=1e-15)
     np.testing.assert_allclose(side.expected_under(law, x), side(np.maximum(-gap, 0)) @ weights, atol=1e-15)
-    for level in (0.0, 0.4, 9.0):
-        excess = np.maximum(side(np.maximum(gap, 0)) - level, 0) @ weights
-        np.testing.assert_allclose(side.excess_over(law, x, level), excess, atol=1e-15)
 
 
 @settings(max_examples=50, deadline=None)

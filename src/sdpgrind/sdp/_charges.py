@@ -40,10 +40,6 @@ class OneSided(ABC):
     def expected_under(self, law: Law, x: npt.ArrayLike) -> Floats:
         """Return E charge((x - D)+), $, for D of `law`; `x` in the unit of D, broadcast with the law's shape."""
 
-    @abstractmethod
-    def excess_over(self, law: Law, x: npt.ArrayLike, level: float) -> Floats:
-        """Return E (charge((D - x)+) - level)+, $, for D of `law` and a `level` >= 0 ($); `x` in the unit of D."""
-
     @property
     @abstractmethod
     def zero(self) -> bool:
@@ -105,12 +101,6 @@ class Constant(OneSided, Frozen):
         start = np.subtract(x, self.tolerance)
         return self.amount * law.under(start if self.tolerance else np.nextafter(start, -np.inf), 0)
 
-    def excess_over(self, law: Law, x: npt.ArrayLike, level: float) -> Floats:
-        """Return E (charge((D - x)+) - level)+, $; see `OneSided`."""
-        if self.zero:
-            return 0.0 * self.expected_over(law, x)
-        return max(1 - level / self.amount, 0.0) * self.expected_over(law, x)
-
     @property
     def zero(self) -> bool:
         """Whether nothing is ever charged."""
@@ -166,11 +156,6 @@ class Linear(OneSided, Frozen):
     def expected_under(self, law: Law, x: npt.ArrayLike) -> Floats:
         """Return E charge((x - D)+), $; see `OneSided`."""
         return self.rate * law.under(np.subtract(x, self.tolerance), 1)
-
-    def excess_over(self, law: Law, x: npt.ArrayLike, level: float) -> Floats:
-        """Return E (charge((D - x)+) - level)+, $; see `OneSided`."""
-        reach = level / self.rate if self.rate else 0.0
-        return self.rate * law.over(np.add(x, self.tolerance + reach), 1)
 
     @property
     def zero(self) -> bool:
@@ -229,12 +214,6 @@ class Quadratic(OneSided, Frozen):
     def expected_under(self, law: Law, x: npt.ArrayLike) -> Floats:
         """Return E charge((x - D)+), $; see `OneSided`."""
         return self.factor * law.under(np.subtract(x, self.tolerance), 2)
-
-    def excess_over(self, law: Law, x: npt.ArrayLike, level: float) -> Floats:
-        """Return E (charge((D - x)+) - level)+, $; see `OneSided`."""
-        reach = float(np.sqrt(level / self.factor)) if self.factor else 0.0
-        start = np.add(x, self.tolerance + reach)
-        return self.factor * (2 * reach * law.over(start, 1) + law.over(start, 2))
 
     @property
     def zero(self) -> bool:
