@@ -105,7 +105,6 @@ def test_zero_and_convex():
     assert not sdp.Linear(1.0).zero
     assert sdp.Linear(1.0, tolerance=1.0).convex
     assert not sdp.Constant(1.0).convex
-    for side in (sdp.Linear(0.0), sdp.Quadratic(0.0), sdp.Constant(0.0)):
 
 
 def test_a_function_for_the_under_side():
