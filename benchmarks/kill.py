@@ -77,8 +77,10 @@ def main() -> int:
     parser.add_argument("--times", type=int, default=50)
     parser.add_argument("--parts", type=int, default=1000)
     parser.add_argument("--rng", type=int, default=0)
+    parser.add_argument("--three-tiers", action="store_true", help="force control too; fewer --parts will do")
     options = parser.parse_args()
-    job = Job(("--preset", "P1", "--tolerance", "1e-3", "--parts", str(options.parts), "--rng", "7"))
+    simple = () if options.three_tiers else ("--simple",)
+    job = Job((*simple, "--preset", "P1", "--tolerance", "1e-3", "--parts", str(options.parts), "--rng", "7"))
     with tempfile.TemporaryDirectory() as folder:
         job.finish(Path(folder, "warm"))  # what is compiled at the first use is compiled now
         start = time.perf_counter()

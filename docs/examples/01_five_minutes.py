@@ -127,4 +127,4 @@ with tempfile.TemporaryDirectory() as folder:
 
 # %%
 # Next: :doc:`02_reading_a_policy`. The same job from the command line, with its numbers in a file:
-# ``hwsim weldbead examples/weldbead.toml --parts 200 --out runs/weldbead``.
+# ``hwsim weldbead examples/weldbead.toml --parts 20 --out runs/weldbead``.

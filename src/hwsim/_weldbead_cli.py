@@ -1,4 +1,4 @@
-"""``hwsim weldbead``: plan a job (or load its policy), grind beads on the simulated stand, report."""
+"""``hwsim weldbead``: plan a job (or load its policy), grind beads on a simulated stand, report."""
 
 import argparse
 import dataclasses
@@ -10,10 +10,13 @@ from hwsim._weldbead_report import report
 
 if TYPE_CHECKING:
     from hwsim._log import Log
-    from hwsim.plants._weldbead import WeldBeadStand
+    from hwsim._weldbead_jobs import Job
 
 _HELP = "plan a weld-bead grinding job and run it, pass by pass, on a simulated stand"
 _MORE = """
+Three tiers run: the sequence asks for a depth, the pass planner turns it into heights and forces along the scanned bead,
+a force loop follows them 60 times a second. With --simple the sequence runs alone; what a pass takes off is drawn.
+
 With --out the policy, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after
 the last finished bead, with the results that it would have had; a finished run is reported again.
 """
@@ -24,6 +27,7 @@ def add_to(areas: Any) -> None:
     parser = areas.add_parser("weldbead", help=_HELP, description=_HELP.capitalize() + ".", epilog=_MORE)
     parser.add_argument("problem", nargs="?", type=Path, metavar="problem.toml", help="the job (mm, s, N, J, W)")
     parser.add_argument("--preset", help="a ready problem instead of a file: P1 ... P5, C0")
+    parser.add_argument("--simple", action="store_true", help="the sequence alone, on a stand of one draw a pass")
     parser.add_argument("--policy", type=Path, metavar="p.nc", help="follow this saved policy instead of planning")
     parser.add_argument("--parts", type=int, default=20, metavar="N", help="number of beads (20)")
     parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
@@ -35,21 +39,21 @@ def add_to(areas: Any) -> None:
 
 def work(arguments: argparse.Namespace) -> None:
     """Do what the command line asks for."""
-    stand, given = _stand(arguments)
+    job, given = _job(arguments)
     _check_numbers(arguments)
     out: Path | None = arguments.out
     if out is not None:
-        _check_folder(out, stand, given)
-        _check_journal(out, plant=stand, rng=arguments.rng)
-    policy = _policy(stand, given, arguments)
+        _check_folder(out, job, given)
+        _check_journal(out, plant=job.stand, rng=arguments.rng)
+    policy = _policy(job, given, arguments)
     if out is not None:
-        _check_journal(out, controller=_controller(policy))
+        _check_journal(out, controller=job.controller(policy))
         out.mkdir(parents=True, exist_ok=True)
         if not (out / "policy.nc").exists():
             policy.save(out / "policy.nc")
-    log = _run(stand, policy, arguments)
+    log = _run(job, policy, arguments)
     kept = [] if out is None else _keep(out, log, policy, pictures=not arguments.no_pictures)
-    print(report(_title(arguments), log, policy, stand))
+    print(report(_title(arguments), log, policy, job.start))
     if len(log) > arguments.parts:
         print(f"\n{out} held {len(log)} finished beads already: all of them are reported, not {arguments.parts}")
     if out is not None:
@@ -75,38 +79,35 @@ def _check_numbers(arguments: argparse.Namespace) -> None:
         checks.positive("--tolerance", arguments.tolerance, "$")
 
 
-def _stand(arguments: argparse.Namespace) -> tuple["WeldBeadStand", Any]:
-    """The stand, and the policy where one is given."""
+def _job(arguments: argparse.Namespace) -> tuple["Job", Any]:
+    """The stand with its controller, and the policy where one is given."""
+    from hwsim._weldbead_jobs import job_of
+
     if arguments.problem is not None and arguments.preset is not None:
         raise ValueError("either problem.toml or --preset must be given, not both")
     policy = _loaded(arguments.policy) if arguments.policy is not None else None
     if arguments.problem is None and arguments.preset is None:
         if policy is None:
             raise ValueError("problem.toml, --preset or --policy must be given; try: hwsim weldbead --preset P1")
-        return _stand_of(policy.problem), policy
-    stand = _stand_of_file(arguments.problem) if arguments.preset is None else _stand_of_preset(arguments.preset)
-    if policy is not None and policy.problem != stand.problem:
-        changed = _differences(policy.problem, stand.problem)
+        return job_of(policy.problem, simple=arguments.simple), policy
+    job = _job_of_file(arguments) if arguments.preset is None else _job_of_preset(arguments)
+    if policy is not None and policy.problem != job.problem:
+        changed = _differences(policy.problem, job.problem)
         raise ValueError(f"--policy {arguments.policy} is for another problem: {changed} differs")
-    return stand, policy
+    return job, policy
 
 
-def _stand_of(problem: Any) -> "WeldBeadStand":
-    from hwsim.plants._weldbead import WeldBeadStand
-
-    return WeldBeadStand(problem)
-
-
-def _stand_of_preset(name: str) -> "WeldBeadStand":
+def _job_of_preset(arguments: argparse.Namespace) -> "Job":
+    from hwsim._weldbead_jobs import job_of
     from sdpgrind import weldbead
 
-    return _stand_of(weldbead.preset(name))
+    return job_of(weldbead.preset(arguments.preset), simple=arguments.simple)
 
 
-def _stand_of_file(path: Path) -> "WeldBeadStand":
+def _job_of_file(arguments: argparse.Namespace) -> "Job":
     from hwsim._weldbead_toml import read
 
-    return read(path)
+    return read(arguments.problem, simple=arguments.simple)
 
 
 def _loaded(path: Path) -> Any:
@@ -125,15 +126,15 @@ def _differences(one: Any, other: Any) -> str:
     return ", ".join(name for name in names if getattr(one, name) != getattr(other, name))
 
 
-def _check_folder(out: Path, stand: "WeldBeadStand", given: Any) -> None:
+def _check_folder(out: Path, job: "Job", given: Any) -> None:
     """Refuse a folder that holds something else before anything is computed."""
     if out.exists() and not out.is_dir():
         raise ValueError(f"--out must be a folder; {out} is a file")
     kept = _kept_policy(out)
     if kept is None:
         return
-    if kept.problem != stand.problem:
-        changed = _differences(kept.problem, stand.problem)
+    if kept.problem != job.problem:
+        changed = _differences(kept.problem, job.problem)
         raise ValueError(f"--out {out} holds a run of another problem ({changed} differs): choose another folder")
     if given is not None and fingerprint(given) != fingerprint(kept):
         raise ValueError(f"--out {out} holds a run of another policy: choose another folder")
@@ -162,25 +163,25 @@ def _finished(out: Path | None) -> int:
         return journal.parts
 
 
-def _policy(stand: "WeldBeadStand", given: Any, arguments: argparse.Namespace) -> Any:
+def _policy(job: "Job", given: Any, arguments: argparse.Namespace) -> Any:
     """The policy that is given, that is kept in the folder, or a new one; no less exact than was asked for."""
     asked: float | None = arguments.tolerance
     if given is not None:
         if asked is not None:
             _check_error(given, asked, f"--policy {arguments.policy}", "plan anew, without --policy")
         return given
-    asked = asked or _default_tolerance(stand)
+    asked = asked or _default_tolerance(job)
     kept = _kept_policy(arguments.out)
     if kept is None:
-        return _planned(stand, asked)
+        return _planned(job, asked)
     _check_error(kept, asked, f"--out {arguments.out}", "choose another folder or tolerance")
     return kept
 
 
-def _default_tolerance(stand: "WeldBeadStand") -> float:
+def _default_tolerance(job: "Job") -> float:
     from sdpgrind.weldbead._planner import default_tolerance
 
-    return default_tolerance(stand.problem)
+    return default_tolerance(job.problem)
 
 
 def _check_error(policy: Any, asked: float, where: str, advice: str) -> None:
@@ -190,26 +191,20 @@ def _check_error(policy: Any, asked: float, where: str, advice: str) -> None:
         raise ValueError(f"{where} holds a policy {known}, --tolerance asks for {asked:g} $: {advice}")
 
 
-def _planned(stand: "WeldBeadStand", tolerance: float) -> Any:
+def _planned(job: "Job", tolerance: float) -> Any:
     from sdpgrind import weldbead
     from sdpgrind.base.progress import TerminalLine
 
-    return weldbead.plan(stand.problem, tolerance=tolerance, progress=TerminalLine())
+    return weldbead.plan(job.problem, tolerance=tolerance, progress=TerminalLine())
 
 
-def _run(stand: "WeldBeadStand", policy: Any, arguments: argparse.Namespace) -> "Log":
+def _run(job: "Job", policy: Any, arguments: argparse.Namespace) -> "Log":
     from hwsim._loop import run
     from sdpgrind.base.progress import TerminalLine
 
     journal = None if arguments.out is None else arguments.out / "run.db"
     parts, rng = max(arguments.parts, _finished(arguments.out)), arguments.rng
-    return run(stand, _controller(policy), parts=parts, rng=rng, journal=journal, progress=TerminalLine())
-
-
-def _controller(policy: Any) -> Any:
-    from sdpgrind import weldbead
-
-    return weldbead.SequenceController(policy)
+    return run(job.stand, job.controller(policy), parts=parts, rng=rng, journal=journal, progress=TerminalLine())
 
 
 def _pictures(out: Path, log: "Log", policy: Any) -> list[str]:

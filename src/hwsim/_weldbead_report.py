@@ -7,20 +7,23 @@ import numpy as np
 
 if TYPE_CHECKING:
     from hwsim._log import Log
-    from hwsim.plants._weldbead import WeldBeadStand
 
+_SHORT = {"overground_worst": "deepest", "penalty_planned": "planned", "penalty": "realised"}
 _SHOWN = 10  # beads printed one by one
-_COLUMNS = (("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("lateness", ".1f"), ("penalty", ".4f"))
+_COLUMNS = (
+    ("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("overground_worst", ".3f"), ("lateness", ".1f"), ("stalls", "d"),
+    ("penalty_planned", ".4f"), ("penalty", ".4f"),
+)  # fmt: skip
 
 
-def report(title: str, log: "Log", policy: Any, stand: "WeldBeadStand") -> str:
+def report(title: str, log: "Log", policy: Any, start: tuple[float, float]) -> str:
     """Return the whole report as text."""
-    risk = policy.risk(height=stand.start_height, time_left=stand.start_time)
-    return "\n".join([*_head(title, policy, stand), "", *_beads(log), "", *_summary(log, risk)])
+    risk = policy.risk(height=start[0], time_left=start[1])
+    return "\n".join([*_head(title, policy, start), "", *_beads(log), "", *_summary(log, risk)])
 
 
-def _head(title: str, policy: Any, stand: "WeldBeadStand") -> Iterator[str]:
-    yield f"{title}: beads of {stand.start_height:g} mm, {stand.start_time:g} s to the deadline"
+def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
+    yield f"{title}: beads of {start[0]:.4g} mm, {start[1]:g} s to the deadline"
     problem = policy.problem
     durations = f"{problem.durations[0]:g} ... {problem.durations[-1]:g} s"
     known = "" if policy.error is None else f"; expected penalty known to {policy.error:.0e} $"
@@ -29,9 +32,10 @@ def _head(title: str, policy: Any, stand: "WeldBeadStand") -> Iterator[str]:
 
 def _beads(log: "Log") -> Iterator[str]:
     outcome = log.outcome
-    yield "  ".join(["bead", *(f"{_heading(outcome, name):>12}" for name, _ in _COLUMNS)])
+    columns = [(name, form) for name, form in _COLUMNS if name in outcome]
+    yield "  ".join(["bead", *(f"{_heading(outcome, name):>12}" for name, _ in columns)])
     for k in range(min(len(log), _SHOWN)):
-        cells = (f"{_cell(outcome[name].values[k], form):>12}" for name, form in _COLUMNS)
+        cells = (f"{_cell(outcome[name].values[k], form):>12}" for name, form in columns)
         yield "  ".join([f"{k:4d}", *cells])
     if len(log) > _SHOWN:
         yield f" ...  ({len(log) - _SHOWN} more)"
@@ -43,7 +47,7 @@ def _cell(value: Any, form: str) -> str:
 
 def _heading(outcome: Any, name: str) -> str:
     unit = outcome[name].attrs["units"]
-    return name if unit == "1" else f"{name} {unit}"
+    return _SHORT.get(name, name) if unit == "1" else f"{_SHORT.get(name, name)} {unit}"
 
 
 def _summary(log: "Log", risk: Any) -> Iterator[str]:
@@ -54,12 +58,15 @@ def _summary(log: "Log", risk: Any) -> Iterator[str]:
     yield _line("penalty ($)", outcome.penalty.values, ".4f", planned)
     yield _line("passes", outcome.passes.values, ".2f", float(risk.passes))
     yield _line("height left (mm)", outcome.height.values, ".4f")
-    yield _line("overground (%)", 100.0 * (outcome.overground.values > 0), ".1f", 100.0 * float(risk.overground))
+    yield _line("overground (%)", 100.0 * (outcome.height.values < 0), ".1f", 100.0 * float(risk.overground))
     yield _line("overground depth (mm)", outcome.overground.values, ".4f")
+    if "overground_worst" in outcome:
+        yield _line("deepest place (mm)", outcome.overground_worst.values, ".4f")
     yield _line("late (%)", 100.0 * (outcome.lateness.values > 0), ".1f")
     yield _line("time used (s)", outcome.time.values, ".1f")
-    if outcome.burned.values.any():
-        yield _line("burned passes", outcome.burned.values, ".2f")
+    for name, words in (("burned", "burned passes"), ("stalls", "stalls")):
+        if name in outcome and outcome[name].values.any():
+            yield _line(words, outcome[name].values, ".2f")
 
 
 def _line(name: str, values: Any, form: str, planned: float | None = None) -> str:

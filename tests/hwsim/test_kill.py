@@ -54,12 +54,12 @@ class Here(kill.Job):
         return (out / "run.nc").read_bytes()
 
 
-@pytest.fixture(scope="module")
-def job(tmp_path_factory):
+@pytest.fixture(scope="module", params=["--parts 50 --simple", "--parts 4"], ids=["one draw", "three tiers"])
+def job(request, tmp_path_factory):
     """A job whose policy is planned already, its uninterrupted log, and how long it lasts."""
     folder = tmp_path_factory.mktemp("kill")
     weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101).save(folder / "p1.nc")
-    job = Here(("--policy", str(folder / "p1.nc"), "--parts", "50", "--rng", "3"))
+    job = Here(("--policy", str(folder / "p1.nc"), *request.param.split(), "--rng", "3"))
     start = time.perf_counter()
     kill.Job.finish(job, folder / "whole")
     lasts = time.perf_counter() - start

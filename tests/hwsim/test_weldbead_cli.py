@@ -11,10 +11,11 @@ import hwsim
 import sdpgrind
 from hwsim import _weldbead_cli
 from hwsim._log import same
+from hwsim._weldbead_jobs import job_of
 from hwsim.cli import main
 from sdpgrind import weldbead
 
-JOB = ["weldbead", "--preset", "P1", "--tolerance", "1e-2", "--parts", "6", "--rng", "4"]
+JOB = ["weldbead", "--simple", "--preset", "P1", "--tolerance", "1e-2", "--parts", "6", "--rng", "4"]
 KEPT = ["policy.nc", "policy.png", "run.db", "run.nc", "run.png"]
 
 
@@ -84,7 +85,7 @@ def test_finished_run_is_reported_again_unchanged(finished, capsys):
 
 
 def test_policy_from_a_file_gives_the_same_run(finished, tmp_path, capsys):
-    arguments = ["weldbead", "--policy", str(finished / "policy.nc"), "--parts", "6", "--rng", "4", "--no-pictures"]
+    arguments = ["weldbead", "--simple", "--policy", str(finished / "policy.nc"), "--parts", "6", "--rng", "4", "--no-pictures"]
     assert main([*arguments, "--out", str(tmp_path)]) == 0
     assert sorted(file.name for file in tmp_path.iterdir()) == ["policy.nc", "run.db", "run.nc"]
     assert (tmp_path / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
@@ -92,12 +93,12 @@ def test_policy_from_a_file_gives_the_same_run(finished, tmp_path, capsys):
 
 def test_without_out_nothing_is_written(finished, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["weldbead", "--policy", str(finished / "policy.nc"), "--parts", "2"]) == 0
+    assert main(["weldbead", "--simple", "--policy", str(finished / "policy.nc"), "--parts", "2"]) == 0
     assert "kept" not in capsys.readouterr().out and list(tmp_path.iterdir()) == []
 
 
 def test_one_bead_has_no_standard_error(finished, capsys):
-    assert main(["weldbead", "--policy", str(finished / "policy.nc"), "--parts", "1"]) == 0
+    assert main(["weldbead", "--simple", "--policy", str(finished / "policy.nc"), "--parts", "1"]) == 0
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("penalty"))
     assert line.split()[-1] == "-"
 
@@ -105,6 +106,7 @@ def test_one_bead_has_no_standard_error(finished, capsys):
 def test_a_run_can_be_made_longer(finished, tmp_path, capsys):
     job = [
         "weldbead",
+        "--simple",
         "--policy",
         str(finished / "policy.nc"),
         "--rng",
@@ -122,7 +124,7 @@ def test_interrupted(finished, monkeypatch, capsys):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(_weldbead_cli, "_run", interrupt)
-    assert main(["weldbead", "--policy", str(finished / "policy.nc")]) == 130
+    assert main(["weldbead", "--simple", "--policy", str(finished / "policy.nc")]) == 130
     assert capsys.readouterr().err == "hwsim: interrupted; the same command with the same --out goes on from here\n"
 
 
@@ -160,9 +162,44 @@ def test_error_on_the_machine_names_part_and_time(finished, tmp_path, capsys):
     from test_weldbead_toml import P1
 
     tall.write_text(P1 + "[stand]\nheight = 3.0\n")
-    line = refused(capsys, tall, "--policy", finished / "policy.nc")
+    line = refused(capsys, tall, "--simple", "--policy", finished / "policy.nc")
     assert line.startswith("height must be <= height_max = 2 of the policy (mm); got 2.99")
     assert line.endswith("(at 0 s of the part, in part 0)")
+
+
+@pytest.fixture(scope="module")
+def three_tiers(finished, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tiers")
+    assert main(["weldbead", "--policy", str(finished / "policy.nc"), "--parts", "2", "--rng", "4", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_three_tiers_are_what_runs_unless_it_is_simple(three_tiers, policy):
+    """The same as in Python, with what the command line fills in."""
+    assert sorted(file.name for file in three_tiers.iterdir()) == KEPT
+    log = sdpgrind.load(three_tiers / "run.nc")
+    job = job_of(weldbead.preset("P1"), simple=False)
+    assert same(log, hwsim.run(job.stand, job.controller(policy), parts=2, rng=4))
+    assert {"sequence", "pass", "force"} <= set(log.tiers)
+    assert job.start == (pytest.approx(1.5, abs=1e-12), 30.0)
+    assert np.all(log.outcome.time.values <= 30.0)  # no stage is lost to leads
+
+
+def test_three_tiers_are_reported_with_their_deepest_place(three_tiers, capsys):
+    again = ["weldbead", "--policy", str(three_tiers / "policy.nc"), "--parts", "2", "--rng", "4", "--out", str(three_tiers)]
+    assert main([*again, "--no-pictures"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    outcome = sdpgrind.load(three_tiers / "run.nc").outcome
+    assert lines[3].split()[-2:] == ["realised", "$"] and "deepest mm" in lines[3]
+    assert float(lines[4].split()[4]) == pytest.approx(outcome.overground_worst.values[0], abs=6e-4)
+    assert any(line.startswith("deepest place (mm)") for line in lines)
+
+
+def test_folder_of_the_other_stand(finished, three_tiers, capsys):
+    line = refused(capsys, "--policy", finished / "policy.nc", "--parts", 6, "--rng", 4, "--out", finished)
+    assert line.endswith("was begun with another plant")
+    line = refused(capsys, "--simple", "--policy", finished / "policy.nc", "--rng", 4, "--out", three_tiers)
+    assert line.endswith("was begun with another plant")
 
 
 def test_version(capsys):
@@ -184,7 +221,7 @@ def test_a_reader_that_has_had_enough(finished, tmp_path):
 
 def test_fewer_parts_than_are_kept_throw_nothing_away(finished, tmp_path, capsys):
     out = tmp_path / "kept"
-    job = ["weldbead", "--policy", str(finished / "policy.nc"), "--no-pictures", "--out", str(out), "--parts"]
+    job = ["weldbead", "--simple", "--policy", str(finished / "policy.nc"), "--no-pictures", "--out", str(out), "--parts"]
     assert main([*job, "3"]) == 0
     before = (out / "run.nc").read_bytes()
     capsys.readouterr()
@@ -227,7 +264,7 @@ def test_journal_of_another_run_is_refused_without_planning(left, monkeypatch, c
 
 def test_journal_of_another_policy_is_refused_before_anything_is_written(left, coarse, capsys):
     before = content(left)
-    line = refused(capsys, "--policy", coarse, "--parts", 6, "--rng", 4, "--out", left)
+    line = refused(capsys, "--simple", "--policy", coarse, "--parts", 6, "--rng", 4, "--out", left)
     assert line.endswith("was begun with another controller")
     assert content(left) == before
 
@@ -242,10 +279,10 @@ def test_kept_policy_must_be_as_exact_as_is_asked_for(finished, capsys):
     before = content(finished)
     known = sdpgrind.load(finished / "policy.nc").error
     assert known < 1e-2
-    line = refused(capsys, "--preset", "P1", "--rng", 4, "--tolerance", known / 2, "--out", finished)
+    line = refused(capsys, "--simple", "--preset", "P1", "--rng", 4, "--tolerance", known / 2, "--out", finished)
     said = f"holds a policy known to {known:.2g} $, --tolerance asks for {known / 2:g} $"
     assert line == f"--out {finished} {said}: choose another folder or tolerance"
-    assert "asks for 1e-05 $" in refused(capsys, "--preset", "P1", "--rng", 4, "--out", finished)
+    assert "asks for 1e-05 $" in refused(capsys, "--simple", "--preset", "P1", "--rng", 4, "--out", finished)
     assert content(finished) == before
 
 

@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hwsim
 from hwsim._weldbead_toml import read
 from hwsim.cli import main
-from sdpgrind import sdp, weldbead
+from sdpgrind import sdp, units, weldbead
+from sdpgrind.weldbead import passes
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "weldbead.toml"
 
@@ -50,11 +52,11 @@ def job(tmp_path):
 
 
 def test_p1_as_a_file_is_p1(job):
-    assert read(job()) == hwsim.WeldBeadStand(weldbead.preset("P1"))
+    assert read(job(), simple=True).stand == hwsim.WeldBeadStand(weldbead.preset("P1"))
 
 
 def test_the_example_is_section_6_5_of_the_source():
-    stand = read(EXAMPLE)
+    stand = read(EXAMPLE, simple=True)
     process = stand.problem.model
     assert (process.specific_energy, process.idle_power, process.bead_width) == (12.8, 114.0, 12.7)
     assert 0.30 <= process.friction_ratio <= 0.37
@@ -75,6 +77,7 @@ burn_coefficient = 16.0
 [stand]
 height = 1.2
 time = "20 s"
+[stand.simple]
 height_noise = "10 um"
 [stand.truth]
 specific_energy = "14 J/mm^3"
@@ -83,7 +86,7 @@ attribution = ["K1", "mu"]
 relative_sd = [0.1, "5 %"]
 law = "lognormal"
 """
-    stand = read(job("[process]", "pass_charge = 0.03\nmin_cut = '0.02 mm'\n[process]", more))
+    stand = read(job("[process]", "pass_charge = 0.03\nmin_cut = '0.02 mm'\n[process]", more), simple=True).stand
     p1 = weldbead.preset("P1")
     problem = p1.replace(
         lateness_charge=sdp.Quadratic(0.01),
@@ -94,6 +97,43 @@ law = "lognormal"
     )
     truth = problem.replace(specific_energy=14.0, scatter=weldbead.Scatter(("K1", "mu"), (0.1, 0.05), "lognormal"))
     assert stand == hwsim.WeldBeadStand(problem, truth=truth, height=1.2, time=20.0, height_noise=0.01)
+
+
+def test_the_force_table(job):
+    more = """
+[disc]
+relaxed_angle = "25 deg"
+rotational_stiffness = "500 N m/rad"
+[loop]
+crossover = "2 Hz"
+[stand]
+height = "1.2 mm"
+time = 20
+wave = "50 um"
+wave_length = "1 cm"
+runout = 0.2
+motor = "air"
+[stand.pass_scatter]
+specific_energy = "12 %"
+[stand.bead_scatter]
+friction_ratio = 0.05
+[stand.truth]
+specific_energy = "14 J/mm^3"
+"""
+    got = read(job(more=more))
+    p1 = weldbead.preset("P1")
+    disc = passes.TiltedDisc(p1.model, relaxed_angle=units.deg(25), rotational_stiffness=5e5)
+    assert got.crossover == pytest.approx(units.hz(2.0), rel=1e-12)
+    stand = got.stand
+    assert stand.problem.disc.rotational_stiffness == 5e5
+    assert stand.problem.disc.relaxed_angle == pytest.approx(disc.relaxed_angle, rel=1e-12)
+    assert stand.truth == stand.problem.disc.replace(specific_energy=14.0)
+    assert (stand.motor, stand.runout, stand.time, stand.sequence) == (hwsim.Motor.air(), 0.2, 20.0, p1)
+    assert stand.pass_scatter == hwsim.CoefficientScatter(specific_energy=0.12)
+    assert stand.bead_scatter.friction_ratio == 0.05
+    bead = stand.problem.bead
+    assert (bead.length, bead.mean) == (50.0, pytest.approx(1.2, abs=1e-12))
+    assert np.ptp(bead.z) == pytest.approx(0.1, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -139,7 +179,11 @@ FAULTS = [
     ("linear = 2.0", "linear = -2.0", "", "[height_charge.under] rate must be >= 0 ($ per unit of distance); got -2.0"),
     ("", "", "[burn_limit]\nkind = 'hot'\n", "burn_limit.kind must be one of force, power, malkin; got 'hot'"),
     ("", "", "[stand]\nheigth = 1\n", "stand.heigth is not a key; is stand.height meant?"),
-    ("", "", "[stand]\nheight_noise = -1\n", "[stand] height_noise must be >= 0 (mm); got -1.0"),
+    ("", "", "[stand.simple]\nheight_noise = -1\n", "[stand.simple] height_noise must be >= 0 (mm); got -1.0"),
+    ("", "", "[disc]\nrelaxed_angle = 20\n", "[disc] relaxed_angle must be"),
+    ("", "", "[loop]\ncrossover = '3 s'\n", "loop.crossover must have a unit like rad/s; got '3 s'"),
+    ("", "", "[stand]\nmotor = 'steam'\n", "stand.motor must be one of process, air; got 'steam'"),
+    ("", "", "[stand.pass_scatter]\nK1 = 0.1\n", "stand.pass_scatter.K1 is not a key; keys here are friction_ratio"),
     ("", "", "[stand.truth]\ncolour = 3\n", "stand.truth.colour is not a key; keys here are bead_width, disk_radius"),
     ("stage = 2", "stage = = 2", "", "Invalid value (at line 8, column 9)"),
 ]

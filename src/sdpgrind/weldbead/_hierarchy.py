@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sdpgrind.base import checks
 from sdpgrind.identify import RecursiveLeastSquares
 from sdpgrind.weldbead._controllers import SequenceController
 from sdpgrind.weldbead._planner import plan as plan_sequence
@@ -27,6 +28,8 @@ NODES = 201
 _ESTIMATED = {"specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": ""}
 _LEAD = 0.3
 """Time (s) before the plan at which a pass is started: the platform must have come down when the disc meets the bead."""
+_SPARE = 0.1
+"""Time (s) for what a pass takes beyond its way: ticks, and the wound disc."""
 _LEAST_CUT = 1e-3
 """Mean depth (mm) below which there is nothing to plan a pass for."""
 
@@ -52,6 +55,9 @@ class Hierarchy:
         Whether the sequence is looked up from what was scanned; False: from what was expected, as if nothing were measured.
     feedforward : bool
         Passed on to `force.ForceController`.
+    lead_out : float
+        Way of the tip beyond the bead before a pass is over, mm. Passes are fed as much faster as they need to take no longer
+        than the sequence planned, leads included.
 
     Raises
     ------
@@ -80,13 +86,15 @@ class Hierarchy:
         reestimate: bool = True,
         replan: bool = True,
         feedforward: bool = True,
+        lead_out: float = 5.0,
     ) -> None:
         _refuse_other_process(policy.problem.model, disc.model)
-        self._identity = (policy.problem, policy.dataset, disc, loop.identity, reestimate, replan, feedforward)
+        checks.nonnegative("lead_out", lead_out, "mm")
+        self._identity = (policy.problem, policy.dataset, disc, loop.identity, reestimate, replan, feedforward, lead_out)
         self._job = policy.problem.job
         self.tiers: dict[str, Any] = {
             "sequence": _SequenceTier(policy, reestimate, replan),
-            "pass": _PassTier(policy, disc),
+            "pass": _PassTier(policy, disc, lead_out),
             "force": ForceController(None, loop, feedforward=feedforward),
         }
 
@@ -228,8 +236,8 @@ class _PassTier:
         "volume": "mm^3", "shortfall": "mm^3", "force": "N", "burn_margin": "N", "power_max": "W", "contour_height": "mm",
     }  # fmt: skip
 
-    def __init__(self, policy: SequencePolicy, disc: TiltedDisc) -> None:
-        self._burn_limit, self._disc = policy.problem.burn_limit, disc
+    def __init__(self, policy: SequencePolicy, disc: TiltedDisc, lead_out: float) -> None:
+        self._disc, self._problem, self._lead_out = disc, policy.problem, lead_out
         self.reset()
 
     def reset(self) -> None:
@@ -250,12 +258,23 @@ class _PassTier:
             return {"stop": 1.0} if not stop and mean_cut < _LEAST_CUT else {}
         model = {name: others[name] for name in _ESTIMATED if not isnan(others.get(name, nan))}
         bead = Contour(np.asarray(profile_x, dtype=float), np.asarray(profile, dtype=float))
-        disc = self._disc.replace(**model)
-        plan = plan_pass(PassProblem(disc, bead, mean_cut=mean_cut, feed_rate=planned_feed, burn_limit=self._burn_limit))
+        plan = plan_pass(self._in_time(self._asked(bead, mean_cut, planned_feed, self._disc.replace(**model))))
         self._report = _summary(plan)
         names = {"plan_time": "time", "normal_force_plan": "normal_force", "fly_height_plan": "fly_height"}
         arrays = {name: getattr(plan, column) for name, column in (names | {"center_x_plan": "center_x"}).items()}
-        return arrays | {"start": 1.0, "feed_rate": planned_feed, "start_x": float(plan.center_x[0]) - _LEAD * planned_feed}
+        feed = plan.problem.feed_rate
+        return arrays | {"start": 1.0, "feed_rate": feed, "start_x": float(plan.center_x[0]) - _LEAD * feed}
+
+    def _asked(self, bead: Contour, mean_cut: float, feed_rate: float, disc: TiltedDisc) -> PassProblem:
+        limits: dict[str, Any] = {"burn_limit": self._problem.burn_limit, "normal_force_max": self._problem.force_max}
+        return PassProblem(disc, bead, mean_cut=mean_cut, feed_rate=feed_rate, **limits)
+
+    def _in_time(self, asked: PassProblem) -> PassProblem:
+        """Fed as much faster as it takes to spend no more time, leads included: a stage that is begun is lost."""
+        planned = asked.bead.length / asked.feed_rate
+        moving = planned - _LEAD - _SPARE
+        way = asked.lead_in + asked.bead.length + self._lead_out
+        return asked.replace(feed_rate=way / moving) if moving > 0.5 * planned else asked
 
     def report(self) -> dict[str, float]:
         return self._report

@@ -1,0 +1,68 @@
+"""Tables of a TOML file, read key by key: every fault is one line that names the key; a key that nobody took is a fault."""
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from hwsim._quantities import quantity
+
+Made = TypeVar("Made")
+
+
+@dataclass
+class Table:
+    """A table of the file; what is not taken out of it in the end is a wrong key."""
+
+    name: str  # "" for the file itself
+    entries: dict[str, Any]
+    known: set[str] = field(default_factory=set)
+
+    def path(self, key: str) -> str:
+        return f"{self.name}.{key}" if self.name else key
+
+    def has(self, key: str) -> bool:
+        self.known.add(key)
+        return key in self.entries
+
+    def take(self, key: str) -> Any:
+        if not self.has(key):
+            close = difflib.get_close_matches(key, self.entries.keys() - self.known)
+            raise ValueError(f"{self.path(key)} is missing" + (f"; is {self.path(close[0])} meant?" if close else ""))
+        return self.entries[key]
+
+    def number(self, key: str, unit: str) -> float:
+        return quantity(self.path(key), self.take(key), unit)
+
+    def numbers(self, units: Mapping[str, str]) -> dict[str, float]:
+        return {key: self.number(key, unit) for key, unit in units.items()}
+
+    def given(self, units: Mapping[str, str]) -> dict[str, float]:
+        return {key: self.number(key, unit) for key, unit in units.items() if self.has(key)}
+
+    def text(self, key: str, choices: Mapping[str, Any] | tuple[str, ...]) -> str:
+        value = self.take(key)
+        if value not in choices:
+            raise ValueError(f"{self.path(key)} must be one of {', '.join(choices)}; got {value!r}")
+        return str(value)
+
+    def table(self, key: str) -> "Table":
+        value = self.take(key)
+        if not isinstance(value, dict):
+            raise ValueError(f"{self.path(key)} must be a table; got {value!r}")
+        return Table(self.path(key), value)
+
+    def made(self, make: Callable[..., Made], *values: Any, **options: Any) -> Made:
+        """What `make` makes of values of this table; what it refuses is told with the name of the table."""
+        try:
+            return make(*values, **options)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"[{self.name}] {error}") from None
+
+    def done(self) -> None:
+        """Refuse the first key that nobody asked for."""
+        for key in self.entries:
+            if key not in self.known:
+                close = difflib.get_close_matches(key, self.known, 1)
+                meant = f"is {self.path(close[0])} meant?" if close else f"keys here are {', '.join(sorted(self.known))}"
+                raise ValueError(f"{self.path(key)} is not a key; {meant}")
