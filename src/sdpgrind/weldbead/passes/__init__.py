@@ -5,6 +5,7 @@ from sdpgrind.weldbead.passes._contour import Contour, contour_shift, volume_bet
 from sdpgrind.weldbead.passes._disc import GrinderStalled, Linearized, TiltedDisc
 from sdpgrind.weldbead.passes._plan import PassPlan, plan
 from sdpgrind.weldbead.passes._problem import PassProblem
+from sdpgrind.weldbead.passes._relaxation import RelaxedPass, relax
 from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
 
 __all__ = [
@@ -15,9 +16,11 @@ __all__ = [
     "PassPlan",
     "PassProblem",
     "PassRecord",
+    "RelaxedPass",
     "TiltedDisc",
     "contour_shift",
     "plan",
+    "relax",
     "simulate",
     "volume_between",
 ]

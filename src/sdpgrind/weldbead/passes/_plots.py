@@ -30,3 +30,20 @@ def plot_pass(plan: Any) -> Any:
     axes[3].set(ylabel="height of\nthe center [mm]", xlabel="tip along the bead [mm]")
     figure.suptitle(f"{plan.method}: {plan.status}", fontsize=10)
     return figure
+
+
+def plot_relaxed(found: Any) -> Any:
+    """Draw bead, target and what a relaxed cut leaves, and its depth under the greatest (mm)."""
+    plt = need("matplotlib.pyplot", "plot")
+    problem, x = found.problem, found.x
+    figure, (top, low) = plt.subplots(2, 1, figsize=(9, 4.8), sharex=True, layout="constrained")
+    top.plot(problem.bead.x, problem.bead.z, color="0.35", lw=1, label="before")
+    top.plot(x, found.contour.at(x), color="#4878a8", lw=1.4, label="left")
+    top.plot(problem.target.x, problem.target.z, "k--", lw=0.8, label="target")
+    top.set_ylabel("height [mm]")
+    top.legend(frameon=False, ncols=3, fontsize=8)
+    low.plot(x, found.cut_depth, color="#4878a8")
+    low.axhline(found.depth_max, color="#b04a3a", lw=0.8, ls=":")
+    low.set(ylabel="depth [mm]\n(dotted: greatest)", xlabel="along the bead [mm]")
+    figure.suptitle(f"{problem.mean_cut:g} mm at {problem.feed_rate:g} mm/s: {found.deviation:.3g} mm rms off", fontsize=10)
+    return figure
