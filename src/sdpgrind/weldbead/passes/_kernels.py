@@ -243,10 +243,10 @@ def grind(bead, core, state, center, height, relaxed_angle, time, path, mode, ga
             if k == 0:
                 a = begin
             else:
-                gain = gains[0] + 0.5 * gains[1] * time
+                gain = gains[0] + 0.5 * gains[1] * time[k]
                 b = gain / (1.0 + gain)
-                a = (begin + gains[1] * (integral + 0.5 * time * error)) / (1.0 + gain)
-        step = Step(center[k], a, b, relaxed_angle[k], 0.0, time)
+                a = (begin + gains[1] * (integral + 0.5 * time[k] * error)) / (1.0 + gain)
+        step = Step(center[k], a, b, relaxed_angle[k], 0.0, time[k])
         code, volume, torque, reached = cut_step(bead, core, state, step, path, most, mode != GIVEN, second_order)
         if code != DONE:
             return code, k
@@ -259,7 +259,7 @@ def grind(bead, core, state, center, height, relaxed_angle, time, path, mode, ga
         elif mode == FEEDBACK and limited:  # the disc is held: nothing is summed up, and it goes on from here
             begin = reached - gains[0] * now - gains[1] * integral
         elif mode == FEEDBACK:
-            integral += 0.5 * time * (error + now)
+            integral += 0.5 * time[k] * (error + now)
         error = now
         row = out[k]
         row[0], row[1], row[2], row[3], row[4] = state[WIND], torque, reached, x, y

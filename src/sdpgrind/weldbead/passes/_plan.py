@@ -106,7 +106,7 @@ class PassPlan:
             p.bead,
             center_x=self.center_x,
             fly_height=self.fly_height,
-            feed_rate=p.feed_rate,
+            feed_rate=self.record.feed_rate,
             spacing=p.spacing,
         )
 
@@ -204,7 +204,7 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
         height = _static_height(problem, center)
         return simulate(disc, problem.bead, center_x=center, fly_height=height, feed_rate=problem.feed_rate, spacing=spacing)
     ground = even_bead(problem.bead, nodes, disc.model.bead_width)
-    run = Run(disc, ground, center, np.full(center.size, disc.relaxed_angle), spacing / problem.feed_rate, nodes)
+    run = Run(disc, ground, center, np.full(center.size, disc.relaxed_angle), np.full(center.size - 1, spacing / problem.feed_rate), nodes)
     path = problem.tip_path.at(nodes)
     start = np.full(center.size, path[0] + disc.model.disk_radius * np.sin(disc.relaxed_angle))
     most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))

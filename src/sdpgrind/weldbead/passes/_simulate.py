@@ -64,6 +64,11 @@ class PassRecord:
         """Volume removed, mm^3."""
         return float(np.sum(self.removed))
 
+    @property
+    def feed_rate(self) -> Floats:
+        """Feed to each step from the one before, mm/s: (steps - 1,)."""
+        return np.asarray(np.diff(self.center_x) / np.diff(self.time))
+
 
 def even_bead(contour: Contour, nodes: Floats, width: float | Contour) -> Bead:
     """Return a bead on even nodes, as the kernels cut it (its heights are a copy)."""
@@ -80,7 +85,7 @@ def simulate(
     *,
     center_x: npt.ArrayLike,
     fly_height: npt.ArrayLike,
-    feed_rate: float,
+    feed_rate: npt.ArrayLike,
     relaxed_angle: npt.ArrayLike | None = None,
     spacing: float | None = None,
     width: Contour | None = None,
@@ -95,11 +100,11 @@ def simulate(
     bead : Contour
         The bead, mm.
     center_x : array (steps + 1,)
-        Positions of the center, mm, evenly spaced; at the first one the disc must touch nothing.
+        Positions of the center, mm, rising; at the first one the disc must touch nothing.
     fly_height : array (steps + 1,)
         Its heights there, mm.
-    feed_rate : float
-        Feed, mm/s: time between positions is their distance over it.
+    feed_rate : float or array (steps,)
+        Feed to each position from the one before, mm/s: the time that takes is their distance over it.
     relaxed_angle : array (steps + 1,), optional
         Angle of the relaxed disc at each position, rad, where tilt is what is controlled; that of `disc` by default.
     spacing : float, optional
@@ -129,13 +134,25 @@ def simulate(
     x, height = checks.finite_array("center_x", center_x, "mm"), checks.finite_array("fly_height", fly_height, "mm")
     if x.ndim != 1 or x.size < 2 or height.shape != x.shape:
         raise ValueError(f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape}, {height.shape}")
-    feed = checks.positive("feed_rate", feed_rate, "mm/s")
+    times = _times(x, feed_rate)
     angle = np.full(x.size, disc.relaxed_angle) if relaxed_angle is None else checks.finite_array("relaxed_angle", relaxed_angle)
     step = float(x[-1] - x[0]) / (x.size - 1)
     nodes = _nodes(bead, spacing if spacing is not None else step)
     ground = even_bead(bead, nodes, width if width is not None else disc.model.bead_width)
-    run = Run(disc, ground, x, angle, step / feed, nodes)
+    run = Run(disc, ground, x, angle, times, nodes)
     return run.record(bead, run.grind(height, _kernels.GIVEN, order=order))
+
+
+def _times(x: Floats, feed_rate: npt.ArrayLike) -> Floats:
+    """Time from each position to the next."""
+    feed = checks.finite_array("feed_rate", feed_rate, "mm/s")
+    if feed.shape not in ((), (x.size - 1,)):
+        raise ValueError(f"feed_rate must be a number or have one entry for each step, {x.size - 1} (mm/s); got {feed.shape}")
+    if np.any(feed <= 0):
+        raise checks.refuse("feed_rate", "> 0", float(feed.min()), "mm/s")
+    if np.any(np.diff(x) <= 0):
+        raise checks.refuse("center_x", "rising", float(x[1:][np.diff(x) <= 0][0]), "mm")
+    return np.asarray(np.diff(x) / feed)
 
 
 def _nodes(bead: Contour, spacing: float) -> Floats:
@@ -144,13 +161,13 @@ def _nodes(bead: Contour, spacing: float) -> Floats:
 
 @dataclasses.dataclass
 class Run:
-    """A disc over a bead on even nodes, at even positions of its center; used once."""
+    """A disc over a bead on even nodes, at positions of its center with the times between them; used once."""
 
     disc: TiltedDisc
     ground: Bead
     center_x: Floats
     relaxed_angle: Floats
-    step: float
+    times: Floats
     nodes: Floats
 
     def grind(
@@ -166,7 +183,7 @@ class Run:
         """Run the kernel; heights are those of the positions (`GIVEN`) or start with that of the first."""
         core, x = self.disc.core, self.center_x
         along = self.nodes * 0.0 if path is None else path
-        state, begin = np.zeros(_kernels.STATES), Step(x[0], height[0], 0.0, self.relaxed_angle[0], 0.0, self.step)
+        state, begin = np.zeros(_kernels.STATES), Step(x[0], height[0], 0.0, self.relaxed_angle[0], 0.0, self.times[0])
         if mode == _kernels.INVERSE:
             begin = begin._replace(a=0.0, b=1.0)
         place = _kernels.tip(0.0, begin, core, state, along, self.ground)
@@ -177,11 +194,11 @@ class Run:
         out[0] = 0.0, 0.0, place[2], place[0], place[1], 0.0, 0.0, 0.0, 0.0
         code, done = _kernels.grind(
             self.ground, core, state, x[1:], height[1:] if mode == _kernels.GIVEN else np.full(x.size - 1, place[2]),
-            self.relaxed_angle[1:], self.step, along, mode, np.array(gains), min(wind_max, core.wind_max), order == 2, out[1:],
+            self.relaxed_angle[1:], self.times, along, mode, np.array(gains), min(wind_max, core.wind_max), order == 2, out[1:],
         )  # fmt: skip
         if code != _kernels.DONE:
             power = self._power(float(self.disc.spring_torque(core.wind_max)))
-            raise GrinderStalled((done + 1) * self.step, float(state[_kernels.TIP_X]), power)
+            raise GrinderStalled(float(np.sum(self.times[: done + 1])), float(state[_kernels.TIP_X]), power)
         return out
 
     def _power(self, torque: Any) -> Any:
@@ -194,7 +211,7 @@ class Run:
         m = self.disc.model
         wind, torque, height, tip_x, tip_z, rate, removed, patches, _ = out.T.copy()
         return PassRecord(
-            time=self.step * np.arange(wind.size),
+            time=np.concatenate([[0.0], np.cumsum(self.times)]),
             center_x=self.center_x,
             tip_x=tip_x,
             tip_z=tip_z,
