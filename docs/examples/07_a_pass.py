@@ -93,6 +93,31 @@ for feed in (5.0, 20.0):
     print(f"{feed:4.0f} mm/s:", passes.plan(passes.PassProblem(air, bead, mean_cut=0.2, feed_rate=feed)))
 
 # %%
+# Where power is short the feed need not be the same all along. With `Freedom` the optimal control chooses it too: the disc goes
+# slowly where much is to be taken off, at the power that it may use.
+
+freedom = passes.Freedom(feed_rate_min=2.0, feed_rate_max=40.0, time_weight=1e-4)
+paced = passes.plan(passes.PassProblem(air, bead, mean_cut=0.2, feed_rate=5.0), method="collocation", freedom=freedom)
+print(paced)
+figure, (top, low) = plt.subplots(2, 1, figsize=(8, 4), sharex=True, layout="constrained")
+top.plot(paced.tip_x[1:], paced.feed_rate, color="#4878a8")
+top.set(ylabel="feed [mm/s]")
+low.plot(paced.tip_x, paced.grinding_power, color="#6a8f4e")
+low.axhline(air.power_max, color="#b04a3a", lw=0.8, ls=":")
+low.set(ylabel="power [W]", xlabel="tip along the bead [mm]")
+
+# %%
+# Many candidates
+# ---------------
+# Before one pass is planned, many can be looked through: without the dynamics of the disc the cut that comes nearest to
+# the target is a small quadratic program. Which feed is the fastest that leaves no more than 10 um rms?
+
+feeds = np.arange(10.0, 41.0, 2.0)
+found = passes.relax(problem, candidates=[(0.2, feed) for feed in feeds])
+good = [feed for feed, cut in zip(feeds, found, strict=True) if cut.deviation < 0.01]
+print(f"{len(feeds)} feeds: up to {max(good):.0f} mm/s")
+
+# %%
 # What the force loop will feel
 # -----------------------------
 # Contact is not a spring of constant stiffness: the bead gives way as it is ground. At slow feed it is much softer.

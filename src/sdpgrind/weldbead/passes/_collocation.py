@@ -4,6 +4,8 @@ While one patch at the tip cuts, the disc's angle follows a differential equatio
 ``z(x_f) = y + (x_f - x_t) tan(theta)``, and l = (x_f - x_t)/cos(theta), power balance is
 ``K1 w l ((R - l/2) theta' + V sin(theta) - H' cos(theta)) + K2 = power(theta)``. Where the disc comes and goes that does not
 hold: there the heights are those of the inverse plan. Every solution is replayed by the balance of volumes.
+
+With `Freedom` the feed is a control too, and the end time free: the distance of the tip is weighed against time.
 """
 
 import dataclasses
@@ -12,7 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
 
@@ -23,6 +27,50 @@ MOTION = 1e-4
 """Weight of the square of the platform's speed (mm^2/s^2) against that of the tip's distance (mm^2)."""
 ENGAGED = 3.0
 """Distance (mm) of the tip from both ends of the bead between which the equation is used."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Freedom(Frozen):
+    """What the optimal control of a pass may choose besides the heights, and how fast it may move.
+
+    Parameters
+    ----------
+    feed_rate_min, feed_rate_max : float
+        Range of the feed, mm/s.
+    time_weight : float
+        What a second costs, against the squared distance of the tip over a second, mm^2.
+    height_rate_max : float
+        Greatest speed of the center up and down, mm/s.
+    force_rate_max : float
+        Greatest change of the normal force, N/s.
+
+    All limits hold in the solution; where its replay begins and ends cutting, force and power overshoot theirs by a few percent.
+
+    Raises
+    ------
+    ValueError
+        When a value is not positive, or the range of the feed is empty.
+
+    Examples
+    --------
+    >>> Freedom(feed_rate_min=5.0, feed_rate_max=40.0).time_weight
+    0.001
+    """
+
+    feed_rate_min: float
+    feed_rate_max: float
+    time_weight: float = 1e-3
+    height_rate_max: float = np.inf
+    force_rate_max: float = np.inf
+
+    def __post_init__(self) -> None:
+        checks.positive("feed_rate_min", self.feed_rate_min, "mm/s")
+        checks.nonnegative("time_weight", self.time_weight, "mm^2")
+        if not self.feed_rate_max >= self.feed_rate_min:
+            raise checks.refuse("feed_rate_max", f">= feed_rate_min, {self.feed_rate_min:g}", self.feed_rate_max, "mm/s")
+        for name, unit in {"height_rate_max": "mm/s", "force_rate_max": "N/s"}.items():
+            if not getattr(self, name) > 0:
+                raise checks.refuse(name, "> 0", getattr(self, name), unit)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,7 +104,19 @@ class _Window(NamedTuple):
     wind: Floats
 
 
-def collocate(problem: PassProblem, start: PassRecord, intervals: int = INTERVALS) -> tuple[PassRecord | None, Collocation]:
+class _Solved(NamedTuple):
+    """Wind-ups and heights at the ends of the intervals, the speed of the height at the end of each, and their times."""
+
+    wind: Floats
+    height: Floats
+    speed: Floats
+    time: Floats
+    feed: Floats
+
+
+def collocate(
+    problem: PassProblem, start: PassRecord, intervals: int = INTERVALS, freedom: Freedom | None = None
+) -> tuple[PassRecord | None, Collocation]:
     """Solve from the inverse plan `start`; None where that is no cut of one patch, or the solver fails, with the reason."""
     inside = (start.tip_x > problem.bead.x[0] + ENGAGED) & (start.tip_x < problem.bead.x[-1] - ENGAGED)
     if not np.any(inside) or np.any(start.patches[inside] != 1):
@@ -65,32 +125,32 @@ def collocate(problem: PassProblem, start: PassRecord, intervals: int = INTERVAL
     time = np.linspace(float(start.time[first]), float(start.time[last]), intervals + 1)
     columns = (start.center_x, start.fly_height, problem.disc.relaxed_angle - start.disk_angle)
     window = _Window(time, *(np.interp(time, start.time, column) for column in columns))
-    solved, iterations, residual, message = _solve(problem, window)
+    solved, iterations, residual, message = _solve(problem, window, freedom)
     if solved is None:
         return None, Collocation(iterations, residual, np.inf, message)
-    record, error = _replay(problem, start, window, *solved)
+    record, error = _replay(problem, start, window, solved)
     return record, Collocation(iterations, residual, error, message)
 
 
-def _solve(problem: PassProblem, window: _Window) -> tuple[Any, int, float, str]:
-    """Wind-ups and heights at the ends of the intervals and the speed at the end of each, from IPOPT."""
+def _solve(problem: PassProblem, window: _Window, freedom: Freedom | None) -> tuple[_Solved | None, int, float, str]:
+    """The solution from IPOPT, iterations, residual of the optimality conditions, message."""
     import casadi
 
-    opti, count = casadi.Opti(), window.time.size - 1
+    opti, count, way = casadi.Opti(), window.time.size - 1, float(window.center[1] - window.center[0])
     wind, height = opti.variable(count + 1), opti.variable(count + 1)
     speed, turn, front = (opti.variable(2, count) for _ in range(3))
     path, bead = _spline("path", problem.tip_path, problem), _spline("bead", problem.bead, problem)
-    step = float(window.time[1] - window.time[0])
-    cost: Any = 0
     _guess(opti, window, (wind, height, front), problem)
+    steps, feeds = _pace(opti, problem, window, freedom)
+    cost: Any = 0 if freedom is None else freedom.time_weight * casadi.sum1(steps)
     for k in range(count):
         ends: tuple[list[Any], list[Any]] = ([], [])
+        step, feed = steps[k], feeds[k]
         for j in range(2):
             stage_wind = wind[k] + step * (RADAU[j, 0] * turn[0, k] + RADAU[j, 1] * turn[1, k]) / 100
             stage_height = height[k] + step * (RADAU[j, 0] * speed[0, k] + RADAU[j, 1] * speed[1, k])
-            center = float(window.center[k] + problem.feed_rate * PLACES[j] * step)
-            stage = (stage_wind, stage_height, center, turn[j, k] / 100, speed[j, k], front[j, k])
-            gap = _conditions(opti, problem, stage, path, bead)
+            stage = (stage_wind, stage_height, window.center[k] + PLACES[j] * way, turn[j, k] / 100, speed[j, k], front[j, k])
+            gap = _conditions(opti, problem, stage, feed, path, bead)
             cost += step * (0.75, 0.25)[j] * (gap**2 + MOTION * speed[j, k] ** 2)
             ends[0].append(stage_wind)
             ends[1].append(stage_height)
@@ -98,6 +158,8 @@ def _solve(problem: PassProblem, window: _Window) -> tuple[Any, int, float, str]
         opti.subject_to(height[k + 1] == ends[1][1])
     opti.subject_to(wind[0] == float(window.wind[0]))
     opti.subject_to(height[0] == float(window.height[0]))
+    if freedom is not None:
+        _rates(opti, problem, freedom, speed, turn)
     opti.minimize(cost)
     opti.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 300})
     try:
@@ -107,15 +169,37 @@ def _solve(problem: PassProblem, window: _Window) -> tuple[Any, int, float, str]
         return None, int(stats["iter_count"]), np.inf, f"the solver stopped: {stats['return_status']}"
     history = opti.stats()["iterations"]
     residual = max(float(history["inf_pr"][-1]), float(history["inf_du"][-1]))
-    return (
-        (np.array(found.value(wind)), np.array(found.value(height)), np.asarray(found.value(speed))[1]),
-        int(opti.stats()["iter_count"]),
-        residual,
-        str(opti.stats()["return_status"]),
-    )
+    lasts, fed = (np.atleast_1d(np.array(found.value(each), dtype=float)) for each in (steps, feeds))
+    time = window.time[0] + np.concatenate([[0.0], np.cumsum(lasts)])
+    solved = _Solved(np.array(found.value(wind)), np.array(found.value(height)), np.asarray(found.value(speed))[1], time, fed)
+    return solved, int(opti.stats()["iter_count"]), residual, str(opti.stats()["return_status"])
 
 
-def _conditions(opti: Any, problem: PassProblem, stage: tuple[Any, ...], path: Any, bead: Any) -> Any:
+def _pace(opti: Any, problem: PassProblem, window: _Window, freedom: Freedom | None) -> tuple[Any, Any]:
+    """Time (s) and feed (mm/s) of each interval: given, or the feed free over equal ways."""
+    import casadi
+
+    count, way = window.time.size - 1, float(window.center[1] - window.center[0])
+    if freedom is None:
+        return casadi.DM.ones(count) * (way / problem.feed_rate), casadi.DM.ones(count) * problem.feed_rate
+    feed = opti.variable(count)
+    opti.subject_to(opti.bounded(freedom.feed_rate_min, feed, freedom.feed_rate_max))
+    opti.set_initial(feed, min(max(problem.feed_rate, freedom.feed_rate_min), freedom.feed_rate_max))
+    return way / feed, feed
+
+
+def _rates(opti: Any, problem: PassProblem, freedom: Freedom, speed: Any, turn: Any) -> None:
+    """Limits on how fast height and force change."""
+    import casadi
+
+    disc = problem.disc
+    stiff = float(disc.spring_torque(1e-3)) / 1e-3 / disc.model.disk_radius
+    for rate, most in ((speed, freedom.height_rate_max), (turn * stiff / 100, freedom.force_rate_max)):
+        if np.isfinite(most):
+            opti.subject_to(opti.bounded(-1, casadi.vec(rate) / most, 1))
+
+
+def _conditions(opti: Any, problem: PassProblem, stage: tuple[Any, ...], feed: Any, path: Any, bead: Any) -> Any:
     """Power balance, front and limits at one point; return the distance of the tip from its path."""
     import casadi
 
@@ -127,7 +211,7 @@ def _conditions(opti: Any, problem: PassProblem, stage: tuple[Any, ...], path: A
     power = 1e-3 * (m.free_speed - m.speed_droop * shaft) * shaft
     tip_x, tip_z = center - m.disk_radius * casadi.cos(angle), height - m.disk_radius * casadi.sin(angle)
     length = front / casadi.cos(angle)
-    advance = problem.feed_rate * casadi.sin(angle) - speed * casadi.cos(angle)
+    advance = feed * casadi.sin(angle) - speed * casadi.cos(angle)
     into = -(m.disk_radius - length / 2) * turn + advance  # the angle falls as the spring winds up
     opti.subject_to((m.specific_energy * m.bead_width * length * into + m.idle_power - power) / 1000 == 0)
     opti.subject_to(bead(tip_x + front) == tip_z + front * casadi.tan(angle))
@@ -154,25 +238,19 @@ def _guess(opti: Any, window: _Window, variables: tuple[Any, ...], problem: Pass
     opti.set_initial(front, np.tile(0.5 * (depth[1:] + depth[:-1]), (2, 1)))
 
 
-def _replay(
-    problem: PassProblem, start: PassRecord, window: _Window, wind: Floats, height: Floats, speed: Floats
-) -> tuple[PassRecord, float]:
+def _replay(problem: PassProblem, start: PassRecord, window: _Window, solved: _Solved) -> tuple[PassRecord, float]:
     """Play the heights back by the balance of volumes; outside the window those of the inverse plan."""
-    first = (height[1] - height[0]) / (window.time[1] - window.time[0])
-    curve = CubicHermiteSpline(window.time, height, np.append(first, speed))  # the second stage is the end of its interval
-    inside = (start.time >= window.time[0]) & (start.time <= window.time[-1])
-    played = np.where(inside, curve(np.clip(start.time, window.time[0], window.time[-1])), start.fly_height)
+    center = start.center_x
+    inside = (center >= window.center[0]) & (center <= window.center[-1])
+    feeds = solved.feed[np.clip(np.searchsorted(window.center, center[1:]) - 1, 0, solved.feed.size - 1)]
+    time = np.interp(np.clip(center, window.center[0], window.center[-1]), window.center, solved.time)
+    first = (solved.height[1] - solved.height[0]) / (solved.time[1] - solved.time[0])
+    curve = CubicHermiteSpline(solved.time, solved.height, np.append(first, solved.speed))  # stage 2 ends its interval
+    played = np.where(inside, curve(time), start.fly_height)
     # Behind the window the plan goes on from where the solution ends.
-    played[start.time > window.time[-1]] += height[-1] - window.height[-1]
-    record = simulate(
-        problem.disc,
-        problem.bead,
-        center_x=start.center_x,
-        fly_height=played,
-        feed_rate=problem.feed_rate,
-        spacing=problem.spacing,
-    )
-    tip_z = height - problem.disc.model.disk_radius * np.sin(problem.disc.relaxed_angle - wind)
-    later = window.time > window.time[0] + 0.2
-    error = np.interp(window.time, record.time, record.tip_z) - tip_z
+    played[center > window.center[-1]] += solved.height[-1] - window.height[-1]
+    record = simulate(problem.disc, problem.bead, center_x=center, fly_height=played, feed_rate=feeds, spacing=problem.spacing)
+    tip_z = solved.height - problem.disc.model.disk_radius * np.sin(problem.disc.relaxed_angle - solved.wind)
+    later = solved.time > solved.time[0] + 0.2
+    error = np.interp(window.center, record.center_x, record.tip_z) - tip_z
     return record, float(np.sqrt(np.mean(error[later] ** 2)))

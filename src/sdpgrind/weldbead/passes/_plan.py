@@ -9,7 +9,7 @@ import xarray as xr
 from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import _kernels
-from sdpgrind.weldbead.passes._collocation import Collocation, collocate
+from sdpgrind.weldbead.passes._collocation import Collocation, Freedom, collocate
 from sdpgrind.weldbead.passes._contour import Contour, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
 from sdpgrind.weldbead.passes._plots import plot_pass
@@ -144,7 +144,14 @@ class PassPlan:
         return f"PassPlan({self.method}, {self.time[-1]:.3g} s, {self.volume:.4g} mm^3, {self.status})"
 
 
-def plan(problem: PassProblem, *, method: str = "inverse", gains: tuple[float, float] = GAINS, strict: bool = False) -> PassPlan:
+def plan(
+    problem: PassProblem,
+    *,
+    method: str = "inverse",
+    gains: tuple[float, float] = GAINS,
+    freedom: Freedom | None = None,
+    strict: bool = False,
+) -> PassPlan:
     """Plan a pass.
 
     Parameters
@@ -159,6 +166,8 @@ def plan(problem: PassProblem, *, method: str = "inverse", gains: tuple[float, f
         the plan is that of "inverse", and ``collocation.message`` says why.
     gains : (float, float)
         Of "pi", on the error of the tip and on its integral: 1 and 1/s.
+    freedom : Freedom, optional
+        Of "collocation": the range of the feed (mm/s), where that may be chosen too, and how fast height and force may change.
     strict : bool
         Refuse a pass that cannot reach the target, instead of saying what it leaves.
 
@@ -184,13 +193,15 @@ def plan(problem: PassProblem, *, method: str = "inverse", gains: tuple[float, f
     ('reaches the target', 1.0)
     """
     checks.one_of("method", method, METHODS)
+    if freedom is not None and method != "collocation":
+        raise ValueError(f"freedom must be None with method {method!r}: only 'collocation' chooses the feed (mm/s)")
     record = _record(problem, method, gains, problem.spacing)
     coarse = _record(problem, method, gains, 2 * problem.spacing)
     x = np.array(coarse.contour.x)
     error = float(np.sqrt(np.mean((record.contour.at(x) - np.array(coarse.contour.z)) ** 2))) / 3
     planned = PassPlan(problem, record, method, error)
     if method == "collocation":
-        found, how = collocate(problem, record)
+        found, how = collocate(problem, record, freedom=freedom)
         planned = PassPlan(problem, record if found is None else found, method, error, how)
     if strict and planned.shortfall > 1e-3 * problem.volume:
         raise ValueError(f"mean_cut must be within the limits of force and power where strict (mm): the pass {planned.status}")
@@ -204,7 +215,14 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
         height = _static_height(problem, center)
         return simulate(disc, problem.bead, center_x=center, fly_height=height, feed_rate=problem.feed_rate, spacing=spacing)
     ground = even_bead(problem.bead, nodes, disc.model.bead_width)
-    run = Run(disc, ground, center, np.full(center.size, disc.relaxed_angle), np.full(center.size - 1, spacing / problem.feed_rate), nodes)
+    run = Run(
+        disc,
+        ground,
+        center,
+        np.full(center.size, disc.relaxed_angle),
+        np.full(center.size - 1, spacing / problem.feed_rate),
+        nodes,
+    )
     path = problem.tip_path.at(nodes)
     start = np.full(center.size, path[0] + disc.model.disk_radius * np.sin(disc.relaxed_angle))
     most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))
