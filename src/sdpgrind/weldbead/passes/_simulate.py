@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.weldbead.passes import _kernels
+from sdpgrind.weldbead.passes import _kernels, _polyline_kernels
 from sdpgrind.weldbead.passes._contour import Contour
 from sdpgrind.weldbead.passes._disc import GrinderStalled, TiltedDisc
 from sdpgrind.weldbead.passes._kernels import Bead, Step
@@ -90,6 +90,7 @@ def simulate(
     spacing: float | None = None,
     width: Contour | None = None,
     order: int = 2,
+    exact: bool = False,
 ) -> PassRecord:
     """Move the disc over a bead at given heights, and cut what is in its way: Brown (1988), 6.4, by balance of volumes.
 
@@ -113,6 +114,9 @@ def simulate(
         Width of the bead (mm) where it varies; that of the process by default.
     order : {2, 1}
         Balance by the trapezoid rule, or by backward Euler.
+    exact : bool
+        Clip the bead as a polyline whose crossings with the disc become points (mm), instead of at even nodes: slower, and of
+        no error but that of the steps. Without wear, and of one width.
 
     Raises
     ------
@@ -138,9 +142,30 @@ def simulate(
     angle = np.full(x.size, disc.relaxed_angle) if relaxed_angle is None else checks.finite_array("relaxed_angle", relaxed_angle)
     step = float(x[-1] - x[0]) / (x.size - 1)
     nodes = _nodes(bead, spacing if spacing is not None else step)
+    if exact:
+        return _exactly(disc, bead, (x, height, angle, times), width, order)
     ground = even_bead(bead, nodes, width if width is not None else disc.model.bead_width)
     run = Run(disc, ground, x, angle, times, nodes)
     return run.record(bead, run.grind(height, _kernels.GIVEN, order=order))
+
+
+def _exactly(disc: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Contour | None, order: int) -> PassRecord:
+    """The same pass over a bead that is clipped as a polyline."""
+    if width is not None or np.isfinite(disc.grinding_ratio):
+        raise ValueError("exact must be False where the width varies (mm), or the disc wears")
+    center, height, angle, times = way
+    room = np.empty((2, len(bead.x) + 4 * center.size + 8))
+    room[:, : len(bead.x)] = bead.x, bead.z
+    out = np.empty((center.size, 9))
+    code, done, size = _polyline_kernels.grind(
+        room[0], room[1], len(bead.x), disc.model.bead_width, disc.core, center, height, angle, times, order == 2, out
+    )
+    if code == _kernels.OVERLAPPING:
+        raise ValueError(f"the disc must start clear of the bead (mm); its center starts at {center[0]:.5g}")
+    run = Run(disc, Bead(0.0, 1.0, room[1, :size], room[1, :0], room[1, :0]), center, angle, times, room[0, :size])
+    if code == _kernels.STALLED:
+        raise run.stalled(done - 1, float(out[done - 1, 3]))
+    return run.record(bead, out)
 
 
 def _times(x: Floats, feed_rate: npt.ArrayLike) -> Floats:
@@ -197,9 +222,13 @@ class Run:
             self.relaxed_angle[1:], self.times, along, mode, np.array(gains), min(wind_max, core.wind_max), order == 2, out[1:],
         )  # fmt: skip
         if code != _kernels.DONE:
-            power = self._power(float(self.disc.spring_torque(core.wind_max)))
-            raise GrinderStalled(float(np.sum(self.times[: done + 1])), float(state[_kernels.TIP_X]), power)
+            raise self.stalled(done, float(state[_kernels.TIP_X]))
         return out
+
+    def stalled(self, step: int, tip_x: float) -> GrinderStalled:
+        """What is raised where the motor has not the power for a step."""
+        power = self._power(float(self.disc.spring_torque(self.disc.core.wind_max)))
+        return GrinderStalled(float(np.sum(self.times[: step + 1])), tip_x, power)
 
     def _power(self, torque: Any) -> Any:
         m = self.disc.model

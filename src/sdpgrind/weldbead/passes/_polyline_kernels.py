@@ -1,0 +1,162 @@
+"""The balance of volumes of `_kernels`, with the bead a polyline that is clipped exactly: crossings become points of it.
+
+Slower, without a grid: what is left over of the error is that of the step in time. For a disc that is moved as given.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.weldbead.passes._kernels import (
+    DONE,
+    OVERLAPPING,
+    PATCHES,
+    RATE,
+    STALLED,
+    STATES,
+    TIP_X,
+    TIP_Z,
+    WIND,
+    removal,
+    torque_at,
+)
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_WALL = 1e-9
+"""Width (mm) of what stands upright where the disc comes down."""
+_TOLERANCE = 1e-13  # rad
+
+
+@njit(inline="always", **_OPTIONS)
+def _lower(at, old_x, old_y, x, y, rise):
+    """Height of the lower surface of the disc: the way of the tip, then the face."""
+    return old_y + (y - old_y) * (at - old_x) / (x - old_x) if at < x else y + rise * (at - x)
+
+
+@njit(inline="always", **_OPTIONS)
+def _piece(start, end, above, below):
+    """Area between two lines over [start, end] where the gap, `above` at the start and `below` at the end, is positive."""
+    if above >= 0.0 and below >= 0.0:
+        return 0.5 * (end - start) * (above + below)
+    if above <= 0.0 and below <= 0.0:
+        return 0.0
+    return 0.5 * (end - start) * max(above, below) ** 2 / abs(above - below)
+
+
+@njit(**_OPTIONS)
+def swept(px, pz, size, top, state, center, x, y, rise, cut, cut_x, cut_z):
+    """Area (mm^2) between the polyline and the lower surface; where `cut`, its new points there, their number and patches."""
+    old_x, old_y = state[TIP_X], state[TIP_Z]
+    begin = min(old_x, x)
+    first = max(0, np.searchsorted(px[:size], begin, side="right") - 1)
+    area, points, patches, was = 0.0, 0, 0, False
+    for k in range(first, size - 1):
+        if px[k] > center or (px[k] > x and y + rise * (px[k] - x) > top):
+            break
+        slope = (pz[k + 1] - pz[k]) / (px[k + 1] - px[k])
+        start = max(px[k], begin)
+        while start < px[k + 1]:
+            end = min(px[k + 1], x) if start < x else px[k + 1]
+            high = pz[k] + slope * (start - px[k])
+            low = _lower(start, old_x, old_y, x, y, rise)
+            far = pz[k] + slope * (end - px[k])
+            gap, gap_end = high - low, far - _lower(end, old_x, old_y, x, y, rise)
+            area += _piece(start, end, gap, gap_end)
+            if cut:
+                if points == 0 and gap > 0.0 and start > px[0]:
+                    cut_x[0], cut_z[0], points = start - _WALL, high, 1
+                cut_x[points], cut_z[points] = start, min(high, low)
+                points += 1
+                if gap * gap_end < 0.0:
+                    at = start + (end - start) * gap / (gap - gap_end)
+                    cut_x[points], cut_z[points] = at, pz[k] + slope * (at - px[k])
+                    points += 1
+                now = gap > 0.0 or gap_end > 0.0
+                patches += 1 if now and not was else 0
+                was = gap_end > 0.0
+                cut_x[points], cut_z[points] = end, far - max(0.0, gap_end)
+            start = end
+    return area, points + 1 if points > 0 else 0, patches
+
+
+@njit(**_OPTIONS)
+def _spliced(px, pz, size, cut_x, cut_z, points):
+    """Put new points in the place of those that lie between the first and the last of them; return how many there are."""
+    low = np.searchsorted(px[:size], cut_x[0], side="left")
+    high = np.searchsorted(px[:size], cut_x[points - 1], side="right")
+    tail = size - high
+    rest_x, rest_z = px[high:size].copy(), pz[high:size].copy()
+    used = low
+    for k in range(points):
+        if used == 0 or cut_x[k] > px[used - 1]:
+            px[used], pz[used] = cut_x[k], cut_z[k]
+            used += 1
+    px[used : used + tail], pz[used : used + tail] = rest_x, rest_z
+    return used + tail
+
+
+@njit(**_OPTIONS)
+def _excess(wind, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z):
+    angle = relaxed - wind
+    x, y = center - core.radius * np.cos(angle), height - core.radius * np.sin(angle)
+    area, _, _ = swept(px, pz, size, top, state, center, x, y, np.tan(angle), False, no_x, no_z)
+    return width * area - time * share * removal(torque_at(wind, core), core) - carried
+
+
+@njit(**_OPTIONS)
+def _least_wind(last, most, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z):
+    """Least wind-up that leaves nothing in the way, by halving a bracket round the last one; inf if there is none."""
+    low, high, stride = 0.0, min(last + 1e-4, most), 1e-4
+    while _excess(high, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z) > 0.0:
+        if high >= most:
+            return np.inf
+        low, high, stride = high, min(high + stride, most), 4.0 * stride
+    while high - low > _TOLERANCE:
+        middle = 0.5 * (low + high)
+        if (
+            _excess(middle, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z)
+            > 0.0
+        ):
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@njit(**_OPTIONS)
+def grind(px, pz, size, width, core, center, height, relaxed, times, second_order, out):
+    """A whole pass; `px`, `pz` have room for new points. Rows of `out` as of `_kernels.grind`. Return code, steps, points."""
+    state, top = np.zeros(STATES), np.max(pz[:size])
+    cut_x, cut_z = np.empty(px.size), np.empty(px.size)
+    for k in range(center.size):
+        time = times[k - 1] if k > 0 else 0.0
+        wind, share, carried = 0.0, 1.0, 0.0
+        angle = relaxed[k]
+        x, y = center[k] - core.radius * np.cos(angle), height[k] - core.radius * np.sin(angle)
+        if k == 0:
+            state[TIP_X], state[TIP_Z] = x, y
+            if swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0] > 0.0:
+                return OVERLAPPING, 0, size
+        free = width * swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0]
+        if second_order and state[RATE] > 0.0 and free >= 0.5 * time * state[RATE]:
+            share, carried = 0.5, 0.5 * time * state[RATE]
+        if free > carried:
+            wind = _least_wind(
+                state[WIND], core.wind_max, share, carried, time, px, pz, size, top, width, core, state, center[k], height[k],
+                relaxed[k], cut_x, cut_z,
+            )  # fmt: skip
+            if wind == np.inf:
+                return STALLED, k, size
+        angle = relaxed[k] - wind
+        x, y = center[k] - core.radius * np.cos(angle), height[k] - core.radius * np.sin(angle)
+        area, points, patches = swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), True, cut_x, cut_z)
+        if area > 0.0:
+            size = _spliced(px, pz, size, cut_x, cut_z, points)
+        torque = torque_at(wind, core)
+        state[WIND], state[TIP_X], state[TIP_Z], state[RATE] = wind, x, y, removal(torque, core)
+        state[PATCHES] = patches if area > 0.0 else 0
+        row = out[k]
+        row[0], row[1], row[2], row[3], row[4] = wind, torque, height[k], x, y
+        row[5], row[6], row[7], row[8] = state[RATE], width * area, state[PATCHES], 0.0
+    return DONE, center.size, size
