@@ -57,14 +57,14 @@ for axis, place in zip(axes, (2.0, 30.0, 76.0, 120.0), strict=True):
 axes[-1].set_xlabel("position along the bead [mm]")
 
 # %%
-# Four ways to plan
+# Five ways to plan
 # -----------------
 # `inverse` (the default) holds the tip on the target and asks in each step which height that takes; where the force or
 # the power would be too much it tracks the limit, and says what is left standing. `static` is the closed form of a flat
-# cut. `pi` is the source's servo on the error of the tip. `collocation` states an optimal control problem, and replays
-# what it found.
+# cut, `quasistatic` the same at the front of the patch. `pi` is the source's servo on the error of the tip. `collocation`
+# states an optimal control problem, and replays what it found.
 
-for method in ("inverse", "static", "pi", "collocation"):
+for method in ("inverse", "static", "quasistatic", "pi", "collocation"):
     way = passes.plan(problem, method=method)
     off = np.interp(x, way.contour.x, way.contour.z) - np.interp(x, plan.contour.x, plan.contour.z)
     rms = 1e3 * np.sqrt(np.mean(off[100:1400] ** 2))

@@ -16,7 +16,7 @@ from sdpgrind.weldbead.passes._plots import plot_pass
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, Run, even_bead, simulate
 
-METHODS = ("inverse", "pi", "static", "collocation")
+METHODS = ("inverse", "pi", "static", "quasistatic", "collocation")
 GAINS = (10.0, 2000.0)
 """Gains of the method "pi" on the error of the tip: 1 and 1/s."""
 _STEPS = {
@@ -158,10 +158,11 @@ def plan(
     ----------
     problem : PassProblem
         What to plan.
-    method : {"inverse", "pi", "static", "collocation"}
+    method : {"inverse", "pi", "static", "quasistatic", "collocation"}
         "inverse": the tip is held on its path; where that takes more force than is allowed, the force is held at the limit
         instead. "pi": a feedback of the tip's error moves the disc (6.17), as the source does. "static": the force that a
-        steady cut of the local depth would take (8.3.3), and the height that gives it. "collocation": an optimal control
+        steady cut of the local depth would take (8.3.3), and the height that gives it. "quasistatic": the same with the depth
+        where the face meets the bead, ahead of the tip. "collocation": an optimal control
         problem for the part of the pass in which one patch cuts, replayed by the balance of volumes; where it cannot be used
         the plan is that of "inverse", and ``collocation.message`` says why.
     gains : (float, float)
@@ -211,8 +212,8 @@ def plan(
 def _record(problem: PassProblem, method: str, gains: tuple[float, float], spacing: float) -> PassRecord:
     disc, nodes = problem.disc, problem.replace(spacing=spacing).nodes
     center = _centers(problem, spacing)
-    if method == "static":
-        height = _static_height(problem, center)
+    if method in ("static", "quasistatic"):
+        height = _static_height(problem, center, ahead=method == "quasistatic")
         return simulate(disc, problem.bead, center_x=center, fly_height=height, feed_rate=problem.feed_rate, spacing=spacing)
     ground = even_bead(problem.bead, nodes, disc.model.bead_width)
     run = Run(
@@ -240,13 +241,19 @@ def _centers(problem: PassProblem, spacing: float) -> Floats:
     return np.asarray(begin + spacing * np.arange(int(np.ceil((end - begin) / spacing)) + 2))
 
 
-def _static_height(problem: PassProblem, center: Floats) -> Floats:
-    """Heights at which the spring gives the force of a steady cut of the local depth: Brown (1988), 8.3.3."""
-    disc, radius = problem.disc, problem.disc.model.disk_radius
-    angle = np.full(center.size, disc.relaxed_angle)
-    for _ in range(30):  # the tip moves with the angle, by a fraction of what it was moved before
+def _static_height(problem: PassProblem, center: Floats, *, ahead: bool) -> Floats:
+    """Heights at which the spring gives the force of a steady cut of the local depth: Brown (1988), 8.3.3.
+
+    While the angle stays, the face sweeps feed times width times the height of its front above the tip: that is the depth `ahead`.
+    """
+    disc, radius, bead = problem.disc, problem.disc.model.disk_radius, problem.bead
+    angle, front = np.full(center.size, disc.relaxed_angle), np.zeros(center.size)
+    for _ in range(60):  # tip and front move with angle and depth, by a fraction of what they did before
         x = center - radius * np.cos(angle)
-        depth = np.where((x >= problem.bead.x[0]) & (x <= problem.bead.x[-1]), problem.bead.at(x) - problem.tip_path.at(x), 0.0)
+        at = x + front
+        depth = np.where((at >= bead.x[0]) & (at <= bead.x[-1]), bead.at(at) - problem.tip_path.at(x), 0.0)
+        if ahead:
+            front = 0.5 * (front + np.maximum(depth, 0.0) / np.tan(angle))
         force = np.where(depth > 0, disc.model.normal_force(np.maximum(depth, 1e-12), problem.feed_rate), 0.0)
         angle = disc.relaxed_angle - disc.deflection(np.minimum(force, problem.force_limit) * radius)
     return np.asarray(problem.tip_path.at(center - radius * np.cos(angle)) + radius * np.sin(angle))
