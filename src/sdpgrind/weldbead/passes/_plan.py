@@ -244,7 +244,7 @@ def _centers(problem: PassProblem, spacing: float) -> Floats:
 def _static_height(problem: PassProblem, center: Floats, *, ahead: bool) -> Floats:
     """Heights at which the spring gives the force of a steady cut of the local depth: Brown (1988), 8.3.3.
 
-    While the angle stays, the face sweeps feed times width times the height of its front above the tip: that is the depth `ahead`.
+    While the angle stays, the face sweeps feed times width times the height of its front above the tip: the depth `ahead`.
     """
     disc, radius, bead = problem.disc, problem.disc.model.disk_radius, problem.bead
     angle, front = np.full(center.size, disc.relaxed_angle), np.zeros(center.size)
