@@ -41,6 +41,15 @@ def test_every_tier_has_its_table(log):
     assert log["force"].sizes["row"] > 100 * passes_made
 
 
+def test_passes_with_their_leads_take_the_time_that_was_planned(log):
+    """A stage that is begun is lost: no pass may take longer than on the lattice, nor much less."""
+    left = log["sequence"]["time_left"].values
+    took, feeds = -np.diff(left), log["sequence"]["planned_feed_command"].values[: len(left) - 1]
+    planned = 40.0 / feeds + SEQUENCE.reset_time
+    assert np.all(took <= planned) and np.all(took > planned - 0.3)
+    assert np.all(log["pass"]["feed_rate_command"].values[: len(feeds)] > feeds)
+
+
 def test_what_the_sequence_asks_for_is_what_the_pass_plans(log):
     sequence, planned = log["sequence"], log["pass"]
     going = ~np.isnan(sequence["mean_cut_command"].values)
@@ -110,3 +119,8 @@ def test_late_beads_are_stopped(policy):
     late = hwsim.ForceTableStand(STAND.problem, time=3.0)
     log = hwsim.run(late, weldbead.Hierarchy(policy, DISC, LOOP), rng=1)
     assert int(log.outcome.passes.item()) == 0
+
+
+def test_ingredients_of_another_kind():
+    with pytest.raises(TypeError, match="policy must be a SequencePolicy, as "):
+        weldbead.Hierarchy(None, DISC, LOOP)

@@ -218,3 +218,30 @@ def test_a_target_below_the_parent_is_warned_of():
 def test_an_unknown_method_is_refused():
     with pytest.raises(ValueError, match="method must be one of inverse, pi, static, quasistatic, collocation"):
         passes.plan(PROBLEM, method="best")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: PROBLEM.replace(bead=None), "bead must be a Contour; got None"),
+        (lambda: PROBLEM.replace(disc="disc"), "disc must be a TiltedDisc; got 'disc'"),
+        (lambda: PROBLEM.replace(parent=3.0), "parent must be a Contour; got 3.0"),
+        (lambda: passes.plan("pass"), "problem must be a PassProblem; got 'pass'"),
+        (lambda: passes.plan(PROBLEM, method="collocation", freedom=(5, 50)), r"freedom must be a Freedom; got \(5, 50\)"),
+        (
+            lambda: passes.TiltedDisc(None, relaxed_angle=0.3, rotational_stiffness=6e5),
+            "model must be a GrindingProcess; got None",
+        ),
+    ],
+)
+def test_things_of_another_kind(make, message):
+    with pytest.raises(TypeError, match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("gains", "message"), [((1.0, -5.0), r"gains\[1\] must be > 0 \(1/s\); got -5"), (5.0, "gains must be two")]
+)
+def test_gains_that_are_none(gains, message):
+    with pytest.raises(ValueError, match=message):
+        passes.plan(PROBLEM, method="pi", gains=gains)

@@ -141,8 +141,7 @@ class ForceTableStand(Frozen):
         checks.count("delay_samples", self.delay_samples, at_least=0)
         checks.number("datum", self.datum, "mm")
         checks.number("time", self.start_time, "s")
-        if not isinstance(self.problem, PassProblem):
-            raise TypeError(f"problem must be a PassProblem; got {self.problem!r}")
+        checks.kind("problem", self.problem, PassProblem)
         if self.truth is not None and not callable(self.truth):
             _checked_disc(self.truth)
         if self.grinder_inertia > 0 and self.problem.disc.rotational_stiffness is None:

@@ -81,8 +81,7 @@ class WeldBeadStand(Frozen):
     force_noise: float = 0.5
 
     def __post_init__(self) -> None:
-        if not isinstance(self.problem, SequenceProblem):
-            raise TypeError(f"problem must be a SequenceProblem; got {self.problem!r}")
+        checks.kind("problem", self.problem, SequenceProblem)
         _checked_truth(self.truth)
         checks.number("height", self.start_height, "mm")
         if self.problem.lateness_charge is None:

@@ -3,12 +3,13 @@
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from numbers import Real
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Kind = TypeVar("Kind")
 
 
 def with_unit(rule: str, unit: str) -> str:
@@ -19,6 +20,13 @@ def with_unit(rule: str, unit: str) -> str:
 def refuse(name: str, rule: str, value: object, unit: str = "") -> ValueError:
     """Give the error of a refused argument: ``<name> must be <rule> (<unit>); got <value>``."""
     return ValueError(f"{name} must be {with_unit(rule, unit)}; got {value!r}")
+
+
+def kind(name: str, value: object, wanted: type[Kind], hint: str = "") -> Kind:
+    """Return `value`, which must be a `wanted`; `hint` says where one comes from."""
+    if not isinstance(value, wanted):
+        raise TypeError(f"{name} must be a {wanted.__name__}{hint}; got {value!r}")
+    return value
 
 
 def number(name: str, value: object, unit: str = "") -> float:

@@ -151,8 +151,7 @@ def estimate_law(
 
 def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[idf.Readings, GrindingProcess]:
     """Passes whose mean cut is positive, and the model."""
-    if not isinstance(model, GrindingProcess):
-        raise TypeError(f"model must be a GrindingProcess, whose mean cut the depths scatter about; got {model!r}")
+    model = checks.kind("model", model, GrindingProcess, ", whose mean cut the depths scatter about")
     # The planner needs the scatter about what is commanded; a sensor's noise in the force would count as scatter of the cut.
     read = idf.readings(data, _OF_PASSES, tier="sequence", each="passes", commanded=("normal_force",))
     if np.any(read["feed_rate"] <= 0):

@@ -88,6 +88,9 @@ class Hierarchy:
         feedforward: bool = True,
         lead_out: float = 5.0,
     ) -> None:
+        checks.kind("policy", policy, SequencePolicy, ", as weldbead.plan gives it")
+        checks.kind("disc", disc, TiltedDisc)
+        checks.kind("loop", loop, ForceLoop, ", as force.PI.design gives it")
         _refuse_other_process(policy.problem.model, disc.model)
         checks.nonnegative("lead_out", lead_out, "mm")
         self._identity = (policy.problem, policy.dataset, disc, loop.identity, reestimate, replan, feedforward, lead_out)

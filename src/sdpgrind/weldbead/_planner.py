@@ -66,8 +66,7 @@ def plan(
     >>> round(policy.value(height=1.0, time_left=10.0), 3)
     0.634
     """
-    if not isinstance(problem, SequenceProblem):
-        raise TypeError(f"problem must be a SequenceProblem (see weldbead.preset); got {problem!r}")
+    checks.kind("problem", problem, SequenceProblem, " (see weldbead.preset)")
     checks.one_of("feed", feed, ("lattice", "continuous"))
     if isinstance(tolerance, str):
         checks.one_of("tolerance", tolerance, ("auto",))

@@ -70,9 +70,7 @@ class PredictiveController(ForceController):
         limits: Limits | None = None,
         datum: float = 0.0,
     ) -> None:
-        if not isinstance(predictive, Predictive):
-            raise TypeError(f"predictive must be a Predictive; got {predictive!r}")
-        self._predictive = predictive
+        self._predictive = checks.kind("predictive", predictive, Predictive)
         self._solver: Any = None
         self._solved = self._unsolved = 0
         super().__init__(plan, predictive.loop, force_max=force_max, limits=limits, datum=datum)

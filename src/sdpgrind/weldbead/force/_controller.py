@@ -89,9 +89,7 @@ class ForceController:
         limits: Limits | None = None,
         datum: float = 0.0,
     ) -> None:
-        if not isinstance(loop, ForceLoop):
-            raise TypeError(f"loop must be a ForceLoop, as PI.design gives it; got {loop!r}")
-        self._loop, self._plan = loop, plan
+        self._loop, self._plan = checks.kind("loop", loop, ForceLoop, ", as PI.design gives it"), plan
         self._feedforward = bool(feedforward)
         self._blend = checks.within("blend", blend, 0.0, 1.0)
         if self._blend and not self._feedforward:

@@ -49,10 +49,8 @@ class ForcePlant(Frozen):
     delay_samples: int = 1
 
     def __post_init__(self) -> None:
-        if not isinstance(self.drive, TableDrive):
-            raise TypeError(f"drive must be a TableDrive, as table_drive() gives it; got {self.drive!r}")
-        if not isinstance(self.sensor, SensorChain):
-            raise TypeError(f"sensor must be a SensorChain; got {self.sensor!r}")
+        checks.kind("drive", self.drive, TableDrive, ", as table_drive() gives it")
+        checks.kind("sensor", self.sensor, SensorChain)
         checks.positive("contact_stiffness", self.contact_stiffness, "N/mm")
         checks.count("delay_samples", self.delay_samples, at_least=0)
 

@@ -43,8 +43,7 @@ def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
     >>> round(margin.gain_margin_db, 1)
     7.2
     """
-    if not isinstance(loop, ForceLoop):
-        raise TypeError(f"loop must be a ForceLoop, as PI.design gives it; got {loop!r}")
+    checks.kind("loop", loop, ForceLoop, ", as PI.design gives it")
     if delay_samples is not None:
         loop = loop.delayed(delay_samples)
     spin = np.linspace(*RUNOUT_BAND, 601)

@@ -99,6 +99,7 @@ class TiltedDisc(Frozen):
     grinding_ratio: float = np.inf
 
     def __post_init__(self) -> None:
+        checks.kind("model", self.model, GrindingProcess)
         angle = checks.number("relaxed_angle", self.relaxed_angle, "rad")
         if not 0 < angle < np.pi / 2 or angle > STEEPEST:
             hint = "; units.deg(20) for degrees" if angle > STEEPEST else ""

@@ -193,7 +193,11 @@ def plan(
     >>> pass_.status, round(pass_.volume / pass_.problem.volume, 3)
     ('reaches the target', 1.0)
     """
+    checks.kind("problem", problem, PassProblem)
     checks.one_of("method", method, METHODS)
+    gains = _checked_gains(gains)
+    if freedom is not None:
+        checks.kind("freedom", freedom, Freedom)
     if freedom is not None and method != "collocation":
         raise ValueError(f"freedom must be None with method {method!r}: only 'collocation' chooses the feed (mm/s)")
     record = _record(problem, method, gains, problem.spacing)
@@ -207,6 +211,12 @@ def plan(
     if strict and planned.shortfall > 1e-3 * problem.volume:
         raise ValueError(f"mean_cut must be within the limits of force and power where strict (mm): the pass {planned.status}")
     return planned
+
+
+def _checked_gains(gains: Any) -> tuple[float, float]:
+    if np.shape(gains) != (2,):
+        raise ValueError(f"gains must be two, on the error (1) and on its integral (1/s); got {gains!r}")
+    return checks.nonnegative("gains[0]", gains[0]), checks.positive("gains[1]", gains[1], "1/s")
 
 
 def _record(problem: PassProblem, method: str, gains: tuple[float, float], spacing: float) -> PassRecord:

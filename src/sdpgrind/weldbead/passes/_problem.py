@@ -71,6 +71,11 @@ class PassProblem(Frozen):
     spacing: float = 0.05
 
     def __post_init__(self) -> None:
+        checks.kind("disc", self.disc, TiltedDisc)
+        checks.kind("bead", self.bead, Contour)
+        for name in ("target_shape", "parent"):
+            if getattr(self, name) is not None:
+                checks.kind(name, getattr(self, name), Contour)
         checks.nonnegative("mean_cut", self.mean_cut, "mm")
         for name, unit in {"feed_rate": "mm/s", "normal_force_max": "N", "spacing": "mm"}.items():
             checks.positive(name, getattr(self, name), unit)
