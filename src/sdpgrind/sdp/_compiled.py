@@ -1,23 +1,36 @@
 """A user's step in a compiled kernel: the same body that numpy broadcasts, on floats, for moves too large to tabulate."""
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.sdp._charges import Charge, Constant, Linear, Quadratic
-from sdpgrind.sdp._grid import record
+from sdpgrind.sdp._charges import Charge
+from sdpgrind.sdp._grid import Ints, record
 from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._one_sided import Constant, Linear, Quadratic
 from sdpgrind.sdp._sampled import Sampled
-
-if TYPE_CHECKING:
-    from sdpgrind.sdp._pointwise import PointBundle
 
 HOLD, STOP, NUMBER, REFUSE = 0, 1, 2, 3
 _KINDS = {Constant: 0, Linear: 1, Quadratic: 2}
+
+
+class Block(Protocol):
+    """A move on some nodes: what the kernel goes through."""
+
+    menu: Menu
+    sources: Ints
+    nodes: tuple[Floats, ...]
+    count: int
+    tells_mode: bool
+    stage: float | None
+    noise: dict[str, Floats]
+    weight: Floats
+    target: Ints
+    penalty: Floats
 
 
 def compiled_step(menu: Menu) -> Any:
@@ -99,7 +112,7 @@ def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after:
     return sweep
 
 
-def expect(bundle: "PointBundle", move: Sampled, value: Floats, level: Floats) -> Floats:
+def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats:
     """Return expectations [source, row, node] of a bundle by its compiled kernel."""
     menu = bundle.menu
     c = menu.row_controls()

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.sdp._charges import Charge, Constant, Linear, OneSided, Quadratic
+from sdpgrind.sdp._charges import Charge
 from sdpgrind.sdp._law import Law
+from sdpgrind.sdp._one_sided import Constant, Linear, OneSided, Quadratic
 from sdpgrind.sdp._problem import Axis, Problem
 
 LEAK = 1e-12

@@ -11,7 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 from sdpgrind.sdp._law import Law, LocationScale, Size, amounts, checked_power
-from sdpgrind.sdp._laws import NORMAL_REACH, Normal, hermite, normal_density, normal_under
+from sdpgrind.sdp._normal import NORMAL_REACH, Normal, hermite, normal_density, normal_under
 
 
 class Rectified(Law):

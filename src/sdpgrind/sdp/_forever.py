@@ -9,12 +9,13 @@ from scipy.sparse.linalg import splu
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress
-from sdpgrind.sdp import _kernels
+from sdpgrind.sdp import _sweep_kernels
 from sdpgrind.sdp._bundles import Bundles
-from sdpgrind.sdp._charges import Charge, Linear
+from sdpgrind.sdp._charges import Charge
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._kinks import Changes
 from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._one_sided import Linear
 from sdpgrind.sdp._problem import Problem
 from sdpgrind.sdp._rows import Rows
 from sdpgrind.sdp._sampled import Sampled
@@ -64,7 +65,7 @@ def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges,
             q[move, used], u[move, used], a[move, used] = found.q[k], found.control[k], found.entry[k]
     stop_q = stops.at(0, 0.0) if problem.stops else np.full((0, *value.shape), np.inf)
     table = Table.empty(0, 1, *value.shape)
-    _kernels.choose(stop_q, (q, u, a), bundles.shared, table.slice(0))
+    _sweep_kernels.choose(stop_q, (q, u, a), bundles.shared, table.slice(0))
     if len(grid.shape) != 1:
         return dataclasses.replace(table, search_error=bundles.search_error)
     changes = Changes.of(problem, bundles.shared)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.sdp import _kernels
+from sdpgrind.sdp import _compiled, _kernels
 from sdpgrind.sdp._found import SEARCH_SHARE, Found
 from sdpgrind.sdp._grid import Ints, record
 from sdpgrind.sdp._menu import Menu
@@ -103,11 +103,9 @@ class PointBundle:
             inner: Floats = (matrix @ value.ravel()).reshape(shape)
             return np.asarray(inner + charge + stopped * level[self.target][:, :, None])
         if self.compiled:
-            from sdpgrind.sdp._compiled import expect
-
             move = self.menu.move.to
             assert isinstance(move, Sampled)  # only these are compiled
-            return expect(self, move, value, level)
+            return _compiled.expect(self, move, value, level)
         out = np.empty(shape)
         for source, rows in self._chunks():
             landing, extra = self._land(source, rows)

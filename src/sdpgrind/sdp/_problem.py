@@ -15,7 +15,8 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.records import stored
-from sdpgrind.sdp._charges import Charge, OneSided
+from sdpgrind.sdp._charges import Charge
+from sdpgrind.sdp._one_sided import OneSided
 
 Edge: TypeAlias = Literal["refuse", "hold", "stop"] | float
 Callback: TypeAlias = Callable[..., Any]

@@ -16,12 +16,12 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress
-from sdpgrind.sdp import _kernels
+from sdpgrind.sdp import _sweep_kernels
 from sdpgrind.sdp._bundles import Bundles
-from sdpgrind.sdp._charges import Linear, OneSided
 from sdpgrind.sdp._countdown import Countdown
 from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._kinks import Changes
+from sdpgrind.sdp._one_sided import Linear, OneSided
 from sdpgrind.sdp._problem import Problem, Stages
 from sdpgrind.sdp._stops import StopCharges
 
@@ -179,7 +179,7 @@ class _Sweep:
         late = self.countdown.late(stages * self.countdown.step)
         code = -2
         while code == -2:
-            code = _kernels.sweep(
+            code = _sweep_kernels.sweep(
                 self.first, late, self.duration, stop_q, self.stops.level(self.first, 0.0),
                 tuple(base), (self.q, self.control, self.entry),
                 bundle.scan_weight, bundle.scan_tables, bundle.plan, bundle.tables, self.bundles.shared,
@@ -216,7 +216,7 @@ class _Sweep:
         self._push(stage, self.value[row], self.stops.level(stage, self.late(stage)))
 
     def _choose(self, stop_q: Floats, slot: int, row: int) -> bool:
-        finite: bool = _kernels.choose(
+        finite: bool = _sweep_kernels.choose(
             stop_q, (self.q[slot], self.control[slot], self.entry[slot]), self.bundles.shared, self.filled.slice(row)
         )
         return finite
@@ -292,7 +292,7 @@ class _Sweep:
         self._base_found = found_all
         base = Table.empty(0, 1, *value.shape)
         best = (q, self.control[0], self.entry[0])
-        _kernels.choose(stop_q, best, self.bundles.shared, base.slice(0))
+        _sweep_kernels.choose(stop_q, best, self.bundles.shared, base.slice(0))
         if self.changes is None:
             return base
         changes = Changes.of(self.problem, self.bundles.shared)
