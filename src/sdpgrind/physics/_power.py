@@ -18,9 +18,21 @@ N_MM_S_PER_W = 1000.0
 
 
 class SlidingLaw(Protocol):
-    """What the wear flats of a wheel add to its tangential force, N/mm; `areas` is the range of wear it is meant for, 0..1."""
+    """What the wear flats of a wheel add to its tangential force, N/mm, by a power of the depth of cut.
+
+    Attributes
+    ----------
+    areas : (float, float)
+        Range of wear flat area that the law is meant for, 0..1.
+    exponent : float
+        Of the depth of cut, unit 1.
+    """
 
     areas: ClassVar[tuple[float, float]]
+
+    @property
+    def exponent(self) -> float:
+        """Exponent of the depth of cut, unit 1."""
 
     def force(
         self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
@@ -67,6 +79,7 @@ class MalkinSliding(Frozen):
     """
 
     areas: ClassVar[tuple[float, float]] = (0.0, 0.02)
+    exponent: ClassVar[float] = 0.5
     pressure: float = 7.55
     curvature_pressure: float = 2.1e6
 
@@ -321,7 +334,7 @@ def burn_onset(
     >>> law = GrindingPower(sliding=DongSliding())
     >>> low, high = burn_onset(law, BurningLimit(u0=6.2, B=3.32), **wheel, wear_flat_area=0.026)
     >>> round(1e3 * low, 3), round(1e3 * high, 2)  # um
-    (0.091, 1.65)
+    (0.09, 1.65)
     """
     speeds = {"work_speed": work_speed, "equivalent_diameter": equivalent_diameter}
     wheel = {"wheel_speed": wheel_speed, "wear_flat_area": wear_flat_area}
