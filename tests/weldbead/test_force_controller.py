@@ -297,3 +297,14 @@ def bad(**changes):
 def test_messages(call, error, message):
     with pytest.raises(error, match=message):
         call()
+
+
+def test_an_infinite_reading_is_none():
+    """It holds the correction, as a missing one does, and does not poison what follows."""
+    commands = []
+    for bad in (float("nan"), float("inf"), float("-inf")):
+        controller = force.ForceController(PLAN, LOOP)
+        commands.append([controller.step(force=value)["platform_command"] for value in (30.0, 28.0, bad, 31.0, 30.0)])
+    assert np.all(np.isfinite(commands))
+    np.testing.assert_array_equal(commands[1], commands[0])
+    np.testing.assert_array_equal(commands[2], commands[0])

@@ -124,3 +124,55 @@ def test_late_beads_are_stopped(policy):
 def test_ingredients_of_another_kind():
     with pytest.raises(TypeError, match="policy must be a SequencePolicy, as "):
         weldbead.Hierarchy(None, DISC, LOOP)
+
+
+def test_passes_are_parallel_to_the_parent():
+    """A bead on a slope of 2 mm: what is left is level with the parent, and the parent is hardly touched."""
+    parent = passes.Contour([0.0, 40.0], [0.0, 2.0])
+    sloped = passes.Contour(X, np.asarray(BEAD.z) + parent.at(X))
+    stand = STAND.replace(problem=STAND.problem.replace(bead=sloped, parent=parent, target_shape=parent))
+    policy = weldbead.plan(SEQUENCE, tolerance=None, nodes=101)
+    log = hwsim.run(stand, weldbead.Hierarchy(policy, DISC, LOOP, parent=parent), rng=1)
+    level = hwsim.run(STAND, weldbead.Hierarchy(policy, DISC, LOOP), rng=1)
+    assert float(log.outcome.overground_worst[0]) < float(level.outcome.overground_worst[0]) + 0.03
+    with pytest.raises(ValueError, match="its parent is None, that of the plant Contour"):
+        hwsim.run(stand, weldbead.Hierarchy(policy, DISC, LOOP), rng=1)
+
+
+def test_more_force_than_brown_had():
+    problem = SEQUENCE.replace(force_max=120.0, burn_limit=None)
+    strong = weldbead.Hierarchy(weldbead.plan(problem, tolerance=None, nodes=101), DISC, LOOP)
+    tall = STAND.problem.replace(bead=passes.Contour(X, 0.9 + 0.1 * np.sin(2 * np.pi * X / 20)))
+    log = hwsim.run(STAND.replace(problem=tall, time=7.0), strong, rng=2)
+    assert 90.0 < np.nanmax(log["force"]["force_demand_planned"].values) <= 120.1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"datum": 5.0}, "its datum is 0.0 mm, that of the plant 5.0 mm"),
+        ({"lead_out": 50.0}, "its lead_out is 5.0 mm, that of the plant 50.0 mm"),
+        ({"problem": STAND.problem.replace(disc=DISC.replace(relaxed_angle=units.deg(25)))}, "its relaxed_angle is 0.349"),
+    ],
+)
+def test_a_machine_that_is_set_up_otherwise(policy, change, message):
+    with pytest.raises(ValueError, match=message):
+        hwsim.run(STAND.replace(**change), weldbead.Hierarchy(policy, DISC, LOOP), rng=1)
+
+
+def test_a_datum_is_taken_into_account(policy, log):
+    moved = hwsim.run(STAND.replace(datum=5.0), weldbead.Hierarchy(policy, DISC, LOOP, datum=5.0), rng=1)
+    np.testing.assert_allclose(moved.outcome.height, log.outcome.height, atol=2e-3)
+
+
+def test_light_passes_tell_nothing_of_energies(policy):
+    """Near the force below which nothing is cut the disc loses contact on the way, and power is no line in the rate."""
+    tier = weldbead.Hierarchy(policy, DISC, LOOP).tiers["sequence"]
+    tier.step(height=0.5, time_left=20.0)
+    light = 1.5 * PROCESS.threshold_force
+    tier.step(
+        height=0.4, time_left=14.0, grinding_power=100.0, removal_rate=9.0, normal_force=light, tangential_force=0.30 * light
+    )
+    learned = tier._learner.model
+    assert (learned.specific_energy, learned.idle_power) == pytest.approx((12.8, 114.0), rel=1e-12)
+    assert learned.friction_ratio < 0.33

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hwsim.devices import Gauge, Scanner
-from hwsim.plants._force_table_bead import Bead, reach
+from hwsim.plants._force_table_bead import FINE, SPACING, Bead, reach
 from hwsim.plants._force_table_machine import ForceTable, Setup
 from hwsim.plants._force_table_truth import CoefficientScatter, Motor, drawn_disc
 from sdpgrind.base import checks
@@ -153,7 +153,7 @@ class ForceTableStand(Frozen):
     @cached_property
     def bead(self) -> Bead:
         """The bead on the even grid of the stand, mm."""
-        return Bead.of(self.problem)
+        return Bead.of(self.problem, FINE if self.grinder_inertia > 0 else SPACING)
 
     @property
     def start_time(self) -> float:
@@ -222,7 +222,10 @@ class ForceTableStand(Frozen):
             "bead_length": (self.bead.length, "mm"),
             "bead_width": (float(model.bead_width), "mm"),
             "disk_radius": (float(model.disk_radius), "mm"),
-        }
+            "datum": (self.datum, "mm"),
+            "lead_out": (self.lead_out, "mm"),
+            "parent": self.problem.parent,
+        } | self.problem.disc.job
         if self.sequence is not None:
             own |= {"reset_time": (self.sequence.reset_time, "s"), "burn_limit": self.sequence.burn_limit}
         return own

@@ -9,7 +9,10 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes._kernels import Bead as Metal
 
-SPACING = 0.05  # mm
+SPACING = 0.05
+"""Distance of the nodes, mm: between two of them the tip of the disc dips by up to this times the slope of its face."""
+FINE = 0.01
+"""The same where the grinder has inertia, which those dips would make ring."""
 
 
 @dataclass(frozen=True)
@@ -21,10 +24,10 @@ class Bead:
     parent: Floats
 
     @classmethod
-    def of(cls, problem: PassProblem) -> Self:
+    def of(cls, problem: PassProblem, spacing: float = SPACING) -> Self:
         """Put the bead of a pass problem on even nodes."""
         bead, parent = problem.bead, problem.parent
-        x = np.linspace(bead.x[0], bead.x[-1], 1 + max(10, round(bead.length / SPACING)))
+        x = np.linspace(bead.x[0], bead.x[-1], 1 + max(10, round(bead.length / spacing)))
         return cls(x, bead.at(x), np.zeros(x.size) if parent is None else parent.at(x))
 
     @property

@@ -30,6 +30,8 @@ _LEAD = 0.3
 """Time (s) before the plan at which a pass is started: the platform must have come down when the disc meets the bead."""
 _SPARE = 0.1
 """Time (s) for what a pass takes beyond its way: ticks, and the wound disc."""
+_CLEAR = 2.0
+"""Normal force over that below which nothing is cut, from which a pass tells of energies: a lighter one loses contact."""
 _LEAST_CUT = 1e-3
 """Mean depth (mm) below which there is nothing to plan a pass for."""
 
@@ -55,6 +57,10 @@ class Hierarchy:
         Whether the sequence is looked up from what was scanned; False: from what was expected, as if nothing were measured.
     feedforward : bool
         Passed on to `force.ForceController`.
+    parent : Contour, optional
+        What the bead stands on (mm), which passes are parallel to; level at 0 when left out.
+    datum : float
+        Fly height at which the platform command is 0, mm, as the stand has it.
     lead_out : float
         Way of the tip beyond the bead before a pass is over, mm. Passes are fed as much faster as they need to take no longer
         than the sequence planned, leads included.
@@ -86,6 +92,8 @@ class Hierarchy:
         reestimate: bool = True,
         replan: bool = True,
         feedforward: bool = True,
+        parent: Contour | None = None,
+        datum: float = 0.0,
         lead_out: float = 5.0,
     ) -> None:
         checks.kind("policy", policy, SequencePolicy, ", as weldbead.plan gives it")
@@ -93,12 +101,16 @@ class Hierarchy:
         checks.kind("loop", loop, ForceLoop, ", as force.PI.design gives it")
         _refuse_other_process(policy.problem.model, disc.model)
         checks.nonnegative("lead_out", lead_out, "mm")
-        self._identity = (policy.problem, policy.dataset, disc, loop.identity, reestimate, replan, feedforward, lead_out)
-        self._job = policy.problem.job
+        if parent is not None:
+            checks.kind("parent", parent, Contour)
+        options = (reestimate, replan, feedforward, parent, datum, lead_out)
+        self._identity = (policy.problem, policy.dataset, disc, loop.identity, *options)
+        self._job = dict(policy.problem.job) | disc.job | {"datum": (datum, "mm"), "lead_out": (lead_out, "mm"), "parent": parent}
+        most = policy.problem.force_max * (1 + 1e-9)  # a pass at its limit is at it but for rounding
         self.tiers: dict[str, Any] = {
             "sequence": _SequenceTier(policy, reestimate, replan),
-            "pass": _PassTier(policy, disc, lead_out),
-            "force": ForceController(None, loop, feedforward=feedforward),
+            "pass": _PassTier(policy, disc, parent, lead_out),
+            "force": ForceController(None, loop, feedforward=feedforward, force_max=most, datum=datum),
         }
 
     @property
@@ -216,8 +228,9 @@ class _Learner:
         if not np.all(np.isfinite(readings)) or removal_rate <= 0 or normal_force <= 0:
             return False
         first = self._first
-        scatter = PRIOR * np.hypot(first.specific_energy * removal_rate, first.idle_power)
-        self._power.update([removal_rate / scatter, 1 / scatter], grinding_power / scatter)
+        if normal_force > _CLEAR * first.threshold_force:
+            scatter = PRIOR * np.hypot(first.specific_energy * removal_rate, first.idle_power)
+            self._power.update([removal_rate / scatter, 1 / scatter], grinding_power / scatter)
         ratio = tangential_force / normal_force
         self._friction.update([1 / (PRIOR * first.friction_ratio)], ratio / (PRIOR * first.friction_ratio))
         energy, idle = self._power.estimate.value
@@ -239,8 +252,8 @@ class _PassTier:
         "volume": "mm^3", "shortfall": "mm^3", "force": "N", "burn_margin": "N", "power_max": "W", "contour_height": "mm",
     }  # fmt: skip
 
-    def __init__(self, policy: SequencePolicy, disc: TiltedDisc, lead_out: float) -> None:
-        self._disc, self._problem, self._lead_out = disc, policy.problem, lead_out
+    def __init__(self, policy: SequencePolicy, disc: TiltedDisc, parent: Contour | None, lead_out: float) -> None:
+        self._disc, self._problem, self._parent, self._lead_out = disc, policy.problem, parent, lead_out
         self.reset()
 
     def reset(self) -> None:
@@ -270,7 +283,7 @@ class _PassTier:
 
     def _asked(self, bead: Contour, mean_cut: float, feed_rate: float, disc: TiltedDisc) -> PassProblem:
         limits: dict[str, Any] = {"burn_limit": self._problem.burn_limit, "normal_force_max": self._problem.force_max}
-        return PassProblem(disc, bead, mean_cut=mean_cut, feed_rate=feed_rate, **limits)
+        return PassProblem(disc, bead, mean_cut=mean_cut, feed_rate=feed_rate, target_shape=self._parent, **limits)
 
     def _in_time(self, asked: PassProblem) -> PassProblem:
         """Fed as much faster as it takes to spend no more time, leads included: a stage that is begun is lost."""

@@ -2,7 +2,7 @@
 
 import copy
 from collections.abc import Mapping
-from math import isnan, nan
+from math import isfinite, isnan, nan
 from typing import Any, Self
 
 import numpy as np
@@ -227,7 +227,8 @@ class ForceController:
         if not self._state.size:
             self._state = self._settled(demand)
             self._work = np.empty_like(self._state)
-        command = self._command(float(force), demand, position, time)
+        reading = float(force) if isfinite(force) else nan  # an infinite reading is none
+        command = self._command(reading, demand, position, time)
         self._samples, self._time, self._demand = self._samples + 1, time, demand
         return {"platform_command": command}
 

@@ -145,6 +145,12 @@ class TiltedDisc(Frozen):
         return angles, torques
 
     @property
+    def job(self) -> dict[str, tuple[float, str] | object]:
+        """What a controller and a machine must agree on: angle (rad) and compliance (N mm/rad)."""
+        spring = self.compliance if self.rotational_stiffness is None else (self.rotational_stiffness, "N mm/rad")
+        return {"relaxed_angle": (self.relaxed_angle, "rad"), "compliance": spring}
+
+    @property
     def contact_stiffness(self) -> float:
         """Nominal stiffness against the platform, K_theta/R^2, N/mm; see errata E10 on what lies to both sides of it."""
         angles, torques = self._table
