@@ -71,3 +71,18 @@ def test_a_shape_must_cover_the_bead():
         passes.contour_shift(passes.Contour([0, 10], [1, 1]), passes.Contour([1, 10], [0, 0]), 1.0, 5.0)
     with pytest.raises(ValueError, match=r"volume must be >= 0 \(mm\^3\); got -1"):
         passes.contour_shift(passes.Contour([0, 10], [1, 1]), passes.Contour([0, 10], [0, 0]), -1.0, 5.0)
+
+
+@pytest.mark.parametrize("width", [0.0, -5.0])
+def test_widths_that_are_none(width):
+    flat = passes.Contour([0, 10], [1, 1])
+    with pytest.raises(ValueError, match=rf"width must be > 0 \(mm\); got {width}"):
+        passes.contour_shift(flat, passes.Contour([0, 10], [0, 0]), 5.0, width)
+
+
+def test_what_must_reach_over_the_bead():
+    flat, short = passes.Contour([0, 10], [1, 1]), passes.Contour([1, 10], [0.5, 0.5])
+    with pytest.raises(ValueError, match="lower must reach over upper, 0 to 10 mm; got 1 to 10"):
+        passes.volume_between(flat, short, 4.0)
+    with pytest.raises(ValueError, match="width must reach over the bead, 0 to 10 mm; got 1 to 10"):
+        passes.volume_between(flat, passes.Contour([0, 10], [0, 0]), short)

@@ -264,3 +264,29 @@ def test_guard_of_the_air_motor():
     assert disc.peak_power == pytest.approx(300.5, rel=1e-3)
     assert disc.guarded_force == pytest.approx(41.48, rel=1e-3)
     assert disc.guarded_speed == pytest.approx(227.3, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"relaxed_angle": [0.3] * 5}, r"relaxed_angle must have one entry for each position, 400 \(rad\); got shape \(5,\)"),
+        ({"relaxed_angle": 0.3}, r"relaxed_angle must have one entry for each position, 400 \(rad\)"),
+        ({"relaxed_angle": np.full(400, 20.0)}, r"relaxed_angle must be in \(0, 1.3\] \(rad\); got 20.0"),
+        ({"spacing": -1.0}, r"spacing must be > 0 \(mm\); got -1.0"),
+        ({"spacing": float("nan")}, r"spacing must be finite \(mm\)"),
+        ({"order": 3}, "order must be 1 or 2; got 3"),
+        ({"width": passes.Contour([0, 50], [-5.0, 5.0])}, r"width must be > 0 \(mm\); got -5.0"),
+    ],
+)
+def test_options_that_are_none(change, message):
+    x = 77.0 + 0.05 * np.arange(400)
+    way = {"center_x": x, "fly_height": np.full(x.size, 0.6 + RADIUS * np.sin(ANGLE)), "feed_rate": FEED}
+    with pytest.raises(ValueError, match=message):
+        passes.simulate(DISC, passes.Contour([0, 50], [1, 1]), **(way | change))
+
+
+def test_a_cut_that_winds_the_spring_beyond_the_disc_is_not_linearised():
+    with pytest.raises(
+        ValueError, match=r"mean_cut must be less: .* N wind the spring beyond what the disc can lean back \(mm\)"
+    ):
+        DISC.linearize(50.0, 20.0)

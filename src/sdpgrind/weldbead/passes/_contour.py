@@ -105,6 +105,10 @@ def volume_between(upper: Contour, lower: Contour, width: float | Contour) -> fl
     >>> volume_between(Contour([0, 10], [1, 1]), Contour([0, 10], [0, 2]), 4.0)
     10.0
     """
+    if lower.x[0] > upper.x[0] or lower.x[-1] < upper.x[-1]:
+        raise ValueError(
+            f"lower must reach over upper, {upper.x[0]:g} to {upper.x[-1]:g} mm; got {lower.x[0]:g} to {lower.x[-1]:g}"
+        )
     x, gap, across = _gap(upper, lower, width)
     return float(_removed(np.zeros(1), x, gap, across)[0])
 
@@ -112,6 +116,12 @@ def volume_between(upper: Contour, lower: Contour, width: float | Contour) -> fl
 def _gap(upper: Contour, lower: Contour, width: float | Contour) -> tuple[Floats, Floats, Floats]:
     """Break points, upper less lower there, and the width."""
     across = width if isinstance(width, Contour) else Contour([upper.x[0], upper.x[-1]], [width, width])
+    if min(across.z) <= 0:
+        raise checks.refuse("width", "> 0", float(min(across.z)), "mm")
+    if across.x[0] > upper.x[0] or across.x[-1] < upper.x[-1]:
+        raise ValueError(
+            f"width must reach over the bead, {upper.x[0]:g} to {upper.x[-1]:g} mm; got {across.x[0]:g} to {across.x[-1]:g}"
+        )
     x = merged(upper, lower, across, low=upper.x[0], high=upper.x[-1])
     return x, upper.at(x) - lower.at(x), across.at(x)
 

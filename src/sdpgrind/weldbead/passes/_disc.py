@@ -21,7 +21,7 @@ FLATTEST = 0.02
 
 
 class GrinderStalled(RuntimeError):  # noqa: N818 the field's own word
-    """More power is needed than the motor has: nothing that it could remove would let the disc pass.
+    """More power is needed than the motor has, or the spring can be wound to: nothing would let the disc pass.
 
     Attributes
     ----------
@@ -31,7 +31,8 @@ class GrinderStalled(RuntimeError):  # noqa: N818 the field's own word
 
     def __init__(self, time: float, position: float, power: float) -> None:
         super().__init__(
-            f"the grinder stalls at {time:.4g} s, tip at {position:.5g} mm: the cut needs more than the {power:.4g} W it has"
+            f"the grinder stalls at {time:.4g} s, tip at {position:.5g} mm: the cut needs more than the {power:.4g} W"
+            " that motor and spring give"
         )
         self.time, self.position, self.power = time, position, power
 
@@ -218,6 +219,10 @@ class TiltedDisc(Frozen):
             raise checks.refuse("mean_cut", "within the power of the grinder at this feed", mean_cut, "mm")
         torque = force * radius
         wind = float(self.deflection(torque))
+        if not wind < self.core.wind_max:
+            raise checks.refuse(
+                "mean_cut", f"less: {force:.4g} N wind the spring beyond what the disc can lean back", depth, "mm"
+            )
         angle = self.relaxed_angle - wind
         stiffness = float(self.spring_torque(wind + 1e-7) - self.spring_torque(wind - 1e-7)) / 2e-7
         mu, droop = m.friction_ratio, m.speed_droop

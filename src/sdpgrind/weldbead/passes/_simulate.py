@@ -10,7 +10,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import _kernels, _polyline_kernels
 from sdpgrind.weldbead.passes._contour import Contour
-from sdpgrind.weldbead.passes._disc import GrinderStalled, TiltedDisc
+from sdpgrind.weldbead.passes._disc import STEEPEST, GrinderStalled, TiltedDisc
 from sdpgrind.weldbead.passes._kernels import Bead, Step
 
 
@@ -139,9 +139,13 @@ def simulate(
     if x.ndim != 1 or x.size < 2 or height.shape != x.shape:
         raise ValueError(f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape}, {height.shape}")
     times = _times(x, feed_rate)
-    angle = np.full(x.size, disc.relaxed_angle) if relaxed_angle is None else checks.finite_array("relaxed_angle", relaxed_angle)
+    angle = np.full(x.size, disc.relaxed_angle) if relaxed_angle is None else _angles(x, relaxed_angle)
+    if order not in (1, 2):
+        raise ValueError(f"order must be 1 or 2; got {order!r}")
+    if width is not None and min(width.z) <= 0:
+        raise checks.refuse("width", "> 0", float(min(width.z)), "mm")
     step = float(x[-1] - x[0]) / (x.size - 1)
-    nodes = _nodes(bead, spacing if spacing is not None else step)
+    nodes = _nodes(bead, checks.positive("spacing", spacing, "mm") if spacing is not None else step)
     if exact:
         return _exactly(disc, bead, (x, height, angle, times), width, order)
     ground = even_bead(bead, nodes, width if width is not None else disc.model.bead_width)
@@ -166,6 +170,16 @@ def _exactly(disc: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Co
     if code == _kernels.STALLED:
         raise run.stalled(done - 1, float(out[done - 1, 3]))
     return run.record(bead, out)
+
+
+def _angles(x: Floats, relaxed_angle: npt.ArrayLike) -> Floats:
+    """One relaxed angle for each position."""
+    angle = checks.finite_array("relaxed_angle", relaxed_angle, "rad")
+    if angle.shape != x.shape:
+        raise ValueError(f"relaxed_angle must have one entry for each position, {x.size} (rad); got shape {angle.shape}")
+    if np.any((angle <= 0) | (angle > STEEPEST)):
+        raise checks.refuse("relaxed_angle", f"in (0, {STEEPEST:g}]", float(angle[(angle <= 0) | (angle > STEEPEST)][0]), "rad")
+    return angle
 
 
 def _times(x: Floats, feed_rate: npt.ArrayLike) -> Floats:
