@@ -44,11 +44,12 @@ class PassPlan:
     record : PassRecord
         What the model expects: time (s), fly_height (mm), normal_force (N), contour (mm), ...
     method : str
-        How it was planned.
+        How it was planned; "inverse" too where "collocation" was asked for and could not be used.
     error : float
-        Estimated error of the contour, mm rms, from a simulation of twice the step.
+        Estimated error of the contour, mm rms, from a simulation of twice the step; with "collocation", that of the inverse
+        plan it began from.
     collocation : Collocation or None
-        How the optimal control problem was solved, where that is the method.
+        How the optimal control problem was solved, or why it was not, where that was asked for.
     """
 
     def __init__(
@@ -65,26 +66,40 @@ class PassPlan:
     @property
     def shortfall(self) -> float:
         """Volume (mm^3) above the target that the pass leaves."""
-        return volume_between(self.contour, self._wide_target, self.problem.disc.model.bead_width)
+        return volume_between(self.contour, self.problem.target, self.problem.disc.model.bead_width)
 
     @property
-    def _wide_target(self) -> Contour:
-        return self.problem.target
+    def overcut(self) -> float:
+        """Volume (mm^3) below the target that the pass takes."""
+        return volume_between(self.problem.target, self.contour, self.problem.disc.model.bead_width)
 
     @property
     def burn_margin(self) -> float:
-        """Least distance of the normal force from the limit of burning, N; infinite without one. Negative: it burns."""
-        p = self.problem
-        if p.burn_limit is None:
-            return np.inf
-        return float(p.burn_limit.interval(p.disc.model, p.feed_rate)[1]) - float(np.max(self.normal_force))
+        """Least distance of the normal force from the limit of burning, N; infinite without one. Negative: it burns.
+
+        Of every step, at the feed of that step. How light a cut may be is not looked at: each begins and ends with none.
+        """
+        return float(np.min(self._burn_force - self.normal_force[1:]))
+
+    @property
+    def _burn_force(self) -> Floats:
+        return self.problem.burn_force(np.round(self.record.feed_rate, 9))  # times are sums: feeds that are one look like many
 
     @property
     def status(self) -> str:
         """One sentence: whether the target is reached, and what stands in the way (N, share of the volume)."""
         share = self.shortfall / self.problem.volume if self.problem.volume > 0 else 0.0
-        if np.max(self.normal_force) >= self.problem.force_limit * (1 - 1e-9):
-            return f"limited to {self.problem.force_limit:.4g} N: {100 * share:.3g} % of the volume is left"
+        limit = np.minimum(self._burn_force, self.problem.grinder_limit)
+        over, worst = self.overcut / max(self.problem.volume, 1e-12), float(np.max(self.normal_force[1:] - limit))
+        most = int(np.argmin(limit - self.normal_force[1:]))
+        if self.burn_margin < -1e-6:
+            return f"burns, by up to {-self.burn_margin:.3g} N; leaves {100 * share:.3g} % of the volume"
+        if worst > 0.05 * self.problem.force_limit:
+            return f"exceeds its limit of {limit[most]:.4g} N by {worst:.3g} N; leaves {100 * share:.3g} % of the volume"
+        if over > 5e-3:
+            return f"cuts too deep, by {100 * over:.3g} % of the volume; leaves {100 * share:.3g} %"
+        if self.normal_force[1 + most] >= limit[most] * (1 - 1e-9):
+            return f"limited to {limit[most]:.4g} N: {100 * share:.3g} % of the volume is left"
         return "reaches the target" if share < 1e-3 else f"leaves {100 * share:.3g} % of the volume"
 
     def simulate(self, model: TiltedDisc | None = None) -> PassRecord:
@@ -124,6 +139,8 @@ class PassPlan:
             "x": ("node", np.array(self.contour.x), {"units": "mm", "long_name": "position along the bead"}),
         }
         attrs = {"problem": records.encode(self.problem), "method": self.method, "error": self.error}
+        if self.collocation is not None:
+            attrs["collocation"] = records.encode(self.collocation)
         return xr.Dataset(steps | nodes, coordinates, attrs)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -138,7 +155,8 @@ class PassPlan:
         arrays = {name: data[name].values for name in ("time", *_STEPS)}
         after = Contour(data["x"].values, data["contour"].values)
         record = PassRecord(**arrays, before=problem.bead, contour=after)
-        return cls(problem, record, data.attrs["method"], float(data.attrs["error"]))
+        how = records.decode(data.attrs["collocation"]) if "collocation" in data.attrs else None
+        return cls(problem, record, data.attrs["method"], float(data.attrs["error"]), how)
 
     def __repr__(self) -> str:
         return f"PassPlan({self.method}, {self.time[-1]:.3g} s, {self.volume:.4g} mm^3, {self.status})"
@@ -207,7 +225,7 @@ def plan(
     planned = PassPlan(problem, record, method, error)
     if method == "collocation":
         found, how = collocate(problem, record, freedom=freedom)
-        planned = PassPlan(problem, record if found is None else found, method, error, how)
+        planned = PassPlan(problem, found or record, method if found else "inverse", error, how)
     if strict and planned.shortfall > 1e-3 * problem.volume:
         raise ValueError(f"mean_cut must be within the limits of force and power where strict (mm): the pass {planned.status}")
     return planned

@@ -5,6 +5,7 @@ import warnings
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -147,11 +148,21 @@ class PassProblem(Frozen):
 
     @property
     def force_limit(self) -> float:
-        """Least of all limits on the normal force, N: greatest force, stall guard, burning."""
-        limits = [self.normal_force_max, self.disc.guarded_force]
-        if self.burn_limit is not None:
-            limits.append(float(self.burn_limit.interval(self.disc.model, self.feed_rate)[1]))
-        return min(limits)
+        """Least of all limits on the normal force at the feed of the problem, N: greatest force, stall guard, burning."""
+        return min(self.grinder_limit, float(self.burn_force(self.feed_rate)))
+
+    @property
+    def grinder_limit(self) -> float:
+        """Least of the limits that hold at any feed, N: greatest force and stall guard."""
+        return min(self.normal_force_max, self.disc.guarded_force)
+
+    def burn_force(self, feed_rate: npt.ArrayLike) -> Floats:
+        """Return the normal force (N) beyond which the work burns at feeds (mm/s); infinite without a burn limit."""
+        feed = np.asarray(feed_rate, dtype=float)
+        if self.burn_limit is None:
+            return np.full(feed.shape, np.inf)
+        some, place = np.unique(feed, return_inverse=True)  # a limit may take a root for each
+        return np.asarray(self.burn_limit.interval(self.disc.model, some)[1])[place].reshape(feed.shape)
 
     @property
     def nodes(self) -> Floats:
