@@ -9,6 +9,7 @@ import numpy as np
 from hwsim.plants._force_table import ForceTableStand
 from hwsim.plants._weldbead import WeldBeadStand
 from sdpgrind import units, weldbead
+from sdpgrind.base import checks
 from sdpgrind.weldbead import force, passes
 
 Problem: TypeAlias = weldbead.SequenceProblem
@@ -74,14 +75,20 @@ class ThreeTiers:
     def controller(self, policy: Policy) -> weldbead.Hierarchy:
         """The controller that follows a policy."""
         loop = force.PI.design(crossover=self.crossover, drive=force.table_drive())
-        return weldbead.Hierarchy(policy, self.stand.problem.disc, loop)
+        return weldbead.Hierarchy(policy, self.stand.problem.disc, loop, lead_out=self.stand.lead_out)
 
 
-def bead(problem: Problem, height: float, wave: float = WAVE, wave_length: float = WAVE_LENGTH) -> passes.Contour:
-    """A wavy bead of a mean height (mm)."""
+def bead(problem: Problem, height: float, wave: float | None = None, wave_length: float = WAVE_LENGTH) -> passes.Contour:
+    """A wavy bead of a mean height (mm), with metal everywhere."""
+    wave = checks.nonnegative("wave", min(WAVE, height / 2) if wave is None else wave, "mm")
+    if wave_length < 10 * _NODE:
+        raise checks.refuse("wave_length", f">= {10 * _NODE:g}", wave_length, "mm")
     x = np.linspace(0.0, problem.bead_length, math.ceil(problem.bead_length / _NODE) + 1)
     shape = np.sin(2 * np.pi * x / wave_length)
-    return passes.Contour(x, height + wave * (shape - np.trapezoid(shape, x) / problem.bead_length))
+    z = height + wave * (shape - np.trapezoid(shape, x) / problem.bead_length)
+    if z.min() <= 0:
+        raise checks.refuse("wave", f"small enough to leave metal everywhere on a bead of {height:g} mm", wave, "mm")
+    return passes.Contour(x, z)
 
 
 def one_pass(problem: Problem, disc: passes.TiltedDisc, contour: passes.Contour) -> passes.PassProblem:

@@ -8,11 +8,11 @@ import numpy as np
 if TYPE_CHECKING:
     from hwsim._log import Log
 
-_SHORT = {"overground_worst": "deepest", "penalty_planned": "planned", "penalty": "realised"}
+_SHORT = {"overground": "mean over", "overground_worst": "deepest", "penalty_planned": "planned", "penalty": "realised"}
 _SHOWN = 10  # beads printed one by one
 _COLUMNS = (
-    ("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("overground_worst", ".3f"), ("lateness", ".1f"), ("stalls", "d"),
-    ("penalty_planned", ".4f"), ("penalty", ".4f"),
+    ("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("overground", ".4f"), ("overground_worst", ".3f"), ("lateness", ".1f"),
+    ("stalls", "d"), ("penalty_planned", ".4f"), ("penalty", ".4f"),
 )  # fmt: skip
 
 
@@ -32,7 +32,8 @@ def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
 
 def _beads(log: "Log") -> Iterator[str]:
     outcome = log.outcome
-    columns = [(name, form) for name, form in _COLUMNS if name in outcome]
+    level = "overground_worst" not in outcome  # then the height says how much is missing
+    columns = [(name, form) for name, form in _COLUMNS if name in outcome and not (level and name == "overground")]
     yield "  ".join(["bead", *(f"{_heading(outcome, name):>12}" for name, _ in columns)])
     for k in range(min(len(log), _SHOWN)):
         cells = (f"{_cell(outcome[name].values[k], form):>12}" for name, form in columns)

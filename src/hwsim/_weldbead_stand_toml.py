@@ -9,6 +9,7 @@ from hwsim.plants._force_table import ForceTableStand
 from hwsim.plants._force_table_truth import CoefficientScatter, Motor
 from hwsim.plants._weldbead import WeldBeadStand
 from sdpgrind import weldbead
+from sdpgrind.base import checks
 from sdpgrind.weldbead import force, passes
 
 PROCESS = {
@@ -21,7 +22,6 @@ PROCESS = {
     "bead_width": "mm",
 }
 _DISC = {"relaxed_angle": "rad", "rotational_stiffness": "N mm/rad"}
-_START = {"height": "mm", "time": "s"}
 _BEAD = {"wave": "mm", "wave_length": "mm"}
 _TABLE = {"runout": "mm", "lead_in": "mm", "lead_out": "mm"}
 _ONE_DRAW = {"height_noise": "mm", "power_noise": "W", "force_noise": "N"}
@@ -37,7 +37,7 @@ def job_of(problem: weldbead.SequenceProblem, file: Table, scatter: Scatters) ->
     loop.done()
     loop.made(force.PI.design, crossover=crossover)
     table = _maybe(file, "stand")
-    start = table.given(_START)
+    start = _start(problem, table)
     process, truth = _truth(problem, _maybe(table, "truth"), scatter)
     simple = _maybe(table, "simple")
     plain = simple.made(WeldBeadStand, problem, truth=truth, **start, **simple.given(_ONE_DRAW))
@@ -50,6 +50,16 @@ def job_of(problem: weldbead.SequenceProblem, file: Table, scatter: Scatters) ->
 def _maybe(table: Table, key: str) -> Table:
     """A table that may be missing: then it is empty."""
     return table.table(key) if table.has(key) else Table(table.path(key), {})
+
+
+def _start(problem: weldbead.SequenceProblem, table: Table) -> dict[str, float]:
+    """Height and time that the plan knows: what it does not, the machine would find only after the planning."""
+    start = table.given({"height": "mm", "time": "s"})
+    if "height" in start and not 0 < start["height"] <= problem.height_max:
+        raise checks.refuse(table.path("height"), f"> 0 and <= height_max = {problem.height_max:g}", start["height"], "mm")
+    if "time" in start and not 0 <= start["time"] <= problem.horizon:
+        raise checks.refuse(table.path("time"), f">= 0 and <= horizon = {problem.horizon:g}", start["time"], "s")
+    return start
 
 
 def _disc(problem: weldbead.SequenceProblem, table: Table) -> passes.TiltedDisc:

@@ -136,6 +136,12 @@ specific_energy = "14 J/mm^3"
     assert np.ptp(bead.z) == pytest.approx(0.1, rel=1e-3)
 
 
+def test_a_low_bead_is_less_wavy_and_has_metal_everywhere(job):
+    bead = read(job(more="[stand]\nheight = '0.05 mm'\n")).stand.problem.bead
+    assert bead.mean == pytest.approx(0.05, abs=1e-12) and min(bead.z) > 0
+    assert np.ptp(bead.z) == pytest.approx(0.05, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("text", "limit"),
     [
@@ -185,6 +191,13 @@ FAULTS = [
     ("", "", "[stand]\nmotor = 'steam'\n", "stand.motor must be one of process, air; got 'steam'"),
     ("", "", "[stand.pass_scatter]\nK1 = 0.1\n", "stand.pass_scatter.K1 is not a key; keys here are friction_ratio"),
     ("", "", "[stand.truth]\ncolour = 3\n", "stand.truth.colour is not a key; keys here are bead_width, disk_radius"),
+    ("", "", "[stand]\nheight = 2.1\n", "stand.height must be > 0 and <= height_max = 2 (mm); got 2.1"),
+    ("", "", "[stand]\nheight = 0\n", "stand.height must be > 0 and <= height_max = 2 (mm); got 0.0"),
+    ("", "", "[stand]\ntime = '61 s'\n", "stand.time must be >= 0 and <= horizon = 60 (s); got 61.0"),
+    ("", "", "[stand]\ntime = -1\n", "stand.time must be >= 0 and <= horizon = 60 (s); got -1.0"),
+    ("", "", "[stand]\nwave = -0.1\n", "[stand] wave must be >= 0 (mm); got -0.1"),
+    ("", "", "[stand]\nwave = 5\n", "[stand] wave must be small enough to leave metal everywhere on a bead of 1.5 mm"),
+    ("", "", "[stand]\nwave_length = 0\n", "[stand] wave_length must be >= 1 (mm); got 0.0"),
     ("stage = 2", "stage = = 2", "", "Invalid value (at line 8, column 9)"),
 ]
 
