@@ -245,3 +245,26 @@ def test_things_of_another_kind(make, message):
 def test_gains_that_are_none(gains, message):
     with pytest.raises(ValueError, match=message):
         passes.plan(PROBLEM, method="pi", gains=gains)
+
+
+def test_a_compliance_table_is_not_for_optimal_control(tmp_path):
+    """Its torque has corners: the plan is that of "inverse", says why, and keeps that when it is saved."""
+    table = DISC.replace(rotational_stiffness=None, compliance=[(0.0, 0.0), (0.004, 1.2e3), (0.03, 16.8e3)])
+    plan = passes.plan(FREELY.replace(disc=table), method="collocation")
+    assert plan.method == "inverse" and "compliance table" in plan.collocation.message
+    plan.save(tmp_path / "pass.nc")
+    assert sdpgrind.load(tmp_path / "pass.nc").collocation == plan.collocation
+
+
+def test_what_is_cut_too_deep_is_said(inverse):
+    assert inverse.overcut < 1e-6 * FREELY.volume
+    static = passes.plan(FREELY.replace(bead=BEAD, mean_cut=0.25), method="static")
+    below = passes.volume_between(static.problem.target, static.contour, PROCESS.bead_width)
+    assert static.overcut == pytest.approx(below) and static.overcut > 0
+
+
+def test_static_forces_beyond_the_limit_are_said():
+    deep = PROBLEM.replace(mean_cut=0.8)
+    plan = passes.plan(deep, method="static")
+    assert plan.normal_force.max() > 1.05 * deep.force_limit
+    assert plan.status.startswith("exceeds its limit of 90 N by")

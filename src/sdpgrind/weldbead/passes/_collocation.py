@@ -27,7 +27,7 @@ PLACES = np.array([1 / 3, 1.0])
 MOTION = 1e-4
 """Weight of the square of the platform's speed (mm^2/s^2) against that of the tip's distance (mm^2)."""
 RESERVE = 0.01
-"""Share of the force that burns that is kept: without, replays on waves of 40 mm went over the limit by up to 0.85 %."""
+"""Share of the force that burns that is kept: without it, replays on waves of 40 mm went over by up to 0.85 %."""
 REPLAYED = 5e-3
 """Distance (mm rms) of a replay from its solution beyond which that solution is none of the disc's."""
 ENGAGED = 3.0
