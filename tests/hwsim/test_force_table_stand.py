@@ -349,3 +349,15 @@ def test_picture():
     assert len(contours) == 3 + 2 and figure.axes[0].lines  # three scans, what was left, the target
     np.testing.assert_allclose(contours[3].get_ydata(), log.outcome.contour.values[0])
     pyplot.close(figure)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"pass_scatter": 0.1}, "pass_scatter must be a CoefficientScatter; got 0.1"),
+        ({"drive": "slow"}, "drive must be a TableDrive"),
+    ],
+)
+def test_parts_of_another_kind(change, message):
+    with pytest.raises(TypeError, match=message):
+        hwsim.ForceTableStand(problem(), **change)

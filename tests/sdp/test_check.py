@@ -148,3 +148,15 @@ def test_a_step_that_does_not_compile_is_a_note_unless_it_must():
     report = sdp.check(ring(interpolated, compiled=True))
     assert report.problems[0].startswith("move 'push': step does not compile; pass compiled=False")
     assert sdp.check(ring(interpolated, compiled=False)).notes == ()
+
+
+@pytest.mark.parametrize("verb", [sdp.plan, sdp.check])
+def test_a_problem_of_another_kind(verb):
+    with pytest.raises(TypeError, match=r"problem must be a Problem of this package, .*; got 'P1'"):
+        verb("P1")
+
+
+@pytest.mark.parametrize("noise", [sdp.Normal(0.0, 1.0), {"e": 1.0}])
+def test_noise_is_laws_by_name(noise):
+    with pytest.raises(TypeError, match="noise must be laws by name, such as"):
+        sdp.Sampled(lambda s, c, e: (s.x,), noise)

@@ -18,6 +18,13 @@ from sdpgrind.weldbead.force import SensorChain, TableDrive, table_drive
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 
 Truth: TypeAlias = TiltedDisc | Callable[[np.random.Generator], TiltedDisc] | None
+_KINDS: dict[str, type] = {
+    "pass_scatter": CoefficientScatter,
+    "bead_scatter": CoefficientScatter,
+    "drive": TableDrive,
+    "sensor": SensorChain,
+    "scanner": Scanner,
+}
 _NONNEGATIVE = {"runout": "mm", "grinder_inertia": "N mm s^2", "lead_in": "mm", "lead_out": "mm", "clearance": "mm"}
 
 
@@ -142,6 +149,8 @@ class ForceTableStand(Frozen):
         checks.number("datum", self.datum, "mm")
         checks.number("time", self.start_time, "s")
         checks.kind("problem", self.problem, PassProblem)
+        for name, wanted in _KINDS.items():
+            checks.kind(name, getattr(self, name), wanted)
         if self.truth is not None and not callable(self.truth):
             _checked_disc(self.truth)
         if self.grinder_inertia > 0 and self.problem.disc.rotational_stiffness is None:

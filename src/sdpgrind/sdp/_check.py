@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base import checks
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._forever import refuse_endless
 from sdpgrind.sdp._grid import Grid, record
@@ -68,6 +69,7 @@ def check(problem: Problem) -> Report:
     wrong: move 'go' must keep x in [0.1, 1], or the axis needs another edge than 'refuse'; got 2
     note: ...
     """
+    checks.kind("problem", problem, Problem, " of this package, as axes, moves, stops and stages make it")
     small = replace(problem, axes=[_small(axis) for axis in problem.axes])
     grid = Grid.of(small)
     problems: list[str] = []

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress
-from sdpgrind.sdp import _sweep_kernels
+from sdpgrind.sdp import _kernels, _sweep_kernels
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._charges import Charge
 from sdpgrind.sdp._grid import Grid
@@ -24,6 +24,8 @@ from sdpgrind.sdp._stops import StopCharges
 
 SETTLED = 1e-11
 """Relative Bellman residual at which the value counts as solved."""
+TIED = 2.0 * _kernels.TIE_ABS
+"""The same where the value is the exact cost of a policy: actions that tie may follow each other for ever."""
 DIRECT = 6000
 """States up to which a policy is evaluated by a direct solve."""
 
@@ -36,16 +38,19 @@ def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Prog
     table = _improve(problem, grid, bundles, stops, value)
     searched = any(move.levels is not None and move.levels.search for move in problem.moves)
     followed: Table | None = None
+    evaluated = False
     for sweep in range(10_000):
         change = float(np.max(np.abs(table.value[0] - value)))
         scale = max(1.0, float(np.max(np.abs(table.value[0]))))
         progress(min(0.99, sweep / 200), f"{grid.size} nodes, sweep {sweep}, change {change:.1e}")
-        if change <= SETTLED * scale:
+        if change <= (TIED if evaluated and not searched else SETTLED) * scale:
             _refuse_idle(problem, grid, table)
             return table
         swept = value = table.value[0]
+        evaluated = False
         if change <= 1e-2 * scale or sweep % 20 == 19:
             value = _evaluated(problem, grid, stops, table, swept)
+            evaluated = value is not swept
         if searched and value is not swept:
             # A search between levels leaves a residual of its own: go on as long as following the policy gets cheaper.
             if followed is not None and np.mean(followed.value - value) <= SETTLED * scale:

@@ -73,6 +73,7 @@ def plan(
     >>> policy.value(error=2.0, hits_left=2) < policy.value(error=2.0, hits_left=1) < 2.0
     True
     """
+    checks.kind("problem", problem, Problem, " of this package, as axes, moves, stops and stages make it")
     tell = progress if progress is not None else TerminalLine()
     if tolerance is None:
         return _solve(problem, 1, executor, tell)

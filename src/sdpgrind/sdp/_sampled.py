@@ -51,6 +51,12 @@ class Sampled:
     points: int = 16
     compiled: bool | None = None
 
+    def __post_init__(self) -> None:
+        if not callable(self.step):
+            raise TypeError(f"step must be a function f(s, c, e) that gives the coordinates after the move; got {self.step!r}")
+        if not isinstance(self.noise, Mapping) or not all(isinstance(law, Law) for law in self.noise.values()):
+            raise TypeError(f"noise must be laws by name, such as {{'e': sdp.Normal(0.0, 1.0)}}; got {self.noise!r}")
+
     def quadrature(self) -> tuple[dict[str, Floats], Floats]:
         """Return the noise points by name and their joint weights, each (Q,)."""
         pairs = {name: law.nodes(self.points) for name, law in self.noise.items()}

@@ -48,7 +48,7 @@ class PassProblem(Frozen):
     Raises
     ------
     ValueError
-        When a value is not positive, more is asked for than there is, or the bead is too steep for the disc.
+        When a value is not positive, more is asked for than lies above the parent, or the bead is too steep for the disc.
 
     Examples
     --------
