@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from sdpgrind import identify
-from sdpgrind.base import records
+from sdpgrind.base import stored
 
 
 def line_data(n=40, seed=0, noise=0.5):
@@ -193,7 +193,7 @@ def test_estimate_shows_and_stores_itself():
     fit = identify.Estimate(("a", "b"), [1.0, 2.0], [[4.0, 1.0], [1.0, 1.0]], units=("mm", "1"), message="of 5 points")
     assert repr(fit) == "Estimate(a = 1 ± 2 mm, b = 2 ± 1; of 5 points)"
     np.testing.assert_allclose(fit.correlation, [[1.0, 0.5], [0.5, 1.0]])
-    twin = records.decode(records.encode(fit))
+    twin = stored.decode(stored.encode(fit))
     np.testing.assert_array_equal(twin.covariance, fit.covariance)
     assert (twin.names, twin.status, twin.units) == (fit.names, identify.Status.OK, ("mm", "1"))
     with pytest.raises(ValueError, match="read-only"):

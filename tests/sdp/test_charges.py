@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import integrate, stats
 
 from sdpgrind import sdp
-from sdpgrind.base import records
+from sdpgrind.base import stored
 
 SIDES = [
     sdp.Constant(5.0),
@@ -120,7 +120,7 @@ def test_a_function_for_the_under_side():
 
 def test_saved_and_restored():
     charge = sdp.Charge(under=sdp.Quadratic(2.0, 0.1), over=sdp.Constant(3.0))
-    assert records.decode(records.encode(charge)) == charge
+    assert stored.decode(stored.encode(charge)) == charge
     assert charge.replace(over=sdp.Linear(1.0)).over == sdp.Linear(1.0)
 
 

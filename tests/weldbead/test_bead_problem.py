@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from sdpgrind import sdp, weldbead
-from sdpgrind.base import records
+from sdpgrind.base import stored
 
 P1 = weldbead.preset("P1")
 BASE = P1.model
@@ -145,7 +145,7 @@ def test_presets():
     for info in infos:
         problem = weldbead.preset(info.name)
         assert problem.durations == (6, 8, 10, 12, 14, 16, 18, 20)
-        assert records.decode(records.encode(problem)) == problem
+        assert stored.decode(stored.encode(problem)) == problem
         assert info.source
         assert info.about
     p5 = weldbead.preset("P5")

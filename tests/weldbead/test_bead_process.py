@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind import sdp, weldbead
-from sdpgrind.base import records
+from sdpgrind.base import stored
 
 BASE = weldbead.preset("P1").model
 DROOPY = BASE.replace(free_speed=560.0, speed_droop=0.1)
@@ -200,7 +200,7 @@ def test_laws_of_the_depth(scatter, law):
     mean, sd = scatter.moments(BASE, [30.0, 50.0], 12.5)
     np.testing.assert_allclose(cut.mean, mean, rtol=1e-4)  # the rectified ones lose a little
     np.testing.assert_allclose(cut.sd, sd, rtol=1e-3)
-    assert records.decode(records.encode(scatter)) == scatter
+    assert stored.decode(stored.encode(scatter)) == scatter
 
 
 @settings(max_examples=30)

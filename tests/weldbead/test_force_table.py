@@ -106,7 +106,7 @@ def test_matrices_are_the_transfer_function(name):
 
 
 def test_kept_in_files():
-    from sdpgrind.base.records import decode, encode
+    from sdpgrind.base.stored import decode, encode
 
     for thing in (SERVO, force.table_drive("appendix-b"), force.SensorChain(), force.ForcePlant(), force.DesignLimits()):
         assert decode(encode(thing)) == thing

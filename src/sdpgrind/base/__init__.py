@@ -1,1 +1,1 @@
-"""Ground floor: units, argument checks, random numbers, executors, labelled records."""
+"""Ground floor: units, argument checks, random numbers, executors, dataclasses as JSON, labelled records."""

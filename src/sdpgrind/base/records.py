@@ -1,25 +1,20 @@
-"""Labelled records on disk: plans and logs as NetCDF, written whole, dtypes kept; problems as JSON in an attribute.
+"""Labelled records on disk: plans and logs as NetCDF, written whole, dtypes kept.
 
 A file says in its attribute ``kind`` what it holds. Packages announce the kinds that they can open as entry points of the
 group ``sdpgrind.records``; `load` finds the class and calls its ``from_file(path)``.
 """
 
 import contextlib
-import dataclasses
-import json
 import os
 import tempfile
 from collections.abc import Callable, Iterator
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-Stored = TypeVar("Stored")
-
-_classes: dict[str, type] = {}
 _DTYPE = "stored_dtype"
 _NETCDF3 = {"int8", "int16", "int32", "float32", "float64"}
 
@@ -142,48 +137,3 @@ def _kind(path: str | os.PathLike[str]) -> str:
         return ""
     with xr.open_dataset(path, engine="scipy", decode_times=False) as dataset:
         return str(dataset.attrs.get("kind", ""))
-
-
-def stored(name: str) -> Callable[[type[Stored]], type[Stored]]:
-    """Mark a frozen dataclass as one that `encode` can write into a file, under `name`."""
-
-    def register(cls: type[Stored]) -> type[Stored]:
-        _classes[name] = cls
-        cls._stored_name = name  # type: ignore[attr-defined]
-        return cls
-
-    return register
-
-
-def encode(value: Any) -> str:
-    """Return JSON for dataclasses marked by `stored`, made of numbers, strings, None, arrays and tuples."""
-    return json.dumps(value, default=_as_json)
-
-
-def decode(text: str) -> Any:
-    """Return what `encode` was given; sequences come back as tuples."""
-    return _tuples(json.loads(text, object_hook=_from_json))
-
-
-def _as_json(value: Any) -> Any:
-    if dataclasses.is_dataclass(value) and hasattr(value, "_stored_name"):
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
-        return {"stored": value._stored_name, **fields}
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, range):
-        return list(value)
-    raise TypeError(f"{value!r} cannot be saved: {type(value).__name__} is not a plain value")
-
-
-def _from_json(fields: dict[str, Any]) -> Any:
-    name = fields.pop("stored", None)
-    if name is None:
-        return fields
-    if name not in _classes:
-        raise ValueError(f"the file holds a {name!r}, which this version does not know")
-    return _classes[name](**{key: _tuples(value) for key, value in fields.items()})
-
-
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(entry) for entry in value) if isinstance(value, list) else value

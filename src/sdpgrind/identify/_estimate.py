@@ -10,7 +10,7 @@ from scipy.special import ndtri, stdtrit
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 
 
 class Status(StrEnum):

@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.physics._burn import malkin_burn_coefficients, malkin_burn_energy
 
 N_MM_S_PER_W = 1000.0

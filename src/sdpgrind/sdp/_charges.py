@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.sdp._law import Law
 from sdpgrind.sdp._one_sided import OneSided
 

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.sdp._charges import Charge
 from sdpgrind.sdp._countdown import Countdown
 from sdpgrind.sdp._grid import Grid

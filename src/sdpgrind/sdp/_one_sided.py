@@ -9,7 +9,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.sdp._law import Law
 
 

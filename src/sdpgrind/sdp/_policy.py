@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import records
+from sdpgrind.base import records, stored
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.sdp import _lookup
@@ -219,7 +219,7 @@ class Policy(Solution):
         }
         times = self.countdown.time(np.arange(t.value.shape[0]))
         attrs = {
-            "layout": records.encode(layout),
+            "layout": stored.encode(layout),
             "first": self.countdown.first,
             "search_error": t.search_error,
         }
@@ -262,7 +262,7 @@ class Policy(Solution):
         """Rebuild a policy from its `dataset`, for `problem` where that is known."""
         if missing := {*TABLES} - {*dataset.data_vars}:
             raise ValueError(f"the file was saved by another version, it lacks {', '.join(sorted(missing))}: plan again")
-        layout: Layout = records.decode(dataset.attrs["layout"])
+        layout: Layout = stored.decode(dataset.attrs["layout"])
         shape = (dataset.sizes["stage"], dataset.sizes["mode"], -1)
         first, search_error = int(dataset.attrs["first"]), float(dataset.attrs["search_error"])
         arrays: dict[str, Any] = {name: np.ascontiguousarray(dataset[name].values.reshape(shape)) for name in TABLES}

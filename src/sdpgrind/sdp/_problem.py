@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.sdp._charges import Charge
 from sdpgrind.sdp._one_sided import OneSided
 

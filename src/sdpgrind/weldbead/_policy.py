@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from sdpgrind import sdp
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, records, stored
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.weldbead._plots import plot_policy
@@ -297,7 +297,7 @@ class SequencePolicy:
     @property
     def dataset(self) -> xr.Dataset:
         """The table with labels and units, and the problem as JSON."""
-        return self.table.dataset.assign_attrs(problem=records.encode(self.problem))
+        return self.table.dataset.assign_attrs(problem=stored.encode(self.problem))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write policy and problem to a NetCDF file at `path`, which `sdpgrind.load` opens."""
@@ -307,7 +307,7 @@ class SequencePolicy:
     def from_file(cls, path: str | os.PathLike[str]) -> "SequencePolicy":
         """Read the policy that `save` wrote to `path`; everything works again, for the problem is data."""
         dataset = records.read(path)
-        problem: SequenceProblem = records.decode(dataset.attrs["problem"])
+        problem: SequenceProblem = stored.decode(dataset.attrs["problem"])
         return cls(problem, sdp.Policy.from_dataset(dataset, sdp_problem(problem, dataset.sizes["height"])))
 
     def plot(self) -> Any:

@@ -11,7 +11,7 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.sdp._charges import check_function
 from sdpgrind.weldbead._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead._process import GrindingProcess

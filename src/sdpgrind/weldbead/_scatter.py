@@ -12,7 +12,7 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.weldbead._process import GrindingProcess
 
 ATTRIBUTIONS = ("C1", "K1", "K2", "mu")

@@ -10,7 +10,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.base.units import hz
 from sdpgrind.control import Law, Sampled
 from sdpgrind.control._margins import HALF_POWER

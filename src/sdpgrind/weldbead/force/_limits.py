@@ -5,7 +5,7 @@ from math import inf
 
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 
 
 @stored("force.command_limits")

@@ -10,7 +10,7 @@ import scipy.linalg
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.control import Law, Sampled
 from sdpgrind.weldbead.force._designs import DesignLimits, best_parameters
 from sdpgrind.weldbead.force._feedback import ForceLoop, ForcePlant

@@ -8,7 +8,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 
 _INCH_POUND = 4.4482216152605 * 25.4  # N*mm
 _KRPM = 1000 * 2 * pi / 60  # rad/s

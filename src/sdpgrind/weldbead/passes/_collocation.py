@@ -17,7 +17,7 @@ from scipy.interpolate import CubicHermiteSpline
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
 

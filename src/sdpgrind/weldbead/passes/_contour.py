@@ -11,7 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 
 
 @stored("weldbead.contour")

@@ -8,7 +8,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.weldbead._process import GrindingProcess
 from sdpgrind.weldbead.passes._kernels import Core
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, records, stored
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import _kernels
 from sdpgrind.weldbead.passes._collocation import Collocation, Freedom, collocate
@@ -138,9 +138,9 @@ class PassPlan:
             "time": ("step", self.time, {"units": "s", "long_name": "time since the start"}),
             "x": ("node", np.array(self.contour.x), {"units": "mm", "long_name": "position along the bead"}),
         }
-        attrs = {"problem": records.encode(self.problem), "method": self.method, "error": self.error}
+        attrs = {"problem": stored.encode(self.problem), "method": self.method, "error": self.error}
         if self.collocation is not None:
-            attrs["collocation"] = records.encode(self.collocation)
+            attrs["collocation"] = stored.encode(self.collocation)
         return xr.Dataset(steps | nodes, coordinates, attrs)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -151,11 +151,11 @@ class PassPlan:
     def from_file(cls, path: str | os.PathLike[str]) -> "PassPlan":
         """Read the plan that `save` wrote to `path`."""
         data = records.read(path)
-        problem: PassProblem = records.decode(data.attrs["problem"])
+        problem: PassProblem = stored.decode(data.attrs["problem"])
         arrays = {name: data[name].values for name in ("time", *_STEPS)}
         after = Contour(data["x"].values, data["contour"].values)
         record = PassRecord(**arrays, before=problem.bead, contour=after)
-        how = records.decode(data.attrs["collocation"]) if "collocation" in data.attrs else None
+        how = stored.decode(data.attrs["collocation"]) if "collocation" in data.attrs else None
         return cls(problem, record, data.attrs["method"], float(data.attrs["error"]), how)
 
     def __repr__(self) -> str:

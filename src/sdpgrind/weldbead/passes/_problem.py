@@ -10,7 +10,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.records import stored
+from sdpgrind.base.stored import stored
 from sdpgrind.weldbead._burn import BurnLimit
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc

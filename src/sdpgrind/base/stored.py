@@ -1,0 +1,60 @@
+"""Frozen dataclasses as JSON: what a saved plan says of its problem, and what a file may hold."""
+
+import dataclasses
+import json
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+
+Stored = TypeVar("Stored")
+
+_classes: dict[str, type] = {}
+_names: dict[type, str] = {}
+
+
+def stored(name: str) -> Callable[[type[Stored]], type[Stored]]:
+    """Mark a frozen dataclass as one that `encode` can write into a file, under `name`."""
+
+    def register(cls: type[Stored]) -> type[Stored]:
+        known = _classes.setdefault(name, cls)
+        if (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
+            raise ValueError(f"name must be of one class; {name!r} is that of {known.__qualname__} already")
+        _classes[name], _names[cls] = cls, name
+        return cls
+
+    return register
+
+
+def encode(value: Any) -> str:
+    """Return JSON for dataclasses marked by `stored`, made of numbers, strings, None, arrays and tuples."""
+    return json.dumps(value, default=_as_json)
+
+
+def decode(text: str) -> Any:
+    """Return what `encode` was given; sequences come back as tuples."""
+    return _tuples(json.loads(text, object_hook=_from_json))
+
+
+def _as_json(value: Any) -> Any:
+    if dataclasses.is_dataclass(value) and type(value) in _names:
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
+        return {"stored": _names[type(value)], **fields}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, range):
+        return list(value)
+    raise TypeError(f"{value!r} cannot be saved: {type(value).__name__} is not a plain value")
+
+
+def _from_json(fields: dict[str, Any]) -> Any:
+    name = fields.pop("stored", None)
+    if name is None:
+        return fields
+    if name not in _classes:
+        raise ValueError(f"the file holds a {name!r}, which this version does not know")
+    return _classes[name](**{key: _tuples(value) for key, value in fields.items()})
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(entry) for entry in value) if isinstance(value, list) else value
