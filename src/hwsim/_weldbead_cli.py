@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -170,18 +171,12 @@ def _policy(job: "Job", given: Any, arguments: argparse.Namespace) -> Any:
         if asked is not None:
             _check_error(given, asked, f"--policy {arguments.policy}", "plan anew, without --policy")
         return given
-    asked = asked or _default_tolerance(job)
     kept = _kept_policy(arguments.out)
     if kept is None:
         return _planned(job, asked)
-    _check_error(kept, asked, f"--out {arguments.out}", "choose another folder or tolerance")
+    if asked is not None:
+        _check_error(kept, asked, f"--out {arguments.out}", "choose another folder or tolerance")
     return kept
-
-
-def _default_tolerance(job: "Job") -> float:
-    from sdpgrind.weldbead._planner import default_tolerance
-
-    return default_tolerance(job.problem)
 
 
 def _check_error(policy: Any, asked: float, where: str, advice: str) -> None:
@@ -191,11 +186,14 @@ def _check_error(policy: Any, asked: float, where: str, advice: str) -> None:
         raise ValueError(f"{where} holds a policy {known}, --tolerance asks for {asked:g} $: {advice}")
 
 
-def _planned(job: "Job", tolerance: float) -> Any:
+def _planned(job: "Job", tolerance: float | None) -> Any:
+    """A new policy; how exact it is without a tolerance that was asked for, the report says."""
     from sdpgrind import weldbead
     from sdpgrind.base.progress import TerminalLine
 
-    return weldbead.plan(job.problem, tolerance=tolerance, progress=TerminalLine())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return weldbead.plan(job.problem, tolerance="auto" if tolerance is None else tolerance, progress=TerminalLine())
 
 
 def _run(job: "Job", policy: Any, arguments: argparse.Namespace) -> "Log":

@@ -283,3 +283,23 @@ def test_what_is_no_problem_and_what_is_no_estimate():
         weldbead.plan("P1")
     with pytest.raises(TypeError, match=r"estimate must be what weldbead.identify gives, or a Scatter; got 3"):
         weldbead.preset("P1").updated(3)
+
+
+JUMPS = weldbead.preset("P1").replace(height_charge=sdp.Charge(under=sdp.Constant(1.0, 0.1), over=sdp.Linear(10.0)), horizon=24.0)
+
+
+def test_where_the_default_tolerance_is_out_of_reach_the_best_is_given_with_a_warning():
+    """A charge that jumps does so between two nodes of any grid."""
+    with pytest.warns(UserWarning, match=r"the expected penalty is known to .* \$, not to 1e-05 \$: a charge that jumps"):
+        policy = weldbead.plan(JUMPS)
+    assert policy.error > 1e-5
+    fine = weldbead.plan(JUMPS, tolerance=None, nodes=3201)
+    at = policy.table.grid.points[0][::16]
+    left = np.full(at.size, 12.0)
+    assert np.max(np.abs(policy.value(at, left) - fine.value(at, left))) < policy.error
+
+
+def test_a_tolerance_that_is_asked_for_is_kept_or_refused():
+    with pytest.raises(sdp.ToleranceError, match=r"tolerance must be reachable within .* \(\$\); got 1e-05") as refused:
+        weldbead.plan(JUMPS, tolerance=1e-5)
+    assert refused.value.policy.error > 1e-5

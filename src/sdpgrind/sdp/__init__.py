@@ -22,7 +22,7 @@ from sdpgrind.sdp._forward import Distribution
 from sdpgrind.sdp._law import Law
 from sdpgrind.sdp._normal import LogNormal, Normal
 from sdpgrind.sdp._one_sided import Constant, Linear, OneSided, Quadratic
-from sdpgrind.sdp._plan import plan
+from sdpgrind.sdp._plan import ToleranceError, plan
 from sdpgrind.sdp._policy import Action, Policy
 from sdpgrind.sdp._problem import Axis, Forever, Levels, Move, Problem, Stages, Stop, Transition
 from sdpgrind.sdp._rayleigh import Rayleigh
@@ -62,6 +62,7 @@ __all__ = [
     "Stages",
     "Stay",
     "Stop",
+    "ToleranceError",
     "Transition",
     "check",
     "plan",

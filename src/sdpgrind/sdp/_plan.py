@@ -24,6 +24,22 @@ LARGEST = 2.0 * 2**30
 """Bytes that tables may take."""
 
 
+class ToleranceError(ValueError):
+    """A tolerance that cannot be reached.
+
+    Attributes
+    ----------
+    message : str
+        What could be, $.
+    policy : Policy
+        The best that was reached; its ``error`` ($) is above the tolerance.
+    """
+
+    def __init__(self, message: str, policy: Policy) -> None:
+        super().__init__(message)
+        self.message, self.policy = message, policy
+
+
 def plan(
     problem: Problem,
     *,
@@ -57,8 +73,9 @@ def plan(
     Raises
     ------
     ValueError
-        When nothing is allowed in some state, the process never ends, an edge is passed that must not be, or the
-        tolerance cannot be reached.
+        When nothing is allowed in some state, the process never ends, or an edge is passed that must not be.
+    ToleranceError
+        When the tolerance cannot be reached: a ValueError with the best policy that was.
 
     Examples
     --------
@@ -92,6 +109,7 @@ def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progr
 def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell: Progress, throw: bool) -> Policy:
     before = _solve(problem, 1, executor, tell)
     changes: list[float] = []
+    hopeless = 0  # halvings in a row that promise nothing: one may be that which first resolves a kink
     for halvings in range(1, REFINEMENTS + 1):
         if before.table.search_error > tolerance / 4:
             problem = _with_finer_levels(problem)
@@ -104,22 +122,33 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             return policy
         room = _halvings_left(problem, halvings)
-        if throw and halvings > 2:  # the first changes are those of a grid that may have missed much
-            _refuse_hopeless(tolerance, error, changes, room)
+        if halvings > 2:  # the first changes are those of a grid that may have missed much
+            hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
+        if throw and (hopeless > 1 or room == 0):
+            raise _out_of_reach(tolerance, policy, changes, room)
         if room == 0:
             return policy
         before = policy
     raise AssertionError("a hopeless tolerance is refused before")
 
 
-def _refuse_hopeless(tolerance: float, error: float, changes: list[float], room: int) -> None:
-    """Raise where the tolerance is out of reach even if each halving that memory holds halves the error."""
-    rate = min(4.0, max(1.25, changes[-2] / max(changes[-1], 1e-300)))
-    if error / max(2.0, rate) ** room > tolerance:
-        raise ValueError(
-            f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}: try"
-            f" {1.5 * error / rate**room:.1g}, or throw=False for the best that can be reached"
-        )
+def _rate(changes: list[float]) -> float:
+    return min(4.0, max(1.25, changes[-2] / max(changes[-1], 1e-300)))
+
+
+def _within_reach(error: float, changes: list[float], room: int) -> float:
+    """The error that is left if each halving that memory holds halves it at least."""
+    return float(error / max(2.0, _rate(changes)) ** room)
+
+
+def _out_of_reach(tolerance: float, policy: Policy, changes: list[float], room: int) -> ToleranceError:
+    assert policy.error is not None  # it is what was refined
+    reachable = 1.5 * policy.error / _rate(changes) ** room
+    return ToleranceError(
+        f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}: try"
+        f" {reachable:.1g}, or throw=False for the best that can be reached",
+        policy,
+    )
 
 
 def _halvings_left(problem: Problem, done: int) -> int:

@@ -1,5 +1,6 @@
 """The sequence planner: a weld-bead problem written as a problem of `sdp`, and solved."""
 
+import warnings
 from concurrent.futures import Executor
 from typing import Literal
 
@@ -12,6 +13,7 @@ from sdpgrind.weldbead._policy import SequencePolicy
 from sdpgrind.weldbead._problem import SequenceProblem
 from sdpgrind.weldbead._translate import sdp_problem
 
+_WHY = "a charge that jumps, or a law too narrow for the grid; see policy.error"
 START_NODES = 101
 """Grid from which a plan to a tolerance is refined."""
 HALVINGS = 6
@@ -36,7 +38,8 @@ def plan(
         What to plan.
     tolerance : float, optional
         Largest estimated error of the expected penalty ($) at any height, see the words of warning. "auto": 1e-5 $, or one
-        millionth of what the whole bead left is charged, where that is more than 10 $. None: one solve on `nodes` nodes.
+        millionth of what the whole bead left is charged, where that is more than 10 $; where that is out of reach, as with
+        charges that jump, the best that was reached, with a warning. None: one solve on `nodes` nodes.
     nodes : int, optional
         Height nodes of that single grid (401 by default), or the first grid of the refinement.
     feed : {"lattice", "continuous"}
@@ -56,8 +59,8 @@ def plan(
 
     Raises
     ------
-    ValueError
-        When the tolerance cannot be reached.
+    sdp.ToleranceError
+        When a tolerance ($) is given that cannot be reached.
 
     Examples
     --------
@@ -70,12 +73,26 @@ def plan(
     checks.one_of("feed", feed, ("lattice", "continuous"))
     if isinstance(tolerance, str):
         checks.one_of("tolerance", tolerance, ("auto",))
+        if feed == "lattice":
+            return _plan_as_well_as_can_be(problem, nodes, executor, progress)
         tolerance = default_tolerance(problem)
     if feed == "continuous":
         return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)
     start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
     table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress, throw=throw)
     return SequencePolicy(problem, table)
+
+
+def _plan_as_well_as_can_be(
+    problem: SequenceProblem, nodes: int | None, executor: Executor | None, progress: Progress | None
+) -> SequencePolicy:
+    """To the default tolerance, or to what is in reach."""
+    wanted = default_tolerance(problem)
+    try:
+        return plan(problem, tolerance=wanted, nodes=nodes, executor=executor, progress=progress)
+    except sdp.ToleranceError as best:
+        warnings.warn(f"the expected penalty is known to {best.policy.error:.1g} $, not to {wanted:g} $: {_WHY}", stacklevel=3)
+        return SequencePolicy(problem, best.policy)
 
 
 def default_tolerance(problem: SequenceProblem) -> float:
