@@ -65,7 +65,7 @@ WRONG = {
     "no tuple": (ring(lambda s, c, e: 0.5 * s.x), "move 'push': step must return a tuple of 1 coordinates; got ndarray"),
     "a charge that is no number": (
         bead(charge=lambda s, c: np.where(s.height > 0.5, 1.0, np.nan)),
-        "move 'grind': its charge or transition must give numbers; got NaN",
+        "move 'grind': charge must be a number ($), infinite where it is not allowed; got NaN",
     ),
     "a step that is no number": (
         ring(lambda s, c, e: (s.x * np.nan,)),
@@ -160,3 +160,19 @@ def test_a_problem_of_another_kind(verb):
 def test_noise_is_laws_by_name(noise):
     with pytest.raises(TypeError, match="noise must be laws by name, such as"):
         sdp.Sampled(lambda s, c, e: (s.x,), noise)
+
+
+def test_a_charge_that_is_no_number_is_refused():
+    """It would look like a move that is never taken."""
+    move = sdp.Move("go", {"by": [0.1, 0.2]}, sdp.Sampled(lambda s, c, e: (s.x - c.by,)), charge=lambda s, c: np.nan * c.by)
+    problem = sdp.Problem(
+        [sdp.Axis("x", 0.0, 1.0, 11, below="hold")], [move], [sdp.Stop("done", lambda s: np.abs(s.x))], sdp.Stages(3, 1.0)
+    )
+    with pytest.raises(ValueError, match="move 'go': charge must be a number"):
+        sdp.plan(problem)
+    assert any("charge must be a number" in line for line in sdp.check(problem).problems)
+
+
+def test_an_edge_that_is_no_number_is_refused():
+    with pytest.raises(ValueError, match=r"x.below and .above must be a word or a value-to-go \(\$\); got nan"):
+        sdp.Axis("x", 0.0, 1.0, 11, below=float("nan"))

@@ -291,3 +291,8 @@ def test_a_convex_lateness_needs_no_window():
     assert P1.replace(lateness_charge=sdp.Quadratic(0.01)).late_window is None
     constant = P1.replace(lateness_charge=sdp.Constant(3.0), late_window=20.0)
     assert constant.late_window == 20.0
+
+
+def test_passes_that_are_all_longer_than_the_horizon():
+    with pytest.raises(ValueError, match=r"durations\[0\] must be <= horizon, 60 s, without a lateness_charge: no pass"):
+        weldbead.preset("P1").replace(durations=[70.0])

@@ -110,4 +110,6 @@ class Menu:
         """Return the in-path charge, infinite where the move is not allowed."""
         move = self.move
         charge = move.charge(s, c) if callable(move.charge) else move.charge
+        if np.any(np.isnan(np.asarray(charge, dtype=float))):
+            raise ValueError(f"move {move.name!r}: charge must be a number ($), infinite where it is not allowed; got NaN")
         return charge if move.allowed is None else np.where(move.allowed(s, c), charge, np.inf)

@@ -65,6 +65,8 @@ class Axis:
         for side in (self.below, self.above):
             if isinstance(side, str):
                 checks.one_of(f"{self.name}.below and .above", side, ("refuse", "hold", "stop"))
+            elif np.isnan(side):
+                raise ValueError(f"{self.name}.below and .above must be a word or a value-to-go ($); got {side!r}")
 
     @property
     def interval(self) -> str:

@@ -166,6 +166,9 @@ class SequenceProblem(Frozen):
                 raise checks.refuse(f"durations[{k}]", f"> reset_time, {self.reset_time:g} s", value, "s")
             if k and value <= durations[k - 1]:
                 raise checks.refuse(f"durations[{k}]", f"> durations[{k - 1}], {durations[k - 1]:g} s", value, "s")
+        if self.lateness_charge is None and durations[0] > self.horizon:
+            rule = f"<= horizon, {self.horizon:g} s, without a lateness_charge: no pass would ever be begun"
+            raise checks.refuse("durations[0]", rule, durations[0], "s")
         object.__setattr__(self, "durations", durations)
 
     def _check_charges(self) -> None:
