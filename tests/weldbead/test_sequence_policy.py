@@ -532,3 +532,13 @@ def test_the_default_tolerance_suits_the_charges():
     assert policy.value(1.0, 24.0) == pytest.approx(100 * 0.070643, abs=1e-2)
     with pytest.raises(ValueError, match="tolerance must be one of auto"):
         weldbead.plan(dear, tolerance="high")
+
+
+@pytest.mark.parametrize("state", [(1.14125, 14.0), (1.37, 16.0), (0.513, 22.0)])
+def test_risk_and_snapped_runs_begin_where_the_bead_is(state):
+    """Between nodes whose passes differ the first pass is that of the bead: no mixture of theirs."""
+    policy = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101)
+    value = policy.value(*state)
+    assert policy.risk(*state).mean == pytest.approx(value, abs=1e-4)  # of a chord over a cell of 0.02 mm
+    runs = policy.simulate(runs=200_000, height=state[0], time_left=state[1], rng=3, snap=True)
+    assert abs(runs.mean - value) < 4 * runs.standard_error + 1e-4

@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -141,6 +141,9 @@ def _ended(policy: Solution, place: Any, charge: float) -> Distribution:
     return Distribution(np.array([charge]), np.ones(1), final, (), 0.0, 0.0, (float(below), float(not below)))
 
 
+Points: TypeAlias = tuple[Floats, ...]
+
+
 class _Spread:
     """Probability [mode, node] by stage, and what has been charged."""
 
@@ -153,9 +156,10 @@ class _Spread:
         self.on_the_way = self.moves = 0.0
 
     def run(self, place: Any) -> Distribution:
-        node, part = self.policy.grid.corners(place.index)
+        # The first step is that of the state itself: between nodes whose actions differ it is no mixture of theirs.
         stage, self.offset = self.policy.begin(place)
-        np.add.at(self.waiting[stage][int(place.mode[0])], np.ravel(node), np.ravel(part))
+        best, entry, control, _ = self.policy.act(place)
+        self._act(stage, int(best[0]), place.points, place.mode, entry, control, np.ones(1))
         while self.waiting:
             stage = max(self.waiting)
             self._spread(stage, self.waiting.pop(stage))
@@ -171,25 +175,26 @@ class _Spread:
         row = int(self.policy.countdown.row(stage))
         for k in np.unique(t.best[row][mass > NEGLIGIBLE]):
             mode, node = np.nonzero((t.best[row] == k) & (mass > NEGLIGIBLE))
-            if k < 0:
-                self._stop(stage, int(k), mode, node, mass[mode, node])
-            else:
-                self._move(stage, row, int(k), mode, node, mass[mode, node])
+            points = tuple(x[node] for x in self.policy.grid.points)
+            self._act(stage, int(k), points, mode, t.entry[row, mode, node], t.control[row, mode, node], mass[mode, node])
+
+    def _act(self, stage: int, k: int, points: Points, mode: Any, entry: Any, control: Floats, mass: Floats) -> None:
+        if k < 0:
+            self._stop(stage, k, points, mode, mass)
+        else:
+            self._move(stage, k, points, mode, entry.astype(np.int64), control, mass)
 
     def _late(self, stage: int) -> float:
         return float(self.policy.countdown.late(stage * self.layout.step + self.offset))
 
-    def _stop(self, stage: int, k: int, mode: Any, node: Any, mass: Floats) -> None:
-        points = tuple(x[node] for x in self.policy.grid.points)
+    def _stop(self, stage: int, k: int, points: Points, mode: Any, mass: Floats) -> None:
         s = stop_state(self.problem, points, mode, stage)
         charge = np.broadcast_to(charge_of(self.problem, self.problem.stops[-1 - k], s), mass.shape) + self._late(stage)
         self.atoms.append((charge, mass, np.array(points).reshape(len(points), mass.size)))
 
-    def _move(self, stage: int, row: int, k: int, mode: Any, node: Any, mass: Floats) -> None:
-        t, menu = self.policy.table, self.menus[k]
-        points = tuple(x[node] for x in self.policy.grid.points)
+    def _move(self, stage: int, k: int, points: Points, mode: Any, entry: Any, control: Floats, mass: Floats) -> None:
+        menu = self.menus[k]
         told = mode if len(self.problem.modes) > 1 else None
-        entry, control = t.entry[row, mode, node].astype(np.int64), t.control[row, mode, node]
         time = np.full(mass.size, stage * self.layout.step)
         rows = menu.move.to.rows(menu, points, told, time, entry, control)
         arrival = stage - menu.move.duration

@@ -141,8 +141,6 @@ class _Block:
         self.mode = np.full(n, int(place.mode[0]))
         self.penalty, self.moves = np.zeros(n), np.zeros(n, dtype=np.int64)
         alive = np.arange(n)
-        if self.snap:
-            self._snap(alive)
         for _ in range(LONGEST):
             alive = self._advance(alive)
             if not alive.size:
