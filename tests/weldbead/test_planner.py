@@ -214,13 +214,14 @@ def test_invariants(sd, under, ratio, rate, scatter):
         lateness_charge=None if rate is None else sdp.Linear(rate),
     )
     value = values(solved(problem))
-    assert np.max(np.diff(value, axis=1)) <= 1e-8 * under  # more time never costs
+    tied = 1e-6 * under  # actions that cost the same to 1e-7 tie, and the first of them is taken, pass after pass
+    assert np.max(np.diff(value, axis=1)) <= tied  # more time never costs
     assert np.all(value <= under * solved(problem).states()[0][:, None] + 1e-12)
     assert np.all(value >= 0)
     cheaper = problem.replace(height_charge=sdp.Charge(under=sdp.Linear(under), over=sdp.Linear(0.9 * ratio * under)))
     assert np.all(values(solved(cheaper)) <= value + 1e-3 * under)  # dearer charges never cost less, but for the search
     more = problem.replace(durations=(6, 8, 10, 20))
-    assert np.all(values(solved(more)) <= value + 1e-9)  # nor do more feeds
+    assert np.all(values(solved(more)) <= value + tied)  # nor do more feeds
 
 
 # Continuous feed -----------------------------------------------------------------------------------------------------
