@@ -13,6 +13,7 @@ PACKAGES = (
     "sdpgrind.control",
     "sdpgrind.identify",
     "sdpgrind.physics",
+    "sdpgrind.plunge",
     "sdpgrind.sdp",
     "sdpgrind.units",
     "sdpgrind.weldbead",

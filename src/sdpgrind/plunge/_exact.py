@@ -1,0 +1,110 @@
+"""Time and course of the fastest cycle, from its pieces: closed forms and Gauss's rule, no step in time."""
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from scipy.optimize import brentq
+from scipy.special import hyp2f1
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge import _kernels
+from sdpgrind.plunge._envelope import Envelope, Limits, Piece
+
+SAMPLES = 200
+"""Points of each piece of a trajectory."""
+WAIT, START, LINE, HOLD, TRACK = range(5)
+"""Kinds of a course: until the wheel touches, at full command, spark-out, constant rate, on the limit of burning."""
+
+
+Rule: TypeAlias = tuple[Floats, Floats]
+
+
+class Course(NamedTuple):
+    """A trajectory: time (s), remaining stock, deflection beyond ploughing (mm), infeed and command rate (mm/s), piece."""
+
+    time: Floats
+    remaining: Floats
+    y: Floats
+    rate: Floats
+    command: Floats
+    kind: Floats
+
+
+def fastest(limits: Limits, points: int = 40) -> tuple[float, tuple[float, ...], Course]:
+    """Return the least time (s), the times at which its pieces end, and its course, by Gauss's rule of some points."""
+    envelope, rule = Envelope(limits), leggauss(points)
+    meet = _meeting(limits, envelope)
+    touch = limits.core.K0 / limits.rate_max
+    start = _start(limits, np.linspace(0.0, meet**limits.core.p, SAMPLES) ** (1 / limits.core.p))
+    left = limits.stock - limits.rate_max * start[0][-1] + start[1][-1]
+    times, remaining = touch + start[0], limits.stock - limits.rate_max * start[0] + start[1]
+    parts: list[tuple[Floats, ...]] = [
+        (times, remaining, start[1], start[2], np.full(SAMPLES, limits.rate_max), np.full(SAMPLES, START))
+    ]
+    ends, now = [float(times[-1])], float(times[-1])
+    for piece in reversed([piece for piece in envelope.pieces if piece.low < left]):
+        part = _piece(limits, piece, min(left, piece.high), now, rule)
+        now = float(part[0][-1])
+        ends.append(now)
+        parts.append(part)
+    wait = np.zeros(1), np.array([limits.stock]), np.zeros(1), np.zeros(1), np.array([limits.rate_max]), np.array([WAIT])
+    columns = [np.concatenate(column) for column in zip(wait, *parts, strict=True)]
+    return now, tuple(ends), Course(*columns)
+
+
+def _start(limits: Limits, rate: Floats) -> tuple[Floats, Floats, Floats]:
+    """Time from contact, deflection and rate at full command: the integral of y'(v)/(u - v), in closed form."""
+    c, u = limits.core, limits.rate_max
+    share = rate / u
+    time = c.K2 * rate**c.p / u * hyp2f1(1.0, c.p, 1.0 + c.p, share) - c.K1 * np.log1p(-share)
+    return np.asarray(time), _kernels.beyond(rate, c), rate
+
+
+def _meeting(limits: Limits, envelope: Envelope) -> float:
+    """The rate (mm/s) at which the start meets the bound."""
+
+    def above(v: float) -> float:
+        time, y, _ = _start(limits, np.array([v]))
+        r = limits.stock - limits.rate_max * float(time[0]) + float(y[0])
+        return float(y[0]) - (envelope(r) if r > 0 else envelope(0.0) + r)
+
+    end = limits.rate_max * (1 - 1e-12)
+    return float(brentq(above, 0.0, end, xtol=1e-17, rtol=1e-14)) if above(end) > 0 else end
+
+
+def _piece(limits: Limits, piece: Piece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
+    """Course of a piece from `high` (mm) down to its low end."""
+    if piece.kind == "track":
+        return _tracking(limits, piece, high, now, rule)
+    remaining = np.linspace(high, piece.low, SAMPLES)
+    if piece.kind == "hold":
+        v = _kernels.rate(piece.y, limits.core)
+        rates = np.full(SAMPLES, v)
+        return now + (high - remaining) / v, remaining, np.full(SAMPLES, piece.y), rates, rates, np.full(SAMPLES, HOLD)
+    y = piece.y + remaining - piece.low
+    rates = _kernels.rates(y, limits.core)
+    given_back = _antiderivative(limits, rates)
+    return now + given_back[0] - given_back, remaining, y, rates, np.zeros(SAMPLES), np.full(SAMPLES, LINE)
+
+
+def _antiderivative(limits: Limits, rate: Floats) -> Floats:
+    """Of y'(v)/v: the time in which deflection is given back."""
+    c = limits.core
+    power = np.log(rate) if c.p == 1 else c.p / (c.p - 1) * rate ** (c.p - 1)
+    return np.asarray(c.K1 * np.log(rate) + c.K2 * power)
+
+
+def _tracking(limits: Limits, piece: Piece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
+    """On the limit of burning, r = m + z(v): the time is the integral of z'(v)/v."""
+    first, last = limits.rate_at(high), limits.rate_at(piece.low)
+    rates = np.geomspace(first, last, SAMPLES)
+    rates[[0, -1]] = first, last
+    half = 0.5 * np.diff(rates)
+    middle = 0.5 * (rates[1:] + rates[:-1])
+    points = middle[:, None] + half[:, None] * rule[0]
+    steps = -half * ((limits.slope_of_z(points) / points) @ rule[1])
+    time = now + np.concatenate([[0.0], np.cumsum(steps)])
+    remaining = limits.margin + np.array([limits.z(v) for v in rates])
+    command = rates * (1 - limits.slope_of_y(rates) / limits.slope_of_z(rates))
+    return time, remaining, _kernels.beyond(rates, limits.core), rates, command, np.full(SAMPLES, TRACK)

@@ -1,0 +1,92 @@
+"""A plunge cycle to be planned: what is to be ground off, how fast the wheel may be fed, how round the part must be."""
+
+import dataclasses
+import warnings
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.plunge._model import PlungeModel
+
+
+@stored("plunge.cycle_problem")
+@dataclasses.dataclass(frozen=True)
+class CycleProblem(Frozen):
+    """Grind off a stock in the least time, with no burned layer left and within the roundness.
+
+    Parameters
+    ----------
+    model : PlungeModel
+        Wheel, work, machine and heat.
+    stock : float
+        Radial stock, mm.
+    command_rate_max : float
+        Greatest commanded infeed rate u_max, mm/s.
+    roundness_max : float
+        Greatest out-of-roundness, mm.
+    time_constant : float, optional
+        Time constant (s) that a controller reckons with: the secant of the deflection between the final rate and that at which
+        burning begins, when left out. It stays when fields of the model are replaced.
+    sample_time : float
+        Of the controller, s.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, no rate is round enough, or the work burns at every rate.
+
+    Examples
+    --------
+    >>> from sdpgrind import plunge, units
+    >>> problem = plunge.preset("simulation")
+    >>> round(problem.final_rate, 6), round(problem.time_constant, 4)
+    (0.002564, 1.9334)
+    >>> problem.replace(wear_flat_area=0.03).time_constant == problem.time_constant
+    True
+    """
+
+    model: PlungeModel
+    stock: float
+    command_rate_max: float
+    roundness_max: float
+    time_constant: float | None = None
+    sample_time: float = 0.04
+
+    def __post_init__(self) -> None:
+        checks.kind("model", self.model, PlungeModel)
+        for name, unit in {"stock": "mm", "command_rate_max": "mm/s", "sample_time": "s"}.items():
+            checks.positive(name, getattr(self, name), unit)
+        base = self.model.roundness_base
+        if checks.number("roundness_max", self.roundness_max, "mm") <= base:
+            raise checks.refuse(
+                "roundness_max", f"> roundness_base = {base:g}: no rate is round enough", self.roundness_max, "mm"
+            )
+        if self.model.burn_rate == 0.0:
+            raise ValueError(
+                f"wear_flat_area must be less: the work burns at every infeed rate; got {self.model.wear_flat_area:g}, with B ="
+                f" {self.model.burning.B:g} J/(mm^2 s^(1/2))"
+            )
+        if self.final_rate >= self.command_rate_max:
+            warnings.warn(
+                f"no spark-out is needed: roundness_max allows {self.final_rate:.4g} mm/s at the end, and the command no more"
+                f" than {self.command_rate_max:.4g}",
+                stacklevel=3,
+            )
+        if self.time_constant is None:
+            object.__setattr__(self, "time_constant", self._secant())
+        longest = checks.positive("time_constant", self.time_constant, "s") / 4
+        if self.sample_time > longest:
+            raise checks.refuse("sample_time", f"<= time_constant/4 = {longest:.4g}", self.sample_time, "s")
+
+    @property
+    def final_rate(self) -> float:
+        """Infeed rate v_f (mm/s) at which the part is just round enough."""
+        m = self.model
+        return float(m.turns * (self.roundness_max - m.roundness_base) / m.roundness_gain)
+
+    def _secant(self) -> float:
+        m, low = self.model, self.final_rate
+        high = min(m.burn_rate, self.command_rate_max)
+        if high <= low * (1 + 1e-9):
+            return float(m.local_time_constant(low))
+        return float((m.deflection(high) - m.deflection(low)) / (high - low))

@@ -1,0 +1,198 @@
+"""The fastest cycle: published and independent numbers, optimality conditions, and cycles that must not be faster."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from sdpgrind import physics, plunge
+from sdpgrind.plunge._envelope import Envelope, Limits
+
+NOMINAL = plunge.preset("simulation")
+
+
+def test_model_against_the_specification():
+    model = NOMINAL.model
+    np.testing.assert_allclose(model.burn_depth([0.003, 0.010, 0.020, 0.0448]), [-0.0101, 0.0046, 0.0316, 0.0882], atol=6e-5)
+    np.testing.assert_allclose(model.local_time_constant([0.0448, 0.003]), [1.65, 2.02], atol=5e-3)
+    assert model.burn_rate == pytest.approx(0.0082569, abs=1e-7)
+    assert model.core.K0 / NOMINAL.command_rate_max == pytest.approx(0.236, abs=5e-4)
+    assert (NOMINAL.final_rate, NOMINAL.time_constant) == (pytest.approx(0.002564, abs=1e-6), pytest.approx(1.9334, abs=1e-4))
+
+
+def test_deflection_and_its_inverse():
+    model = NOMINAL.model
+    rate = np.geomspace(1e-5, 0.1, 50)
+    np.testing.assert_allclose(model.infeed_rate(model.deflection(rate)), rate, rtol=1e-12)
+    assert model.infeed_rate(0.5 * model.core.K0) == 0.0
+    step = 1e-6
+    slope = (model.deflection(rate + step * rate) - model.deflection(rate)) / (step * rate)
+    np.testing.assert_allclose(slope, model.local_time_constant(rate), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "margin", "time"),
+    [({}, 0.0, 12.0195), ({}, 0.02, 13.4598), ({"wear_flat_area": 0.032}, 0.0, 12.9187)],
+)
+def test_least_times(changes, margin, time):
+    """Of an independent program; dynamic programming and collocation of the specification agree to 1e-4."""
+    best = plunge.plan(NOMINAL.replace(**changes), safety_margin=margin)
+    assert best.time == pytest.approx(time, abs=1e-4)
+    assert best.error < 1e-5
+
+
+def test_without_burning_it_is_two_pieces():
+    cold = NOMINAL.replace(burning=physics.BurningLimit(6.205, 10.0))
+    best = plunge.plan(cold)
+    assert best.time == pytest.approx(11.8620, abs=1e-4)
+    assert len(best.switches) == 2
+
+
+def test_end_of_full_rate():
+    assert plunge.plan(NOMINAL).switches[0] == pytest.approx(6.350, abs=2e-3)
+
+
+@pytest.fixture(scope="module")
+def best():
+    return plunge.plan(NOMINAL)
+
+
+def test_the_course_obeys_its_dynamics(best):
+    """x' = u - v and q' = v, integrated apart from the plan with its own commands."""
+    t, model = best.trajectory, NOMINAL.model
+    command, time = t.command_rate.values, t.time.values
+
+    def slope(now, state):
+        rate = float(model.infeed_rate(state[0]))
+        return [np.interp(now, time, command) - rate, -rate]
+
+    for low, high in zip((0.0, *best.switches[:-1]), best.switches, strict=True):
+        inside = (time > low + 1e-9) & (time < high - 1e-9)
+        at = time[inside]
+        start = [t.deflection.values[inside][0], t.remaining.values[inside][0]]
+        done = solve_ivp(slope, (at[0], at[-1]), start, t_eval=at, rtol=1e-9, atol=1e-12, max_step=0.02)
+        np.testing.assert_allclose(done.y[0], t.deflection.values[inside], atol=2e-5)
+        np.testing.assert_allclose(done.y[1], t.remaining.values[inside], atol=2e-5)
+
+
+def test_no_limit_is_broken_and_each_binds(best):
+    t = best.trajectory
+    rate, left, burn = t.infeed_rate.values, t.remaining.values, t.burn_depth.values
+    touching = rate > 0.001
+    assert np.all(burn[touching] <= left[touching] + 1e-12)
+    tracking = t.piece.values == 4
+    np.testing.assert_allclose(burn[tracking], left[tracking], atol=1e-12)
+    assert rate[-1] == pytest.approx(NOMINAL.final_rate, rel=1e-10) and left[-1] == pytest.approx(0.0, abs=1e-12)
+    assert np.all((t.command_rate.values >= 0) & (t.command_rate.values <= NOMINAL.command_rate_max + 1e-15))
+    assert best.roundness == pytest.approx(3e-3, rel=1e-9)
+
+
+def test_command_is_used_up(best):
+    """Conservation: what was commanded is what was ground off and what the machine still gives way."""
+    t = best.trajectory
+    inside = np.diff(t.time.values) > 0
+    commanded = np.sum((0.5 * (t.command_rate.values[1:] + t.command_rate.values[:-1]) * np.diff(t.time.values))[inside])
+    assert commanded == pytest.approx(NOMINAL.stock + float(t.deflection[-1]), abs=2e-4)
+
+
+def test_time_is_the_integral_of_the_stock(best):
+    """Piece by piece, by the trapezoidal rule: 199 intervals leave some 1e-4 s."""
+    t = best.trajectory
+    left, rate, time = t.remaining.values, t.infeed_rate.values, t.time.values
+    after = rate > 4e-3
+    left, rate, time = left[after], rate[after], time[after]
+    assert np.trapezoid(1 / rate[::-1], left[::-1]) == pytest.approx(time[-1] - time[0], abs=5e-4)
+
+
+random_cycles = given(
+    rate_max=st.floats(0.03, 0.09), B=st.floats(3.0, 7.2), stock=st.floats(0.15, 0.4), stiffness=st.floats(4e3, 3e4),
+    area=st.floats(0.008, 0.032), margin=st.floats(0.0, 0.05), roundness=st.floats(2e-3, 6e-3),
+)  # fmt: skip
+
+
+@settings(max_examples=40, deadline=None)
+@random_cycles
+def test_bound_against_a_running_minimum(rate_max, B, stock, stiffness, area, margin, roundness):
+    """Y~(r) = min over s <= r of Y(s) + r - s, on a fine grid, and the limits that it must keep."""
+    try:
+        problem = NOMINAL.replace(
+            command_rate_max=rate_max, burning=physics.BurningLimit(6.205, B), stock=stock, stiffness=stiffness,
+            wear_flat_area=area, sample_time=1e-3, roundness_max=roundness,
+        )  # fmt: skip
+    except ValueError:
+        assume(False)
+    model, margin = problem.model, min(margin, 0.9 * stock)
+    limits = Limits(model.core, rate_max, model.burn_rate, problem.final_rate, margin, stock)
+    envelope = Envelope(limits)
+    left = np.linspace(0.0, stock, 2001)
+    rate = np.array([limits.rate_at(r) for r in left])
+    rate[0] = min(rate[0], problem.final_rate)
+    y = _beyond(model, rate)
+    np.testing.assert_allclose([envelope(r) for r in left], np.minimum.accumulate(y - left) + left, atol=2 * stock / 2000)
+    t = plunge.plan(problem, safety_margin=margin).trajectory
+    burning = t.infeed_rate.values > model.burn_rate
+    assert np.all(t.burn_depth.values[burning] <= np.maximum(t.remaining.values[burning] - margin, 0.0) + 1e-10)
+    assert np.all(np.diff(t.time.values) >= -1e-12) and np.all(np.diff(t.remaining.values) <= 1e-12)
+    assert t.infeed_rate.values[-1] <= min(problem.final_rate, rate_max) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_cycle_within_the_limits_is_faster(seed):
+    """Random courses pressed under the limits, stock by stock, take longer: the bound is the least of bounds."""
+    rng = np.random.default_rng(seed)
+    model, best = NOMINAL.model, plunge.plan(NOMINAL)
+    left, y = best.trajectory.remaining.values[::-1], (best.trajectory.deflection.values - model.core.K0)[::-1]
+    tried = y * rng.uniform(0.5, 1.0, y.size)
+    slope = np.minimum.accumulate(tried - left) + left  # never more than slope 1: the command does not go back
+    rate = model.infeed_rate(np.maximum(slope, 1e-6) + model.core.K0)
+    inside = best.trajectory.infeed_rate.values[::-1] > 1e-3
+    slower = np.trapezoid(1 / rate[inside], left[inside])
+    assert slower > np.trapezoid(1 / best.trajectory.infeed_rate.values[::-1][inside], left[inside])
+
+
+def _beyond(model, rate):
+    return model.deflection(rate) - model.core.K0
+
+
+def test_saved_and_loaded(best, tmp_path):
+    import sdpgrind
+
+    best.save(tmp_path / "cycle.nc")
+    again = sdpgrind.load(tmp_path / "cycle.nc")
+    assert (again.time, again.problem, again.switches, again.error) == (best.time, best.problem, best.switches, best.error)
+    np.testing.assert_array_equal(again.trajectory.infeed_rate, best.trajectory.infeed_rate)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"wheel_diameter": 70.0}, r"wheel_diameter must be < work_diameter = 70 in a bore \(mm\); got 70.0"),
+        ({"wheel_speed": 37.0}, r"wheel_speed must be in mm/s, .*units.m_per_s.*; got 37.0"),
+        ({"work_rotation": 400.0}, r"work_rotation must be in rad/s, .*units.rpm.*; got 400.0"),
+        ({"wear_flat_area": 1.5}, r"wear_flat_area must be in \(0, 1\]; got 1.5"),
+        ({"stock": -0.1}, r"stock must be > 0 \(mm\); got -0.1"),
+        ({"roundness_max": 1e-3}, r"roundness_max must be > roundness_base = 0.00159: no rate is round enough \(mm\)"),
+        ({"sample_time": 1.0}, r"sample_time must be <= time_constant/4 = 0.4834 \(s\); got 1.0"),
+        ({"burning": physics.BurningLimit(6.2, 0.5)}, "wear_flat_area must be less: the work burns at every infeed rate"),
+    ],
+)
+def test_problems_that_are_none(changes, message):
+    with pytest.raises(ValueError, match=message):
+        NOMINAL.replace(**changes)
+
+
+def test_margins_that_are_none():
+    with pytest.raises(ValueError, match=r"safety_margin must be >= 0 \(mm\)"):
+        plunge.plan(NOMINAL, safety_margin=-0.01)
+    with pytest.raises(ValueError, match=r"safety_margin must be < stock = 0.282 \(mm\)"):
+        plunge.plan(NOMINAL, safety_margin=0.3)
+    with pytest.raises(TypeError, match="problem must be a CycleProblem"):
+        plunge.plan("simulation")
+
+
+def test_warnings():
+    with pytest.warns(UserWarning, match="an area of one sliding law is none of another"):
+        NOMINAL.replace(power=physics.GrindingPower(sliding=physics.MalkinSliding()), burning=physics.BurningLimit(6.2, 70.0))
+    with pytest.warns(UserWarning, match="no spark-out is needed"):
+        NOMINAL.replace(command_rate_max=0.002)
