@@ -13,6 +13,8 @@ from sdpgrind.plunge._envelope import Envelope, Limits, Piece
 
 SAMPLES = 200
 """Points of each piece of a trajectory."""
+FULL = 30.0
+"""Lag at which a rate counts as the full one: 1e-13 below it."""
 WAIT, START, LINE, HOLD, TRACK = range(5)
 """Kinds of a course: until the wheel touches, at full command, spark-out, constant rate, on the limit of burning."""
 
@@ -36,7 +38,7 @@ def fastest(limits: Limits, points: int = 40) -> tuple[float, tuple[float, ...],
     envelope, rule = Envelope(limits), leggauss(points)
     meet = _meeting(limits, envelope)
     touch = limits.core.K0 / limits.rate_max
-    start = _start(limits, np.linspace(0.0, meet**limits.core.p, SAMPLES) ** (1 / limits.core.p))
+    start = _start(limits, np.linspace(0.0, meet, SAMPLES))
     left = limits.stock - limits.rate_max * start[0][-1] + start[1][-1]
     times, remaining = touch + start[0], limits.stock - limits.rate_max * start[0] + start[1]
     parts: list[tuple[Floats, ...]] = [
@@ -53,24 +55,26 @@ def fastest(limits: Limits, points: int = 40) -> tuple[float, tuple[float, ...],
     return now, tuple(ends), Course(*columns)
 
 
-def _start(limits: Limits, rate: Floats) -> tuple[Floats, Floats, Floats]:
-    """Time from contact, deflection and rate at full command: the integral of y'(v)/(u - v), in closed form."""
-    c, u = limits.core, limits.rate_max
-    share = rate / u
-    time = c.K2 * rate**c.p / u * hyp2f1(1.0, c.p, 1.0 + c.p, share) - c.K1 * np.log1p(-share)
+def _start(limits: Limits, lag: Floats) -> tuple[Floats, Floats, Floats]:
+    """Time from contact, deflection and rate at full command where the rate is u_max (1 - exp(-lag)).
+
+    The time is the integral of y'(v)/(u_max - v), in closed form.
+    """
+    c, u, share = limits.core, limits.rate_max, -np.expm1(-lag)
+    rate = u * share
+    time = c.K2 * rate**c.p / u * hyp2f1(1.0, c.p, 1.0 + c.p, share) + c.K1 * lag
     return np.asarray(time), _kernels.beyond(rate, c), rate
 
 
 def _meeting(limits: Limits, envelope: Envelope) -> float:
-    """The rate (mm/s) at which the start meets the bound."""
+    """The lag at which the start meets the bound; a bound at full rate is met as well as it can be."""
 
-    def above(v: float) -> float:
-        time, y, _ = _start(limits, np.array([v]))
+    def above(lag: float) -> float:
+        time, y, _ = _start(limits, np.array([lag]))
         r = limits.stock - limits.rate_max * float(time[0]) + float(y[0])
         return float(y[0]) - (envelope(r) if r > 0 else envelope(0.0) + r)
 
-    end = limits.rate_max * (1 - 1e-12)
-    return float(brentq(above, 0.0, end, xtol=1e-17, rtol=1e-14)) if above(end) > 0 else end
+    return float(brentq(above, 0.0, FULL, xtol=1e-14, rtol=1e-14)) if above(FULL) > 0 else FULL
 
 
 def _piece(limits: Limits, piece: Piece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
