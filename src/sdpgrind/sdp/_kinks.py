@@ -61,15 +61,48 @@ class Lines(NamedTuple):
         return Lines(*(column[kept] for column in self))
 
 
+class Spans(NamedTuple):
+    """Of each move's continuous control: the length of its interval (infinite where there is none) and its breaks, [move, k]."""
+
+    length: Floats
+    breaks: Floats  # filled up with inf
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Spans":
+        """Read a problem."""
+        levels = [move.levels for move in problem.moves]
+        breaks = [sorted(one.breaks) if one else [] for one in levels]
+        most = max(map(len, breaks))
+        filled = [[*some, *[np.inf] * (most - len(some))] for some in breaks]
+        return cls(np.array([one.high - one.low if one else np.inf for one in levels]), np.array(filled))
+
+    def select(self, move: Any) -> "Spans":
+        """Return those of an array of moves."""
+        return Spans(self.length[move], self.breaks[move])
+
+    def jumps(self, four: tuple[Floats, ...]) -> Any:
+        """Whether a control jumps, or meets a break, between the middle two of four nodes; NaN where it is not known."""
+        left, right = four[1][..., None], four[2][..., None]
+        low, high = np.minimum(left, right), np.maximum(left, right)
+        met = ((low < self.breaks) & (high >= self.breaks)) | ((low <= self.breaks) & (high > self.breaks))
+        return _jumps(four, self.length) | met.any(axis=-1)
+
+    def around(self, control: Floats) -> tuple[Floats, Floats]:
+        """Return the breaks next below and next above a control of each move (infinite where there is none)."""
+        below, above = self.breaks < control[:, None], self.breaks > control[:, None]
+        low = np.where(below, self.breaks, -np.inf).max(axis=1, initial=-np.inf)
+        return low, np.where(above, self.breaks, np.inf).min(axis=1, initial=np.inf)
+
+
 @dataclass
 class Changes:
     """Collects lines while stages are solved, as the costs of single moves are known only then.
 
-    `spans` are the intervals of the moves' continuous controls (infinite where there is none), `shared` the moves that mode 0
-    tells for all modes. `history`: the costs [row, move, mode, node] of a small problem, not yet looked through.
+    `shared`: the moves that mode 0 tells for all modes. `history`: the costs [row, move, mode, node] of a small problem, not
+    yet looked through.
     """
 
-    spans: Floats
+    spans: "Spans"
     shared: Any
     found: list[Lines] = field(default_factory=list)
     history: tuple[Any, ...] | None = None
@@ -77,8 +110,7 @@ class Changes:
     @classmethod
     def of(cls, problem: Problem, shared: Any) -> "Changes":
         """Begin for a problem."""
-        spans = [m.levels.high - m.levels.low if m.levels else np.inf for m in problem.moves]
-        return cls(np.array(spans), np.asarray(shared))
+        return cls(Spans.of(problem), np.asarray(shared))
 
     def add(self, row: int, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats) -> None:
         """Look through one row: costs of stops [stop, mode, node] and moves [move, mode, node], and what was chosen."""
@@ -105,7 +137,7 @@ class Changes:
         """All rows of a problem of one mode at once: they take the place of the modes."""
         row, cell = np.nonzero(_changes(best, entry, control, self.spans))
         if cell.size:
-            own = np.broadcast_to(row, (self.spans.size, row.size))
+            own = np.broadcast_to(row, (self.spans.length.size, row.size))
             self.found.append(_lines(Cells(row, np.zeros_like(row), cell), (row, own), stop_q, moves, self.spans))
 
 
@@ -117,7 +149,7 @@ class Cells(NamedTuple):
     cell: Ints
 
 
-def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Floats, Floats, Any], spans: Floats) -> Lines:
+def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Floats, Floats, Any], spans: Spans) -> Lines:
     """Read the lines of all actions in these cells; `at` says where the costs of stops, and of each move, stand."""
     ends = np.stack([cells.cell, cells.cell + 1], axis=1)
     stop, move = np.arange(stop_q.shape[0])[:, None, None], np.arange(moves[0].shape[0])[:, None, None]
@@ -125,7 +157,7 @@ def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Flo
     found, control, entry = (array[move, at[1][:, :, None], ends] for array in moves)
     beside = np.clip(ends + np.array([-1, 1]), 0, moves[0].shape[2] - 1)  # at an end the node itself: no change
     outer = moves[1][move, at[1][:, :, None], beside]
-    jump = _jumps((outer[..., 0], control[..., 0], control[..., 1], outer[..., 1]), spans[:, None])
+    jump = spans.select(move[..., 0]).jumps((outer[..., 0], control[..., 0], control[..., 1], outer[..., 1]))
     split = np.concatenate([np.zeros(stops.shape[:2], bool), jump | (entry[..., 0] != entry[..., 1])])
     onward = np.concatenate([np.zeros(stops.shape), 2 * control[..., ::-1] - outer[..., ::-1]])
     cost, nothing = np.concatenate([stops, found]), np.zeros(stops.shape)
@@ -142,13 +174,13 @@ def _listed(changes: Changes) -> list[Lines]:
     return [] if lines is None else [lines]
 
 
-def _changes(best: Any, entry: Any, control: Floats, spans: Floats) -> Any:
-    """Cells [mode, cell] whose nodes differ in the move, in the entry of its lists, or by a jump of its control."""
+def _changes(best: Any, entry: Any, control: Floats, spans: Spans) -> Any:
+    """Cells [mode, cell] whose nodes differ in the move, in the entry of its lists, or by a jump or break of its control."""
     same = best[:, 1:] == best[:, :-1]
     going = same & (best[:, 1:] >= 0)
     around = np.pad(np.where(best < 0, np.nan, control), ((0, 0), (1, 1)), constant_values=np.nan)
     four = tuple(around[:, k : around.shape[1] - 3 + k] for k in range(4))
-    jump = _jumps(four, spans[np.maximum(best[:, 1:], 0)])
+    jump = spans.select(np.maximum(best[:, 1:], 0)).jumps(four)
     return ~same | (going & ((entry[:, 1:] != entry[:, :-1]) | jump))
 
 

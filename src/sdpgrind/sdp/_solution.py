@@ -8,7 +8,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _lookup
 from sdpgrind.sdp._grid import Ints
-from sdpgrind.sdp._kinks import Kinks, Lines, sorted_kinks
+from sdpgrind.sdp._kinks import Kinks, Lines, Spans, sorted_kinks
 from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._locate import Locator, Place
 from sdpgrind.sdp._menu import Menu
@@ -98,7 +98,8 @@ def _split(solution: Solution, lines: Lines) -> Lines:
     for end in (0, 1):
         far, entry = 1 - end, two.entry[:, end]
         # The other end is tried with the same control, and with that which goes on as it came.
-        held, onward = two.control[:, end], _within(solution, two.act, two.onward[:, far])
+        held = two.control[:, end]
+        onward = _within(solution, two.act, held, two.onward[:, far])
         tried = [_cost_at(solution, two, two.cell + far, entry, control) for control in (held, onward)]
         cost, control = two.cost.copy(), two.control.copy()
         cost[:, far], control[:, far] = np.minimum(*tried), np.where(tried[1] < tried[0], onward, held)
@@ -107,11 +108,12 @@ def _split(solution: Solution, lines: Lines) -> Lines:
     return Lines(*(np.concatenate(columns) for columns in zip(*pair, strict=True)))
 
 
-def _within(solution: Solution, act: Ints, control: Floats) -> Floats:
-    """Controls of moves kept inside their intervals."""
-    moves = solution.need_problem("kinks").moves
-    ends = np.array([[m.levels.low, m.levels.high] if m.levels else [0.0, 0.0] for m in moves])[act]
-    return np.clip(control, ends[:, 0], ends[:, 1])
+def _within(solution: Solution, act: Ints, held: Floats, onward: Floats) -> Floats:
+    """Controls of moves that go on from `held`, kept inside its regime."""
+    problem = solution.need_problem("kinks")
+    ends = np.array([[m.levels.low, m.levels.high] if m.levels else [0.0, 0.0] for m in problem.moves])[act]
+    low, high = Spans.of(problem).select(act).around(held)
+    return np.clip(onward, np.maximum(low, ends[:, 0]), np.minimum(high, ends[:, 1]))
 
 
 def _cost_at(solution: Solution, lines: Lines, at: Ints, entry: Ints, control: Floats) -> Floats:
