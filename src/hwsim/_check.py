@@ -10,6 +10,14 @@ import numpy as np
 from hwsim._clock import Clock, common_tick, exact
 from hwsim._routes import Route, ambiguous, commands_of, controllers, reads_of, routes
 from hwsim.protocols import Controller, Machine, Plant
+from sdpgrind.base.checks import shown
+
+# Plan -> what follows it: what a user may have meant who hands over the plan itself.
+_FOLLOWERS = {
+    "SequencePolicy": "weldbead.SequenceController(policy) follows it, or weldbead.Hierarchy(policy, disc, loop)",
+    "PassPlan": "force.ForceController(plan, loop) follows it",
+    "Policy": "write a class with period, reset and step, which looks up policy.action",
+}
 
 
 @runtime_checkable
@@ -66,16 +74,17 @@ def check(plant: Plant, controller: Controller) -> Report:
     - controller's step needs temperature, which the plant does not measure
     """
     faults = list(_faults(plant, controller))
-    if not any(fault.startswith("plant lacks") for fault in faults):
+    if _knows(plant, Plant) and not _lacks("plant", plant, Plant):
         faults += _first_moments(plant)
     return Report(type(plant).__name__, type(controller).__name__, tuple(faults))
 
 
-def checked_clock(plant: Plant, controller: Controller) -> tuple[Plant, Clock]:
-    """Refuse what cannot run; give the clock on which it can, and the plant at that tick."""
+def checked_clock(plant: Plant, controller: Controller, name: str = "") -> tuple[Plant, Clock]:
+    """Refuse what cannot run; give the clock on which it can, and the plant at that tick; `name` is the controller's."""
     faults = tuple(_faults(plant, controller))
     if faults:
-        raise ValueError(str(Report(type(plant).__name__, type(controller).__name__, faults)))
+        report = str(Report(type(plant).__name__, type(controller).__name__, faults))
+        raise ValueError(f"controllers[{name!r}]: {report}" if name else report)
     clock = _clock(plant, controller)
     if clock.tick != exact("tick of the plant", plant.tick):
         assert isinstance(plant, _Retimed)  # _rates saw to it
@@ -84,6 +93,9 @@ def checked_clock(plant: Plant, controller: Controller) -> tuple[Plant, Clock]:
 
 
 def _faults(plant: Any, controller: Any) -> Iterator[str]:
+    if strangers := _strangers(plant, controller):
+        yield from strangers
+        return
     missing = [*_lacks("plant", plant, Plant), *_lacks("controller", controller, Controller)]
     if not missing:
         for each in controllers(controller).values():
@@ -100,6 +112,30 @@ def _faults(plant: Any, controller: Any) -> Iterator[str]:
     yield from other_job(plant, controller)
     if not missing:
         yield from _rates(plant, controller)
+
+
+def _strangers(plant: Any, controller: Any) -> list[str]:
+    """What is no plant or no controller at all: one line each, with what may have been meant."""
+    if (
+        not _knows(plant, Plant)
+        and not _knows(controller, Controller)
+        and _knows(plant, Controller)
+        and _knows(controller, Plant)
+    ):
+        return [f"plant and controller must be given in this order; got {shown(plant)}, then {shown(controller)}"]
+    faults = []
+    if not _knows(plant, Plant):
+        faults.append(f"plant must be a machine, as hwsim.WeldBeadStand(problem) is one; got {shown(plant)}")
+    if not _knows(controller, Controller):
+        hint = "an object of it is meant" if isinstance(controller, type) else _FOLLOWERS.get(type(controller).__name__)
+        faults.append(f"controller must be a controller; got {shown(controller)}" + (f": {hint}" if hint else ""))
+    return faults
+
+
+def _knows(thing: Any, protocol: type) -> bool:
+    """Whether an object has anything of a protocol."""
+    names = [name for name in vars(protocol) if not name.startswith("_")]
+    return not isinstance(thing, type) and any(hasattr(thing, name) for name in names)
 
 
 def _lacks(role: str, thing: Any, protocol: type) -> list[str]:

@@ -11,7 +11,6 @@ import math
 import os
 import sqlite3
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -19,6 +18,7 @@ import numpy as np
 from hwsim._labels import Labels
 from hwsim._log import Log
 from hwsim._part import Column, Part
+from sdpgrind.base import checks
 
 _SCHEMA = """
 CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -65,7 +65,7 @@ class Journal:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
+        self.path = checks.path("path", path)
         if not self.path.is_file():
             raise FileNotFoundError(f"path must be an existing journal; got {str(path)!r}")
         self._database = sqlite3.connect(self.path, timeout=_PATIENCE, isolation_level=None)

@@ -96,6 +96,9 @@ def run(
     (('part',), array([20., 20., 20., 20., 20.]))
     """
     parts = checks.count("parts", parts)
+    _check_helpers(executor, progress)
+    if adapt is not None:
+        checks.able("adapt", adapt, "None or an adaptation, with next(controller, part_log)", "next")
     if adapt is not None and executor is not None:
         raise ValueError("executor must be None where adapt is given: each part needs the one before")
     plant, clock = checked_clock(plant, controller)
@@ -168,19 +171,29 @@ def compare(
     >>> log.outcome.time.mean("part").values
     array([10., 20.])
     """
+    if not isinstance(controllers, Mapping):
+        given = checks.shown(controllers)
+        raise TypeError(f"controllers must be a mapping name -> controller, such as {{'mine': controller}}; got {given}")
     if not controllers:
         raise ValueError("controllers must be a mapping name -> controller with at least one; got none")
+    _check_helpers(executor, progress)
     parts = checks.count("parts", parts)
     rngs = children(rng, parts)
     runs = {}
     for k, (name, controller) in enumerate(controllers.items()):
-        fitted, clock = checked_clock(plant, controller)
+        fitted, clock = checked_clock(plant, controller, name)
         labels = Labels.of(fitted, controller)
         series = _Series(fitted, clock, controller, None, labels)
         done = list(series.in_order(list(enumerate(copy.deepcopy(rngs))), executor))
         runs[name] = _frames.from_parts(done, labels)
         progress((k + 1) / len(controllers), f"{name}: {parts} parts")
     return Log(lambda: _frames.side_by_side(runs))
+
+
+def _check_helpers(executor: Executor | None, progress: Progress) -> None:
+    checks.able("progress", progress, "a function of the share done (0..1) and a text", "__call__")
+    if executor is not None:
+        checks.able("executor", executor, "None or a concurrent.futures.Executor", "submit")
 
 
 @dataclass
@@ -198,7 +211,7 @@ class _Series:
         if self.adapt is not None:
             self.controller = self.adapt.next(self.controller, Log.of([part], self.labels))
             if not isinstance(self.controller, Controller):
-                raise TypeError(f"next of the adaptation must return a controller; got {self.controller!r}")
+                raise TypeError(f"next of the adaptation must return a controller; got {checks.shown(self.controller)}")
             if faults := other_job(self.plant, self.controller):
                 raise ValueError(f"next of the adaptation must return a controller that fits: {faults[0]}")
 

@@ -34,13 +34,38 @@ def test_what_fits():
     assert report and str(report) == "Drain and Tank fit"
 
 
-def test_empty_objects_lack_everything():
-    assert faults(object(), object()) == (
+def test_what_is_neither():
+    assert faults(3, 4) == (
+        "plant must be a machine, as hwsim.WeldBeadStand(problem) is one; got 3",
+        "controller must be a controller; got 4",
+    )
+    assert faults(object())[0].endswith("is one; got an object")
+
+
+def test_a_plan_is_told_what_follows_it():
+    policy = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51)
+    (said,) = faults(hwsim.WeldBeadStand(weldbead.preset("P1")), policy)
+    assert said.startswith(f"controller must be a controller; got {policy!r}: weldbead.SequenceController(policy) follows it")
+    with pytest.raises(ValueError, match=r"weldbead\.SequenceController\(policy\)"):
+        hwsim.run(hwsim.WeldBeadStand(weldbead.preset("P1")), policy)
+
+
+def test_a_class_is_no_controller_and_the_order_is_plant_first():
+    assert faults(Tank(), Drain) == (
+        "controller must be a controller; got <class 'hwsim_fakes.Drain'>: an object of it is meant",
+    )
+    (said,) = faults(Drain(), Tank())
+    assert said.startswith("plant and controller must be given in this order; got ")
+
+
+def test_what_lacks_something():
+    class Half:
+        tick, period = 0.1, None
+
+    assert faults(Half(), Half()) == (
         "plant lacks measures",
         "plant lacks accepts",
-        "plant lacks tick",
         "plant lacks start",
-        "controller lacks period",
         "controller lacks reset",
         "controller lacks step",
     )
@@ -183,10 +208,14 @@ def test_another_job_is_one_fault(ours, theirs, said):
     tank, drain = with_job(Tank(), part=ours, alike=1), with_job(Drain(), part=theirs, alike=1)
     fault = f"controller is made for another part or machine: its part is {said}"
     assert faults(tank, drain) == (fault,)
-    for refused in (lambda: hwsim.run(tank, drain), lambda: hwsim.compare(tank, {"good": Drain(), "bad": drain})):
+    calls = {
+        "": lambda: hwsim.run(tank, drain),
+        "controllers['bad']: ": lambda: hwsim.compare(tank, {"good": Drain(), "bad": drain}),
+    }
+    for whose, refused in calls.items():
         with pytest.raises(ValueError) as caught:
             refused()
-        assert str(caught.value) == f"Drain and Tank do not fit: {fault}"
+        assert str(caught.value) == f"{whose}Drain and Tank do not fit: {fault}"
 
 
 def test_job_of_one_of_several_controllers():

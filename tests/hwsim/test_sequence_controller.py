@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 import hwsim
-from sdpgrind import weldbead
+from sdpgrind import units, weldbead
+from sdpgrind.weldbead import force, passes
 from sdpgrind.weldbead._controllers import SequenceController
 
 P1 = weldbead.preset("P1")
@@ -105,7 +106,7 @@ def test_bead_beyond_the_plan_is_refused_with_advice():
 
 
 def test_only_policies_are_followed():
-    with pytest.raises(TypeError, match=r"policy must be a policy, as weldbead.plan gives it; got SequenceProblem"):
+    with pytest.raises(TypeError, match=r"policy must be a policy, as weldbead.plan gives it; got a SequenceProblem"):
         SequenceController(P1)
 
 
@@ -119,3 +120,37 @@ def test_a_bead_of_the_greatest_height_is_ground_whatever_the_scan_reads():
     assert exact.step(height=2.0, time_left=30.0) == above.step(height=2.0199, time_left=30.0)
     with pytest.raises(ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.0201"):
         above.step(height=2.0201, time_left=30.0)
+
+
+def test_another_policy_takes_over_what_is_known_of_the_bead():
+    """As where coefficients are estimated again after a pass: readings may be missing then too."""
+    controller, second = SequenceController(Thirds()), Thirds()
+    controller.step(height=0.9, time_left=20.0)
+    controller.follow(second)
+    controller.step(height=nan, time_left=nan)
+    assert second.asked == [(pytest.approx(0.6), 12.0)]
+    with pytest.raises(TypeError, match=r"policy must be a policy, as weldbead\.plan gives it; got None"):
+        controller.follow(None)
+
+
+def test_the_next_policy_knows_the_last_pass_where_its_finish_is_charged():
+    charged = P1.replace(finish_charge=weldbead.FinishCharge(0.1))
+    first, second = Thirds(), Thirds()
+    first.problem = second.problem = charged
+    controller = SequenceController(first)
+    controller.step(height=0.9, time_left=20.0)
+    controller.follow(second)
+    controller.step(height=0.6, time_left=12.0)
+    assert second.last == 8.0
+
+
+def test_coefficients_are_learned_though_the_bead_is_not_scanned_again():
+    policy = weldbead.plan(P1, tolerance=None, nodes=51)
+    disc = passes.TiltedDisc(P1.model, relaxed_angle=units.deg(20.0), rotational_stiffness=6e5)
+    tier = weldbead.Hierarchy(policy, disc, force.PI.design(crossover=units.hz(3.0)), replan=False).tiers["sequence"]
+    first = tier.step(height=1.5, time_left=30.0)
+    learned = {"grinding_power": 900.0, "removal_rate": 60.0, "normal_force": 50.0, "tangential_force": 15.0}
+    second = tier.step(height=0.1, time_left=18.0, **learned)
+    assert second["specific_energy"] > first["specific_energy"]
+    left = 1.5 - first["mean_cut"]
+    assert tier.report()["penalty"] > policy.value(height=left, time_left=18.0) > policy.value(height=0.1, time_left=18.0)

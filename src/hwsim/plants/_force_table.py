@@ -147,6 +147,9 @@ class ForceTableStand(Frozen):
         checks.positive("overload", self.overload, "N")
         checks.count("delay_samples", self.delay_samples, at_least=0)
         checks.number("datum", self.datum, "mm")
+        for name, kind in {"sequence": SequenceProblem, "motor": Motor}.items():
+            if getattr(self, name) is not None:
+                checks.kind(name, getattr(self, name), kind)
         checks.number("time", self.start_time, "s")
         checks.kind("problem", self.problem, PassProblem)
         for name, wanted in _KINDS.items():
@@ -256,5 +259,5 @@ class ForceTableStand(Frozen):
 
 def _checked_disc(disc: Any) -> TiltedDisc:
     if not isinstance(disc, TiltedDisc):
-        raise TypeError(f"truth must be None, a TiltedDisc or a function of rng that gives one; got {disc!r}")
+        raise TypeError(f"truth must be None, a TiltedDisc or a function of rng that gives one; got {checks.shown(disc)}")
     return disc

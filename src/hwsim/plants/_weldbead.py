@@ -194,10 +194,12 @@ class WeldBeadStand(Frozen):
 
 def _checked_truth(truth: Any) -> None:
     if truth is not None and not isinstance(truth, GrindingProcess | SequenceProblem) and not callable(truth):
-        raise TypeError(f"truth must be None, a GrindingProcess, a SequenceProblem or a function of rng; got {truth!r}")
+        raise TypeError(
+            f"truth must be None, a GrindingProcess, a SequenceProblem or a function of rng; got {checks.shown(truth)}"
+        )
 
 
 def _checked_draw(truth: Any) -> Any:
     if not isinstance(truth, GrindingProcess | SequenceProblem):
-        raise TypeError(f"truth(rng) must give a GrindingProcess or a SequenceProblem; got {truth!r}")
+        raise TypeError(f"truth(rng) must give a GrindingProcess or a SequenceProblem; got {checks.shown(truth)}")
     return truth

@@ -1,8 +1,10 @@
 """One clear error at the door: argument, rule, unit, value. Arrays inside the house are trusted."""
 
+import os
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from numbers import Real
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,6 +12,7 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Kind = TypeVar("Kind")
+_LONG = 80  # characters; what takes more to write down is told by its type
 
 
 def with_unit(rule: str, unit: str) -> str:
@@ -19,20 +22,43 @@ def with_unit(rule: str, unit: str) -> str:
 
 def refuse(name: str, rule: str, value: object, unit: str = "") -> ValueError:
     """Give the error of a refused argument: ``<name> must be <rule> (<unit>); got <value>``."""
-    return ValueError(f"{name} must be {with_unit(rule, unit)}; got {value!r}")
+    return ValueError(f"{name} must be {with_unit(rule, unit)}; got {shown(value)}")
+
+
+def shown(value: object) -> str:
+    """Write a value down where it is short, else say what it is."""
+    text = repr(value)
+    if len(text) <= _LONG and "\n" not in text and " at 0x" not in text:
+        return text
+    name = type(value).__name__
+    return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
 
 
 def kind(name: str, value: object, wanted: type[Kind], hint: str = "") -> Kind:
     """Return `value`, which must be a `wanted`; `hint` says where one comes from."""
     if not isinstance(value, wanted):
-        raise TypeError(f"{name} must be a {wanted.__name__}{hint}; got {value!r}")
+        raise TypeError(f"{name} must be a {wanted.__name__}{hint}; got {shown(value)}")
     return value
+
+
+def able(name: str, value: Kind, what: str, *methods: str) -> Kind:
+    """Return `value`, which must have `methods`; `what` says which things do."""
+    if not all(callable(getattr(value, method, None)) for method in methods):
+        raise TypeError(f"{name} must be {what}; got {shown(value)}")
+    return value
+
+
+def path(name: str, value: str | os.PathLike[str]) -> Path:
+    """Return `value`, which must be a path, as one."""
+    if not isinstance(value, str | os.PathLike):
+        raise TypeError(f"{name} must be a path; got {shown(value)}")
+    return Path(value)
 
 
 def number(name: str, value: object, unit: str = "") -> float:
     """Return `value` as a finite float."""
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise TypeError(f"{name} must be {with_unit('a number', unit)}; got {value!r}")
+        raise TypeError(f"{name} must be {with_unit('a number', unit)}; got {shown(value)}")
     if not isfinite(value):
         raise refuse(name, "finite", float(value), unit)
     return float(value)
@@ -65,7 +91,7 @@ def within(name: str, value: object, low: float, high: float, unit: str = "") ->
 def count(name: str, value: object, at_least: int = 1) -> int:
     """Return `value` as an int >= `at_least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise TypeError(f"{name} must be a whole number; got {value!r}")
+        raise TypeError(f"{name} must be a whole number; got {shown(value)}")
     if value < at_least:
         raise refuse(name, f">= {at_least}", int(value))
     return int(value)
@@ -81,7 +107,10 @@ def one_of(name: str, value: Any, choices: Iterable[Any]) -> Any:
 
 def finite_array(name: str, value: npt.ArrayLike, unit: str = "") -> Floats:
     """Return `value` as a float array without NaN or infinity; the error names the first offender."""
-    array = np.asarray(value, dtype=float)
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be {with_unit('numbers', unit)}; got {shown(value)}") from None
     bad = np.flatnonzero(~np.isfinite(array.ravel()))
     if bad.size:
         raise refuse(f"{name}[{bad[0]}]", "finite", float(array.ravel()[bad[0]]), unit)

@@ -8,6 +8,8 @@ from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
+from sdpgrind.base import checks
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -26,6 +28,7 @@ def execute(function: Callable[[Item], Result], items: Iterable[Item], executor:
     """
     if executor is None:
         return [function(item) for item in items]
+    checks.able("executor", executor, "None or a concurrent.futures.Executor", "submit")
     futures = [executor.submit(function, item) for item in items]
     try:
         return [future.result() for future in futures]

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from sdpgrind.base import checks
+
 _DTYPE = "stored_dtype"
 _NETCDF3 = {"int8", "int16", "int32", "float32", "float64"}
 
@@ -22,7 +24,7 @@ _NETCDF3 = {"int8", "int16", "int32", "float32", "float64"}
 @contextlib.contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary path beside `path`, renamed to `path` only when the block ends well."""
-    target = Path(path)
+    target = checks.path("path", path)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"path must lie in an existing folder; got {str(target)!r}")
     handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
@@ -120,7 +122,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     >>> import sdpgrind
     >>> policy = sdpgrind.load("policy.nc")  # doctest: +SKIP
     """
-    if not Path(path).is_file():
+    if not checks.path("path", path).is_file():
         raise FileNotFoundError(f"path must be an existing file; got {str(path)!r}")
     kind = _kind(path)
     for entry in entry_points(group="sdpgrind.records", name=kind):

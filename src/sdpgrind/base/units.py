@@ -13,6 +13,7 @@ Examples
 """
 
 from math import pi
+from numbers import Real
 from typing import TypeVar
 
 import numpy as np
@@ -23,36 +24,44 @@ __all__ = ["deg", "hz", "inch", "m_per_s", "mm_per_min", "rpm", "um"]
 Quantity = TypeVar("Quantity", float, npt.NDArray[np.float64])
 
 
+def _numbers(value: Quantity, unit: str) -> Quantity:
+    """Refuse what is neither a number nor an array of numbers."""
+    kind = getattr(getattr(value, "dtype", None), "kind", None)
+    if kind not in ("f", "i", "u") and (isinstance(value, bool) or not isinstance(value, Real)):
+        raise TypeError(f"value must be a number or an array of numbers ({unit}); got {value!r}")
+    return value
+
+
 def rpm(value: Quantity) -> Quantity:
     """Revolutions per minute to rad/s."""
-    return value * (2 * pi / 60)
+    return _numbers(value, "rev/min") * (2 * pi / 60)
 
 
 def hz(value: Quantity) -> Quantity:
     """Cycles per second (Hz) to rad/s."""
-    return value * (2 * pi)
+    return _numbers(value, "Hz") * (2 * pi)
 
 
 def deg(value: Quantity) -> Quantity:
     """Degrees to rad."""
-    return value * (pi / 180)
+    return _numbers(value, "degrees") * (pi / 180)
 
 
 def m_per_s(value: Quantity) -> Quantity:
     """Metres per second to mm/s."""
-    return value * 1000.0
+    return _numbers(value, "m/s") * 1000.0
 
 
 def mm_per_min(value: Quantity) -> Quantity:
     """Millimetres per minute to mm/s."""
-    return value / 60.0
+    return _numbers(value, "mm/min") / 60.0
 
 
 def um(value: Quantity) -> Quantity:
     """Micrometres to mm."""
-    return value * 1e-3
+    return _numbers(value, "um") * 1e-3
 
 
 def inch(value: Quantity) -> Quantity:
     """Inches to mm."""
-    return value * 25.4
+    return _numbers(value, "inches") * 25.4

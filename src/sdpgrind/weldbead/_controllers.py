@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from math import isnan, nan
 from typing import TYPE_CHECKING, Any, Self
 
+from sdpgrind.base import checks
+
 if TYPE_CHECKING:
     from sdpgrind.weldbead._policy import SequencePolicy
 
@@ -53,10 +55,23 @@ class SequenceController:
     reports: Mapping[str, str] = {"penalty": "$", "mean_cut": "mm", "gap": "$"}
 
     def __init__(self, policy: "SequencePolicy") -> None:
-        if not callable(getattr(policy, "action", None)):
-            raise TypeError(f"policy must be a policy, as weldbead.plan gives it; got {policy!r}")
-        self._policy = policy
+        self.follow(policy)
         self.reset()
+
+    def follow(self, policy: "SequencePolicy") -> None:
+        """Follow another policy from here on; what is known of the bead (mm, s) stays.
+
+        Parameters
+        ----------
+        policy : SequencePolicy
+            As `plan` gives it, of the same durations (s).
+
+        Raises
+        ------
+        TypeError
+            When it is no policy.
+        """
+        self._policy = checks.able("policy", policy, "a policy, as weldbead.plan gives it", "action")
 
     @property
     def policy(self) -> "SequencePolicy":

@@ -176,7 +176,7 @@ class _SequenceTier:
         problem = self._policy.problem
         if self._reestimate and self._learner.learn(**others):
             self._model = self._learner.model
-            self._follow = SequenceController(plan_sequence(problem.replace(model=self._model), tolerance=None, nodes=NODES))
+            self._follow.follow(plan_sequence(problem.replace(model=self._model), tolerance=None, nodes=NODES))
         if self._begun and not self._replan:
             height = nan
         self._begun = True
@@ -283,6 +283,7 @@ class _PassTier:
 
     def _asked(self, bead: Contour, mean_cut: float, feed_rate: float, disc: TiltedDisc) -> PassProblem:
         limits: dict[str, Any] = {"burn_limit": self._problem.burn_limit, "normal_force_max": self._problem.force_max}
+        limits["allow_overground"] = True  # how deep to go is the sequence's affair: it pays for it
         return PassProblem(disc, bead, mean_cut=mean_cut, feed_rate=feed_rate, target_shape=self._parent, **limits)
 
     def _in_time(self, asked: PassProblem) -> PassProblem:

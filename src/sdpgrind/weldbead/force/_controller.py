@@ -96,7 +96,7 @@ class ForceController:
             raise checks.refuse("blend", "0 without feedforward: there is no height to hold", self._blend)
         own = getattr(getattr(plan, "problem", None), "normal_force_max", FORCE_MAX)
         self._force_max = checks.positive("force_max", own if force_max is None else force_max, "N")
-        self._limits = Limits() if limits is None else limits
+        self._limits = Limits() if limits is None else checks.kind("limits", limits, Limits)
         self._datum = checks.number("datum", datum, "mm")
         self._core, self._lag = self._control_core(), loop.plant.lag
         self._reference = None if plan is None else Reference.of(plan, self._force_max)

@@ -62,6 +62,12 @@ def runout_weight(plant: ForcePlant) -> tuple[Floats, Floats]:
     return unique, largest
 
 
+def _given(plant: ForcePlant | None, limits: DesignLimits | None) -> tuple[ForcePlant, DesignLimits]:
+    """Check what is given, fill in what is not."""
+    plant = ForcePlant() if plant is None else checks.kind("plant", plant, ForcePlant)
+    return plant, DesignLimits() if limits is None else checks.kind("limits", limits, DesignLimits)
+
+
 def q_loop(plant: ForcePlant | None = None, limits: DesignLimits | None = None, *, taps: int = 40) -> ForceLoop:
     """Return the loop of largest bandwidth that any linear law reaches within the limits: the yardstick.
 
@@ -84,8 +90,7 @@ def q_loop(plant: ForcePlant | None = None, limits: DesignLimits | None = None, 
     >>> from sdpgrind.weldbead import force
     >>> loop = force.q_loop(limits=force.DesignLimits(runout_response=0.1))  # doctest: +SKIP
     """
-    plant = ForcePlant() if plant is None else plant
-    limits = DesignLimits() if limits is None else limits
+    plant, limits = _given(plant, limits)
     seen, weight = runout_weight(plant)
     both = QLimits(*(limits.sensitivity_max, limits.complementary_max), tuple(seen), tuple(weight), limits.runout_response)
     filter, _ = q_design(plant.sampled, both, taps=taps)
@@ -109,7 +114,7 @@ def tuned_pi(plant: ForcePlant | None = None, limits: DesignLimits | None = None
     >>> margin.runout_response <= 0.1001, margin.sensitivity_peak <= 2.001
     (True, True)
     """
-    plant = ForcePlant() if plant is None else plant
+    plant, limits = _given(plant, limits)
     slow = plant.drive.reduced[0]
 
     def law(crossover: float, lead: float) -> Law:

@@ -41,7 +41,8 @@ class Reference:
         for name in ("time", "normal_force", "fly_height"):
             if not hasattr(plan, name):
                 raise TypeError(
-                    f"plan must have the arrays time (s), normal_force (N) and fly_height (mm); {plan!r} has no {name}"
+                    f"plan must have the arrays time (s), normal_force (N) and fly_height (mm), as passes.plan gives it;"
+                    f" {checks.shown(plan)} has no {name}"
                 )
         return cls.arrays(plan.time, plan.normal_force, plan.fly_height, force_max, getattr(plan, "center_x", None))
 

@@ -13,6 +13,7 @@ from sdpgrind.base.rng import Seed, children
 from sdpgrind.weldbead.force._controller import ForceController
 from sdpgrind.weldbead.force._feedback import ForcePlant
 from sdpgrind.weldbead.force._kernels import delay_step, plant_sample, sensor_read, simulate_core
+from sdpgrind.weldbead.force._plots import plot_loop
 
 SUB_STEPS = 48
 """Sub-steps of the plant in one sample of the controller: a multiple of the samples inside the sensor."""
@@ -48,6 +49,20 @@ class LoopRecord:
         """
         kept = self.time > checks.nonnegative("after", after, "s")
         return np.asarray(np.sqrt(np.mean((self.force[:, kept] - self.planned[kept]) ** 2, axis=1)))
+
+    def plot(self) -> Any:
+        """Draw planned force and force (N), and the platform command (mm), over time (s); return the figure.
+
+        Examples
+        --------
+        >>> import types
+        >>> from sdpgrind import units
+        >>> from sdpgrind.weldbead import force
+        >>> plan = types.SimpleNamespace(time=[0.0, 5.0], normal_force=[30.0, 30.0], fly_height=[10.0, 10.0])
+        >>> controller = force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
+        >>> force.simulate_loop(controller, duration=2.0).plot().savefig("loop.png")  # doctest: +SKIP
+        """
+        return plot_loop(self)
 
 
 def simulate_loop(
@@ -100,18 +115,30 @@ def simulate_loop(
     >>> bool(record.error_rms(after=1.0)[0] < 0.5)
     True
     """
-    plant = controller.loop.plant if plant is None else plant
+    checks.kind("controller", controller, ForceController, ", as force.ForceController(plan, loop) makes one")
+    plant = controller.loop.plant if plant is None else checks.kind("plant", plant, ForcePlant)
     if abs(plant.sample_time - controller.period) > 1e-9 * controller.period:
         raise checks.refuse("sample_time", f"the controller's {controller.period:g} in the plant", plant.sample_time, "s")
     samples = int(np.ceil(checks.positive("duration", duration, "s") / controller.period - 1e-9))
     time = (1 + np.arange(samples * SUB_STEPS)) * controller.period / SUB_STEPS
     planned, touch = _contact(controller, time)
-    touch = touch - (0.0 if surface is None else np.asarray(surface(time), dtype=float))
+    touch = touch - _heights(surface, time)
     sources = children(rng, checks.count("runs", runs))
     noise = [plant.sensor.noise_sd * each.standard_normal(samples) for each in sources]
     done = [_run(controller, plant, touch.reshape(samples, SUB_STEPS), each) for each in noise]
     forces, commands, readings = (np.array([each[k] for each in done]) for k in range(3))
     return LoopRecord(time, forces.reshape(runs, -1), planned, commands, readings)
+
+
+def _heights(surface: Callable[[Floats], Floats] | None, time: Floats) -> Floats:
+    """How much (mm) the surface is higher than planned, at times (s)."""
+    if surface is None:
+        return np.zeros_like(time)
+    checks.able("surface", surface, "None or a function of times (s) that gives heights (mm)", "__call__")
+    heights = checks.finite_array("surface(time)", surface(time), "mm")
+    if heights.shape not in ((), time.shape):
+        raise ValueError(f"surface(time) must be one height (mm) for each time (s); got {heights.shape} for {time.shape}")
+    return np.broadcast_to(heights, time.shape)
 
 
 def _contact(controller: ForceController, time: Floats) -> tuple[Floats, Floats]:

@@ -117,7 +117,7 @@ class PassPlan:
         """
         p = self.problem
         return simulate(
-            model if model is not None else p.disc,
+            p.disc if model is None else checks.kind("model", model, TiltedDisc, ", the disc as it really is"),
             p.bead,
             center_x=self.center_x,
             fly_height=self.fly_height,
@@ -238,7 +238,7 @@ def _checked_gains(gains: Any) -> tuple[float, float]:
 
 
 def _record(problem: PassProblem, method: str, gains: tuple[float, float], spacing: float) -> PassRecord:
-    disc, nodes = problem.disc, problem.replace(spacing=spacing).nodes
+    disc, nodes = problem.disc, problem.nodes_at(spacing)
     center = _centers(problem, spacing)
     if method in ("static", "quasistatic"):
         height = _static_height(problem, center, ahead=method == "quasistatic")

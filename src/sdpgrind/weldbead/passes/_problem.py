@@ -77,6 +77,10 @@ class PassProblem(Frozen):
         for name in ("target_shape", "parent"):
             if getattr(self, name) is not None:
                 checks.kind(name, getattr(self, name), Contour)
+        if self.burn_limit is not None:
+            checks.able(
+                "burn_limit", self.burn_limit, "a ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit", "interval", "margin"
+            )
         checks.nonnegative("mean_cut", self.mean_cut, "mm")
         for name, unit in {"feed_rate": "mm/s", "normal_force_max": "N", "spacing": "mm"}.items():
             checks.positive(name, getattr(self, name), unit)
@@ -89,6 +93,7 @@ class PassProblem(Frozen):
             )
         self._check_parent()
         self._check_steepness()
+        self._warn_of_depth()
 
     def _check_parent(self) -> None:
         if self.parent is None:
@@ -103,6 +108,15 @@ class PassProblem(Frozen):
         if over > 1e-9 * max(self.volume, 1.0):
             warnings.warn(f"the target lies below the parent: {over:.4g} mm^3 of it would be ground", stacklevel=4)
 
+    def _warn_of_depth(self) -> None:
+        """Where nothing says where the work is, heights are most likely measured from it."""
+        if self.parent is None and self.mean_cut > self.bead.mean > 0 and not self.allow_overground:
+            warnings.warn(
+                f"mean_cut of {self.mean_cut:g} mm is deeper than the bead is high: {self.bead.mean:.4g} mm above 0; parent says"
+                " where the work begins, allow_overground=True grinds into it",
+                stacklevel=4,
+            )
+
     def _covering(self, contour: Contour) -> Contour:
         assert self.parent is not None
         x = merged(contour, low=min(contour.x[0], self.parent.x[0]), high=max(contour.x[-1], self.parent.x[-1]))
@@ -112,8 +126,9 @@ class PassProblem(Frozen):
         reach = self.disc.model.disk_radius * np.sin(self.disc.relaxed_angle)
         rise = max(self.bead.z) - min(self.tip_path.z)
         if rise >= reach:
+            bumps = f"; mean_cut is {self.mean_cut:g} mm of it" if self.mean_cut > 0 else ""
             raise ValueError(
-                f"the bead must rise < {reach:.4g} above the path of the tip, to the disc's center (mm); got {rise:.4g}"
+                f"the bead must rise < {reach:.4g} above the path of the tip, to the disc's center (mm); got {rise:.4g}{bumps}"
             )
 
     @property
@@ -167,7 +182,11 @@ class PassProblem(Frozen):
     @property
     def nodes(self) -> Floats:
         """Even nodes of the simulation along the bead, mm."""
-        return np.linspace(self.bead.x[0], self.bead.x[-1], max(10, round(self.bead.length / self.spacing)) + 1)
+        return self.nodes_at(self.spacing)
+
+    def nodes_at(self, spacing: float) -> Floats:
+        """Return even nodes (mm) along the bead at another spacing (mm)."""
+        return np.linspace(self.bead.x[0], self.bead.x[-1], max(10, round(self.bead.length / spacing)) + 1)
 
     @property
     def lead_in(self) -> float:

@@ -135,6 +135,8 @@ def simulate(
     >>> 0 < record.volume < 12.7 * 50
     True
     """
+    checks.kind("disc", disc, TiltedDisc)
+    checks.kind("bead", bead, Contour)
     x, height = checks.finite_array("center_x", center_x, "mm"), checks.finite_array("fly_height", fly_height, "mm")
     if x.ndim != 1 or x.size < 2 or height.shape != x.shape:
         raise ValueError(f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape}, {height.shape}")
