@@ -33,7 +33,7 @@ time = np.arange(0.0, 60.0, 0.1)
 figure, ax = plt.subplots(figsize=(7, 3.6), layout="constrained")
 for height in (0.1, 0.2, 0.5, 1.0, 1.5):
     ax.semilogy(time, policy.value(height=height, time_left=time), label=f"{height:g} mm")
-ax.set(xlabel="time left (s)", ylabel=r"expected penalty (\$)", xticks=range(0, 61, 6))
+ax.set(xlabel="time left [s]", ylabel=r"expected penalty [\$]", xticks=range(0, 61, 6))
 ax.legend(title="height", ncols=2, frameon=False)
 ax.grid(alpha=0.3)
 
@@ -69,9 +69,9 @@ left.annotate(
     ha="right",
     va="top",
 )
-left.set(xlabel="height (mm)", ylabel="normal force (N)", ylim=(0, 55))
+left.set(xlabel="height [mm]", ylabel="normal force [N]", ylim=(0, 55))
 left.legend(title="time left", frameon=False)
-right.set(xlabel="height (mm)", ylabel="mean cut over height", ylim=(0, 1))
+right.set(xlabel="height [mm]", ylabel="mean cut over height", ylim=(0, 1))
 
 # %%
 # Where the curves on the right fall as 1/height, the force is at its limit. Where they jump, the policy changes to a
@@ -99,9 +99,9 @@ grid = policy.action(height=heights[1:, None], time_left=times[None, 3:-1])
 figure, ax = plt.subplots(figsize=(7, 3.8), layout="constrained")
 # The answer at a stage holds until the next one: cells begin at their stage.
 image = ax.pcolormesh(times[3:], heights, np.log10(np.clip(grid.gap, 1e-5, 1.0)), cmap="magma_r", rasterized=True)
-bar = figure.colorbar(image, ax=ax, label=r"gap (\$)", ticks=range(-5, 1))
+bar = figure.colorbar(image, ax=ax, label=r"gap [\$]", ticks=range(-5, 1))
 bar.ax.set_yticklabels([f"$10^{{{k}}}$" for k in range(-5, 1)])
-ax.set(xlabel="time left (s)", ylabel="height (mm)")
+ax.set(xlabel="time left [s]", ylabel="height [mm]")
 
 # %%
 # Risk: more than the mean

@@ -74,11 +74,11 @@ action = policy.action(stock=x)
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
 left.plot(1e3 * x, policy.value(stock=x), label="with the plan")
 left.plot(1e3 * x, np.minimum(done.charge(x), 6), ":", label="stop now")
-left.set(xlabel="stock left (um)", ylabel=r"expected charge (\$)", ylim=(0, 5))
+left.set(xlabel="stock left [um]", ylabel=r"expected charge [\$]", ylim=(0, 5))
 left.legend(frameon=False)
 right.plot(1e3 * x, np.where(action.stop, 0, action.strokes))
 right.plot(1e3 * x, x / PER_STROKE, "k:", lw=0.8, label="for all of the stock, on average")
-right.set(xlabel="stock left (um)", ylabel="strokes of the next round")
+right.set(xlabel="stock left [um]", ylabel="strokes of the next round")
 right.legend(frameon=False)
 
 # %%
@@ -136,7 +136,7 @@ image = ax.pcolormesh(1e3 * s, g, strokes, cmap="viridis", rasterized=True)
 figure.colorbar(image, ax=ax, label="strokes of the next round")
 ax.contourf(1e3 * s, g, action.name == "dress", levels=[0.5, 1.5], colors=["#d95f02"], alpha=0.6)
 ax.contourf(1e3 * s, g, action.name == "done", levels=[0.5, 1.5], colors=["0.8"])
-ax.set(xlabel="stock left (um)", ylabel="glaze of the stone")
+ax.set(xlabel="stock left [um]", ylabel="glaze of the stone")
 ax.set_title("grey: stop; orange: dress first", loc="left", fontsize=10)
 
 # %%

@@ -47,9 +47,9 @@ for name, relative_sd, style in (("C1", 0.15, "-"), ("K1", 0.178, "-"), ("K2", 0
         weldbead.Scatter(name, relative_sd).moments(process, process.normal_force(wanted, feeds), feeds)[1],
         style,
     )
-left.set(xlabel="mean cut (mm), at 12.5 mm/s", ylabel="standard deviation of the cut (mm)", ylim=(0, None))
+left.set(xlabel="mean cut [mm], at 12.5 mm/s", ylabel="standard deviation of the cut [mm]", ylim=(0, None))
 left.legend(frameon=False)
-right.set(xlabel="feed (mm/s), the mean cut being 0.2 mm", ylabel="standard deviation of the cut (mm)", ylim=(0, None))
+right.set(xlabel="feed [mm/s], the mean cut being 0.2 mm", ylabel="standard deviation of the cut [mm]", ylim=(0, None))
 
 # %%
 # The four are scaled to scatter alike in the strongest pass, where most tests are made. There they cannot be told
@@ -73,7 +73,7 @@ for ax, normal_force in zip(axes, (30.0, 10.0), strict=True):
         density = np.gradient(law.under(depth, power=0), depth)
         ax.plot(depth, density, label=f"{name}: sd {float(law.sd) / mean:.0%} of the mean")
     ax.axvline(mean, color="k", lw=0.8, ls=":")
-    ax.set(xlabel="depth of the pass (mm)", ylabel="density (1/mm)", title=f"{normal_force:g} N", ylim=(0, None))
+    ax.set(xlabel="depth of the pass [mm]", ylabel="density [1/mm]", title=f"{normal_force:g} N", ylim=(0, None))
     ax.legend(frameon=False, fontsize=8)
 
 # %%

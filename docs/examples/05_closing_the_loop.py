@@ -64,7 +64,7 @@ for name, energy, idle, colour, style in (
     ("true", truth.specific_energy, truth.idle_power, "k", "--"),
 ):
     ax.plot(x, np.maximum(0, (x - idle) / energy), style, color=colour, label=f"{name}: {energy:.1f} J/mm³, {idle:.0f} W")
-ax.set(xlabel="grinding power (W)", ylabel="removal rate (mm³/s)")
+ax.set(xlabel="grinding power [W]", ylabel="removal rate [mm³/s]")
 ax.legend(frameon=False)
 
 # %%
@@ -100,7 +100,7 @@ for name, colour, style in zip(controllers, ("#7570b3", "#d95f02", "k"), ("-", "
     heights = np.sort(versus.outcome.height.sel(controller=name).values)
     ax.step(heights, np.arange(1, heights.size + 1) / heights.size, style, color=colour, label=name)
 ax.axvline(0, color="0.6", lw=0.8)
-ax.set(xlabel="height left at the end (mm)", ylabel="share of beads below", xlim=(-0.05, 0.12), ylim=(0, 1))
+ax.set(xlabel="height left at the end [mm]", ylabel="share of beads below", xlim=(-0.05, 0.12), ylim=(0, 1))
 ax.legend(frameon=False)
 
 # %%

@@ -25,7 +25,7 @@ action = policy.action(height=height[1:, None], time_left=time[None, :-1])
 force = np.where(action.stop, np.nan, action.normal_force)
 colours = plt.get_cmap("Blues").with_extremes(bad="0.9")
 image = left.pcolormesh(time, height, force, cmap=colours, vmin=0, vmax=problem.force_max, rasterized=True)
-figure.colorbar(image, ax=left, label="planned normal force of the next pass (N)", pad=0.02)
+figure.colorbar(image, ax=left, label="planned normal force of the next pass [N]", pad=0.02)
 
 # What the stand did with it: one line a bead, measured before each pass.
 table = log["sequence"]
@@ -34,7 +34,7 @@ for part in range(12):
     left.plot(table.time_left.values[rows], table.height.values[rows], "o-", color="#d95f02", ms=3, lw=1, alpha=0.8)
 left.axhline(0, color="k", lw=1)
 left.text(3, 1.6, "stop", ha="center", va="top", color="0.4")
-left.set(xlim=(TIME + 0.5, -0.5), ylim=(-0.09, 1.7), xlabel="time left (s)", ylabel="height of the bead (mm)")
+left.set(xlim=(TIME + 0.5, -0.5), ylim=(-0.09, 1.7), xlabel="time left [s]", ylabel="height of the bead [mm]")
 left.set_title("A plan, and twelve beads ground by it", loc="left", fontsize=11)
 
 penalty, planned = log.outcome.penalty.values, policy.value(height=HEIGHT, time_left=TIME)
@@ -43,7 +43,7 @@ right.axvline(planned, color="k", ls="--", label=rf"planned {planned:.3f} \$")
 error = penalty.std(ddof=1) / np.sqrt(penalty.size)
 right.axvline(penalty.mean(), color="#d95f02", label=rf"realised {penalty.mean():.3f} $\pm$ {error:.3f} \$")
 right.legend(frameon=False)
-right.set(xlim=(0, 0.4), xlabel=r"penalty of a bead (\$)", ylabel="beads of 400")
+right.set(xlim=(0, 0.4), xlabel=r"penalty of a bead [\$]", ylabel="beads of 400")
 right.set_title("What they cost", loc="left", fontsize=11)
 for ax in (left, right):
     ax.spines[["top", "right"]].set_visible(False)

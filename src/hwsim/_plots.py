@@ -18,6 +18,7 @@ _PICTURES = {
     "ForceTableStand": "hwsim.plants._force_table_picture",
     "WeldBeadStand": "hwsim.plants._weldbead_picture",
 }
+_MOST_LETTERS = 36  # names of controllers in more of them would run into each other
 _MOST_PARTS = 50  # more lines than these cannot be told apart
 
 
@@ -35,24 +36,29 @@ def label(variable: Any, name: str) -> str:
     unit = variable.attrs.get("units", "1")
     text = variable.attrs.get("long_name", name)
     escaped = unit.replace("$", r"\$")
-    return text if unit == "1" else f"{text} ({escaped})"
+    return text if unit == "1" else f"{text} [{escaped}]"
 
 
 def compared(log: PartLog) -> "Figure":
     """Draw every scalar outcome: of each controller less the first on the same part, with the mean and its 95 % interval."""
     outcome = log.outcome
     names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _tells(v)]
-    figure, axes = _panels(len(names), columns=min(3, len(names)))
+    if not names:
+        raise ValueError("the log holds nothing to draw: every controller made the same of every part")
+    columns = min(3, len(names))
+    figure, axes = _panels(len(names), columns)
     controllers = [str(name) for name in outcome.controller.values]
     for axis, name in zip(axes, names, strict=True):
         values = outcome[name].values
         if len(controllers) > 1:
             _differences(axis, controllers[1:], values[1:] - values[:1])
-            axis.set_title(f"{label(outcome[name], name)}, less {controllers[0]}")
         else:
             axis.boxplot([values[0][np.isfinite(values[0])]], tick_labels=controllers, showmeans=True)
-            axis.set_title(label(outcome[name], name))
-    figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller")
+        axis.set_title(label(outcome[name], name), fontsize="medium")
+    for axis in axes[:-columns]:
+        axis.tick_params(labelbottom=False)  # the names stand below the last panel of each column
+    less = f", less those of {controllers[0]}" if len(controllers) > 1 else ""
+    figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller{less}")
     return figure
 
 
@@ -65,7 +71,8 @@ def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
         axis.plot(k - 0.15 + spread, known, ".", color="tab:blue", ms=3, alpha=0.5)
         mean, half = paired(known)
         axis.errorbar(k + 0.25, mean, half, fmt="o", color="tab:orange", ms=4, capsize=4)
-    axis.set_xticks(range(len(controllers)), controllers)
+    crowded = sum(map(len, controllers)) > _MOST_LETTERS
+    axis.set_xticks(range(len(controllers)), controllers, **({"rotation": 30, "ha": "right"} if crowded else {}))
     axis.set_xlim(-0.6, len(controllers) - 0.4)
 
 

@@ -10,7 +10,7 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_REAL, _PLAN, _BAD = "tab:blue", "0.15", "tab:red"
+_REAL, _ASKED, _PLAN, _BAD = "tab:blue", "tab:orange", "0.15", "tab:red"
 
 
 def picture(log: PartLog) -> "Figure":
@@ -43,13 +43,13 @@ def _first(log: PartLog, name: str) -> Any:
 def _forces(axis: Any, log: PartLog) -> None:
     """Force as read, and what was asked for where the controller tells."""
     table = _first(log, "force")
-    axis.set(xlabel="time (s)", ylabel="force (N)")
+    axis.set(xlabel="time [s]", ylabel="force [N]")
     axis.set_title("Force of the first bead", loc="left")
     if table is None:
         return
+    if "force_demand_planned" in table:  # below what was read: the demand repeats its noise where the force is re-planned
+        axis.plot(table.time, table.force_demand_planned, color=_ASKED, lw=1.6, label="demanded")
     axis.plot(table.time, table.force, color=_REAL, lw=0.7, label="read")
-    if "force_demand_planned" in table:
-        axis.plot(table.time, table.force_demand_planned, color=_PLAN, lw=0.9, ls="--", label="demanded")
     axis.legend(frameon=False, fontsize=8)
 
 
@@ -66,7 +66,7 @@ def _contours(axis: Any, log: PartLog) -> None:
     x = float(attrs["grid_start"]) + float(attrs["grid_spacing"]) * np.arange(left.size)
     axis.plot(x, left, color=_REAL, lw=1.2, label="left")
     axis.axhline(0, color=_PLAN, lw=1)
-    axis.set(xlabel="along the bead (mm)", ylabel="height (mm)")
+    axis.set(xlabel="along the bead [mm]", ylabel="height [mm]")
     axis.set_title("Contours of the first bead", loc="left")
     axis.legend(frameon=False, fontsize=8)
 
@@ -75,7 +75,7 @@ def _cuts(axis: Any, log: PartLog) -> None:
     """Mean depth of every pass against its force."""
     out = log.outcome
     axis.plot(out.true_force.values.ravel(), out.true_cut_depth.values.ravel(), "o", color=_REAL, ms=3, alpha=0.6)
-    axis.set(xlabel="mean force on the bead (N)", ylabel="mean cut (mm)")
+    axis.set(xlabel="mean force on the bead [N]", ylabel="mean cut [mm]")
     axis.set_title("What passes removed", loc="left")
 
 
@@ -85,6 +85,7 @@ def _outcomes(axis: Any, log: PartLog) -> None:
     axis.plot(out.part.values, out.height.values, "o", color=_REAL, ms=4, label="mean height left")
     axis.plot(out.part.values, -out.overground_worst.values, "v", color=_BAD, ms=4, label="deepest overground")
     axis.axhline(0, color=_PLAN, lw=1)
-    axis.set(xlabel="bead", ylabel="height (mm)")
+    axis.set(xlabel="bead", ylabel="height [mm]", xlim=(out.part.values[0] - 0.5, out.part.values[-1] + 0.5))
+    axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
     axis.set_title(f"What was left; mean penalty {out.penalty.values.mean():.3f} \\$", loc="left")
     axis.legend(frameon=False, fontsize=8)

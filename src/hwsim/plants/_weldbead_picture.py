@@ -53,7 +53,7 @@ def _heights(axis: Any, log: PartLog, table: Any) -> None:
         axis.plot(x, y, "-", color=colour, lw=0.9, alpha=max(0.25, 1 - shown / 60))
         axis.plot(time, height, "o", color=colour, ms=2.5, alpha=max(0.25, 1 - shown / 60))
     _target_and_deadline(axis, log)
-    axis.set(xlabel="time (s)", ylabel="height of the bead (mm)")
+    axis.set(xlabel="time [s]", ylabel="height of the bead [mm]")
     some = f", the first {shown}" if shown < len(log) else ""
     axis.set_title(f"Every pass{some}", loc="left")
 
@@ -87,7 +87,8 @@ def _penalties(axis: Any, log: PartLog) -> None:
     if "penalty_planned" in log.outcome:
         planned = log.outcome.penalty_planned.values.mean()
         axis.axvline(planned, color=_PLAN, ls="--", label=rf"planned {planned:.4f} \$")
-    axis.set(xlabel=r"penalty of a bead (\$)", ylabel="beads")
+    axis.set(xlabel=r"penalty of a bead [\$]", ylabel="beads")
+    axis.yaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
     axis.set_title("What it cost", loc="left")
     axis.legend(frameon=False, fontsize=8)
 
@@ -103,10 +104,10 @@ def _cuts(axis: Any, table: Any) -> None:
     measured = table.cut_depth.values[1:][same]
     if "mean_cut_planned" in table:
         expected = table.mean_cut_planned.values[:-1][same]
-        axis.set(xlabel="mean cut expected of the pass (mm)", ylabel="cut by two scans (mm)")
+        axis.set(xlabel="mean cut expected of the pass [mm]", ylabel="cut by two scans [mm]")
     else:
         expected = np.arange(measured.size) + 1.0
-        axis.set(xlabel="pass", ylabel="cut by two scans (mm)")
+        axis.set(xlabel="pass", ylabel="cut by two scans [mm]")
     axis.plot(expected, measured, ".", color=_GOOD, ms=3, alpha=_faint(measured.size))
     if "mean_cut_planned" in table and measured.size:
         line = np.array([0, expected.max()])
@@ -124,7 +125,7 @@ def _powers(axis: Any, log: PartLog, table: Any) -> None:
         line = np.array([0, np.nanmax(rate)])
         label = f"median truth: {energy:.1f} J/mm³, {idle:.0f} W"
         axis.plot(line, idle + energy * line, color=_PLAN, lw=1, ls="--", label=label)
-    axis.set(xlabel="removal rate (mm³/s)", ylabel="grinding power (W)")
+    axis.set(xlabel="removal rate [mm³/s]", ylabel="grinding power [W]")
     axis.set_ylim(bottom=0)
     axis.set_title("What the sensors say", loc="left")
     axis.legend(frameon=False, fontsize=8)

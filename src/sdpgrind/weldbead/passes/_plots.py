@@ -6,6 +6,8 @@ import numpy as np
 
 from sdpgrind.base.extras import need
 
+_TARGET = "#e0a9a0"  # pale and wide, below what was reached: where both are one, both are seen
+
 
 def plot_pass(plan: Any) -> Any:
     """Draw contours before and after with the target, force and power with their limits, and the height of the disc (mm)."""
@@ -15,10 +17,10 @@ def plot_pass(plan: Any) -> Any:
     bead, after = problem.bead, plan.contour
     axes[0].fill_between(after.x, after.z, bead.at(after.x), color="#d9a441", alpha=0.45, lw=0, label="ground off")
     axes[0].plot(bead.x, bead.z, color="0.35", lw=1, label="before")
+    axes[0].plot(problem.target.x, problem.target.z, color=_TARGET, lw=3, label="target")
     axes[0].plot(after.x, after.z, color="#4878a8", lw=1.4, label="after")
-    axes[0].plot(problem.target.x, problem.target.z, "k--", lw=0.8, label="target")
     axes[0].set_ylabel("height [mm]")
-    axes[0].legend(frameon=False, ncols=4, fontsize=8)
+    axes[0].legend(frameon=False, ncols=4, fontsize=8, loc="lower left", bbox_to_anchor=(0, 1))
     axes[1].plot(plan.tip_x, plan.normal_force, color="#4878a8")
     if np.isfinite(problem.force_limit):
         axes[1].axhline(problem.force_limit, color="#b04a3a", lw=0.8, ls=":")
@@ -38,10 +40,10 @@ def plot_relaxed(found: Any) -> Any:
     problem, x = found.problem, found.x
     figure, (top, low) = plt.subplots(2, 1, figsize=(9, 4.8), sharex=True, layout="constrained")
     top.plot(problem.bead.x, problem.bead.z, color="0.35", lw=1, label="before")
+    top.plot(problem.target.x, problem.target.z, color=_TARGET, lw=3, label="target")
     top.plot(x, found.contour.at(x), color="#4878a8", lw=1.4, label="left")
-    top.plot(problem.target.x, problem.target.z, "k--", lw=0.8, label="target")
     top.set_ylabel("height [mm]")
-    top.legend(frameon=False, ncols=3, fontsize=8)
+    top.legend(frameon=False, ncols=3, fontsize=8, loc="lower left", bbox_to_anchor=(0, 1))
     low.plot(x, found.cut_depth, color="#4878a8")
     low.axhline(found.depth_max, color="#b04a3a", lw=0.8, ls=":")
     low.set(ylabel="depth [mm]\n(dotted: greatest)", xlabel="along the bead [mm]")

@@ -1,0 +1,153 @@
+"""Pictures: units stand in one form, nothing hides what matters, axes of counts count."""
+
+import re
+import types
+
+import numpy as np
+import pytest
+from house_names import ROOT
+
+import hwsim
+from sdpgrind import units, weldbead
+from sdpgrind.weldbead import force, passes
+
+P1 = weldbead.preset("P1")
+FOLDERS = ("src", "docs/examples", "docs/reproductions", "docs/pictures")
+LABELLED = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py") if "label" in path.read_text()]
+LABEL = re.compile(r'(?:label\w*|title)[=(]r?f?"([^"]*)"')
+IN_PARENTHESES = re.compile(r"\((?:mm|um|s|N|W|rad|J|1/mm|\\?\$)[^ )]*\)")
+
+
+@pytest.fixture
+def pyplot():
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("agg")
+    yield pyplot
+    pyplot.close("all")
+
+
+@pytest.mark.parametrize("path", LABELLED, ids=lambda path: path.stem)
+def test_units_stand_in_brackets(path):
+    wrong = [label for label in LABEL.findall(path.read_text()) if IN_PARENTHESES.search(label)]
+    assert not wrong
+
+
+def test_units_in_parentheses_would_be_found():
+    (label,) = LABEL.findall('axis.set_ylabel("height (mm)")')
+    assert IN_PARENTHESES.search(label) and not IN_PARENTHESES.search("height [mm], as f(x) says")
+
+
+# A force loop --------------------------------------------------------------------------------------------------------
+
+
+def record(runs=1):
+    plan = types.SimpleNamespace(time=[0.0, 1.0, 5.0], normal_force=[30.0, 30.0, 45.0], fly_height=[10.0, 10.0, 9.8])
+    controller = force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
+    return force.simulate_loop(controller, duration=1.5, runs=runs, rng=1)
+
+
+def test_picture_of_a_force_loop(pyplot):
+    done = record()
+    top, low = done.plot().axes
+    lines = {line.get_label(): line for line in top.lines}
+    np.testing.assert_array_equal(lines["planned"].get_ydata(), done.planned)
+    np.testing.assert_array_equal(lines["at the contact"].get_ydata(), done.force[0])
+    np.testing.assert_array_equal(lines["read"].get_ydata(), done.reading[0])
+    (command,) = low.lines
+    np.testing.assert_array_equal(command.get_ydata(), done.command[0])
+    np.testing.assert_allclose(np.diff(command.get_xdata()), done.time[-1] / done.command.shape[1], rtol=1e-12)
+    labels = top.get_ylabel(), low.get_ylabel(), low.get_xlabel()
+    assert labels == ("normal force [N]", "platform command [mm]", "time [s]")
+    assert top.figure.get_suptitle() == f"1 run: force {done.error_rms()[0]:.3g} N rms off the plan"
+
+
+def test_picture_of_many_force_loops_names_each_line_once(pyplot):
+    figure = record(runs=25).plot()
+    top, low = figure.axes
+    assert len(low.lines) == 20 and figure.get_suptitle().startswith("25 runs, the first 20 drawn: ")
+    assert sorted(text.get_text() for text in top.get_legend().get_texts()) == ["at the contact", "planned", "read"]
+
+
+# Runs ----------------------------------------------------------------------------------------------------------------
+
+
+class Passes:
+    """So many passes of 40 N, then no more."""
+
+    period = None
+
+    def __init__(self, number=1, force=40.0):
+        self.number, self.force = number, force
+        self.reset()
+
+    def reset(self):
+        self.left = self.number
+
+    def step(self, **measured):
+        self.left -= 1
+        return {"stop": 1.0} if self.left < 0 else {"duration": 10.0, "normal_force": self.force}
+
+
+def whole(axis, which):
+    """Whether the ticks of an axis are whole numbers."""
+    axis.figure.draw_without_rendering()
+    ticks = getattr(axis, f"{which}axis").get_majorticklocs()
+    return bool(np.all(ticks == np.round(ticks)))
+
+
+@pytest.mark.parametrize("parts", [1, 2, 7])
+def test_beads_are_counted_in_whole_numbers(pyplot, parts):
+    log = hwsim.run(hwsim.WeldBeadStand(P1), Passes(), parts=parts)
+    (cost,) = (axis for axis in log.plot().axes if axis.get_ylabel() == "beads")
+    assert whole(cost, "y")
+
+
+class Platform:
+    """Two tiers of one part: a pass of nothing, and a force that is demanded."""
+
+    period, tier = 1 / 60, "force"
+    reports = {"force_demand": "N"}  # noqa: RUF012
+
+    def reset(self):
+        pass
+
+    def step(self, *, force, **measured):
+        return {"stop": 1.0}
+
+    def report(self):
+        return {"force_demand": 20.0}
+
+
+def test_force_is_drawn_over_its_demand(pyplot):
+    disc = passes.TiltedDisc(P1.model, relaxed_angle=units.deg(20.0), rotational_stiffness=6e5)
+    problem = passes.PassProblem(disc, passes.Contour([0, 50], [1.0, 1.0]), mean_cut=0.0, feed_rate=5.0)
+    figure = hwsim.run(hwsim.ForceTableStand(problem), Platform()).plot()
+    drawn = [line.get_label() for line in figure.axes[0].lines]
+    assert drawn.index("demanded") < drawn.index("read")
+    (left,) = (axis for axis in figure.axes if axis.get_xlabel() == "bead")
+    assert whole(left, "x") and len(left.get_xticks()) >= 1
+
+
+def test_what_a_pass_leaves_is_drawn_over_its_target(pyplot):
+    disc = passes.TiltedDisc(P1.model, relaxed_angle=units.deg(20.0), rotational_stiffness=6e5)
+    bead = passes.Contour([0, 25, 50], [1.0, 1.2, 1.0])
+    figure = passes.plan(passes.PassProblem(disc, bead, mean_cut=0.1, feed_rate=5.0)).plot()
+    drawn = [line.get_label() for line in figure.axes[0].lines]
+    assert drawn.index("target") < drawn.index("after")
+
+
+def test_long_names_of_controllers_stand_aslant_and_once_a_column(pyplot):
+    many = {f"a controller of {n} passes": Passes(n) for n in (1, 2, 3)}
+    figure = hwsim.compare(hwsim.WeldBeadStand(P1), many, parts=3).plot()
+    assert figure.get_suptitle().endswith("each controller, less those of a controller of 1 passes")
+    named = [axis for axis in figure.axes if axis.xaxis.get_tick_params()["labelbottom"]]
+    assert len(named) == min(3, len(figure.axes)) and len(figure.axes) > 3
+    assert {label.get_rotation() for axis in named for label in axis.get_xticklabels()} == {30.0}
+    few = hwsim.compare(hwsim.WeldBeadStand(P1), {"one": Passes(1), "two": Passes(2)}, parts=3).plot()
+    assert {label.get_rotation() for label in few.axes[-1].get_xticklabels()} == {0.0}
+
+
+def test_controllers_that_did_the_same_leave_nothing_to_draw(pyplot):
+    log = hwsim.compare(hwsim.WeldBeadStand(P1), {"one": Passes(), "other": Passes()}, parts=2)
+    with pytest.raises(ValueError, match="nothing to draw: every controller made the same of every part"):
+        log.plot()
