@@ -40,7 +40,10 @@ def weights(x, node, mean, sd):
 
 
 def by_loops(problem, node, levels, finish):
-    """J[last pass, stage, node] by the recursion of the specification; the last entry of `last pass` is none yet."""
+    """J[last pass, stage, node] by the recursion of the specification; the last entry of `last pass` is none yet.
+
+    At the node 0 it is the limit from above: that is what falls between the first two nodes.
+    """
     durations = problem.durations
     stop = 2 * node
     count = round(problem.horizon / 2)
@@ -53,7 +56,7 @@ def by_loops(problem, node, levels, finish):
             if before < 0:
                 continue
             mean, sd = cut_moments(levels[a], duration)
-            for k in range(1, node.size):
+            for k in range(node.size):
                 inner, out, over = weights(node[k], node, mean, sd)
                 cost = problem.pass_charge + table[a, before] @ inner + 10 * over + charge[a] * out
                 best[k] = min(best[k], cost.min())
@@ -76,7 +79,10 @@ def test_against_plain_loops(finish, pass_charge, min_cut):
     np.testing.assert_allclose(policy.value(height, time), table[-1].T, atol=1e-9)
     if finish is not None:
         for a, duration in enumerate(problem.durations):
-            np.testing.assert_allclose(policy.value(height, time, last_duration=duration), table[a].T, atol=1e-9)
+            found = policy.value(height, time, last_duration=duration)
+            np.testing.assert_allclose(found[1:], table[a].T[1:], atol=1e-9)
+            np.testing.assert_allclose(found[0], finish(problem.feed_rate(duration)), atol=1e-12)  # no further pass from 0
+            np.testing.assert_allclose(policy.table.table.value[:, a + 1, 0], table[a, :, 0], atol=1e-9)
 
 
 def test_finish_charge_slows_the_last_pass():

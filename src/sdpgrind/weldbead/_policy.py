@@ -135,12 +135,13 @@ class SequencePolicy:
         time_left : float or array
             Time to the deadline, s; below 0 it is late. Between stages the answer is that of the stage below.
         last_duration : float or array, optional
-            Duration (s) of the last pass, where the finish is charged; None: no pass yet.
+            Duration (s) of the last pass, one of the plan's; None: no pass yet. It counts where the finish is charged.
 
         Raises
         ------
         ValueError
-            Above the greatest height or the horizon of the plan, or late off the stages where the table has to be read.
+            Above the greatest height or the horizon of the plan, late off the stages where the table has to be read, or for a
+            last duration that is none of the plan's.
         """
         if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
             stage = time_left * self._per_stage + 1e-9
@@ -157,7 +158,7 @@ class SequencePolicy:
                     return low + part * (high - low)
                 lines = range(start[number], start[number + 1])  # the action changes in this cell
                 return min([cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines])
-        return self.table.value(height=height, time_left=time_left, **self._mode(last_duration))
+        return self.table.value(**self._state(height, time_left, last_duration))
 
     def action(self, height: Any, time_left: Any, *, last_duration: Any = None) -> SequenceAction:
         """Return what to do at a height (mm) and a time left (s); see `value` for the arguments.
@@ -169,7 +170,7 @@ class SequencePolicy:
             stage = time_left * self._per_stage + 1e-9
             if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
                 return self._scalar_action(height * self._per_height, int(stage) + self._origin)
-        place = self.table.locate({"height": height, "time_left": time_left} | self._mode(last_duration))
+        place = self.table.locate(self._state(height, time_left, last_duration))
         best, _, force, gap = self.table.act(place)
         which, stop = np.maximum(best, 0), best < 0
         duration = np.where(stop, 0.0, np.asarray(self._durations)[which])
@@ -224,12 +225,20 @@ class SequencePolicy:
 
         Parameters are one height (mm), one time left (s) and the duration (s) of the last pass, as in `value`.
         """
-        return self.table.alternatives(within, height=height, time_left=time_left, **self._mode(last_duration))
+        return self.table.alternatives(within, **self._state(height, time_left, last_duration))
+
+    def _state(self, height: Any, time_left: Any, last_duration: Any) -> dict[str, Any]:
+        """A state for the table. Where the finish is charged, a bead that is just ground down gets no further pass: a rule.
+
+        The table holds at 0 what holds just above, where one more pass may be worth it; so 0 counts as beyond the end.
+        """
+        mode = self._mode(last_duration)
+        if self.problem.finish_charge is not None:
+            height = np.where(np.equal(height, 0.0), -np.finfo(float).tiny, height)
+        return {"height": height, "time_left": time_left} | mode
 
     def _mode(self, last_duration: Any) -> dict[str, Any]:
         if last_duration is None:
-            return {}
-        if self.problem.finish_charge is None:
             return {}
         durations = np.asarray(self._durations)
         given = np.asarray(last_duration, dtype=float)
@@ -238,7 +247,7 @@ class SequencePolicy:
             raise checks.refuse(
                 "last_duration", "one of " + ", ".join(f"{t:g}" for t in durations), float(np.ravel(given)[k]), "s"
             )
-        return {"mode": mode + 1}
+        return {} if self.problem.finish_charge is None else {"mode": mode + 1}
 
     # -- predicting ------------------------------------------------------------------------------------------------
 
@@ -249,6 +258,7 @@ class SequencePolicy:
         runs: int = 10_000,
         height: float,
         time_left: float,
+        last_duration: float | None = None,
         rng: Seed = 0,
         snap: bool = False,
         executor: Executor | None = None,
@@ -263,6 +273,8 @@ class SequencePolicy:
             Number of sequences.
         height, time_left : float
             Where they start, mm and s.
+        last_duration : float, optional
+            Duration (s) of the last pass, as in `value`.
         rng : int, SeedSequence or Generator
             Source of randomness.
         snap : bool
@@ -284,13 +296,18 @@ class SequencePolicy:
             model if isinstance(model, SequenceProblem) else self.problem if model is None else self.problem.replace(model=model)
         )
         problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
-        start = {"height": height, "time_left": time_left}
+        start = self._state(height, time_left, last_duration)
         found: sdp.Runs = self.table.simulate(runs=runs, rng=rng, problem=problem, snap=snap, executor=executor, **start)
         return found
 
-    def risk(self, height: float, time_left: float, *, confidence: float = 0.95) -> Risk:
-        """Return exact risk figures from a height (mm) and a time left (s); `confidence` is the probability of the CVaR."""
-        return Risk(self.table.distribution(height=height, time_left=time_left), confidence)
+    def risk(
+        self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95
+    ) -> Risk:
+        """Return exact risk figures from a height (mm), a time left (s) and the duration (s) of the last pass, as in `value`.
+
+        `confidence` is the probability of the CVaR.
+        """
+        return Risk(self.table.distribution(**self._state(height, time_left, last_duration)), confidence)
 
     # -- keeping ---------------------------------------------------------------------------------------------------
 

@@ -82,7 +82,6 @@ def _move(problem: SequenceProblem, k: int, levels: int, search: bool) -> sdp.Mo
         _shift(problem, duration),
         duration=round(duration / problem.stage),
         charge=problem.pass_charge,
-        allowed=None if problem.finish_charge is None else _some_left,
         into=None if problem.finish_charge is None else name,
     )
 
@@ -100,11 +99,6 @@ def _finish(problem: SequenceProblem, moves: Sequence[sdp.Move]) -> "Finish | No
 
 def _cut(problem: SequenceProblem, duration: float, s: Any, c: Any) -> sdp.Law:
     return problem.cut(duration, c.normal_force)
-
-
-def _some_left(s: Any, c: Any) -> Any:
-    """No pass starts from a bead that is ground down: a rule, where the finish is charged (see the user's pages)."""
-    return s.height > 0
 
 
 @dataclass(frozen=True)
