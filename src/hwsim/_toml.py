@@ -1,8 +1,10 @@
 """Tables of a TOML file, read key by key: every fault is one line that names the key; a key that nobody took is a fault."""
 
 import difflib
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, TypeVar
 
 from hwsim._quantities import quantity
@@ -37,6 +39,12 @@ class Table:
     def numbers(self, units: Mapping[str, str]) -> dict[str, float]:
         return {key: self.number(key, unit) for key, unit in units.items()}
 
+    def list_of(self, key: str, unit: str) -> list[float]:
+        values = self.take(key)
+        if not isinstance(values, list):
+            raise ValueError(f"{self.path(key)} must be a list of numbers ({unit}); got {values!r}")
+        return [quantity(f"{self.path(key)}[{k}]", value, unit) for k, value in enumerate(values)]
+
     def given(self, units: Mapping[str, str]) -> dict[str, float]:
         return {key: self.number(key, unit) for key, unit in units.items() if self.has(key)}
 
@@ -45,6 +53,10 @@ class Table:
         if value not in choices:
             raise ValueError(f"{self.path(key)} must be one of {', '.join(choices)}; got {value!r}")
         return str(value)
+
+    def maybe(self, key: str) -> "Table":
+        """A table that may be missing: then it is empty."""
+        return self.table(key) if self.has(key) else Table(self.path(key), {})
 
     def table(self, key: str) -> "Table":
         value = self.take(key)
@@ -57,7 +69,8 @@ class Table:
         try:
             return make(*values, **options)
         except (ValueError, TypeError) as error:
-            raise ValueError(f"[{self.name}] {error}") from None
+            where = f"[{self.name}] " if self.name else ""
+            raise ValueError(f"{where}{error}") from None
 
     def done(self) -> None:
         """Refuse the first key that nobody asked for."""
@@ -66,3 +79,15 @@ class Table:
                 close = difflib.get_close_matches(key, self.known, 1)
                 meant = f"is {self.path(close[0])} meant?" if close else f"keys here are {', '.join(sorted(self.known))}"
                 raise ValueError(f"{self.path(key)} is not a key; {meant}")
+
+
+def read(path: Path, make: Callable[[Table], Made]) -> Made:
+    """What `make` makes of the file at `path`; ValueError names the file and the key, also one that nobody took."""
+    try:
+        with path.open("rb") as file:
+            table = Table("", tomllib.load(file))
+        made = make(table)
+        table.done()
+    except (ValueError, TypeError) as error:  # tomllib's error is a ValueError
+        raise ValueError(f"{path}: {error}") from None
+    return made

@@ -31,25 +31,20 @@ Scatters = Callable[[Table], weldbead.Scatter]
 
 def job_of(problem: weldbead.SequenceProblem, file: Table, scatter: Scatters) -> tuple[jobs.OneDraw, jobs.ThreeTiers]:
     """Read both stands, that of one draw a pass and the force table, so that a fault is found whichever is run."""
-    disc = _disc(problem, _maybe(file, "disc"))
-    loop = _maybe(file, "loop")
+    disc = _disc(problem, file.maybe("disc"))
+    loop = file.maybe("loop")
     crossover = loop.given({"crossover": "rad/s"}).get("crossover", jobs.CROSSOVER)
     loop.done()
     loop.made(force.PI.design, crossover=crossover)
-    table = _maybe(file, "stand")
+    table = file.maybe("stand")
     start = _start(problem, table)
-    process, truth = _truth(problem, _maybe(table, "truth"), scatter)
-    simple = _maybe(table, "simple")
+    process, truth = _truth(problem, table.maybe("truth"), scatter)
+    simple = table.maybe("simple")
     plain = simple.made(WeldBeadStand, problem, truth=truth, **start, **simple.given(_ONE_DRAW))
     simple.done()
     stand = _force_table(problem, disc, process, table, plain)
     table.done()
     return jobs.OneDraw(plain), jobs.ThreeTiers(stand, problem, crossover)
-
-
-def _maybe(table: Table, key: str) -> Table:
-    """A table that may be missing: then it is empty."""
-    return table.table(key) if table.has(key) else Table(table.path(key), {})
 
 
 def _start(problem: weldbead.SequenceProblem, table: Table) -> dict[str, float]:

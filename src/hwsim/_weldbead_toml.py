@@ -4,7 +4,6 @@ Keys are the names of the Python interface; numbers are in the library's units (
 unit. Every fault is one line that names the key.
 """
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -12,6 +11,7 @@ from typing import Any, TypeAlias
 from hwsim import _weldbead_jobs as jobs
 from hwsim._quantities import quantity
 from hwsim._toml import Table
+from hwsim._toml import read as read_toml
 from hwsim._weldbead_stand_toml import PROCESS, job_of
 from sdpgrind import sdp, weldbead
 
@@ -29,15 +29,8 @@ _BurnLimit: TypeAlias = weldbead.ForceBurnLimit | weldbead.PowerBurnLimit | weld
 
 def read(path: Path, *, simple: bool = False) -> jobs.Job:
     """Read the job in the file at `path`; ValueError names the file and the key."""
-    try:
-        with path.open("rb") as file:
-            table = Table("", tomllib.load(file))
-        problem = _problem(table)
-        job = job_of(problem, table, read_scatter)
-        table.done()
-        return job[0] if simple else job[1]
-    except (ValueError, TypeError) as error:  # tomllib's error is a ValueError
-        raise ValueError(f"{path}: {error}") from None
+    one_draw, three_tiers = read_toml(path, lambda table: job_of(_problem(table), table, read_scatter))
+    return one_draw if simple else three_tiers
 
 
 def _problem(job: Table) -> weldbead.SequenceProblem:
@@ -47,7 +40,7 @@ def _problem(job: Table) -> weldbead.SequenceProblem:
     return weldbead.SequenceProblem(
         model,
         **job.numbers(_BEAD),
-        durations=_durations(job),
+        durations=job.list_of("durations", "s"),
         scatter=read_scatter(job.table("scatter")),
         burn_limit=_burn_limit(job.table("burn_limit")) if job.has("burn_limit") else None,
         height_charge=_height_charge(job.table("height_charge")),
@@ -55,13 +48,6 @@ def _problem(job: Table) -> weldbead.SequenceProblem:
         finish_charge=_finish_charge(job.table("finish_charge")) if job.has("finish_charge") else None,
         **job.given(_OPTIONAL),
     )
-
-
-def _durations(job: Table) -> list[float]:
-    values = job.take("durations")
-    if not isinstance(values, list):
-        raise ValueError(f"durations must be a list of numbers (s); got {values!r}")
-    return [quantity(f"durations[{k}]", value, "s") for k, value in enumerate(values)]
 
 
 def read_scatter(table: Table) -> weldbead.Scatter:

@@ -4,10 +4,12 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
-from hwsim import _weldbead_cli
+from hwsim._area import add_to
 from sdpgrind import __version__
 
+_AREAS = ("hwsim._weldbead_cli",)  # modules with an ``AREA`` (see `hwsim._area`)
 REFUSED, INTERRUPTED = 2, 130  # exit status
 
 
@@ -25,11 +27,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     >>> main(["weldbead", "--preset", "P1", "--parts", "20"])  # doctest: +SKIP
     0
     """
-    arguments = _parser().parse_args(argv)
+    try:
+        arguments = _parser().parse_args(argv)
+    except SystemExit:  # --help, --version, or a line that is wrong
+        _finish_output()
+        raise
     try:
         arguments.work(arguments)
-        sys.stdout.flush()
-    except BrokenPipeError:  # who reads has had enough, as in ``hwsim weldbead ... | head``; the work is done
+    except BrokenPipeError:
         _forget_output()
     except (ValueError, OSError, ImportError) as error:
         print(f"hwsim: {_one_line(error)}", file=sys.stderr)
@@ -37,7 +42,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("hwsim: interrupted; the same command with the same --out goes on from here", file=sys.stderr)
         return INTERRUPTED
+    _finish_output()
     return 0
+
+
+def _finish_output() -> None:
+    """Write what is left to write; who reads may have had enough, as in ``hwsim weldbead ... | head``: the work is done."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _forget_output()
 
 
 def _forget_output() -> None:
@@ -49,7 +63,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="hwsim", description="Run controllers on simulated machines.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     areas = parser.add_subparsers(title="areas", required=True, metavar="AREA")
-    _weldbead_cli.add_to(areas)
+    for module in _AREAS:
+        add_to(areas, import_module(module).AREA)
     return parser
 
 

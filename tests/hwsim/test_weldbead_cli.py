@@ -9,7 +9,7 @@ import pytest
 
 import hwsim
 import sdpgrind
-from hwsim import _weldbead_cli
+from hwsim import _area
 from hwsim._log import same
 from hwsim._weldbead_jobs import job_of
 from hwsim.cli import main
@@ -123,7 +123,7 @@ def test_interrupted(finished, monkeypatch, capsys):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(_weldbead_cli, "_run", interrupt)
+    monkeypatch.setattr(_area, "_run", interrupt)
     assert main(["weldbead", "--simple", "--policy", str(finished / "policy.nc")]) == 130
     assert capsys.readouterr().err == "hwsim: interrupted; the same command with the same --out goes on from here\n"
 
@@ -258,7 +258,7 @@ def left(finished, tmp_path):
 
 @pytest.mark.parametrize(("changed", "said"), [(["--rng", "5"], "rng"), (["--preset", "P4"], "plant")])
 def test_journal_of_another_run_is_refused_without_planning(left, monkeypatch, capsys, changed, said):
-    monkeypatch.setattr(_weldbead_cli, "_planned", None)
+    monkeypatch.setattr(weldbead, "plan", None)
     before = content(left)
     line = refused(capsys, *JOB[1:], *changed, "--out", left)
     assert line == f"journal must be of this run; {str(left / 'run.db')!r} was begun with another {said}"

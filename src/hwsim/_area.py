@@ -1,0 +1,184 @@
+"""One area of the command line: take a job or a preset, plan it (or load its plan), run it on a simulated stand, report."""
+
+import argparse
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from hwsim._run_folder import RunFolder, differences
+
+if TYPE_CHECKING:
+    from hwsim._log import Log
+
+
+class Job(Protocol):
+    """What is run: a stand, what is planned for it, and the controller that follows the plan."""
+
+    @property
+    def stand(self) -> Any:
+        """The plant."""
+
+    @property
+    def problem(self) -> Any:
+        """What is planned."""
+
+    def controller(self, plan: Any) -> Any:
+        """The controller that follows a plan."""
+
+
+class Area(ABC):
+    """What differs between ``hwsim weldbead``, ``hwsim plunge``, ...: an area gives words and these functions, no more.
+
+    Its module imports nothing heavy at the top: ``hwsim --help`` asks every area.
+    """
+
+    name: ClassVar[str]  # of the command
+    about: ClassVar[str]  # one line for --help
+    more: ClassVar[str] = ""  # what else --help says
+    made_for: ClassVar[str]  # "a weld bead"
+    part: ClassVar[str] = "part"
+    plan_word: ClassVar[str] = "plan"  # of its option and of its file
+    presets: ClassVar[str]  # names, the first one an example: "P1 ... P5, C0"
+    units: ClassVar[str] = "mm, s, N, J, W"  # of the TOML file
+    error_unit: ClassVar[str] = "$"  # of the error of a plan
+    tolerance: ClassVar[str] = ""  # what --tolerance is of; without it there is no such option
+    switches: ClassVar[
+        Mapping[str, str]
+    ] = {}  # options that no other area has (a simpler stand, one without noise), and their help
+
+    @abstractmethod
+    def read(self, path: Path, arguments: argparse.Namespace) -> Job:
+        """Read the job in a TOML file (see `hwsim._toml.read`)."""
+
+    @abstractmethod
+    def preset(self, name: str) -> Any:
+        """Give a problem by its name."""
+
+    @abstractmethod
+    def job_of(self, problem: Any, arguments: argparse.Namespace) -> Job:
+        """Put a problem on a stand of which nothing is said."""
+
+    @abstractmethod
+    def plan_class(self) -> type:
+        """Class of its plans: with ``problem``, ``error``, ``plot`` and ``save``."""
+
+    @abstractmethod
+    def plan(self, job: Job, arguments: argparse.Namespace, progress: Any) -> Any:
+        """Plan a job anew."""
+
+    @abstractmethod
+    def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
+        """Say in a text what was planned and what came of it (see `hwsim._report`)."""
+
+
+def add_to(subparsers: Any, area: Area) -> None:
+    """Add the command of an area to the parser's subparsers."""
+    word = area.plan_word
+    parser = subparsers.add_parser(area.name, help=area.about, description=area.about.capitalize() + ".", epilog=area.more)
+    parser.add_argument("problem", nargs="?", type=Path, metavar="problem.toml", help=f"the job ({area.units})")
+    parser.add_argument("--preset", help=f"a ready problem instead of a file: {area.presets}")
+    for switch, meaning in area.switches.items():
+        parser.add_argument(switch, action="store_true", help=meaning)
+    parser.add_argument(f"--{word}", dest="plan", type=Path, metavar="p.nc", help=f"follow this saved {word} instead of planning")
+    parser.add_argument("--parts", type=int, default=20, metavar="N", help=f"number of {area.part}s (20)")
+    parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
+    if area.tolerance:
+        parser.add_argument("--tolerance", type=float, help=area.tolerance)
+    parser.add_argument("--no-pictures", action="store_true", help="draw nothing")
+    parser.set_defaults(work=partial(work, area), tolerance=None)
+
+
+def work(area: Area, arguments: argparse.Namespace) -> None:
+    """Do what the command line asks for."""
+    job, given = _job(area, arguments)
+    _check_numbers(area, arguments)
+    folder = None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
+    if folder is not None:
+        folder.refuse_other_plan(job.problem, given)
+        folder.refuse_other_run(plant=job.stand, rng=arguments.rng)
+    plan = _plan(area, job, given, folder, arguments)
+    if folder is not None:
+        folder.refuse_other_run(controller=job.controller(plan))
+        folder.begin(plan)
+    log = _run(job, plan, folder, arguments)
+    kept = [] if folder is None else folder.keep(log, plan, pictures=not arguments.no_pictures)
+    print(area.report(str(arguments.problem or arguments.preset or arguments.plan), log, plan, job))
+    if len(log) > arguments.parts:
+        held = f"{folder} held {len(log)} finished {area.part}s already"
+        print(f"\n{held}: all of them are reported, not {arguments.parts}")
+    if folder is not None:
+        print(f"\nkept in {folder}: {', '.join(kept)}")
+
+
+def _check_numbers(area: Area, arguments: argparse.Namespace) -> None:
+    from sdpgrind.base import checks
+
+    checks.count("--parts", arguments.parts)
+    checks.count("--rng", arguments.rng, at_least=0)
+    if arguments.tolerance is not None:
+        checks.positive("--tolerance", arguments.tolerance, area.error_unit)
+
+
+def _job(area: Area, arguments: argparse.Namespace) -> tuple[Job, Any]:
+    """The stand with its controller, and the plan where one is given."""
+    word = area.plan_word
+    if arguments.problem is not None and arguments.preset is not None:
+        raise ValueError("either problem.toml or --preset must be given, not both")
+    plan = _loaded(area, arguments.plan) if arguments.plan is not None else None
+    if arguments.problem is not None:
+        job = area.read(arguments.problem, arguments)
+    elif arguments.preset is not None:
+        job = area.job_of(area.preset(arguments.preset), arguments)
+    elif plan is not None:
+        return area.job_of(plan.problem, arguments), plan
+    else:
+        example = f"hwsim {area.name} --preset {area.presets.split()[0].rstrip(',')}"
+        raise ValueError(f"problem.toml, --preset or --{word} must be given; try: {example}")
+    if plan is not None and plan.problem != job.problem:
+        changed = differences(plan.problem, job.problem)
+        raise ValueError(f"--{word} {arguments.plan} is for another problem: {changed} differs")
+    return job, plan
+
+
+def _loaded(area: Area, path: Path) -> Any:
+    import sdpgrind
+
+    plan = sdpgrind.load(path)
+    if not isinstance(plan, area.plan_class()):
+        saved = f"a saved {area.plan_word} of {area.made_for}"
+        raise ValueError(f"--{area.plan_word} must be {saved}; {path} holds a {type(plan).__name__}")
+    return plan
+
+
+def _plan(area: Area, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> Any:
+    """The plan that is given, that is kept in the folder, or a new one; no less exact than was asked for."""
+    from sdpgrind.base.progress import TerminalLine
+
+    if given is not None:
+        _check_error(area, given, arguments, f"--{area.plan_word} {arguments.plan}", f"plan anew, without --{area.plan_word}")
+        return given
+    kept = None if folder is None else folder.plan
+    if kept is None:
+        return area.plan(job, arguments, TerminalLine())
+    _check_error(area, kept, arguments, f"--out {arguments.out}", "choose another folder or tolerance")
+    return kept
+
+
+def _check_error(area: Area, plan: Any, arguments: argparse.Namespace, where: str, advice: str) -> None:
+    """Refuse a plan that is not known to be as exact as was asked for."""
+    asked, unit, word = arguments.tolerance, area.error_unit, area.plan_word
+    if asked is not None and (plan.error is None or plan.error > asked):
+        known = "of unknown error" if plan.error is None else f"known to {plan.error:.2g} {unit}"
+        raise ValueError(f"{where} holds a {word} {known}, --tolerance asks for {asked:g} {unit}: {advice}")
+
+
+def _run(job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> "Log":
+    from hwsim._loop import run
+    from sdpgrind.base.progress import TerminalLine
+
+    journal = None if folder is None else folder.journal
+    parts = arguments.parts if folder is None else max(arguments.parts, folder.finished)
+    return run(job.stand, job.controller(plan), parts=parts, rng=arguments.rng, journal=journal, progress=TerminalLine())

@@ -1,0 +1,154 @@
+"""What every command ``hwsim <area>`` does alike, tried on a toy: a new area gives words and a few functions."""
+
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+import toy_area
+from hwsim_fakes import Drain, Tank
+
+import hwsim
+import sdpgrind
+from hwsim import cli
+from hwsim._log import same
+from hwsim._toml import Table, read
+from sdpgrind.base import records
+
+
+@pytest.fixture(autouse=True)
+def toy(monkeypatch):
+    """One line in the table of areas, one in the table of records."""
+    entry, known = EntryPoint("toy.flow", "toy_area:Flow", "sdpgrind.records"), records.entry_points
+    monkeypatch.setattr(cli, "_AREAS", (*cli._AREAS, "toy_area"))
+    monkeypatch.setattr(
+        records, "entry_points", lambda group, name: [entry] if name == "toy.flow" else known(group=group, name=name)
+    )
+
+
+def said(capsys, *arguments):
+    """What a command prints."""
+    assert cli.main(["toy", *map(str, arguments)]) == 0
+    out, error = capsys.readouterr()
+    assert error == ""
+    return out
+
+
+def refused(capsys, *arguments):
+    assert cli.main(["toy", *map(str, arguments)]) == 2
+    out, error = capsys.readouterr()
+    assert out == "" and error.count("\n") == 1
+    return error.removeprefix("hwsim: ").strip()
+
+
+def test_an_area_is_a_small_module():
+    assert len(Path(toy_area.__file__).read_text().splitlines()) < 120
+
+
+def test_help_of_all_areas_and_of_one(capsys):
+    for arguments, words in (
+        (["--help"], ("weldbead", "toy", "drain a tank")),
+        (["toy", "--help"], ("full, half", "--no-leak", "--plan")),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(arguments)
+        out = capsys.readouterr().out
+        assert ended.value.code == 0 and all(word in out for word in words)
+
+
+def test_runs_reports_and_keeps(tmp_path, capsys):
+    out = tmp_path / "deep" / "run"
+    lines = said(capsys, "--preset", "full", "--parts", 12, "--rng", 3, "--out", out).splitlines()
+    log = hwsim.run(Tank(leak=0.5), Drain(2.0), parts=12, rng=3)
+    assert same(sdpgrind.load(out / "run.nc"), log) and sdpgrind.load(out / "plan.nc") == toy_area.Flow(toy_area.Draining())
+    assert lines[0] == "full: 2 mm/s" and lines[1].split() == ["drain", "time", "s", "lost", "mm/s"]
+    assert lines[2].split() == ["0", f"{log.outcome.time.values[0]:.2f}", f"{log.outcome.leak.values[0]:.3f}"]
+    assert lines[12] == " ...  (2 more)" and lines[13].startswith("mean of 12 drains ")
+    time = log.outcome.time.values
+    assert lines[14].split() == ["time", "(s)", "5.00", f"{time.mean():.2f}", f"{time.std(ddof=1) / 12**0.5:.2f}"]
+    assert lines[-1] == f"kept in {out}: plan.nc, run.nc, run.db, plan.png, run.png"
+    assert sorted(file.name for file in out.iterdir()) == ["plan.nc", "plan.png", "run.db", "run.nc", "run.png"]
+    again = said(capsys, "--preset", "full", "--parts", 12, "--rng", 3, "--out", out, "--no-pictures")
+    assert again.splitlines()[:-1] == lines[:-1]
+    fewer = said(capsys, "--preset", "full", "--parts", 2, "--rng", 3, "--out", out, "--no-pictures")
+    assert f"{out} held 12 finished drains already: all of them are reported, not 2" in fewer
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["weldbead", "--help"]])
+def test_a_reader_that_is_gone_hears_no_complaint(arguments):
+    line = [sys.executable, "-c", "import time; time.sleep(0.2); from hwsim.cli import main; main()", *arguments]
+    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process.stdout.close()
+    assert process.stderr.read() == "" and process.wait() == 0
+    process.stderr.close()
+
+
+def test_switches_are_the_areas_own(capsys):
+    tight = said(capsys, "--preset", "half", "--no-leak", "--parts", 2)
+    assert [line.split()[1:] for line in tight.splitlines()[2:4]] == [["5.00", "0.000"]] * 2
+
+
+def test_refusals_name_the_areas_words(tmp_path, capsys):
+    plan, other = tmp_path / "full.nc", tmp_path / "half.nc"
+    toy_area.Flow(toy_area.Draining()).save(plan)
+    toy_area.Flow(toy_area.Draining(5.0), error=None).save(other)
+    assert refused(capsys) == "problem.toml, --preset or --plan must be given; try: hwsim toy --preset full"
+    assert refused(capsys, "--preset", "full", "--tolerance", 0) == "--tolerance must be > 0 (mm/s); got 0.0"
+    assert refused(capsys, "--preset", "full", "--plan", other) == f"--plan {other} is for another problem: level differs"
+    asked = refused(capsys, "--plan", other, "--tolerance", 1)
+    assert asked.startswith(
+        f"--plan {other} holds a plan of unknown error, --tolerance asks for 1 mm/s: plan anew, without --plan"
+    )
+    hwsim.run(Tank(), Drain(), parts=1).save(tmp_path / "log.nc")
+    wrong = refused(capsys, "--plan", tmp_path / "log.nc")
+    assert wrong == f"--plan must be a saved plan of a tank; {tmp_path / 'log.nc'} holds a Log"
+    said(capsys, "--plan", plan, "--parts", 1, "--out", tmp_path / "run", "--no-pictures")
+    kept = refused(capsys, "--preset", "half", "--out", tmp_path / "run")
+    assert kept == f"--out {tmp_path / 'run'} holds a run of another problem (level differs): choose another folder"
+    assert "was begun with another plant" in refused(capsys, "--plan", plan, "--no-leak", "--out", tmp_path / "run")
+
+
+def test_an_area_without_tolerance_has_no_such_option(monkeypatch, capsys):
+    monkeypatch.setattr(toy_area.Toy, "tolerance", "")
+    with pytest.raises(SystemExit):
+        cli.main(["toy", "--preset", "full", "--tolerance=1"])
+    assert "unrecognized arguments: --tolerance=1" in capsys.readouterr().err
+    assert said(capsys, "--preset", "full", "--parts", 1)
+
+
+# TOML ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("level = ", "Invalid value (at end of document)"),
+        ("levle = 3", "levle is not a key; is level meant?"),
+        ("duration = '3 mm'", "duration must have a unit like s; got '3 mm'"),
+        ("duration = 0", "duration must be > 0 (s); got 0.0"),
+    ],
+)
+def test_faults_name_the_file(tmp_path, capsys, text, fault):
+    path = tmp_path / "job.toml"
+    path.write_text(text)
+    assert refused(capsys, path) == f"{path}: {fault}"
+
+
+def test_a_file_is_read(tmp_path, capsys):
+    path = tmp_path / "job.toml"
+    path.write_text("level = '1 cm'\nduration = 4")
+    assert said(capsys, path, "--parts", 1).startswith(f"{path}: 2.5 mm/s\n")
+
+
+def test_lists_and_tables_that_may_be_missing(tmp_path):
+    table = Table("stand", {"sizes": ["1 cm", 2], "inner": {"a": 1}, "one": 3})
+    assert table.list_of("sizes", "mm") == [10.0, 2.0]
+    assert table.maybe("inner").number("a", "") == 1.0 and table.maybe("none").entries == {}
+    with pytest.raises(ValueError, match=r"stand\.one must be a list of numbers \(mm\); got 3"):
+        table.list_of("one", "mm")
+    with pytest.raises(ValueError, match=r"stand\.sizes\[0\] must have a unit like s; got '1 cm'"):
+        table.list_of("sizes", "s")
+    path = tmp_path / "file.toml"
+    path.write_text("[x]\ny = 1")
+    assert read(path, lambda file: file.table("x").number("y", "")) == 1.0
