@@ -1,5 +1,6 @@
 """What every command ``hwsim <area>`` does alike, tried on a toy: a new area gives words and a few functions."""
 
+import os
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
@@ -76,9 +77,11 @@ def test_runs_reports_and_keeps(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["weldbead", "--help"]])
-def test_a_reader_that_is_gone_hears_no_complaint(arguments):
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_that_is_gone_hears_no_complaint(arguments, unbuffered):
     line = [sys.executable, "-c", "import time; time.sleep(0.2); from hwsim.cli import main; main()", *arguments]
-    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     process.stdout.close()
     assert process.stderr.read() == "" and process.wait() == 0
     process.stderr.close()
