@@ -3,6 +3,7 @@
 import dataclasses
 import warnings
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -58,8 +59,11 @@ class PassProblem(Frozen):
     >>> problem = PassProblem(disc, Contour([0, 75, 150], [1.0, 1.3, 1.0]), mean_cut=0.2, feed_rate=20.0)
     >>> round(problem.bead.mean - problem.target.mean, 12)
     0.2
+    >>> problem.replace(specific_energy=14.0, feed_rate=10.0).disc.model.specific_energy  # of the process in the disc
+    14.0
     """
 
+    _inside: ClassVar[str] = "disc"
     disc: TiltedDisc
     bead: Contour
     mean_cut: float
