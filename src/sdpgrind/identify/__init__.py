@@ -11,8 +11,10 @@ from sdpgrind.identify._moments import (
     sample_moments,
     sum_moments,
 )
+from sdpgrind.identify._output_error import output_error
 from sdpgrind.identify._readings import Readings, readings
 from sdpgrind.identify._regression import RecursiveLeastSquares, least_squares, total_least_squares
+from sdpgrind.identify._series import Series, series
 
 __all__ = [
     "Estimate",
@@ -21,16 +23,19 @@ __all__ = [
     "QuantileDensity",
     "Readings",
     "RecursiveLeastSquares",
+    "Series",
     "Status",
     "delta_method",
     "difference_moments",
     "kernel_density",
     "least_squares",
+    "output_error",
     "product_moments",
     "quantile_density",
     "ratio_moments",
     "readings",
     "sample_moments",
+    "series",
     "sum_moments",
     "total_least_squares",
 ]

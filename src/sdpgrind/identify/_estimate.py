@@ -14,10 +14,14 @@ from sdpgrind.base.stored import stored
 
 
 class Status(StrEnum):
-    """How an estimation ended; the text says what happened and what to try. No unit."""
+    """How an estimation ended; the text says what happened and what to try. No unit.
+
+    Of "not identified" the message of the estimate gives the reason: faulty readings, too few, or none that tell.
+    """
 
     OK = "the data determine the values"
     UNDETERMINED = "the data do not determine all values: take points at more, and more different, conditions"
+    NOT_IDENTIFIED = "not identified"
     IMPOSSIBLE = "the values are physically impossible: look for bad readings or a wrong unit"
 
 

@@ -94,8 +94,8 @@ def readings(data: Any, units: Mapping[str, str], *, tier: str, each: str = "row
     >>> float(read["normal_force"].mean()), read.message
     (50.0, 'from 2 passes')
     """
-    table, is_log = _table(data, tier)
-    arrays = {name: _column(table, name, unit) for name, unit in units.items()}
+    table, is_log = table_of(data, tier)
+    arrays = {name: column_of(table, name, unit) for name, unit in units.items()}
     if is_log:
         arrays |= {name: _led_to(table, name, units[name]) for name in commanded if f"{name}_command" in table}
     first, size = next((name, values.size) for name, values in arrays.items())
@@ -110,7 +110,8 @@ def readings(data: Any, units: Mapping[str, str], *, tier: str, each: str = "row
     return read
 
 
-def _table(data: Any, tier: str) -> tuple[Any, bool]:
+def table_of(data: Any, tier: str) -> tuple[Any, bool]:
+    """Return the table `tier` of a log, or the arrays themselves; and whether it was a log (private to this package)."""
     try:
         return data[tier], True
     except (KeyError, IndexError):
@@ -121,12 +122,13 @@ def _table(data: Any, tier: str) -> tuple[Any, bool]:
 
 def _led_to(table: Any, name: str, unit: str) -> Floats:
     """The command of the row before, in the same part: a row holds what was measured, then what was commanded."""
-    command, part = _column(table, f"{name}_command", unit), np.asarray(table["part"])
+    command, part = column_of(table, f"{name}_command", unit), np.asarray(table["part"])
     before = np.concatenate([[np.nan], command[:-1]])
     return np.where(np.concatenate([[False], part[1:] == part[:-1]]), before, np.nan)
 
 
-def _column(table: Any, name: str, unit: str) -> Floats:
+def column_of(table: Any, name: str, unit: str) -> Floats:
+    """Return a column as an array of numbers (private to this package)."""
     try:
         column = table[name]
     except (KeyError, IndexError):

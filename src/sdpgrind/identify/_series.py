@@ -1,0 +1,128 @@
+"""Readings over time, part by part: from arrays by name, or from the log of a run; a missing reading keeps its place."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.identify._readings import column_of, table_of
+
+
+@dataclasses.dataclass(frozen=True)
+class Series:
+    """Readings of one part over time, as `series` gives them.
+
+    Attributes
+    ----------
+    label : str
+        Which part, for messages; empty where there is one alone.
+    time : array, shape (n,)
+        When the readings were taken, s, rising.
+    arrays : dict
+        Arrays of shape (n,) by name, each in its unit. NaN: no reading. Commands hold from that time on.
+    """
+
+    label: str
+    time: Floats
+    arrays: dict[str, Floats]
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.arrays[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.arrays
+
+
+def series(
+    data: Any,
+    units: Mapping[str, str],
+    *,
+    tier: str,
+    commands: Sequence[str] = (),
+    optional: Sequence[str] = (),
+    part: int | Sequence[int] | None = None,
+) -> tuple[Series, ...]:
+    """Return named quantities of `data` over time, one `Series` for each part.
+
+    Parameters
+    ----------
+    data : mapping of arrays, or log
+        Arrays of one length with ``time`` (s), and ``part`` where there are several; or a log with a table `tier`.
+    units : mapping
+        Names of what is wanted, and their units (for messages).
+    tier : str
+        Which table of a log.
+    commands : sequence of str
+        Names that are commands, from that time on: of a log the column ``<name>_command``. None: the last one holds.
+    optional : sequence of str
+        Names that may be missing.
+    part : int or sequence of int, optional
+        Which parts, by their numbers (unit 1); all by default.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a missing quantity, unequal lengths, a time that does not rise within a part, or a part that is not there.
+
+    Examples
+    --------
+    >>> one, = series({"time": [0.0, 0.1], "size": [0.0, float("nan")]}, {"size": "mm"}, tier="controller")
+    >>> one["size"].tolist()
+    [0.0, nan]
+    """
+    table, is_log = table_of(data, tier)
+    renamed = {name: f"{name}_command" if is_log and name in commands else name for name in units}
+    kept = [name for name in units if name not in optional or renamed[name] in table]
+    arrays = {name: column_of(table, renamed[name], units[name]) for name in kept}
+    time = column_of(table, "time", "s")
+    for name, values in arrays.items():
+        if values.size != time.size:
+            raise ValueError(f"{name} must have as many entries as time, {time.size}; got {values.size}")
+    checks.finite_array("time", time, "s")
+    found = [
+        Series(label, time[rows], {name: _held(v[rows]) if name in commands else _gaps(v[rows]) for name, v in arrays.items()})
+        for label, rows in _parts(table, time.size, part)
+    ]
+    for one in found:
+        _rising(one)
+    return tuple(found)
+
+
+def _parts(table: Any, size: int, part: int | Sequence[int] | None) -> list[tuple[str, slice]]:
+    """Label and rows of each part that is wanted."""
+    if "part" not in table:
+        if part is not None:
+            raise checks.refuse("part", "left out of data without a column part", part)
+        return [("", slice(0, size))]
+    number = np.asarray(table["part"]).astype(int).ravel()
+    tags = [np.asarray(table[name]).ravel() for name in ("controller", "part") if name in table]
+    changes = np.flatnonzero(np.any([tag[1:] != tag[:-1] for tag in tags], axis=0)) + 1
+    starts, ends = [0, *changes.tolist()], [*changes.tolist(), size]
+    wanted = set(number.tolist()) if part is None else set(np.atleast_1d(part).tolist())
+    for entry in wanted:
+        checks.one_of("part", entry, np.unique(number).tolist())
+    blocks = [(" of ".join(f"{tag[k]}" for tag in reversed(tags)), k, end) for k, end in zip(starts, ends, strict=True)]
+    return [(f"part {label}", slice(k, end)) for label, k, end in blocks if number[k] in wanted]
+
+
+def _held(values: Floats) -> Floats:
+    """Commands, the last one held where there is none; 0 before the first."""
+    given = np.isfinite(values)
+    last = np.maximum.accumulate(np.where(given, np.arange(values.size), -1))
+    return np.where(last >= 0, np.where(given, values, 0.0)[last], 0.0)
+
+
+def _gaps(values: Floats) -> Floats:
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _rising(one: Series) -> None:
+    steps = np.diff(one.time)
+    if np.any(steps <= 0):
+        k = int(np.argmax(steps <= 0))
+        where = f" of {one.label}" if one.label else ""
+        rule = f"rising{where}"
+        raise ValueError(f"time must be {rule} (s); got {float(one.time[k]):g} and then {float(one.time[k + 1]):g}")
