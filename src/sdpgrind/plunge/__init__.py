@@ -1,8 +1,23 @@
 """Cylindrical plunge grinding: cycles of least time without burned layers (Dong, Danai and Malkin 2004, Part 2)."""
 
+from sdpgrind.plunge._dressing import RoughnessLaw
+from sdpgrind.plunge._identify import identify
 from sdpgrind.plunge._model import PlungeModel, Wear
 from sdpgrind.plunge._plan import CyclePlan, plan
-from sdpgrind.plunge._presets import preset
+from sdpgrind.plunge._presets import PresetInfo, preset, presets
 from sdpgrind.plunge._problem import CycleProblem
+from sdpgrind.plunge._time_constant import TimeConstantEstimator
 
-__all__ = ["CyclePlan", "CycleProblem", "PlungeModel", "Wear", "plan", "preset"]
+__all__ = [
+    "CyclePlan",
+    "CycleProblem",
+    "PlungeModel",
+    "PresetInfo",
+    "RoughnessLaw",
+    "TimeConstantEstimator",
+    "Wear",
+    "identify",
+    "plan",
+    "preset",
+    "presets",
+]

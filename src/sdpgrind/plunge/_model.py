@@ -109,6 +109,8 @@ class PlungeModel(Frozen):
         A bore; False: a shaft.
     wear : Wear, optional
         How the wear flat area grows during the part (1/mm); it stays as it is without.
+    linear_time_constant : float, optional
+        The machine gives way by this times the infeed rate, s, and not by the force: Dong's (1) and (5) as a plant.
 
     Raises
     ------
@@ -142,8 +144,11 @@ class PlungeModel(Frozen):
     roundness_gain: float
     internal: bool = True
     wear: Wear | None = None
+    linear_time_constant: float | None = None
 
     def __post_init__(self) -> None:
+        if self.linear_time_constant is not None:
+            checks.positive("linear_time_constant", self.linear_time_constant, "s")
         for name, unit in _POSITIVE.items():
             checks.positive(name, getattr(self, name), unit)
         checks.nonnegative("roundness_base", self.roundness_base, "mm")
@@ -230,7 +235,9 @@ class PlungeModel(Frozen):
             return np.asarray(reach * np.log((power - chips) / (self.burning_power(rate) - chips)))
 
     def deflection(self, infeed_rate: npt.ArrayLike) -> Floats:
-        """Return by how much (mm) the machine gives way at an infeed rate (mm/s): x = R_n P/(v_s k)."""
+        """Return by how much (mm) the machine gives way at an infeed rate (mm/s): x = R_n P/(v_s k), or tau v."""
+        if self.linear_time_constant is not None:
+            return np.asarray(self.linear_time_constant * np.asarray(infeed_rate, dtype=float))
         tangential = self.grinding_power(infeed_rate) * _N_MM_S_PER_W / self.wheel_speed
         return np.asarray(self.normal_force_ratio * tangential / self.stiffness)
 
@@ -277,10 +284,13 @@ class PlungeModel(Frozen):
         heat = self.wheel_speed / _N_MM_S_PER_W
         band = self.burning.B * (self.equivalent_diameter * a1) ** 0.25 * self.work_speed**0.5
         contact = np.sqrt(self.equivalent_diameter * a1)
+        gives = ratio * self.width * np.array([power.ploughing_force, chips, float(sliding)])
+        if self.linear_time_constant is not None:
+            gives = np.array([0.0, self.linear_time_constant, 0.0])
         return Core(
-            K0=ratio * self.width * power.ploughing_force,
-            K1=ratio * self.width * chips,
-            K2=ratio * self.width * float(sliding),
+            K0=float(gives[0]),
+            K1=float(gives[1]),
+            K2=float(gives[2]),
             p=float(power.sliding.exponent),
             heat0=heat * power.ploughing_force / band,
             heat1=(power.specific_energy - self.burning.u0) * self.work_speed * a1 / band,

@@ -2,10 +2,12 @@
 
 import dataclasses
 import warnings
+from typing import Self
 
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.identify import Estimate
 from sdpgrind.plunge._model import PlungeModel
 
 
@@ -84,9 +86,37 @@ class CycleProblem(Frozen):
         m = self.model
         return float(m.turns * (self.roundness_max - m.roundness_base) / m.roundness_gain)
 
+    def updated(self, estimate: Estimate) -> Self:
+        """Return the problem with what was measured: the loop from log back to model.
+
+        Parameters
+        ----------
+        estimate : Estimate
+            What `plunge.identify` gives: the time constant that a controller reckons with (s), or fields of the model by their
+            names and in their units (wear flat area 1, force ratio 1, stiffness N/mm).
+
+        Raises
+        ------
+        ValueError
+            When the estimate has failed, or names something else.
+        """
+        if not hasattr(estimate, "ok"):
+            raise TypeError(f"estimate must be what plunge.identify gives; got {checks.shown(estimate)}")
+        if not estimate.ok:
+            raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
+        known = ["time_constant", *_fields_of_numbers()]
+        for name in estimate.names:
+            checks.one_of("estimate.names", name, known)
+        return self.replace(**{name: estimate[name] for name in estimate.names})
+
     def _secant(self) -> float:
         m, low = self.model, self.final_rate
         high = min(m.burn_rate, self.command_rate_max)
         if high <= low * (1 + 1e-9):
             return float(m.local_time_constant(low))
         return float((m.deflection(high) - m.deflection(low)) / (high - low))
+
+
+def _fields_of_numbers() -> list[str]:
+    """Fields of the model that hold one number each."""
+    return [field.name for field in dataclasses.fields(PlungeModel) if field.type in (float, float | None)]

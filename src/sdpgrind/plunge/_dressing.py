@@ -1,0 +1,122 @@
+"""Roughness that a dressed wheel leaves, and how to dress it: Dong, Danai and Malkin (2004), (10)."""
+
+import dataclasses
+from math import pi, prod
+
+from sdpgrind import units
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+_METHODS = ("solved", "printed")
+
+
+@stored("plunge.roughness_law")
+@dataclasses.dataclass(frozen=True)
+class RoughnessLaw(Frozen):
+    """Roughness R_a = R_0 s_d^x a_d^y (pi d_w v/v_s)^gamma of a wheel dressed with a lead s_d and a depth a_d.
+
+    Lengths count in mm: pi d_w v/v_s, the thickness of the layer that passes the wheel, over a length of 1 mm. Dong, Danai and
+    Malkin print the form and no constants. The exponents are of the order that Malkin gives for single-point dressing; R_0
+    is *calibrated* to a lead of 0.1 mm at their 0.0255 mm/s. Measure your own.
+
+    Parameters
+    ----------
+    roughness_scale : float
+        R_0: roughness at a lead, a depth and a layer of 1 mm each, mm.
+    lead_exponent, depth_exponent, layer_exponent : float
+        x, y and gamma, unit 1.
+
+    Raises
+    ------
+    ValueError
+        When a value is not positive.
+
+    Examples
+    --------
+    >>> from sdpgrind import units
+    >>> law, wheel = RoughnessLaw(), {"work_diameter": 70.0, "wheel_speed": units.m_per_s(37.0)}
+    >>> lead = law.dressing_lead(units.um(0.7), dressing_depth=0.01, infeed_rate=0.0255, **wheel)
+    >>> round(lead, 4)  # mm a turn
+    0.0999
+    >>> round(1e3 * law.roughness(lead, dressing_depth=0.01, infeed_rate=0.0255, **wheel), 9)  # um
+    0.7
+    """
+
+    roughness_scale: float = units.um(98.0)
+    lead_exponent: float = 0.5
+    depth_exponent: float = 0.25
+    layer_exponent: float = 0.3
+
+    def __post_init__(self) -> None:
+        checks.positive("roughness_scale", self.roughness_scale, "mm")
+        for name in ("lead_exponent", "depth_exponent", "layer_exponent"):
+            checks.positive(name, getattr(self, name), "1")
+
+    def roughness(
+        self, dressing_lead: float, *, dressing_depth: float, infeed_rate: float, work_diameter: float, wheel_speed: float
+    ) -> float:
+        """Return the roughness R_a, mm.
+
+        Parameters
+        ----------
+        dressing_lead : float
+            Of the diamond in one turn of the wheel, mm.
+        dressing_depth : float
+            Of one pass of the diamond, mm.
+        infeed_rate : float
+            Rate at which the work is ground, mm/s.
+        work_diameter : float
+            Of the work, mm.
+        wheel_speed : float
+            Of the wheel's surface, mm/s.
+        """
+        lead = checks.positive("dressing_lead", dressing_lead, "mm")
+        depth = checks.positive("dressing_depth", dressing_depth, "mm")
+        layer = _layer(infeed_rate, work_diameter, wheel_speed)
+        shares = lead**self.lead_exponent, depth**self.depth_exponent, layer**self.layer_exponent
+        return float(self.roughness_scale * prod(shares))
+
+    def dressing_lead(
+        self,
+        roughness: float,
+        *,
+        dressing_depth: float,
+        infeed_rate: float,
+        work_diameter: float,
+        wheel_speed: float,
+        method: str = "solved",
+    ) -> float:
+        """Return the lead of the diamond in one turn of the wheel (mm) that leaves a roughness: (10).
+
+        The greatest rate of the cycle is the safe choice of `infeed_rate`: the finish is ground more slowly.
+
+        Parameters
+        ----------
+        roughness : float
+            R_a, mm: units.um(0.7).
+        dressing_depth : float
+            Of one pass of the diamond, mm.
+        infeed_rate : float
+            Rate at which the work is ground, mm/s.
+        work_diameter : float
+            Of the work, mm.
+        wheel_speed : float
+            Of the wheel's surface, mm/s.
+        method : {"solved", "printed"}
+            The law solved for the lead; or (10) as printed, with a_d^(1/y) in the place of a_d^(-y), by which the lead vanishes.
+        """
+        wanted = checks.positive("roughness", roughness, "mm")
+        depth = checks.positive("dressing_depth", dressing_depth, "mm")
+        printed = checks.one_of("method", method, _METHODS) == "printed"
+        power = 1 / self.depth_exponent if printed else -self.depth_exponent
+        layer = _layer(infeed_rate, work_diameter, wheel_speed)
+        inner = wanted / self.roughness_scale * layer**-self.layer_exponent * depth**power
+        return float(inner ** (1 / self.lead_exponent))
+
+
+def _layer(infeed_rate: float, work_diameter: float, wheel_speed: float) -> float:
+    """Thickness of the layer that passes the wheel, pi d_w v/v_s, over 1 mm."""
+    speed = checks.positive("wheel_speed", wheel_speed, "mm/s")
+    rate, diameter = checks.positive("infeed_rate", infeed_rate, "mm/s"), checks.positive("work_diameter", work_diameter, "mm")
+    return pi * diameter * rate / speed

@@ -1,0 +1,153 @@
+"""Cycles as they were read: what was commanded, size and power; and what readings of the size are not to be believed."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from sdpgrind import identify as idf
+from sdpgrind.base.checks import Floats
+
+MOVING = 10
+"""Readings of a moving size that are needed at least."""
+_STILL = 10  # equal readings, one after the other, before a gauge counts as frozen
+_SIGMAS = 5.0
+_QUANTITIES = {"size": "mm", "command_rate": "mm/s", "grinding_power": "W"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Cycle:
+    """One part: time (s), command rate from then on (mm/s), size and power as read (mm, W; NaN: no reading)."""
+
+    label: str
+    time: Floats
+    command_rate: Floats
+    size: Floats
+    grinding_power: Floats
+
+    @cached_property
+    def step(self) -> Floats:
+        """Time from each row to the next, s."""
+        return np.diff(self.time)
+
+    @cached_property
+    def infeed(self) -> Floats:
+        """Commanded infeed p, mm."""
+        return np.concatenate([[0.0], np.cumsum(self.command_rate[:-1] * self.step)])
+
+    @cached_property
+    def read(self) -> Any:
+        """Rows that have a size."""
+        return np.isfinite(self.size)
+
+    @property
+    def missing(self) -> int:
+        """Readings of the size that are missing."""
+        return int(np.sum(~self.read))
+
+    @cached_property
+    def noise_sd(self) -> float:
+        """Noise of the size from its second differences, which a smooth motion leaves alone, mm."""
+        bends = np.abs(np.diff(self.size, 2))
+        bends = bends[np.isfinite(bends)]
+        return float(np.median(bends) / 0.6745 / np.sqrt(6)) if bends.size else 0.0
+
+    @cached_property
+    def jitter(self) -> float:
+        """Change between two readings that noise and steps of the gauge do not explain, mm."""
+        changes = np.abs(np.diff(self.size[self.read]))
+        quantum = changes[changes > 0].min() if np.any(changes > 0) else 0.0
+        return max(_SIGMAS * 2**0.5 * self.noise_sd, 1.5 * float(quantum), 1e-9)
+
+    @cached_property
+    def moving(self) -> Any:
+        """Rows at which the size is well above where it began."""
+        first = self.size[self.read][:1]
+        return self.read & (self.size > (first[0] if first.size else 0.0) + self.jitter)
+
+
+def cycles(data: Any, *, power: bool = False, size: bool = True, part: int | Sequence[int] | None = None) -> tuple[Cycle, ...]:
+    """Return the parts of a log, or of arrays by name."""
+    optional = [name for name, needed in (("size", size), ("grinding_power", power)) if not needed]
+    found = idf.series(data, _QUANTITIES, tier="controller", commands=("command_rate",), optional=optional, part=part)
+    return tuple(
+        Cycle(s.label, s.time, s["command_rate"], *(s[name] if name in s else np.full(s.time.size, np.nan) for name in _READ))
+        for s in found
+    )
+
+
+_READ = ("size", "grinding_power")
+
+
+def fault(cycle: Cycle) -> str:
+    """Why the size of a cycle is of no use; empty where it is."""
+    size, time = cycle.size[cycle.read], cycle.time[cycle.read]
+    drops = np.diff(size)
+    if size.size and drops.size and drops.min() < -cycle.jitter:
+        k = int(np.argmin(drops))
+        return (
+            f"the size jumps back by {-drops[k]:.4g} mm at {time[k + 1]:.2f} s, more than {_SIGMAS:g} standard deviations of its"
+            " noise"
+        )
+    for first, last in _runs(size):
+        before = size[first] - size[max(0, 2 * first - last)]
+        if before >= max(cycle.jitter, 10 * cycle.jitter / _SIGMAS):
+            span = f"from {time[first]:.2f} to {time[last]:.2f} s"
+            return f"the gauge stands still at {size[first]:.4f} mm {span} while the work is ground"
+    if (count := int(np.sum(cycle.moving))) < MOVING:
+        return f"{count} readings of a moving size are too few: at least {MOVING} are needed ({cycle.missing} are missing)"
+    return ""
+
+
+def _runs(size: Floats) -> list[tuple[int, int]]:
+    """First and last of each run of equal readings that is long enough to be suspicious."""
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(size)) + 1, [size.size]])
+    return [(int(a), int(b) - 1) for a, b in pairwise(edges) if b - a >= _STILL]
+
+
+def not_identified(name: str, unit: str, reason: str) -> idf.Estimate:
+    """An estimate of one value that failed, for a reason."""
+    status = idf.Status.NOT_IDENTIFIED
+    return idf.Estimate((name,), np.zeros(1), np.full((1, 1), np.inf), status, f"{status}: {reason}", (unit,))
+
+
+def concluded(estimate: idf.Estimate, reason: str) -> idf.Estimate:
+    """An estimate of one positive value that must be known better than by its own amount."""
+    name, unit = estimate.names[0], estimate.units[0]
+    if not estimate.ok:
+        return not_identified(name, unit, reason)
+    if not estimate.value[0] > estimate.sd[0]:
+        shown = f"{estimate.value[0]:.3g} ± {estimate.sd[0]:.3g} {unit}".rstrip(" 1")
+        return not_identified(name, unit, f"{reason} ({shown})")
+    return estimate
+
+
+def of_parts(each: Sequence[Cycle], one: Callable[[Cycle], idf.Estimate], name: str, unit: str) -> idf.Estimate:
+    """Estimate from each part, and their mean; parts that failed are left out and counted."""
+    found = [(cycle, one(cycle)) for cycle in each]
+    good = [estimate for _, estimate in found if estimate.ok]
+    reasons = [f"{c.label}: {e.message}" if len(found) > 1 else e.message for c, e in found if not e.ok]
+    if not good:
+        first = reasons[0].replace(f"{idf.Status.NOT_IDENTIFIED}: ", "") if reasons else "there is no part"
+        return not_identified(name, unit, first)
+    kept = [cycle for cycle, estimate in found if estimate.ok]
+    lost = sum(cycle.missing for cycle in kept)
+    message = f"from {len(good)} part{'s' * (len(good) > 1)}"
+    message += f", {lost} readings missing" if lost else ""
+    message += f"; {len(reasons)} left out, {reasons[0]}" if reasons else ""
+    return (pooled(good) if len(good) > 1 else good[0]).replace(message=message)
+
+
+def pooled(each: Sequence[idf.Estimate]) -> idf.Estimate:
+    """Mean of estimates of one value by their inverse variances; it is no surer than their scatter lets it be."""
+    value = np.array([estimate.value[0] for estimate in each])
+    variance = np.array([estimate.covariance[0, 0] for estimate in each]) + (1e-12 * value) ** 2 + 1e-300
+    weight = 1 / variance
+    mean = float(weight @ value / weight.sum())
+    scatter = float(weight @ (value - mean) ** 2) / (len(each) - 1)
+    freedom = float(len(each) - 1) if scatter > 1 else float(sum(estimate.freedom for estimate in each))
+    covariance = np.full((1, 1), max(scatter, 1.0) / weight.sum())
+    return each[0].replace(value=np.array([mean]), covariance=covariance, freedom=freedom)
