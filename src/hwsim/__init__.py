@@ -21,14 +21,17 @@ from hwsim._loop import compare, run
 if TYPE_CHECKING:
     from hwsim.plants._force_table import ForceTableStand
     from hwsim.plants._force_table_truth import CoefficientScatter, Motor
+    from hwsim.plants._plunge import GrinderNoise, PlungeGrinder
     from hwsim.plants._weldbead import WeldBeadStand
 
 __all__ = [
     "CoefficientScatter",
     "ForceTableStand",
+    "GrinderNoise",
     "Journal",
     "Log",
     "Motor",
+    "PlungeGrinder",
     "WeldBeadStand",
     "check",
     "compare",
@@ -40,7 +43,9 @@ __all__ = [
 _PLANTS = {
     "CoefficientScatter": "_force_table_truth",
     "ForceTableStand": "_force_table",
+    "GrinderNoise": "_plunge",
     "Motor": "_force_table_truth",
+    "PlungeGrinder": "_plunge",
     "WeldBeadStand": "_weldbead",
 }  # plants bring their physics along: imported when first used
 

@@ -1,6 +1,6 @@
 """Integer ticks: one tick of which every rate of a run is an exact multiple, found with rational arithmetic."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
@@ -59,7 +59,7 @@ class Clock:
         """Correctly rounded seconds of `ticks`."""
         return ticks * self.tick.numerator / self.tick.denominator
 
-    def all_seconds(self, ticks: list[int]) -> checks.Floats:
+    def all_seconds(self, ticks: Sequence[int] | checks.Floats) -> checks.Floats:
         """Correctly rounded seconds of many `ticks`."""
         # both sides of the division are whole numbers below 2^53, so that it is rounded once
         return np.array(ticks, dtype=np.int64) * self.tick.numerator / self.tick.denominator

@@ -1,5 +1,6 @@
 """Cylindrical plunge grinding: cycles of least time without burned layers (Dong, Danai and Malkin 2004, Part 2)."""
 
+from sdpgrind.plunge._controller import CycleController, StagedController
 from sdpgrind.plunge._dressing import RoughnessLaw
 from sdpgrind.plunge._identify import identify
 from sdpgrind.plunge._model import PlungeModel, Wear
@@ -9,11 +10,13 @@ from sdpgrind.plunge._problem import CycleProblem
 from sdpgrind.plunge._time_constant import TimeConstantEstimator
 
 __all__ = [
+    "CycleController",
     "CyclePlan",
     "CycleProblem",
     "PlungeModel",
     "PresetInfo",
     "RoughnessLaw",
+    "StagedController",
     "TimeConstantEstimator",
     "Wear",
     "identify",

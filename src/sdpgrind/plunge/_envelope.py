@@ -75,7 +75,7 @@ class Limits:
             return self.rate_max
         if r - self.margin <= self.z(self.burn_rate):
             return self.burn_rate
-        return float(brentq(lambda v: self.z(v) - (r - self.margin), self.burn_rate, self.rate_max, xtol=1e-16, rtol=1e-14))
+        return float(_kernels.rate_of_burn(r - self.margin, self.burn_rate, self.rate_max, self.core))
 
 
 class Envelope:

@@ -11,7 +11,10 @@ _OPTIONS: Any = {"cache": True, "nogil": True}
 
 
 class Core(NamedTuple):
-    """x = K0 + K1 v + K2 v^p; heat over what the surface stands (heat0 + heat1 v + heat2 v^p)/v^(1/4); z = reach v^(1/4) ln."""
+    """x = K0 + K1 v + K2 v^p; heat over what the surface stands (heat0 + heat1 v + heat2 v^p)/v^(1/4); z = reach v^(1/4) ln.
+
+    Power is power0 + power1 v + power2 v^p.
+    """
 
     K0: float
     K1: float
@@ -21,6 +24,9 @@ class Core(NamedTuple):
     heat1: float
     heat2: float
     reach: float
+    power0: float
+    power1: float
+    power2: float
 
 
 @njit(inline="always", **_OPTIONS)
@@ -37,21 +43,71 @@ def burn_depth(v, core):
 
 
 @njit(**_OPTIONS)
-def rate(y, core):
-    """Infeed rate (mm/s) of a deflection y beyond ploughing: Newton in v^p, in which y is convex, from above."""
-    if y <= 0.0:
+def worn(core, ratio):
+    """The core of a wheel whose wear flats have grown by `ratio`."""
+    k2, heat2, power2 = core.K2 * ratio, core.heat2 * ratio, core.power2 * ratio
+    return Core(core.K0, core.K1, k2, core.p, core.heat0, core.heat1, heat2, core.reach, core.power0, core.power1, power2)
+
+
+@njit(**_OPTIONS)
+def damage(v, core):
+    """Depth of damage, mm; 0 below the rate at which burning begins, where ploughing alone would make it positive."""
+    if v <= 0.0:
         return 0.0
+    upper = 4.0 * (core.heat1 * v + core.p * core.heat2 * v**core.p) > v**0.25  # heat rises faster than what is stood
+    return max(burn_depth(v, core), 0.0) if upper else 0.0
+
+
+@njit(**_OPTIONS)
+def burning_begins(core, near, rate_max):
+    """The rate (mm/s) above which the work burns, no more than `rate_max`, from a rate near by.
+
+    Newton in v^(1/4), in which heat over what is stood is convex.
+    """
+    t = min(near, rate_max) ** 0.25
+    for _ in range(60):
+        chips, sliding = core.heat1 * t**4, core.heat2 * t ** (4.0 * core.p)
+        slope = 4.0 * (chips + core.p * sliding) / t - 1.0
+        if slope <= 0.0:  # on the branch that ploughing makes: begin from far above
+            if t >= rate_max**0.25:
+                return rate_max
+            t = rate_max**0.25
+            continue
+        step = (core.heat0 + chips + sliding - t) / slope
+        t -= step
+        if abs(step) <= 1e-9 * t:
+            break
+    return min(t**4, rate_max)
+
+
+@njit(inline="always", **_OPTIONS)
+def newton(y, w, core):
+    """Infeed rate (mm/s) of a deflection y > 0 beyond ploughing, from a start w = v^p: y is convex in w."""
     q = 1.0 / core.p
-    w = y / core.K2 if core.K2 > 0.0 else np.inf
-    if core.K1 > 0.0:
-        w = min(w, (y / core.K1) ** core.p)
     for _ in range(60):
         v = w**q
         step = (core.K1 * v + core.K2 * w - y) / (core.K1 * q * v / w + core.K2)
-        w -= step
-        if step <= 1e-15 * w:
+        w = w - step if step < w else 0.5 * w
+        if abs(step) <= 1e-9 * w:  # the next would be of its square
             break
     return w**q
+
+
+@njit(**_OPTIONS)
+def rate(y, core):
+    """Infeed rate (mm/s) of a deflection y beyond ploughing, from above; 0 where the wheel only ploughs."""
+    if y <= 0.0:
+        return 0.0
+    w = y / core.K2 if core.K2 > 0.0 else np.inf
+    if core.K1 > 0.0:
+        w = min(w, (y / core.K1) ** core.p)
+    return newton(y, w, core)
+
+
+@njit(**_OPTIONS)
+def rate_near(y, near, core):
+    """The same from a rate near by: faster by half in a loop over time."""
+    return newton(y, near**core.p, core) if y > 0.0 and near > 0.0 else rate(y, core)
 
 
 @njit(**_OPTIONS)
@@ -61,3 +117,56 @@ def rates(y, core):
     for k in range(y.size):
         out[k] = rate(y[k], core)
     return out
+
+
+@njit(**_OPTIONS)
+def rate_of_burn(depth, low, high, core):
+    """The greatest rate in [low, high] (mm/s) whose damage is no deeper than `depth` (mm), where it grows with the rate.
+
+    By the secant rule of Illinois, which keeps the root between its ends.
+    """
+    below, above = burn_depth(low, core) - depth, burn_depth(high, core) - depth
+    if above <= 0.0 or below >= 0.0:
+        return high if above <= 0.0 else low
+    side = 0
+    for _ in range(80):
+        v = (low * above - high * below) / (above - below)
+        off = burn_depth(v, core) - depth
+        if off > 0.0:
+            high, above = v, off
+            below *= 0.5 if side > 0 else 1.0
+            side = 1
+        else:
+            low, below = v, off
+            above *= 0.5 if side < 0 else 1.0
+            side = -1
+        if abs(off) <= 1e-15 or high - low <= 1e-15 * high:
+            break
+    return v
+
+
+@njit(**_OPTIONS)
+def deflected(y, near, command_rate, duration, steps, core):
+    """Deflection beyond ploughing (mm) and rate after some time (s) at a held command rate, from a rate near that of y.
+
+    y' = u - v(y), by Runge and Kutta.
+
+    Below 0 the wheel has not touched, or only ploughs; it comes there in a straight line.
+    """
+    if y < 0.0:
+        reached = y + command_rate * duration
+        if reached <= 0.0:
+            return reached, 0.0
+        duration, y = reached / command_rate, 0.0
+    h = duration / steps
+    v = rate_near(y, near, core)
+    for _ in range(steps):
+        a = command_rate - v
+        v = rate_near(y + 0.5 * h * a, v, core)
+        b = command_rate - v
+        v = rate_near(y + 0.5 * h * b, v, core)
+        c = command_rate - v
+        v = rate_near(y + h * c, v, core)
+        y += h / 6.0 * (a + 2.0 * b + 2.0 * c + command_rate - v)
+        v = rate_near(y, v, core)
+    return y, v

@@ -296,4 +296,7 @@ class PlungeModel(Frozen):
             heat1=(power.specific_energy - self.burning.u0) * self.work_speed * a1 / band,
             heat2=heat * float(sliding) / band,
             reach=float(np.sqrt(self.diffusivity * contact / self.work_speed) / _kernels.DECAY),
+            power0=heat * self.width * power.ploughing_force,
+            power1=heat * self.width * chips,
+            power2=heat * self.width * float(sliding),
         )

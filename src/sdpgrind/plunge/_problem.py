@@ -2,6 +2,7 @@
 
 import dataclasses
 import warnings
+from collections.abc import Mapping
 from typing import Self
 
 from sdpgrind.base import checks
@@ -85,6 +86,13 @@ class CycleProblem(Frozen):
         """Infeed rate v_f (mm/s) at which the part is just round enough."""
         m = self.model
         return float(m.turns * (self.roundness_max - m.roundness_base) / m.roundness_gain)
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine, name -> (value, unit); nothing that is estimated."""
+        diameters = {name: (getattr(self.model, name), "mm") for name in ("wheel_diameter", "work_diameter", "width")}
+        rate = {"command_rate_max": (self.command_rate_max, "mm/s"), "work_rotation": (self.model.work_rotation, "rad/s")}
+        return {**diameters, **rate, "stock": (self.stock, "mm"), "sample_time": (self.sample_time, "s")}
 
     def updated(self, estimate: Estimate) -> Self:
         """Return the problem with what was measured: the loop from log back to model.

@@ -1,0 +1,59 @@
+"""The best cycle of three stages: two numbers, searched for with the model under the controller itself."""
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from sdpgrind.plunge import _control_kernels as control
+from sdpgrind.plunge import kernels as cycle
+from sdpgrind.plunge._controller import staged_law
+from sdpgrind.plunge._problem import CycleProblem
+
+_GRID = 24
+
+
+def fastest_stages(problem: CycleProblem) -> tuple[float, float]:
+    """Return the stock (mm) at which the slower rate begins, and that rate (mm/s), of the fastest cycle without a burned layer.
+
+    For a rate the stage must begin early enough that all damage comes off: one root. The best rate is then one minimum.
+    """
+    high = min(problem.model.burn_rate, problem.command_rate_max)
+    low = min(1.5 * problem.final_rate, 0.5 * high)
+    rates = np.geomspace(low, high, _GRID)
+    times = [_time(problem, rate) for rate in rates]
+    k = int(np.argmin(times))
+    ends = rates[max(k - 1, 0)], rates[min(k + 1, _GRID - 1)]
+    best = minimize_scalar(lambda rate: _time(problem, rate), bounds=ends, method="bounded", options={"xatol": 1e-4 * high})
+    rate = float(best.x) if best.fun <= times[k] else float(rates[k])
+    return _begin(problem, rate), rate
+
+
+def _time(problem: CycleProblem, rate: float) -> float:
+    return _ground(problem, _begin(problem, rate), rate)[0]
+
+
+def _begin(problem: CycleProblem, rate: float) -> float:
+    """The least stock at which the stage may begin."""
+
+    def slack(remaining: float) -> float:
+        return _ground(problem, remaining, rate)[1]
+
+    if slack(0.0) >= 0:
+        return 0.0
+    if slack(problem.stock) < 0:
+        return problem.stock
+    root = float(brentq(slack, 0.0, problem.stock, xtol=1e-6))
+    return min(root + 2e-6, problem.stock)
+
+
+def _ground(problem: CycleProblem, remaining: float, rate: float) -> tuple[float, float]:
+    """Time (s) and slack (mm) of a part without noise; the time to the instant at which size is reached."""
+    law = staged_law(problem, remaining, rate)
+    state, brain = np.zeros(cycle.STATES), np.zeros(control.STATES)
+    rig = cycle.rig(problem.model, problem.stock, problem.sample_time)
+    cycle.start_part(state, rig)
+    control.start_control(brain, law)
+    table = np.empty((rig.samples_max + 2, len(cycle.ROW)))
+    cycle.grind(state, rig, brain, law, np.zeros((rig.samples_max + 2, 2)), table, 0)
+    over = -state[cycle.REMAINING] / max(state[cycle.RATE], 1e-9)
+    slack = state[cycle.PART_SLACK]
+    return float(state[cycle.SAMPLES] * rig.sample_time - over), float(slack if np.isfinite(slack) else problem.stock)
