@@ -3,22 +3,31 @@
 from sdpgrind.plunge._controller import CycleController, StagedController
 from sdpgrind.plunge._dressing import RoughnessLaw
 from sdpgrind.plunge._identify import identify
+from sdpgrind.plunge._margins import Chain, ChanceMargin, MarginBounding, RoundnessMargin, SharpnessUpdate, adaptation
 from sdpgrind.plunge._model import PlungeModel, Wear
-from sdpgrind.plunge._plan import CyclePlan, plan
+from sdpgrind.plunge._plan import CycleError, CyclePlan, CycleSolution, plan
 from sdpgrind.plunge._presets import PresetInfo, preset, presets
 from sdpgrind.plunge._problem import CycleProblem
 from sdpgrind.plunge._time_constant import TimeConstantEstimator
 
 __all__ = [
+    "Chain",
+    "ChanceMargin",
     "CycleController",
+    "CycleError",
     "CyclePlan",
     "CycleProblem",
+    "CycleSolution",
+    "MarginBounding",
     "PlungeModel",
     "PresetInfo",
     "RoughnessLaw",
+    "RoundnessMargin",
+    "SharpnessUpdate",
     "StagedController",
     "TimeConstantEstimator",
     "Wear",
+    "adaptation",
     "identify",
     "plan",
     "preset",
