@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.control import Sampled, loop_margins, sampled
-from sdpgrind.control._margins import slope_bandwidth
+from sdpgrind.control import Sampled, loop_margins, sampled, slope_bandwidth
 
 
 def integrator(gain, step=0.1):

@@ -6,8 +6,7 @@ import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.control import Sampled, sampled
-from sdpgrind.control._sampled import continuous, ramped
+from sdpgrind.control import Sampled, continuous, ramped, sampled
 
 poles = st.lists(st.floats(0.2, 200.0), min_size=1, max_size=4)
 times = st.sampled_from([1 / 480, 1 / 60, 0.1])

@@ -7,7 +7,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
-from sdpgrind.weldbead.passes._kernels import Bead as Metal
+from sdpgrind.weldbead.passes.kernels import Bead as Metal
 
 SPACING = 0.05
 """Distance of the nodes, mm: between two of them the tip of the disc dips by up to this times the slope of its face."""

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from sdpgrind.weldbead.force._kernels import drive_step, sensor_step
-from sdpgrind.weldbead.passes._kernels import DONE, RATE, WIND, Core, Step, cut_step
+from sdpgrind.weldbead.force.kernels import drive_step, sensor_step
+from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, Core, Step, cut_step
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _NO_PATH = np.zeros(2)

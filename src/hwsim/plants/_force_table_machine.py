@@ -15,9 +15,9 @@ from hwsim.plants._force_table_truth import Motor, drawn_disc
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.weldbead.force._kernels import sensor_read
+from sdpgrind.weldbead.force.kernels import sensor_read
 from sdpgrind.weldbead.passes import TiltedDisc
-from sdpgrind.weldbead.passes import _kernels as cutting
+from sdpgrind.weldbead.passes import kernels as cutting
 
 SUB_STEPS = 56  # of table and sensors in a sample: a multiple of the 8 inside the sensor
 _GRINDING, _BOUNCING = 14, 56  # grinding sub-steps of a sample; of a grinder with inertia, which rings at some 50 Hz

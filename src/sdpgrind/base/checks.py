@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
 Kind = TypeVar("Kind")
 _LONG = 80  # characters; what takes more to write down is told by its type
 

@@ -70,7 +70,8 @@ class Law:
     def core(self) -> LawCore:
         """Plain arrays for compiled code, in the units of the law."""
         s = self.system
-        return core_of(s, self.L)
+        A, B, C, L = (np.ascontiguousarray(each) for each in (s.A, s.B, s.C, self.L))
+        return LawCore(A, B, C, float(s.D), L)
 
     def simulate(self, errors: Floats, low: float = -np.inf, high: float = np.inf) -> Floats:
         """Return the commands applied for a sequence of errors, in units of the command.
@@ -90,9 +91,3 @@ class Law:
             out[k] = min(max(asked, low), high)
             law_update(core, state, error, out[k] - asked, work)
         return out
-
-
-def core_of(system: Sampled, L: Floats | None = None) -> LawCore:
-    """Plain contiguous arrays of a sampled system, as compiled code wants them."""
-    A, B, C = (np.ascontiguousarray(each) for each in (system.A, system.B, system.C))
-    return LawCore(A, B, C, float(system.D), np.zeros(system.order) if L is None else np.ascontiguousarray(L))

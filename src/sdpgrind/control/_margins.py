@@ -7,8 +7,8 @@ from math import inf, nan, pi
 import numpy as np
 from scipy.optimize import brentq
 
-from sdpgrind.base.checks import Floats
-from sdpgrind.control._sampled import Complex, Sampled
+from sdpgrind.base.checks import Complex, Floats
+from sdpgrind.control._sampled import Sampled
 
 HALF_POWER = 0.5**0.5
 _POINTS = 3000
@@ -99,7 +99,20 @@ def grid(sample_time: float, points: int = _POINTS) -> Floats:
 
 
 def slope_bandwidth(frequency: Floats, sensitivity: Floats) -> float:
-    """Largest f with abs(S(v)) <= 0.7071 v/f for all v <= f; in the unit of `frequency`."""
+    """Return the slope-limited bandwidth: the largest f with abs(S(v)) <= 0.7071 v/f for all v <= f, rad/s.
+
+    Parameters
+    ----------
+    frequency : array
+        Angular frequencies, increasing, rad/s; where the last one is within the limit, it is the answer.
+    sensitivity : array
+        abs(S) there, dimensionless.
+
+    Examples
+    --------
+    >>> round(slope_bandwidth(np.array([1.0, 2.0, 3.0]), np.array([0.2, 0.5, 1.0])), 4)  # between 2 and 3
+    2.592
+    """
     reach = np.minimum.accumulate(HALF_POWER * frequency / np.maximum(sensitivity, 1e-300))
     return _first(frequency, frequency - reach) if reach[-1] < frequency[-1] else float(frequency[-1])
 

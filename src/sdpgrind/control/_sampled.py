@@ -9,9 +9,7 @@ import numpy.typing as npt
 import scipy.linalg
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
-
-Complex = npt.NDArray[np.complex128]
+from sdpgrind.base.checks import Complex, Floats
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -179,7 +177,18 @@ class Sampled:
 
 
 def same_sample_time(first: Any, second: Any) -> None:
-    """Refuse two sampled things that are not sampled alike."""
+    """Refuse two sampled things that are not sampled alike.
+
+    Parameters
+    ----------
+    first, second : Sampled
+        Or anything else with a ``sample_time`` (s).
+
+    Raises
+    ------
+    ValueError
+        When the sample times (s) differ.
+    """
     if abs(first.sample_time - second.sample_time) > 1e-9 * first.sample_time:
         raise checks.refuse("sample_time", f"the same in both: {first.sample_time:g}", second.sample_time, "s")
 
@@ -205,7 +214,24 @@ def sampled(numerator: npt.ArrayLike, denominator: npt.ArrayLike, sample_time: f
 
 
 def continuous(numerator: npt.ArrayLike, denominator: npt.ArrayLike) -> tuple[Floats, Floats, Floats, float]:
-    """State space of a transfer function, its time scaled so that states are of one size."""
+    """Return the state space of a continuous transfer function, its time scaled so that states are of one size.
+
+    Parameters
+    ----------
+    numerator, denominator : array
+        Polynomials in s (rad/s), highest power first; the numerator's degree is not above the denominator's.
+
+    Returns
+    -------
+    A, B, C, D
+        x' = A x + B u, y = C x + D u, in 1/s and the units of the transfer function.
+
+    Examples
+    --------
+    >>> A, B, C, D = continuous([3.0], [0.5, 1.0])  # 3/(1 + s/2)
+    >>> float(A[0, 0]), float(C[0] * B[0]), D
+    (-2.0, 6.0, 0.0)
+    """
     top = np.atleast_1d(np.asarray(numerator, dtype=float))
     low = np.atleast_1d(np.asarray(denominator, dtype=float))
     order = len(low) - 1
@@ -219,7 +245,21 @@ def continuous(numerator: npt.ArrayLike, denominator: npt.ArrayLike) -> tuple[Fl
 
 
 def held(A: Floats, B: Floats, C: Floats, D: float, sample_time: float) -> Sampled:
-    """Exact sampling of a continuous state space with held input."""
+    """Sample a continuous state space exactly for an input that is held between samples.
+
+    Parameters
+    ----------
+    A, B, C, D : array
+        x' = A x + B u, y = C x + D u, as `continuous` gives them (1/s).
+    sample_time : float
+        Time between two samples, s.
+
+    Examples
+    --------
+    >>> lag = held(*continuous([1.0], [0.5, 1.0]), sample_time=0.1)
+    >>> round(float(lag.A[0, 0]), 6)
+    0.818731
+    """
     order = len(B)
     block = np.zeros((order + 1, order + 1))
     block[:order, :order], block[:order, order] = A * sample_time, B * sample_time
@@ -228,7 +268,26 @@ def held(A: Floats, B: Floats, C: Floats, D: float, sample_time: float) -> Sampl
 
 
 def ramped(A: Floats, B: Floats, step: float) -> tuple[Floats, Floats, Floats]:
-    """Exact step for an input that is a straight line in each step: weights of the state, the old and the new input."""
+    """Return the exact step of a continuous state space for an input that is a straight line in each step.
+
+    Parameters
+    ----------
+    A, B : array
+        x' = A x + B u, as `continuous` gives them (1/s).
+    step : float
+        Length of a step, s.
+
+    Returns
+    -------
+    transition, old, new
+        Weights of the state, of the input before and of the input after, in the units of the state.
+
+    Examples
+    --------
+    >>> A, B, _, _ = continuous([1.0], [1.0, 0.0])  # an integrator
+    >>> [each.ravel().tolist() for each in ramped(A, B, 0.1)]
+    [[1.0], [0.05], [0.05]]
+    """
     order = len(B)
     block = np.zeros((order + 2, order + 2))
     block[:order, :order], block[:order, order], block[order, order + 1] = A * step, B * step, 1.0

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.control._law import core_of
+from sdpgrind.control import Law
 from sdpgrind.weldbead.force._feedback import ForceLoop
 from sdpgrind.weldbead.force._kernels import ControlCore, control_step
 from sdpgrind.weldbead.force._limits import Limits
@@ -297,7 +297,13 @@ class ForceController:
         plant, limits, period = self._loop.plant, self._limits, self._loop.sample_time
         model = plant.sampled.scaled(1 / plant.contact_stiffness)
         return ControlCore(
-            *(self._loop.law.core, core_of(model), plant.contact_stiffness, self._blend, self._feedforward),
+            *(
+                self._loop.law.core,
+                Law(model, np.zeros(model.order)).core,
+                plant.contact_stiffness,
+                self._blend,
+                self._feedforward,
+            ),
             *(limits.command_min, limits.command_max, limits.command_rate_max * period),
             *(limits.contact_force, limits.patience, limits.approach_rate_max * period),
         )

@@ -12,9 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import hz
-from sdpgrind.control import Law, Sampled
-from sdpgrind.control._margins import HALF_POWER
-from sdpgrind.control._qdesign import QLimits, q_design
+from sdpgrind.control import Law, QLimits, Sampled, q_design, slope_bandwidth
 from sdpgrind.weldbead.force._feedback import PI, ForceLoop, ForcePlant
 from sdpgrind.weldbead.force._margins import RUNOUT_BAND, moved
 
@@ -251,13 +249,4 @@ class _Judge:
             return -np.inf
         if not law.system.then(self._plant).closed().stable:
             return -np.inf
-        return float(_reach(self._frequency, sensitivity))
-
-
-def _reach(frequency: Floats, sensitivity: Floats) -> float:
-    """Slope-limited bandwidth between grid points, smooth enough to search on."""
-    reach = np.minimum.accumulate(HALF_POWER * frequency / sensitivity)
-    k = int(np.argmax(frequency > reach)) if frequency[-1] > reach[-1] else len(frequency) - 1
-    above = frequency - reach
-    share = above[k - 1] / (above[k - 1] - above[k]) if k else 0.0
-    return float(frequency[k - 1] + share * (frequency[k] - frequency[k - 1]))
+        return slope_bandwidth(self._frequency, sensitivity)

@@ -8,11 +8,11 @@ import scipy.signal
 from scipy.optimize import least_squares
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import hz
-from sdpgrind.control._sampled import Complex, held
+from sdpgrind.control import held
 from sdpgrind.weldbead.force._kernels import DriveCore
 from sdpgrind.weldbead.force._servo import ServoTable
 

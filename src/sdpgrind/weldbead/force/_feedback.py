@@ -10,8 +10,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
-from sdpgrind.control import Law, Sampled
-from sdpgrind.control._sampled import continuous, held, same_sample_time
+from sdpgrind.control import Law, Sampled, continuous, held, same_sample_time
 from sdpgrind.weldbead.force._drive import TableDrive, table_drive
 from sdpgrind.weldbead.force._sensor import SensorChain
 

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.control._kernels import LawCore, law_output, law_update, quantised
+from sdpgrind.control.kernels import LawCore, law_output, law_update, quantised
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 

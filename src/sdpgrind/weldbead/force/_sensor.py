@@ -8,11 +8,11 @@ import numpy.typing as npt
 import scipy.signal
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import hz
-from sdpgrind.control._sampled import Complex, Sampled, continuous, ramped
+from sdpgrind.control import Sampled, continuous, ramped
 from sdpgrind.weldbead.force._kernels import SensorCore
 
 

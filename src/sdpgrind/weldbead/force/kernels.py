@@ -1,0 +1,5 @@
+"""Compiled steps of the force loop for compiled code of other packages, such as that of a stand: arrays in place, serial."""
+
+from sdpgrind.weldbead.force._kernels import drive_step, sensor_read, sensor_step
+
+__all__ = ["drive_step", "sensor_read", "sensor_step"]
