@@ -16,7 +16,7 @@ from hwsim import devices, protocols
 from hwsim._check import check
 from hwsim._journal import Journal
 from hwsim._log import Log
-from hwsim._loop import compare, run
+from hwsim._loop import compare, repeat, run
 
 if TYPE_CHECKING:
     from hwsim.plants._force_table import ForceTableStand
@@ -37,6 +37,7 @@ __all__ = [
     "compare",
     "devices",
     "protocols",
+    "repeat",
     "run",
 ]
 

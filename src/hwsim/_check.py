@@ -182,6 +182,8 @@ def other_job(plant: Plant, controller: Controller) -> list[str]:
 
 def _same_value(one: object, other: object) -> bool:
     (value, unit), (against, its) = _quantity(one), _quantity(other)
+    if isinstance(value, float) and isinstance(against, float):
+        return unit == its and value == against
     return unit == its and np.array_equal(np.asarray(value), np.asarray(against))
 
 

@@ -60,6 +60,19 @@ def _outcome(parts: Sequence[Part], labels: Labels) -> "xr.Dataset":
     return xr.Dataset(variables, coords, {**names, **labels.description})
 
 
+def repeated(series: Sequence[Sequence[Part]], labels: Labels) -> "xr.Dataset":
+    """Label the outcomes of many series of equally many parts."""
+    import xarray as xr
+
+    flat = _outcome([part for parts in series for part in parts], labels)
+    shape = len(series), len(series[0])
+    variables = {
+        name: (("series", *each.dims), each.values.reshape(*shape, *each.shape[1:]), each.attrs) for name, each in flat.items()
+    }
+    coords = {"series": np.arange(shape[0]), "part": np.arange(shape[1])}
+    return xr.Dataset(variables, coords, flat.attrs)
+
+
 def _joined(blocks: Sequence[Column]) -> Column:
     """Put blocks of rows below each other; where one has arrays for rows, the others are padded with NaN."""
     if all(block.ndim == 1 for block in blocks):

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from sdpgrind.base import checks
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.progress import Progress, silent
 from sdpgrind.base.rng import Seed, children
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _Numbered = tuple[int, np.random.Generator]
 _BLOCK = 64  # parts between two entries into the journal when an executor runs them; no matter how many workers
@@ -194,6 +197,74 @@ def _check_helpers(executor: Executor | None, progress: Progress) -> None:
     checks.able("progress", progress, "a function of the share done (0..1) and a text", "__call__")
     if executor is not None:
         checks.able("executor", executor, "None or a concurrent.futures.Executor", "submit")
+
+
+def repeat(
+    plant: Plant,
+    controller: Controller,
+    *,
+    series: int,
+    parts: int = 1,
+    rng: Seed = 0,
+    adapt: Adaptation | None = None,
+    executor: Executor | None = None,
+    progress: Progress = silent,
+) -> "xr.Dataset":
+    """Run the same series again and again, each with random numbers of its own: what learning is worth, and what it risks.
+
+    Parameters
+    ----------
+    plant, controller, parts, adapt
+        As for `run`.
+    series : int
+        Number of series, >= 1.
+    rng : int, Generator or SeedSequence
+        Random source; series k is ``run`` with the k-th child.
+    executor : concurrent.futures.Executor, optional
+        Runs series in parallel, with results equal to serial ones bit for bit.
+    progress : callable
+        Told the share done (0..1) and a text.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outcomes, dimensions ``series`` and ``part``, units in the attributes.
+
+    Raises
+    ------
+    ValueError
+        As `run`.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import plunge
+    >>> problem = plunge.preset("simulation")
+    >>> controller = plunge.CycleController(problem, safety_margin=0.002)
+    >>> outcome = hwsim.repeat(hwsim.PlungeGrinder(problem), controller, series=3, parts=2)
+    >>> outcome.time.dims, outcome.burned.values.sum()
+    (('series', 'part'), np.float64(0.0))
+    """
+    rngs = children(rng, checks.count("series", series))
+    plant, clock = checked_clock(plant, controller)
+    labels = Labels.of(plant, controller)
+    work = partial(_outcomes, plant, controller, clock, labels, checks.count("parts", parts), adapt)
+    done: list[list[Part]] = []
+    for piece in _batched(list(enumerate(rngs)), _BLOCK):
+        done += [each for few in execute(work, _batched(piece, _PIECE), executor) for each in few]
+        progress(len(done) / series, f"series {len(done)} of {series}")
+    return _frames.repeated(done, labels)
+
+
+def _outcomes(
+    plant: Plant, controller: Controller, clock: Clock, labels: Labels, parts: int, adapt: Any, piece: Sequence[_Numbered]
+) -> list[list[Part]]:
+    """A few series; of each part the outcome alone travels back."""
+    done = []
+    for _, rng in piece:
+        series = _Series(plant, clock, controller, copy.deepcopy(adapt), labels)
+        done.append([Part({}, part.outcome) for part in series.in_order(list(enumerate(children(rng, parts))), None)])
+    return done
 
 
 @dataclass

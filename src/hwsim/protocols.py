@@ -179,6 +179,24 @@ class PartLog(Protocol):
     def __getitem__(self, tier: str, /) -> "xr.Dataset":
         """Return the table of a tier."""
 
+    def column(self, tier: str, name: str) -> Any:
+        """Return the values of a column of a table, in its unit, without labels.
+
+        Parameters
+        ----------
+        tier, name : str
+            Table and column.
+        """
+
+    def figure(self, name: str) -> Any:
+        """Return a figure of the outcome, in its unit, part by part, without labels.
+
+        Parameters
+        ----------
+        name : str
+            Which.
+        """
+
     def __len__(self) -> int:
         """Return the number of parts."""
 

@@ -38,7 +38,7 @@ def beyond(v, core):
 @njit(inline="always", **_OPTIONS)
 def burn_depth(v, core):
     """Depth of damage, mm; negative: what is left; v > 0."""
-    root = v**0.25
+    root = np.sqrt(np.sqrt(v))
     return core.reach * root * np.log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
 
 
@@ -54,7 +54,7 @@ def damage(v, core):
     """Depth of damage, mm; 0 below the rate at which burning begins, where ploughing alone would make it positive."""
     if v <= 0.0:
         return 0.0
-    upper = 4.0 * (core.heat1 * v + core.p * core.heat2 * v**core.p) > v**0.25  # heat rises faster than what is stood
+    upper = 4.0 * (core.heat1 * v + core.p * core.heat2 * v**core.p) > np.sqrt(np.sqrt(v))  # heat rises faster than what is stood
     return max(burn_depth(v, core), 0.0) if upper else 0.0
 
 
@@ -62,33 +62,57 @@ def damage(v, core):
 def burning_begins(core, near, rate_max):
     """The rate (mm/s) above which the work burns, no more than `rate_max`, from a rate near by.
 
-    Newton in v^(1/4), in which heat over what is stood is convex.
+    Newton in t = v^(1/4), in which heat over what is stood is convex. Where the work burns at every rate: where it does least.
     """
-    t = min(near, rate_max) ** 0.25
+    high = rate_max**0.25
+    t, again = min(near**0.25, high), False
     for _ in range(60):
-        chips, sliding = core.heat1 * t**4, core.heat2 * t ** (4.0 * core.p)
-        slope = 4.0 * (chips + core.p * sliding) / t - 1.0
+        slope = 0.0 if t <= 0.0 else _heat_slope(t, core)
         if slope <= 0.0:  # on the branch that ploughing makes: begin from far above
-            if t >= rate_max**0.25:
-                return rate_max
-            t = rate_max**0.25
+            if again or t >= high:
+                return _least_heat(high, core) ** 4
+            t, again = high, True
             continue
-        step = (core.heat0 + chips + sliding - t) / slope
+        step = (core.heat0 + core.heat1 * t**4 + core.heat2 * t ** (4.0 * core.p) - t) / slope
         t -= step
         if abs(step) <= 1e-9 * t:
             break
     return min(t**4, rate_max)
 
 
+@njit(**_OPTIONS)
+def _heat_slope(t, core):
+    """Derivative of heat less what is stood by t = v^(1/4)."""
+    return 4.0 * (core.heat1 * t**4 + core.p * core.heat2 * t ** (4.0 * core.p)) / t - 1.0
+
+
+@njit(**_OPTIONS)
+def _least_heat(high, core):
+    """Where heat less what is stood is least, in t = v^(1/4) <= high: the slope rises, and is bisected."""
+    if _heat_slope(high, core) <= 0.0:
+        return high
+    low = 0.0
+    for _ in range(60):
+        t = 0.5 * (low + high)
+        if _heat_slope(t, core) > 0.0:
+            high = t
+        else:
+            low = t
+    return low
+
+
 @njit(inline="always", **_OPTIONS)
-def newton(y, w, core):
-    """Infeed rate (mm/s) of a deflection y > 0 beyond ploughing, from a start w = v^p: y is convex in w."""
+def newton(y, w, core, enough):
+    """Infeed rate (mm/s) of a deflection y > 0 beyond ploughing, from a start w = v^p: y is convex in w.
+
+    The error is of the square of the last relative step, which is no more than `enough`.
+    """
     q = 1.0 / core.p
     for _ in range(60):
         v = w**q
         step = (core.K1 * v + core.K2 * w - y) / (core.K1 * q * v / w + core.K2)
         w = w - step if step < w else 0.5 * w
-        if abs(step) <= 1e-9 * w:  # the next would be of its square
+        if abs(step) <= enough * w:
             break
     return w**q
 
@@ -101,13 +125,18 @@ def rate(y, core):
     w = y / core.K2 if core.K2 > 0.0 else np.inf
     if core.K1 > 0.0:
         w = min(w, (y / core.K1) ** core.p)
-    return newton(y, w, core)
+    return newton(y, w, core, 1e-8)
 
 
 @njit(**_OPTIONS)
 def rate_near(y, near, core):
-    """The same from a rate near by: faster by half in a loop over time."""
-    return newton(y, near**core.p, core) if y > 0.0 and near > 0.0 else rate(y, core)
+    """The same from a rate near by, to 1e-11: faster by half in a loop over time."""
+    if y <= 0.0 or near <= 0.0:
+        return rate(y, core)
+    w = near**core.p
+    sensitivity = core.p * w / (core.K1 * near + core.p * core.K2 * w)  # dw/dy
+    start = w + sensitivity * (y - core.K1 * near - core.K2 * w)
+    return newton(y, start, core, 1e-6) if start > 0.0 else rate(y, core)
 
 
 @njit(**_OPTIONS)

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from sdpgrind.base import checks
 from sdpgrind.plunge._controller import CycleController
@@ -165,7 +165,7 @@ class ChanceMargin:
         variance = sd**2 + self.part_sd**2
         self._shortfall.learn(controller.safety_margin - slack - bias, variance)
         spread = np.sqrt(self._shortfall.variance + variance)
-        margin = self._shortfall.mean + norm.ppf(self.confidence) * spread + self._hidden(controller)
+        margin = self._shortfall.mean + ndtri(self.confidence) * spread + self._hidden(controller)
         return controller.replace(safety_margin=float(np.clip(margin, 0.0, 0.9 * controller.problem.stock)))
 
     def _hidden(self, controller: CycleController) -> float:
@@ -221,9 +221,9 @@ class RoundnessMargin:
         """
         problem = _checked(controller).problem
         aim = problem.roundness_max - controller.roundness_margin
-        self._excess.learn(float(part_log.outcome.roundness[-1]) - aim, self.part_sd**2)
+        self._excess.learn(float(part_log.figure("roundness")[-1]) - aim, self.part_sd**2)
         spread = np.sqrt(self._excess.variance + self.part_sd**2)
-        margin = self._excess.mean + norm.ppf(self.confidence) * spread
+        margin = self._excess.mean + ndtri(self.confidence) * spread
         most = 0.9 * (problem.roundness_max - problem.model.roundness_base)
         return controller.replace(roundness_margin=float(np.clip(margin, 0.0, most)))
 
@@ -255,7 +255,7 @@ class SharpnessUpdate:
             Of the last part.
         """
         if _checked(controller).law.online:
-            planned = np.asarray(part_log["controller"].wear_flat_area_planned.values)
+            planned = part_log.column("controller", "wear_flat_area_planned")
             area = float(planned[np.isfinite(planned)][-1])
         else:
             from sdpgrind.plunge._identify import identify
@@ -340,7 +340,7 @@ def _checked(controller: Any) -> CycleController:
 
 
 def _slack(source: str, part_log: Any, controller: CycleController) -> float:
-    return float(part_log.outcome.slack[-1]) if source == "true" else measured_slack(part_log, controller)
+    return float(part_log.figure("slack")[-1]) if source == "true" else measured_slack(part_log, controller)
 
 
 def _binned(controller: CycleController, margin: float) -> CycleController:

@@ -21,9 +21,8 @@ def measured_slack(part_log: Any, controller: CycleController) -> float:
 
     Clipped and missing readings are left out.
     """
-    table = part_log["controller"]
     names = ("size", "grinding_power", "power_saturated", "balancing_command", "infeed_rate_planned")
-    return _slack({name: np.asarray(table[name].values) for name in names}, controller)
+    return _slack({name: part_log.column("controller", name) for name in names}, controller)
 
 
 def _slack(columns: Mapping[str, Floats], controller: CycleController) -> float:
