@@ -49,6 +49,7 @@ class Law(NamedTuple):
     sharpness_sd: float  # relative
     growth: float  # of the wear flat area, relative, 1/mm
     staged: bool  # three stages
+    rough_rate: float  # of the first, mm/s
     stage_remaining: float  # stock at which the second begins, mm
     stage_rate: float  # and its rate, mm/s
 
@@ -282,10 +283,17 @@ def _balance(state, law, core):
 
 @njit(**_OPTIONS)
 def _staged(state, law):
-    """Full rate, then a slower one, as a machine does it."""
-    if state[SECTION] == FULL_RATE and state[REMAINING] <= law.stage_remaining:
-        state[SECTION] = BALANCE
-    return law.rate_max if state[SECTION] == FULL_RATE else law.stage_rate
+    """A rough rate, then a slower one: the sample in which the stock is reached gets of both, so that it is exact between."""
+    if state[SECTION] == BALANCE:
+        return law.stage_rate
+    reach = rate_near(state[Y] + (law.rough_rate - state[RATE]) * law.sample_time, state[RATE], law.core)
+    ahead = 0.5 * (state[RATE] + reach) * law.sample_time
+    left = state[REMAINING] - law.stage_remaining
+    if left >= ahead:
+        return law.rough_rate
+    state[SECTION] = BALANCE
+    share = max(left, 0.0) / ahead if ahead > 0.0 else 0.0
+    return share * law.rough_rate + (1.0 - share) * law.stage_rate
 
 
 @njit(**_OPTIONS)

@@ -217,7 +217,7 @@ class CycleController(_Sampled, Frozen):
 
 @dataclasses.dataclass(frozen=True)
 class StagedController(_Sampled, Frozen):
-    """Full rate, a slower rate, spark-out: the cycle of an ordinary machine.
+    """A rough rate, a slower rate, spark-out: the cycle of an ordinary machine.
 
     Parameters
     ----------
@@ -227,6 +227,10 @@ class StagedController(_Sampled, Frozen):
         Remaining stock at which the slower rate begins, mm.
     stage_rate : float, optional
         The slower rate, mm/s. Both are the fastest of the model that leave no burned layer and are round enough when left out.
+    rough_rate : float, optional
+        Rate until then, mm/s; the greatest of the problem when left out.
+    final_rate : float, optional
+        Infeed rate at size, at which spark-out aims, mm/s; that of the problem, which is just round enough, when left out.
     observer_gain : float
         Gain of the observer of the size, (0, 1], unit 1.
     size_sd : float
@@ -249,11 +253,18 @@ class StagedController(_Sampled, Frozen):
     stage_remaining: float | None = None
     stage_rate: float | None = None
     _: dataclasses.KW_ONLY
+    rough_rate: float | None = None
+    final_rate: float | None = None
     observer_gain: float = 0.1
     size_sd: float = 5e-4
 
     def __post_init__(self) -> None:
         checks.kind("problem", self.problem, CycleProblem, " (see plunge.preset)")
+        for name, own in {"rough_rate": self.problem.command_rate_max, "final_rate": self.problem.final_rate}.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, own)
+            checks.positive(name, getattr(self, name), "mm/s")
+        checks.within("rough_rate", self.rough_rate, 0.0, self.problem.command_rate_max, "mm/s")
         if (self.stage_remaining is None) != (self.stage_rate is None):
             raise ValueError("stage_remaining and stage_rate must both be given, or none")
         if self.stage_remaining is None or self.stage_rate is None:
@@ -263,14 +274,17 @@ class StagedController(_Sampled, Frozen):
                 object.__setattr__(self, name, value)
         checks.within("stage_remaining", self.stage_remaining, 0.0, self.problem.stock, "mm")
         checks.positive("stage_rate", self.stage_rate, "mm/s")
+        checks.within("stage_rate", self.stage_rate, 0.0, self.problem.command_rate_max, "mm/s")
         if not 0 < checks.number("observer_gain", self.observer_gain) <= 1:
             raise checks.refuse("observer_gain", "in (0, 1]", self.observer_gain)
 
     def _compiled(self) -> Law:
         assert self.stage_remaining is not None and self.stage_rate is not None
+        assert self.rough_rate is not None and self.final_rate is not None
         return staged_law(self.problem, self.stage_remaining, self.stage_rate)._replace(
-            gain=float(self.observer_gain), size_sd=float(self.size_sd)
-        )
+            rough_rate=float(self.rough_rate), final_rate=float(self.final_rate),
+            gain=float(self.observer_gain), size_sd=float(self.size_sd),
+        )  # fmt: skip
 
 
 def staged_law(problem: CycleProblem, remaining: float, rate: float) -> Law:
@@ -311,6 +325,7 @@ def _law(problem: CycleProblem, final_rate: float) -> Law:
         sharpness_sd=0.0,
         growth=0.0,
         staged=False,
+        rough_rate=float(problem.command_rate_max),
         stage_remaining=0.0,
         stage_rate=0.0,
     )
