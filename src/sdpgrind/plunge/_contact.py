@@ -1,7 +1,7 @@
 """Where the wheel meets the work, and how far the machine gives way: output error of the deflection of the model.
 
-The size is what was commanded, less the command at which the wheel meets the work, less a scale times the deflection of the
-model at the rate that it has. Both show in the size of one part: the first is constant, the second goes with the rate.
+The size is what was commanded and a constant, the contact zero, less a scale times the deflection of the model at the rate that
+it has. Both show in the size of one part: the first is constant, the second goes with the rate.
 """
 
 from typing import NamedTuple
@@ -10,7 +10,6 @@ import numpy as np
 
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import _kernels
 from sdpgrind.plunge._course_kernels import deflections
 from sdpgrind.plunge._model import PlungeModel
 from sdpgrind.plunge._problem import CycleProblem
@@ -34,8 +33,8 @@ def course(cycle: Cycle, model: PlungeModel, contact_zero: float = 0.0, scale: f
     """Run the model on the command; it gives way by `scale` times its deflection."""
     core = model.core
     core = core._replace(K0=scale * core.K0, K1=scale * core.K1, K2=scale * core.K2)
-    y = deflections(-contact_zero - core.K0, cycle.command_rate, cycle.step, _STEPS, core)
-    return Course(cycle.infeed - contact_zero - core.K0 - y, _kernels.rates(y, core))
+    y, rate = deflections(contact_zero - core.K0, cycle.command_rate, cycle.step, _STEPS, core).T
+    return Course(cycle.infeed + contact_zero - core.K0 - y, rate)
 
 
 def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
@@ -51,7 +50,7 @@ def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
 
 
 def contact_zero(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
-    """Commanded infeed at which the wheel meets the work, mm."""
+    """By how much the wheel meets the work before the command is 0, mm; negative: after."""
     return _one(cycle, problem, 0, CONTACT, 1.0)
 
 

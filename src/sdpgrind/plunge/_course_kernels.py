@@ -5,26 +5,28 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from sdpgrind.plunge._kernels import rate
+from sdpgrind.plunge._kernels import deflected, rate
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 
 
 @njit(**_OPTIONS)
 def deflections(first, command_rate, step, substeps, core):
-    """Deflection beyond ploughing (mm) at each reading, from the first one on; commands (mm/s) hold for a step (s)."""
-    out = np.empty(step.size + 1)
-    out[0] = y = first
+    """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands (mm/s) hold for a step (s)."""
+    out = np.empty((step.size + 1, 2))
+    y, v = first, rate(first, core)
+    out[0, 0], out[0, 1] = y, v
     for k in range(step.size):
-        u, left = command_rate[k], step[k]
-        if y < 0.0:  # not touching, or ploughing: there in a straight line
-            reached = y + u * left
-            y, left = min(reached, 0.0), max(reached, 0.0) / u if reached > 0.0 else 0.0
-        h = left / substeps
-        for _ in range(substeps if left > 0.0 else 0):
-            a = u - rate(y, core)
-            b = u - rate(y + 0.5 * h * a, core)
-            c = u - rate(y + 0.5 * h * b, core)
-            y += h / 6.0 * (a + 2.0 * b + 2.0 * c + u - rate(y + h * c, core))
-        out[k + 1] = y
+        y, v = deflected(y, v, command_rate[k], step[k], substeps, core)
+        out[k + 1, 0], out[k + 1, 1] = y, v
+    return out
+
+
+@njit(**_OPTIONS)
+def lags(first, pole, given):
+    """What a lag holds (mm) at each reading, from the first on: x+ = pole x + given."""
+    out = np.empty(pole.size + 1)
+    out[0] = first
+    for k in range(pole.size):
+        out[k + 1] = pole[k] * out[k] + given[k]
     return out

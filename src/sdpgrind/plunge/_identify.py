@@ -39,7 +39,8 @@ def identify(
                          (4), which noise of the size makes too short and an offset ruins
     "wear_flat_area"     0..1. "mean": of the areas by (6), over the samples in which sliding is more than a quarter
                          of the power; needs `problem`. 1 % of power is some 2.5 % of area
-    "contact_zero"       commanded infeed at which the wheel meets the work, mm; needs `problem`
+    "contact_zero"       size less command, but for the deflection: by how much the wheel meets the work before the
+                         command is 0, mm (negative: after); needs `problem`
     "normal_force_ratio" scale of the deflection, as the force ratio of the model, unit 1; needs `problem`
     ==================== =========================================================================================
 

@@ -15,18 +15,19 @@ MOVING = 10
 """Readings of a moving size that are needed at least."""
 _STILL = 10  # equal readings, one after the other, before a gauge counts as frozen
 _SIGMAS = 5.0
-_QUANTITIES = {"size": "mm", "command_rate": "mm/s", "grinding_power": "W"}
+_QUANTITIES = {"command_rate": "mm/s", "size": "mm", "grinding_power": "W", "power_saturated": "1"}
 
 
 @dataclasses.dataclass(frozen=True)
 class Cycle:
-    """One part: time (s), command rate from then on (mm/s), size and power as read (mm, W; NaN: no reading)."""
+    """One part: time (s), command rate from then on (mm/s), size and power as read (mm, W; NaN: no reading), and a flag."""
 
     label: str
     time: Floats
     command_rate: Floats
     size: Floats
     grinding_power: Floats
+    power_saturated: Floats
 
     @cached_property
     def step(self) -> Floats:
@@ -52,15 +53,19 @@ class Cycle:
     def noise_sd(self) -> float:
         """Noise of the size from its second differences, which a smooth motion leaves alone, mm."""
         bends = np.abs(np.diff(self.size, 2))
-        bends = bends[np.isfinite(bends)]
+        bends = bends[bends > 0]  # 0: a gauge in steps, or one that stands still
         return float(np.median(bends) / 0.6745 / np.sqrt(6)) if bends.size else 0.0
+
+    @cached_property
+    def quantum(self) -> float:
+        """Least change between two readings, mm: no step of the gauge is finer."""
+        changes = np.abs(np.diff(self.size[self.read]))
+        return float(changes[changes > 0].min()) if np.any(changes > 0) else 0.0
 
     @cached_property
     def jitter(self) -> float:
         """Change between two readings that noise and steps of the gauge do not explain, mm."""
-        changes = np.abs(np.diff(self.size[self.read]))
-        quantum = changes[changes > 0].min() if np.any(changes > 0) else 0.0
-        return max(_SIGMAS * 2**0.5 * self.noise_sd, 1.5 * float(quantum), 1e-9)
+        return max(_SIGMAS * 2**0.5 * self.noise_sd, 1.5 * self.quantum, 1e-9)
 
     @cached_property
     def moving(self) -> Any:
@@ -71,32 +76,28 @@ class Cycle:
 
 def cycles(data: Any, *, power: bool = False, size: bool = True, part: int | Sequence[int] | None = None) -> tuple[Cycle, ...]:
     """Return the parts of a log, or of arrays by name."""
-    optional = [name for name, needed in (("size", size), ("grinding_power", power)) if not needed]
+    needed = {"size": size, "grinding_power": power, "power_saturated": False}
+    optional = [name for name in needed if not needed[name]]
     found = idf.series(data, _QUANTITIES, tier="controller", commands=("command_rate",), optional=optional, part=part)
     return tuple(
-        Cycle(s.label, s.time, s["command_rate"], *(s[name] if name in s else np.full(s.time.size, np.nan) for name in _READ))
+        Cycle(s.label, s.time, s["command_rate"], *(s[name] if name in s else np.full(s.time.size, np.nan) for name in needed))
         for s in found
     )
-
-
-_READ = ("size", "grinding_power")
 
 
 def fault(cycle: Cycle) -> str:
     """Why the size of a cycle is of no use; empty where it is."""
     size, time = cycle.size[cycle.read], cycle.time[cycle.read]
-    drops = np.diff(size)
-    if size.size and drops.size and drops.min() < -cycle.jitter:
-        k = int(np.argmin(drops))
-        return (
-            f"the size jumps back by {-drops[k]:.4g} mm at {time[k + 1]:.2f} s, more than {_SIGMAS:g} standard deviations of its"
-            " noise"
-        )
     for first, last in _runs(size):
         before = size[first] - size[max(0, 2 * first - last)]
-        if before >= max(cycle.jitter, 10 * cycle.jitter / _SIGMAS):
+        if before >= max(cycle.jitter, 3 * cycle.quantum):
             span = f"from {time[first]:.2f} to {time[last]:.2f} s"
             return f"the gauge stands still at {size[first]:.4f} mm {span} while the work is ground"
+    drops = np.diff(size)
+    if drops.size and drops.min() < -cycle.jitter:
+        k = int(np.argmin(drops))
+        size_of_it = f"the size jumps back by {-drops[k]:.4g} mm at {time[k + 1]:.2f} s"
+        return f"{size_of_it}, more than {_SIGMAS:g} standard deviations of its noise"
     if (count := int(np.sum(cycle.moving))) < MOVING:
         return f"{count} readings of a moving size are too few: at least {MOVING} are needed ({cycle.missing} are missing)"
     return ""

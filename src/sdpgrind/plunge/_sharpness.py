@@ -19,54 +19,80 @@ SLIDING = 0.25
 CLIPPED = 0.99
 """Of the greatest power that a monitor shows: from there on a reading says nothing."""
 _NEAR = 0.95  # and a sample whose power is expected above this share may have been cut
+_FIT_STEPS = [1e-4, 1e-3]  # mm and 1: of a derivative
 _PLATEAU = 3  # equal readings of the greatest power, by which a clipping monitor is known
 _LEAST, _MOST = 1e-6, 1.0
 
 
 def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None) -> idf.Estimate:
-    """Mean over the samples in which sliding matters, at the rates that the model has; size, where read, corrects them."""
-    clipped = _clipped(cycle.grinding_power, power_max)
+    """Mean over the samples in which sliding matters, at the rates that the model has; size, where read, corrects them.
+
+    Where the model has wear, of what the area was when the part began.
+    """
+    clipped = _clipped(cycle, power_max)
     top = float(np.min(cycle.grinding_power[clipped], initial=np.inf)) if power_max is None else power_max
     model, usable = problem.model, np.isfinite(cycle.grinding_power) & ~clipped
     if not np.any(usable):
         few = f"all {int(clipped.sum())} readings of the power are clipped" if np.any(clipped) else "there is no power"
         return not_identified(NAME, UNIT, few)
-    area, each = model.wear_flat_area, np.empty(0)
+    mean = model.wear_flat_area
     corrected = bool(np.any(cycle.read)) and not fault(cycle)
     for _ in range(20):
-        trial = model.replace(wear_flat_area=float(np.clip(area, _LEAST, _MOST)))
-        rate = course(cycle, trial, *(fitted(cycle, trial).value if corrected else ())).infeed_rate
-        each = samples(cycle, trial, rate, usable, _NEAR * top)
+        trial = model.replace(wear_flat_area=float(np.clip(mean, _LEAST, _MOST)))
+        fit = fitted(cycle, trial) if corrected else None
+        rate = course(cycle, trial, *(fit.value if fit else ())).infeed_rate
+        each, grown = samples(cycle, trial, rate, usable, _NEAR * top)
         if each.size < MOVING:
             few = f"{each.size} readings of a power that slides and is not clipped are too few: {MOVING} are needed"
             return not_identified(NAME, UNIT, few)
-        before, area = area, float(each.mean())
-        if abs(area - before) <= 1e-5 * abs(area):
+        before, mean = mean, float(each.mean())
+        if abs(mean - before) <= 1e-5 * abs(mean):
             break
-    if not _LEAST < area <= _MOST:
-        return not_identified(NAME, UNIT, f"the power means a wear flat area of {area:.3g}: look for a wrong zero or unit")
-    return idf.Estimate((NAME,), np.array([area]), np.full((1, 1), _of_mean(each)), units=(UNIT,), freedom=each.size - 1.0)
+    first = each - grown
+    if not _LEAST < first.mean() <= _MOST:
+        few = f"the power means a wear flat area of {first.mean():.3g}: look for a wrong zero or unit"
+        return not_identified(NAME, UNIT, few)
+    variance = _of_mean(first)
+    if fit:
+        slope = np.array([_change(cycle, trial, fit, step, usable, _NEAR * top) for step in np.diag(_FIT_STEPS)])
+        variance += float(slope @ fit.covariance @ slope)
+    return idf.Estimate((NAME,), first.mean(keepdims=True), np.full((1, 1), variance), units=(UNIT,), freedom=first.size - 1.0)
 
 
-def samples(cycle: Cycle, model: PlungeModel, rate: Floats, usable: Mask, most: float) -> Floats:
-    """Wear flat area of each sample in which sliding is expected to be a quarter of the power, and the power below `most`."""
+def _change(cycle: Cycle, model: PlungeModel, fit: idf.Estimate, step: Floats, usable: Mask, most: float) -> float:
+    """By how much the mean changes with contact or scale."""
+    low, high = (
+        samples(cycle, model, course(cycle, model, *at).infeed_rate, usable, most) for at in (fit.value - step, fit.value + step)
+    )
+    return float((high[0].mean() - low[0].mean()) / (2 * step.sum())) if low[0].size and high[0].size else 0.0
+
+
+def samples(cycle: Cycle, model: PlungeModel, rate: Floats, usable: Mask, most: float) -> tuple[Floats, Floats]:
+    """Wear flat area of each sample in which sliding is expected to be a quarter of the power, and the power below `most`.
+
+    And by how much it has grown since the part began.
+    """
     depth = model.depth_of_cut(rate)
     wheel = {"work_speed": model.work_speed, "wheel_speed": model.wheel_speed, "equivalent_diameter": model.equivalent_diameter}
     expected = model.grinding_power(rate)
     rest = model.power.power(depth_of_cut=depth, **wheel, wear_flat_area=0.0, width=model.width)
     used = usable & (rate > 0) & (expected - rest > SLIDING * expected) & (expected < most)
     full = model.power.power(depth_of_cut=depth[used], **wheel, wear_flat_area=1.0, width=model.width) - rest[used]
-    return np.asarray((cycle.grinding_power[used] - rest[used]) / full)
+    growth = np.zeros(rate.size)
+    if model.wear is not None:
+        growth[1:] = np.cumsum(model.wear.rate(0.5 * (rate[1:] + rate[:-1])) * cycle.step)
+    return (cycle.grinding_power[used] - rest[used]) / full, growth[used]
 
 
-def _clipped(power: Floats, power_max: float | None) -> Mask:
-    """Readings that the monitor cut: near its greatest power, or on the plateau that it leaves."""
+def _clipped(cycle: Cycle, power_max: float | None) -> Mask:
+    """Readings that the monitor cut: flagged, near its greatest power, or on the plateau that it leaves."""
+    power, flagged = cycle.grinding_power, cycle.power_saturated > 0
     if power_max is not None:
-        return power >= CLIPPED * power_max
+        return (power >= CLIPPED * power_max) | flagged
     read = power[np.isfinite(power)]
     if not read.size or np.sum(read == read.max()) < _PLATEAU:
-        return np.zeros(power.shape, dtype=bool)
-    return power >= CLIPPED * float(read.max())
+        return flagged
+    return (power >= CLIPPED * float(read.max())) | flagged
 
 
 def _of_mean(each: Floats) -> float:

@@ -11,13 +11,14 @@ import numpy as np
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._course_kernels import lags
 from sdpgrind.plunge._records import MOVING, Cycle, concluded, fault, not_identified
 
 NAME, UNIT = "time_constant", "s"
 RANGE = (0.05, 50.0)
 """Time constants that are looked for, s."""
 _FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
-_SIGNIFICANT = 12.0  # of the F test with one degree of freedom: once in some 2000 by chance
+_SIGNIFICANT = 8.0  # of the F test with one degree of freedom: once in 200 by chance
 
 
 def by_output_error(cycle: Cycle) -> idf.Estimate:
@@ -41,7 +42,7 @@ def _fitted(cycle: Cycle) -> idf.Estimate:
     begin = min(grid, key=lambda entry: square(np.array([entry])))
     plain = idf.output_error(residual, [begin], scale=[0.1], low=[low], high=[high], nuisance=1, throw=False)
     first = max(float(cycle.infeed[int(np.argmax(cycle.moving))]), 1e-6)
-    start, bounds = [plain.value[0], 0.5 * first], {"low": [low, 0.0], "high": [high, first]}
+    start, bounds = [plain.value[0], 0.0], {"low": [low, -float(cycle.infeed[-1])], "high": [high, first]}
     touched = idf.output_error(residual, start, scale=[0.1, 1e-3], nuisance=1, throw=False, **bounds)
     least = square(plain.value)
     better = (least - square(touched.value)) * touched.freedom > _SIGNIFICANT * square(touched.value)
@@ -57,17 +58,13 @@ def _of_logarithm(fit: idf.Estimate) -> idf.Estimate:
 
 
 def lagged(cycle: Cycle, time_constant: float, touch_in: float = 0.0) -> Floats:
-    """Size (mm) of the linear model without deflection at the start; the first mm of command are spent on the touch-in."""
+    """Size (mm) of the linear model; the first mm of command are spent on the touch-in, or, below 0, have loaded the wheel."""
     after, before = cycle.infeed[1:] - touch_in, cycle.infeed[:-1] - touch_in
     moved = after - before
     share = np.where(moved > 0, np.clip(after / np.where(moved > 0, moved, 1.0), 0.0, 1.0), 1.0)
     pole = np.exp(-share * cycle.step / time_constant)
     given = cycle.command_rate[:-1] * time_constant * (1 - pole)
-    x, deflection = 0.0, [0.0]
-    for a, b in zip(pole.tolist(), given.tolist(), strict=True):
-        x = a * x + b
-        deflection.append(x)
-    return np.asarray(np.maximum(cycle.infeed - touch_in, 0.0) - np.array(deflection))
+    return np.asarray(np.maximum(cycle.infeed - touch_in, 0.0) - lags(max(-touch_in, 0.0), pole, given))
 
 
 def recursively(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
@@ -144,16 +141,17 @@ class TimeConstantEstimator:
         self.begin()
 
     def begin(self, *, touch_in: float = 0.0) -> None:
-        """Begin a part: the wheel free of load, gauge and command with an offset of their own.
+        """Begin a part: gauge and command have an offset of its own.
 
         Parameters
         ----------
         touch_in : float
-            Commanded infeed before the wheel grinds, mm: the gap to the work, and the deflection that ploughing takes.
+            Commanded infeed before the wheel grinds, mm: the gap to the work, and the deflection that ploughing takes. Below 0
+            it is loaded from the start.
         """
-        self._touch = checks.nonnegative("touch_in", touch_in, "mm")
+        self._touch = checks.number("touch_in", touch_in, "mm")
         self._closed, size = self._profiled, self._taus.size
-        self._deflection, self._sensitivity = np.zeros(size), np.zeros(size)
+        self._deflection, self._sensitivity = np.full(size, max(-self._touch, 0.0)), np.zeros(size)
         self._sums, self._doubles = np.zeros((6, size)), np.zeros((3, size))
         self._time, self._command, self._infeed = np.nan, 0.0, 0.0
 

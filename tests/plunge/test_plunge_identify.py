@@ -1,0 +1,579 @@
+"""From readings back to the model: numbers by two ways, bounds, what may not matter, and what must be refused."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import integrate, optimize, signal
+
+from sdpgrind import identify, plunge, units
+from sdpgrind.plunge import _contact, _records, _time_constant
+
+TAU, STEP, RATE, LONG = 1.935, 0.04, 0.0448, 6.4
+TIME = np.arange(round(LONG / STEP) + 1) * STEP
+SIZE = RATE * (TIME - TAU * (1 - np.exp(-TIME / TAU)))
+NOMINAL = plunge.preset("simulation")
+EXPERIMENT = plunge.preset("experiment")
+
+
+def cycle(size=SIZE, time=TIME, command_rate=None, power=None):
+    u = np.full(time.size, RATE) if command_rate is None else command_rate
+    return {"time": time, "command_rate": u, "size": size} | ({} if power is None else {"grinding_power": power})
+
+
+def noisy(sd, seed, offset=0.0):
+    return cycle(SIZE + offset + np.random.default_rng(seed).normal(0.0, sd, SIZE.size))
+
+
+def found(data, **options):
+    return plunge.identify(data, "time_constant", **options)
+
+
+def spread(sd, count, offset=0.0, **options):
+    """Mean and standard deviation of the estimates over seeds, and mean of what they say of themselves."""
+    each = [found(noisy(sd, seed, offset), **options) for seed in range(count)]
+    values = np.array([one["time_constant"] for one in each])
+    return values.mean(), values.std(ddof=1), np.sqrt(np.mean([one.covariance[0, 0] for one in each]))
+
+
+def cramer_rao(sd, long, first=0):
+    """Least standard deviation of any unbiased estimate with an unknown offset: readings each 0.04 s, from the first on."""
+    t = STEP * np.arange(first, round(long / STEP) + 1)
+    slope = -RATE * (1 - np.exp(-t / TAU) * (1 + t / TAU))
+    return sd / np.sqrt(np.sum((slope - slope.mean()) ** 2))
+
+
+# Time constant: the numbers of the source's own recipe and of the right one ----------------------------------------
+
+
+def test_the_bound():
+    """0.0032 s at 0.5 um over 6.4 s, 0.018 s after 2 s, of readings after the start; the slope by finite differences too."""
+    assert cramer_rao(5e-4, 6.4, first=1) == pytest.approx(0.0032, abs=5e-5)
+    assert cramer_rao(5e-4, 2.0, first=1) == pytest.approx(0.018, abs=5e-4)
+    low, high = (RATE * (TIME - tau * (1 - np.exp(-TIME / tau))) for tau in (TAU - 1e-5, TAU + 1e-5))
+    slope = (high - low) / 2e-5
+    assert 5e-4 / np.sqrt(np.sum((slope - slope.mean()) ** 2)) == pytest.approx(cramer_rao(5e-4, 6.4), rel=1e-8)
+
+
+@pytest.mark.parametrize(("sd", "published"), [(5e-4, 0.0030), (1e-3, 0.0061)])
+def test_output_error_reaches_the_bound(sd, published):
+    count = 100
+    mean, scatter, claimed = spread(sd, count)
+    bound = cramer_rao(sd, LONG)
+    assert abs(mean - TAU) < 4 * bound / np.sqrt(count)
+    assert scatter == pytest.approx(bound, rel=4 / np.sqrt(2 * count))
+    assert claimed == pytest.approx(bound, rel=0.02)
+    assert bound == pytest.approx(published, rel=0.1)
+
+
+def test_an_offset_has_no_effect():
+    for seed in range(5):
+        clean, off = found(noisy(5e-4, seed)), found(noisy(5e-4, seed, offset=0.01))
+        assert off["time_constant"] == pytest.approx(clean["time_constant"], abs=1e-6)
+        assert found(noisy(5e-4, seed, 0.01), method="recursive")["time_constant"] == pytest.approx(
+            found(noisy(5e-4, seed), method="recursive")["time_constant"], abs=1e-9
+        )
+
+
+@pytest.mark.parametrize(
+    ("sd", "offset", "published", "scatter"), [(5e-4, 0.0, 1.801, 0.033), (1e-3, 0.0, 1.581, 0.061), (5e-4, 0.01, 1.373, 0.030)]
+)
+def test_the_printed_equation_is_biased(sd, offset, published, scatter):
+    mean, sd_of_it, _ = spread(sd, 80, offset, method="printed")
+    assert mean == pytest.approx(published, abs=0.02)
+    assert sd_of_it == pytest.approx(scatter, rel=0.3)
+
+
+def test_the_printed_equation_without_noise():
+    """1.888 s of 1.935: a missing term takes half a sample and more; against a least-squares solution of its own."""
+    fit = found(cycle(), method="printed")
+    assert fit["time_constant"] == pytest.approx(1.888, abs=5e-4)
+    p = RATE * TIME
+    pole = np.linalg.lstsq(np.column_stack([SIZE[:-1], p[:-1]]), SIZE[1:], rcond=None)[0][0]
+    assert fit["time_constant"] == pytest.approx(-STEP / np.log(pole), rel=1e-8)
+
+
+def test_recursive_is_batch_and_forgets():
+    for seed in range(5):
+        batch, recursive = (found(noisy(5e-4, seed), method=method) for method in ("output_error", "recursive"))
+        assert recursive["time_constant"] == pytest.approx(batch["time_constant"], abs=2e-6)
+        assert recursive.sd[0] == pytest.approx(batch.sd[0], rel=1e-2)
+    # The lag changes half way: the mean of both to the one, the new one to the other.
+    u = RATE * (1 + 0.5 * signal.square(0.7 * np.arange(0, 40, STEP)))
+    time = np.arange(u.size) * STEP
+    x = [0.0]
+    for k in range(u.size - 1):
+        tau = 1.5 if k < 500 else 2.5
+        x.append(x[-1] * np.exp(-STEP / tau) + u[k] * tau * (1 - np.exp(-STEP / tau)))
+    data = cycle(np.r_[0.0, np.cumsum(u[:-1]) * STEP] - np.array(x), time, u)
+    fresh = found(data, method="recursive", forgetting=0.98)["time_constant"]
+    assert abs(fresh - 2.5) < 0.05
+    assert 1.6 < found(data, method="recursive")["time_constant"] < 2.4
+
+
+def test_after_two_seconds():
+    short = [cycle(data["size"][:51], TIME[:51]) for data in (noisy(5e-4, seed) for seed in range(100))]
+    values = np.array([found(data)["time_constant"] for data in short])
+    assert values.std() == pytest.approx(cramer_rao(5e-4, 2.0), rel=0.3)
+
+
+def test_streaming():
+    estimator = plunge.TimeConstantEstimator()
+    assert estimator.estimate.status is identify.Status.NOT_IDENTIFIED
+    data = noisy(5e-4, 3)
+    for row in zip(*data.values(), strict=True):
+        estimator.update(time=row[0], command_rate=row[1], size=row[2])
+    first = estimator.estimate
+    assert first["time_constant"] == pytest.approx(found(data)["time_constant"], abs=2e-6)
+    # The same part again is the next part, with another offset: nothing new but a smaller sd.
+    for row in zip(*data.values(), strict=True):
+        estimator.update(time=row[0], command_rate=row[1], size=row[2] + 0.02)
+    assert estimator.estimate["time_constant"] == pytest.approx(first["time_constant"], abs=1e-9)
+    assert estimator.estimate.sd[0] == pytest.approx(first.sd[0] / np.sqrt(2), rel=0.02)
+    estimator.reset()
+    assert not estimator.estimate.ok and estimator.estimate.message.startswith("not identified: 0 readings are too few")
+
+
+# Any command, any sample time -------------------------------------------------------------------------------------
+
+
+def lagged(time, u, tau):
+    """Size behind a held command, by an integrator."""
+    size, v = [0.0], 0.0
+    for k in range(time.size - 1):
+        t, held = time[k + 1] - time[k], u[k]
+        one = integrate.solve_ivp(
+            lambda _, s, held=held: [s[1], (held - s[1]) / tau], (0, t), [size[-1], v], rtol=1e-10, atol=1e-13
+        )
+        size.append(one.y[0, -1])
+        v = one.y[1, -1]
+    return np.array(size)
+
+
+@settings(max_examples=12, deadline=None)
+@given(tau=st.floats(0.4, 6.0), offset=st.floats(-0.05, 0.05), seed=st.integers(0, 1000))
+def test_any_command_and_sample_time(tau, offset, seed):
+    rng = np.random.default_rng(seed)
+    time = np.r_[0.0, np.cumsum(rng.uniform(0.05, 0.5, 29))]
+    u = np.where(rng.random(30) < 0.7, rng.uniform(0.01, 0.05, 30), 0.0)
+    size = lagged(time, u, tau)
+    data = cycle(size + offset, time, u)
+    np.testing.assert_allclose(_time_constant.lagged(_records.cycles(data)[0], tau), size, atol=1e-10)
+    assert found(data)["time_constant"] == pytest.approx(tau, rel=1e-4)
+    assert found(data, method="recursive")["time_constant"] == pytest.approx(tau, rel=2e-3)
+
+
+def test_a_touch_in_is_found_where_there_is_one():
+    """0.25 s and a half sample before the wheel grinds: without it the lag would be a quarter of a second off."""
+    late = 0.27
+    ground = np.maximum(TIME - late, 0.0)
+    size = RATE * (ground - TAU * (1 - np.exp(-ground / TAU)))
+    data = cycle(size + 0.003)
+    for method in ("output_error", "recursive"):
+        assert found(data, method=method)["time_constant"] == pytest.approx(TAU, rel=1e-5)
+    rng = np.random.default_rng(0)
+    fit = found(cycle(size + rng.normal(0, 5e-4, size.size)))
+    assert abs(fit["time_constant"] - TAU) < 4 * fit.sd[0]
+    # A reading more or less of nothing does not matter, nor does the unit of time.
+    slow = found({"time": 10 * TIME, "command_rate": np.full(TIME.size, RATE / 10), "size": size})
+    assert slow["time_constant"] == pytest.approx(10 * TAU, rel=1e-5)
+
+
+def test_missing_readings_are_skipped_and_counted():
+    data = noisy(5e-4, 0)
+    data["size"][[3, 40, 41, 42, 100]] = np.nan
+    for method in ("output_error", "recursive", "printed"):
+        assert found(data, method=method).ok
+    fit = found(data)
+    assert fit.message == "from 1 part, 5 readings missing"
+    assert abs(fit["time_constant"] - TAU) < 4 * fit.sd[0]
+    assert found(data, method="recursive")["time_constant"] == pytest.approx(fit["time_constant"], abs=2e-6)
+
+
+# Parts and logs ---------------------------------------------------------------------------------------------------
+
+
+def log(parts, faulty=()):
+    """Tables as `hwsim` has them: a last row of each part has no command."""
+    columns = {"part": [], "time": [], "size": [], "command_rate_command": [], "grinding_power": []}
+    for part in parts:
+        data = noisy(5e-4, part, 0.002 * part)
+        if part in faulty:
+            data["size"][60:] = data["size"][60]
+        u = data["command_rate"].copy()
+        u[-1] = np.nan
+        rows = np.full(TIME.size, part), TIME, data["size"], u, np.full(TIME.size, np.nan)
+        for column, values in zip(columns.values(), rows, strict=True):
+            column.append(values)
+    table = {name: ("row", np.concatenate(values)) for name, values in columns.items()}
+    coords = {name: table.pop(name) for name in ("part", "time")}
+    return {"controller": xr.Dataset(table, coords)}
+
+
+def test_all_parts_of_a_log():
+    each = [found(log([part])) for part in range(4)]
+    both = found(log(range(4)))
+    values = np.array([one["time_constant"] for one in each])
+    weights = np.array([1 / one.covariance[0, 0] for one in each])
+    assert both["time_constant"] == pytest.approx(values @ weights / weights.sum(), rel=1e-9)
+    assert both.sd[0] == pytest.approx(cramer_rao(5e-4, LONG) / 2, rel=0.6)
+    assert both.message == "from 4 parts"
+    assert found(log(range(4)), part=2)["time_constant"] == pytest.approx(values[2], rel=1e-12)
+    assert found(log(range(4)), part=[0, 3]).message == "from 2 parts"
+    assert abs(found(log(range(4)), method="recursive")["time_constant"] - both["time_constant"]) < both.sd[0]
+
+
+def test_a_part_that_fails_is_left_out_and_named():
+    fit = found(log(range(3), faulty=[1]))
+    assert fit.ok and fit.message.startswith("from 2 parts; 1 left out, part 1: not identified: the gauge stands still at ")
+    assert fit["time_constant"] == pytest.approx(found(log([0, 2]))["time_constant"], rel=1e-12)
+
+
+def test_parts_that_differ_are_no_surer_than_their_scatter():
+    shown = [identify.Estimate(("time_constant",), [value], [[1e-6]], units=("s",)) for value in (1.8, 1.9, 2.0)]
+    fit = _records.pooled(shown)
+    assert fit["time_constant"] == pytest.approx(1.9)
+    assert fit.sd[0] == pytest.approx(0.1 / np.sqrt(3))
+
+
+# The model of the deflection --------------------------------------------------------------------------------------
+
+
+def policy():
+    """A cycle as it is ground: full rate, a rate that falls, spark-out; 13 s."""
+    time = np.arange(0, 13.0, STEP)
+    return time, np.select([time < 6.4, time < 9.0], [RATE, 0.02 * np.exp(-(time - 6.4) / 3.0)], 0.0)
+
+
+def ground(problem, contact_zero=0.0, scale=1.0, sd=0.0, power_sd=0.0, seed=0, area=None):
+    """Readings of a cycle of a model."""
+    model = problem.model if area is None else problem.model.replace(wear_flat_area=area)
+    time, u = policy()
+    blank = np.full(time.size, np.nan)
+    course = _contact.course(_records.Cycle("", time, u, blank, blank, blank), model, contact_zero, scale)
+    rng = np.random.default_rng(seed)
+    power = np.where(course.infeed_rate > 0, model.grinding_power(course.infeed_rate), 0.0)
+    size = course.size + rng.normal(0, sd, time.size) if sd else course.size
+    return cycle(size, time, u, power * (1 + power_sd * rng.standard_normal(time.size)))
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.1])
+@pytest.mark.parametrize("contact_zero", [-0.012, 0.0, 0.005])
+def test_the_course_against_an_integrator(contact_zero, scale):
+    """dq/dt = v(x), x = p + contact zero - q, with the model's own inversion of x(v)."""
+    data, model = ground(NOMINAL, contact_zero, scale), NOMINAL.model
+    p = np.r_[0.0, np.cumsum(data["command_rate"][:-1]) * STEP]
+
+    def rate(t, q):
+        return [float(model.infeed_rate((np.interp(t, data["time"], p) + contact_zero - q[0]) / scale))]
+
+    one = integrate.solve_ivp(rate, (0, 3.0), [0.0], max_step=0.02, rtol=1e-9, atol=1e-12, t_eval=[1.0, 2.0, 3.0])
+    np.testing.assert_allclose(data["size"][[25, 50, 75]], one.y[0], atol=2e-7)
+
+
+@pytest.mark.parametrize("problem", [NOMINAL, EXPERIMENT], ids=["force", "linear"])
+def test_contact_and_scale_are_found(problem):
+    exact = ground(problem, 0.008, 1.08)
+    options = {"problem": problem}
+    assert plunge.identify(exact, "contact_zero", **options)["contact_zero"] == pytest.approx(0.008, abs=1e-7)
+    ratio = plunge.identify(exact, "normal_force_ratio", **options)
+    assert ratio["normal_force_ratio"] == pytest.approx(1.08 * problem.model.normal_force_ratio, rel=1e-6)
+    assert found(exact, **options)["time_constant"] == pytest.approx(1.08 * problem.time_constant, rel=1e-6)
+    values = []
+    for seed in range(16):
+        fit = plunge.identify(ground(problem, 0.008, 1.08, sd=5e-4, seed=seed), "contact_zero", **options)
+        values.append([(fit["contact_zero"] - 0.008) / fit.sd[0]])
+    assert np.std(values) == pytest.approx(1.0, abs=0.4) and abs(np.mean(values)) < 4 / np.sqrt(16)
+
+
+def test_the_linear_model_holds_about_one_rate():
+    """Of a machine that gives way by the force the linear lag of roughing is shorter than that of spark-out."""
+    model = NOMINAL.model
+    blank = np.full(TIME.size, np.nan)
+    roughing = cycle(_contact.course(_records.Cycle("", TIME, np.full(TIME.size, RATE), blank, blank, blank), model).size)
+    linear, secant = found(roughing), found(roughing, problem=NOMINAL)
+    assert linear["time_constant"] < 1.85 < secant["time_constant"]
+    assert secant["time_constant"] == pytest.approx(NOMINAL.time_constant, rel=1e-5)
+
+
+def test_linear_and_secant_agree_on_a_linear_machine():
+    data = ground(EXPERIMENT, sd=5e-4)
+    assert found(data)["time_constant"] == pytest.approx(1.9347, abs=0.01)
+    assert found(data, problem=EXPERIMENT)["time_constant"] == pytest.approx(1.9347, abs=0.01)
+
+
+def test_a_wheel_that_is_loaded_from_the_start():
+    """Contact before the command is 0: the lag does not start at rest."""
+    model = EXPERIMENT.model
+    blank = np.full(TIME.size, np.nan)
+    for zero in (-0.01, 0.004):
+        exact = _contact.course(_records.Cycle("", TIME, np.full(TIME.size, RATE), blank, blank, blank), model, zero).size
+        for method in ("output_error", "recursive"):
+            assert found(cycle(exact), method=method)["time_constant"] == pytest.approx(1.9347, rel=1e-5)
+
+
+# Wear flat area ---------------------------------------------------------------------------------------------------
+
+
+def test_the_area_from_the_power():
+    duller = 1.1 * NOMINAL.model.wear_flat_area
+    exact = plunge.identify(ground(NOMINAL, area=duller), "wear_flat_area", problem=NOMINAL)
+    assert exact["wear_flat_area"] == pytest.approx(duller, rel=1e-5)
+    pulls = []
+    for seed in range(12):
+        data = ground(NOMINAL, 0.005, 1.05, sd=5e-4, power_sd=0.01, seed=seed, area=duller)
+        fit = plunge.identify(data, "wear_flat_area", problem=NOMINAL)
+        assert 1.0 < fit.sd[0] / (duller * 0.0255 / np.sqrt(300)) < 2.0  # the rates are estimates too
+        pulls.append((fit["wear_flat_area"] - duller) / fit.sd[0])
+    assert np.std(pulls) == pytest.approx(1.0, abs=0.45) and abs(np.mean(pulls)) < 4 / np.sqrt(12)
+    # Without a size the commanded infeed is believed.
+    blind = {name: values for name, values in ground(NOMINAL, area=duller).items() if name != "size"}
+    assert plunge.identify(blind, "wear_flat_area", problem=NOMINAL)["wear_flat_area"] == pytest.approx(duller, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("rate", "published"), [(0.0448, 2.3), (None, 2.9)], ids=["at the greatest rate", "where burning begins"]
+)
+def test_one_per_cent_of_power(rate, published):
+    """dA/A = (P/P_sl) dP/P; and by two readings of it."""
+    model = NOMINAL.model
+    v = np.full(12, model.burn_rate if rate is None else rate)
+    part = _records.Cycle("", np.arange(12.0), v, v, 1.01 * model.grinding_power(v), np.zeros(12))
+    from sdpgrind.plunge._sharpness import samples
+
+    each, _ = samples(part, model, v, np.ones(12, dtype=bool), np.inf)
+    percent = 100 * (each[0] / model.wear_flat_area - 1)
+    assert percent == pytest.approx(published, abs=0.05)
+    bare = model.grinding_power(v) - model.replace(wear_flat_area=1e-9).grinding_power(v)
+    assert percent == pytest.approx(float(model.grinding_power(v)[0] / bare[0]), rel=1e-6)
+
+
+@pytest.mark.parametrize("told", ["by its limit", "by a flag", "by nothing"])
+def test_clipped_power_is_never_used(told):
+    """A monitor that ends at 1800 W: what is left of the cycle says the same; taken as it is, it would say 12 % less."""
+    data = ground(NOMINAL, sd=5e-4, power_sd=0.01)
+    clipped = data | {"grinding_power": np.minimum(data["grinding_power"], 1800.0)}
+    flags = {"power_saturated": (clipped["grinding_power"] >= 0.99 * 1800.0) * 1.0}
+    known = {"by its limit": {"power_max": 1800.0}}.get(told, {})
+    fit = plunge.identify(clipped | (flags if told == "by a flag" else {}), "wear_flat_area", problem=NOMINAL, **known)
+    assert abs(fit["wear_flat_area"] - 0.026) < 4 * fit.sd[0] < 0.02 * 0.026
+    believed = plunge.identify(clipped, "wear_flat_area", problem=NOMINAL, power_max=1e5)
+    assert believed["wear_flat_area"] < 0.95 * 0.026
+
+
+def test_only_clipped_power():
+    data = ground(NOMINAL)
+    low = data | {"grinding_power": np.where(data["grinding_power"] > 0, 300.0, np.nan)}
+    fit = plunge.identify(low, "wear_flat_area", problem=NOMINAL)
+    assert fit.status is identify.Status.NOT_IDENTIFIED
+    assert "readings of the power are clipped" in fit.message
+
+
+def test_missing_power_is_skipped():
+    data = ground(NOMINAL, sd=5e-4, power_sd=0.01)
+    holes = data["grinding_power"].copy()
+    holes[::3] = np.nan
+    fit = plunge.identify(data | {"grinding_power": holes}, "wear_flat_area", problem=NOMINAL)
+    assert abs(fit["wear_flat_area"] - 0.026) < 4 * fit.sd[0]
+
+
+def test_wear_is_taken_off():
+    """The area grows from 0.026 by 0.006: of a model that knows it, what it was when the part began."""
+    wear = plunge.Wear(growth=0.006 / 0.282)
+    data, model = ground(NOMINAL), NOMINAL.model
+    rate = model.infeed_rate(np.maximum(np.r_[0.0, np.cumsum(data["command_rate"][:-1]) * STEP] - data["size"], 0.0))
+    area = 0.026 + wear.growth * data["size"]
+    rest, one = (np.array([float(model.replace(wear_flat_area=a).grinding_power(v)) for v in rate]) for a in (1e-12, 0.01))
+    data["grinding_power"] = np.where(rate > 0, rest + (one - rest) / 0.01 * area, 0.0)
+    plain = plunge.identify(data, "wear_flat_area", problem=NOMINAL)
+    known = plunge.identify(data, "wear_flat_area", problem=NOMINAL.replace(wear=wear))
+    assert plain["wear_flat_area"] > 0.0275
+    assert known["wear_flat_area"] == pytest.approx(0.026, rel=5e-3)
+
+
+# The loop ---------------------------------------------------------------------------------------------------------
+
+
+def test_what_was_measured_updates_the_problem():
+    fit = found(noisy(5e-4, 0))
+    assert NOMINAL.updated(fit) == NOMINAL.replace(time_constant=fit["time_constant"])
+    area = plunge.identify(ground(NOMINAL, area=0.03), "wear_flat_area", problem=NOMINAL)
+    assert NOMINAL.updated(area).model == NOMINAL.model.replace(wear_flat_area=area["wear_flat_area"])
+    assert NOMINAL.updated(area).time_constant == NOMINAL.time_constant
+    ratio = plunge.identify(ground(NOMINAL, scale=0.9), "normal_force_ratio", problem=NOMINAL)
+    again = NOMINAL.updated(ratio)
+    assert again.model.deflection(0.02) == pytest.approx(0.9 * NOMINAL.model.deflection(0.02), rel=1e-6)
+    assert again.replace(time_constant=None).time_constant == pytest.approx(0.9 * NOMINAL.time_constant, rel=1e-6)
+
+
+def test_what_a_problem_does_not_take():
+    failed = found(cycle(SIZE[:5], TIME[:5]))
+    with pytest.raises(ValueError, match="estimate must have succeeded; got 'not identified: 2 readings of a moving size"):
+        NOMINAL.updated(failed)
+    contact = plunge.identify(ground(NOMINAL), "contact_zero", problem=NOMINAL)
+    with pytest.raises(ValueError, match=r"estimate.names must be one of time_constant, wheel_diameter.*; got 'contact_zero'"):
+        NOMINAL.updated(contact)
+    with pytest.raises(TypeError, match=r"estimate must be what plunge.identify gives; got 1.9"):
+        NOMINAL.updated(1.9)
+
+
+# The experiments --------------------------------------------------------------------------------------------------
+
+
+def test_the_two_experiments():
+    """Their roundness, 3.9 and 2.9 um, with 1.8 and 1.95 s: what the lag really was; v_f, k_r and the stock from it."""
+    runs = ((0.026, 1.8, 3.9), (0.0255, 1.95, 2.9))
+
+    def off(values):
+        gain, rate = values  # um of roundness for each mm/s, 1/s
+        return [gain * (u - assumed * rate * (u - 3.0 / gain)) - left for u, assumed, left in runs]
+
+    gain, rate = optimize.fsolve(off, [600.0, 0.5], xtol=1e-12)
+    assert 1 / rate == pytest.approx(1.9347, abs=1e-3) and 3.0 / gain == pytest.approx(0.00490, abs=1e-5)
+    assert EXPERIMENT.model.linear_time_constant == pytest.approx(1 / rate, abs=1e-4)
+    assert EXPERIMENT.final_rate == pytest.approx(3.0 / gain, rel=1e-4)
+    assert EXPERIMENT.model.roundness_gain == pytest.approx(5.0 * gain / 1000, rel=1e-4) == pytest.approx(3.063, abs=1e-3)
+    # Spark-out from the steady rate with the assumed time constant leaves the published roundness.
+    for u, assumed, left in runs:
+        end = u - assumed * rate * (u - EXPERIMENT.final_rate)
+        assert EXPERIMENT.model.roundness(end) == pytest.approx(units.um(left), rel=1e-3)
+
+
+def test_the_stock_of_the_experiment():
+    """Full rate, then spark-out begun with 1.95 s: 17.87 s, the published 24.66 s less 38 %."""
+    tau, final, u = EXPERIMENT.model.linear_time_constant, EXPERIMENT.final_rate, EXPERIMENT.command_rate_max
+
+    def off(start):
+        v = u * (1 - np.exp(-start / tau))
+        given = u * start - tau * v
+        left = EXPERIMENT.stock - given
+        return left - 1.95 * (v - final)
+
+    start = optimize.brentq(off, 5.0, 17.0)
+    v = u * (1 - np.exp(-start / tau))
+    end = v - (1.95 / tau) * (v - final)
+    assert start + tau * np.log(v / end) == pytest.approx(24.66 / 1.38, abs=0.01)
+    assert EXPERIMENT.command_rate_max < EXPERIMENT.model.burn_rate  # two segments
+
+
+def test_the_lag_of_the_linear_machine():
+    model = EXPERIMENT.model
+    assert model.deflection(0.02) == pytest.approx(0.02 * 1.9347, rel=1e-12)
+    assert model.infeed_rate(0.02 * 1.9347) == pytest.approx(0.02, rel=1e-12)
+    assert model.local_time_constant(0.01) == pytest.approx(1.9347) == EXPERIMENT.time_constant
+    assert model.grinding_power(0.026) == pytest.approx(1778.0, abs=2.0)  # power is still that of the force
+    with pytest.raises(ValueError, match=r"linear_time_constant must be > 0 \(s\); got 0.0"):
+        model.replace(linear_time_constant=0.0)
+
+
+def test_the_presets_are_told():
+    assert [info.name for info in plunge.presets()] == ["simulation", "experiment"]
+    assert all(len(info) == 4 and all(info) for info in plunge.presets())
+    with pytest.raises(ValueError, match="name must be one of simulation, experiment; got 'nominal'"):
+        plunge.preset("nominal")
+
+
+# Readings that are not to be believed -----------------------------------------------------------------------------
+
+
+def frozen():
+    data = noisy(5e-4, 0)
+    data["size"][80:] = data["size"][80]
+    return data
+
+
+def backwards():
+    data = noisy(5e-4, 0)
+    data["size"][80:] -= 0.02
+    return data
+
+
+def still():
+    return cycle(np.random.default_rng(0).normal(0, 5e-4, TIME.size))
+
+
+FAULTY = [
+    (frozen, r"the gauge stands still at 0\.07\d\d mm from 3\.20 to 6\.40 s while the work is ground"),
+    (backwards, r"the size jumps back by 0\.01\d+ mm at 3\.20 s, more than 5 standard deviations of its noise"),
+    (still, r"0 readings of a moving size are too few: at least 10 are needed \(0 are missing\)"),
+    (lambda: cycle(np.full(TIME.size, 0.1)), "0 readings of a moving size are too few"),
+    (lambda: cycle(np.full(TIME.size, np.nan)), r"0 readings of a moving size are too few: .* \(161 are missing\)"),
+    (lambda: cycle(RATE * TIME), "command and size say too little of it"),
+]
+
+
+@pytest.mark.parametrize(("data", "reason"), FAULTY)
+@pytest.mark.parametrize("method", ["output_error", "recursive"])
+def test_faulty_readings(data, reason, method):
+    fit = found(data(), method=method)
+    assert fit.status == "not identified" and not fit.ok
+    assert np.all(np.isfinite(fit.value)) and np.all(np.isinf(fit.sd))
+    with pytest.raises(ValueError, match=f"^not identified: {reason}"):
+        found(data(), method=method, throw=True)
+
+
+@pytest.mark.parametrize("what", ["contact_zero", "normal_force_ratio"])
+def test_faulty_readings_of_the_contact(what):
+    for data, reason in ((frozen(), "stands still"), (backwards(), "jumps back")):
+        fit = plunge.identify(data, what, problem=NOMINAL)
+        assert not fit.ok and reason in fit.message
+
+
+def test_a_gauge_in_steps_is_not_frozen():
+    """1 um steps, in a spark-out in which many readings are equal."""
+    data = ground(NOMINAL, sd=5e-4)
+    for size in (data["size"], ground(NOMINAL)["size"]):
+        stepped = data | {"size": np.round(size, 3)}
+        assert found(stepped).ok
+        fit = plunge.identify(stepped, "contact_zero", problem=NOMINAL)
+        assert fit["contact_zero"] == pytest.approx(0.0, abs=5e-4)
+
+
+def test_a_pole_of_no_lag():
+    """(4) of a size that alternates: a' < 0; never NaN."""
+    rng = np.random.default_rng(0)
+    data = cycle(0.02 * TIME + 1e-3 * (-1.0) ** np.arange(TIME.size) + rng.normal(0, 1e-5, TIME.size))
+    fit = found(data, method="printed")
+    assert not fit.ok and np.isfinite(fit["time_constant"])
+    assert fit.message.startswith("not identified: (4) gives a' = -") and fit.message.endswith("it must be in (0, 1)")
+
+
+@given(data=st.lists(st.floats(-0.1, 0.5) | st.just(float("nan")), min_size=3, max_size=40), seed=st.integers(0, 9))
+@settings(max_examples=30, deadline=None)
+def test_never_nan(data, seed):
+    """Whatever is read: a value with a variance, or a reason."""
+    u = np.random.default_rng(seed).uniform(0, 0.05, len(data))
+    for method in ("output_error", "recursive", "printed"):
+        fit = found(cycle(np.array(data), STEP * np.arange(len(data)), u), method=method)
+        assert np.isfinite(fit.value[0]) and not np.isnan(fit.sd[0])
+        assert fit.ok or fit.message.startswith("not identified: ")
+
+
+MESSAGES = [
+    (lambda: plunge.identify(cycle(), "colour"), "what must be one of time_constant, wear_flat_area, contact_zero, normal_force"),
+    (lambda: found(cycle(), method="kalman"), "method must be one of output_error, recursive, printed; got 'kalman'"),
+    (lambda: found(cycle(), forgetting=0.0), r"forgetting must be in \(0, 1\] \(1\); got 0.0"),
+    (lambda: plunge.TimeConstantEstimator(forgetting=1.5), r"forgetting must be in \(0, 1\] \(1\); got 1.5"),
+    (lambda: found(cycle(), method="printed", problem=NOMINAL), "problem must be left out with method 'printed'"),
+    (lambda: found({"time": TIME, "size": SIZE}), r"data must hold command_rate \(mm/s\); it holds time, size"),
+    (lambda: found(cycle() | {"size": SIZE[:7]}), "size must have as many entries as time, 161; got 7"),
+    (lambda: found(cycle(SIZE, TIME[::-1])), r"time must be rising \(s\); got 6.4 and then 6.36"),
+    (lambda: found(log([0, 1]), part=7), r"part must be one of 0, 1; got 7"),
+    (lambda: found(cycle(), part=1), "part must be left out of data without a column part; got 1"),
+    (lambda: plunge.identify(cycle(), "wear_flat_area", problem=NOMINAL), r"data must hold grinding_power \(W\)"),
+    (lambda: plunge.identify(cycle(), "wear_flat_area", problem=NOMINAL, power_max=0.0), r"power_max must be > 0 \(W\)"),
+]
+
+
+@pytest.mark.parametrize(("action", "message"), MESSAGES)
+def test_messages(action, message):
+    with pytest.raises(ValueError, match=message):
+        action()
+
+
+def test_kinds():
+    with pytest.raises(TypeError, match="problem must be a CycleProblem, whose model is corrected, for 'contact_zero'; got None"):
+        plunge.identify(cycle(), "contact_zero")
+    with pytest.raises(TypeError, match="data must be arrays by name, or a log; got float"):
+        found(3.0)
