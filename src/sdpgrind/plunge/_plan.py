@@ -1,167 +1,168 @@
 """Plan a plunge cycle: the infeed of least time."""
 
-import os
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from sdpgrind.base import checks, records, stored
-from sdpgrind.base.extras import need
+from sdpgrind.base import checks
+from sdpgrind.plunge._cycle import SOLVED, CycleError, CyclePlan, CycleSolution
+from sdpgrind.plunge._dynamics import burns_always, core_at
 from sdpgrind.plunge._envelope import Limits
-from sdpgrind.plunge._exact import HOLD, LINE, START, TRACK, WAIT, Course, fastest
+from sdpgrind.plunge._exact import fastest
+from sdpgrind.plunge._model import FASTEST_WORK
 from sdpgrind.plunge._problem import CycleProblem
+from sdpgrind.plunge._replay import Commands, Replay, replay
+from sdpgrind.plunge._trajectory import of_exact, of_replay, switches
 
-PIECES = {WAIT: "touch-in", START: "full rate", TRACK: "on the limit of burning", HOLD: "constant rate", LINE: "spark-out"}
-ROUNDING = 1e-12
-"""Of closed forms and of roots, relative to the time."""
-_COLUMNS = {
-    "remaining": ("mm", "remaining stock"),
-    "infeed_rate": ("mm/s", "actual infeed rate"),
-    "command_rate": ("mm/s", "commanded infeed rate"),
-    "deflection": ("mm", "deflection of the machine"),
-    "burn_depth": ("mm", "depth of damage (negative: what is left to it)"),
-    "grinding_power": ("W", "power at the contact"),
-}
+METHODS = ("exact", "dp", "collocation")
+FEWEST = 30
+"""Stages or intervals with which any error can be told."""
+ROUNDING, SOLVING = 1e-12, 1e-6
+"""Of closed forms and of roots, and of programs that are solved and played back, relative to the time."""
 
 
-class CyclePlan:
-    """The fastest way to grind a part; immutable.
+def plan(
+    problem: CycleProblem,
+    *,
+    method: str = "exact",
+    safety_margin: float = 0.0,
+    work_rotation_range: tuple[float, float] | None = None,
+    steps: int | None = None,
+    throw: bool = True,
+) -> CyclePlan:
+    """Plan the fastest cycle.
 
-    Attributes
-    ----------
-    problem : CycleProblem
-        What was planned.
-    safety_margin : float
-        By how much less than the remaining stock the damage may go down, mm.
-    time : float
-        Time of the cycle, s.
-    error : float
-        Estimated error of that time, s.
-    switches : tuple of float
-        Times at which its pieces end, s.
-    trajectory : xarray.Dataset
-        The course over time: remaining stock, rates, deflection, depth of damage, power, with units.
-    """
-
-    def __init__(
-        self, problem: CycleProblem, safety_margin: float, error: float, switches: tuple[float, ...], course: xr.Dataset
-    ):
-        self.problem, self.safety_margin, self.error, self.switches = problem, safety_margin, error, switches
-        self.trajectory = course
-
-    @cached_property
-    def time(self) -> float:
-        """Time of the cycle, s."""
-        return float(self.trajectory.time[-1])
-
-    @property
-    def roundness(self) -> float:
-        """Out-of-roundness that is left, mm."""
-        return float(self.problem.model.roundness(self.trajectory.infeed_rate[-1]))
-
-    @property
-    def binding(self) -> str:
-        """What limits the rate at the end (mm/s): "roundness" or "burning"."""
-        return "roundness" if self.problem.final_rate < self.problem.model.burn_rate else "burning"
-
-    def plot(self) -> Any:
-        """Draw rates, and depth of damage under the remaining stock (mm), over time (s); return the figure."""
-        plt = need("matplotlib.pyplot", "plot")
-        t = self.trajectory
-        figure, (top, low) = plt.subplots(2, 1, figsize=(8, 5), sharex=True, layout="constrained")
-        top.step(t.time, 1e3 * t.command_rate, where="post", color="0.6", lw=1, label="command")
-        top.plot(t.time, 1e3 * t.infeed_rate, color="#4878a8", label="actual")
-        top.set(ylabel="infeed rate [um/s]")
-        low.plot(t.time, t.remaining, color="0.35", label="remaining stock")
-        low.plot(t.time, np.maximum(t.burn_depth, 0.0), color="#b04a3a", label="depth of damage")
-        low.set(ylabel="[mm]", xlabel="time [s]")
-        for axis in (top, low):
-            axis.legend(frameon=False, fontsize=8)
-            for switch in self.switches[:-1]:
-                axis.axvline(switch, color="0.8", lw=0.8, zorder=0)
-        figure.suptitle(f"{self.time:.2f} s, {1e3 * self.roundness:.2f} um out of round", fontsize=10)
-        return figure
-
-    @cached_property
-    def dataset(self) -> xr.Dataset:
-        """All of it as labelled arrays."""
-        attrs = {"problem": stored.encode(self.problem), "safety_margin": self.safety_margin, "error": self.error}
-        return self.trajectory.assign_attrs(attrs | {"switches": list(self.switches)})
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the plan to a NetCDF file at `path`."""
-        records.write(self.dataset, path, "plunge.cycle")
-
-    @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "CyclePlan":
-        """Read the plan that `save` wrote to `path`."""
-        data = records.read(path)
-        problem, switches = stored.decode(data.attrs["problem"]), tuple(np.atleast_1d(data.attrs["switches"]).tolist())
-        course = data.drop_attrs(deep=False)
-        return cls(problem, float(data.attrs["safety_margin"]), float(data.attrs["error"]), switches, course)
-
-    def __repr__(self) -> str:
-        return f"CyclePlan({self.time:.4f} s, error {self.error:.1g} s, {len(self.switches)} pieces, {self.binding} at the end)"
-
-
-def plan(problem: CycleProblem, *, safety_margin: float = 0.0) -> CyclePlan:
-    """Plan the fastest cycle, exactly: least bound of all limits from which the rest can be ground.
+    ``"exact"``: the least bound of all limits from which the rest can be ground, in closed pieces; nothing is faster.
+    ``"dp"``: dynamic programming over the remaining stock, by `sdpgrind.sdp`; also for wear in proportion to the stock.
+    ``"collocation"``: an optimal control problem for CasADi and IPOPT; also for any wear, and for a rotation of the work that may
+    be chosen. A least time of collocation is a local one: it is the best near a plain guess, and nothing proves that there is
+    no other. With a free rotation the last turn is ground at one rotation, as that is the turn that makes the part round; in
+    between the rotation may jump.
 
     Parameters
     ----------
     problem : CycleProblem
         What to grind, within which limits.
+    method : {"exact", "dp", "collocation"}
+        How.
     safety_margin : float
         By how much less than the remaining stock the damage may go down, mm: (7).
+    work_rotation_range : (float, float), optional
+        Least and greatest rotation of the work, rad/s, where it may be chosen all along; "collocation" only.
+    steps : int, optional
+        Stages of "dp" (200) or intervals of "collocation" (240). The error is told by a second solution of half as many.
+    throw : bool
+        Whether a solver that fails is an error; False: the last that it reached, with its `status`.
 
     Returns
     -------
     CyclePlan
-        Time in s, with its error; no other way within the limits is faster.
+        Time in s, with its error.
 
     Raises
     ------
     ValueError
-        When the margin is negative, or no less than the stock (mm).
+        When the margin is negative, or no less than the stock (mm), the range of the rotation is none (rad/s), a method
+        cannot do what is asked for, or the wheel gets so dull that the work burns at every rate.
+    CycleError
+        When a solver fails: a ValueError with the last plan that it reached.
 
     Examples
     --------
     >>> from sdpgrind import plunge
-    >>> best = plunge.plan(plunge.preset("simulation"))
+    >>> problem = plunge.preset("simulation")
+    >>> best = plunge.plan(problem)
     >>> round(best.time, 4), best.error < 1e-9
     (12.0195, True)
+    >>> dull = problem.replace(wear=plunge.Wear(growth=0.02))
+    >>> round(plunge.plan(dull, method="dp").time, 2), round(plunge.plan(dull, method="collocation").time, 2)
+    (12.66, 12.66)
     """
     checks.kind("problem", problem, CycleProblem, " (see plunge.preset)")
+    checks.one_of("method", method, METHODS)
     if checks.nonnegative("safety_margin", safety_margin, "mm") >= problem.stock:
         raise checks.refuse("safety_margin", f"< stock = {problem.stock:g}", safety_margin, "mm")
-    model = problem.model
-    if model.wear is not None:
+    rotation = _rotation(problem, method, work_rotation_range)
+    _check_wear(problem, method, rotation)
+    if method == "exact":
+        if steps is not None:
+            raise ValueError(f"steps must be None with method 'exact', which has none; got {steps!r}")
+        return _exactly(problem, safety_margin)
+    found = _by_stages if method == "dp" else _by_collocation
+    best = found(problem, safety_margin, rotation, None if steps is None else checks.count("steps", steps, FEWEST))
+    if throw and best.solution is not None and not best.solution.ok:
+        raise CycleError(
+            f"problem must be one that method {method!r} can solve; it was {best.status}: try other steps, milder limits, or"
+            " throw=False for the last that was reached",
+            best,
+        )
+    return best
+
+
+def _rotation(problem: CycleProblem, method: str, asked: Any) -> tuple[float, float]:
+    if asked is None:
+        return problem.model.work_rotation, problem.model.work_rotation
+    if method != "collocation":
+        raise ValueError(f"method must be 'collocation' where work_rotation_range is given; got {method!r}")
+    if np.shape(asked) != (2,):
+        raise ValueError(f"work_rotation_range must be a least and a greatest rotation (rad/s); got {checks.shown(asked)}")
+    low, high = (checks.positive(f"work_rotation_range[{k}]", x, "rad/s") for k, x in enumerate(asked))
+    if not low <= high <= FASTEST_WORK:
+        raise ValueError(f"work_rotation_range must rise, up to {FASTEST_WORK:g} at most (rad/s); got {checks.shown(asked)}")
+    return low, high
+
+
+def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float]) -> None:
+    wear = problem.model.wear
+    if wear is None or wear.growth == 0:
+        return
+    if method == "exact":
         raise ValueError("method must be 'dp' or 'collocation' where the model has wear; got 'exact'")
-    limits = Limits(model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, safety_margin, problem.stock)
-    time, switches, course = fastest(limits)
-    return CyclePlan(
-        problem, safety_margin, abs(time - fastest(limits, points=20)[0]) + ROUNDING * time, switches, _labelled(problem, course)
-    )
+    if wear.exponent != 0 and method == "dp":
+        raise ValueError(f"method must be 'collocation' where wear depends on the rate, exponent = {wear.exponent:g}; got 'dp'")
+    area = problem.model.wear_flat_area + wear.growth * problem.stock
+    if wear.exponent == 0 and rotation[0] == rotation[1] and burns_always(core_at(problem.model, rotation[0], area)):
+        raise ValueError(
+            f"wear must be less: at the end the wear flat area is {area:.4g}, and the work burns at every infeed rate; got"
+            f" growth = {wear.growth:g} (1/mm)"
+        )
 
 
-def _labelled(problem: CycleProblem, course: Course) -> xr.Dataset:
-    model, rate = problem.model, course.rate
-    touching = rate > 0
-    burn = np.full(rate.size, np.nan)
-    burn[touching] = model.burn_depth(rate[touching])
-    columns = {
-        "remaining": course.remaining,
-        "infeed_rate": rate,
-        "command_rate": course.command,
-        "deflection": np.where(course.kind == WAIT, 0.0, course.y + model.core.K0),
-        "burn_depth": burn,
-        "grinding_power": np.where(touching, model.grinding_power(rate), 0.0),
-    }
-    data: dict[str, Any] = {
-        name: ("time", column, dict(zip(("units", "long_name"), _COLUMNS[name], strict=True))) for name, column in columns.items()
-    }
-    meanings = ", ".join(f"{k}: {words}" for k, words in PIECES.items())
-    data["piece"] = ("time", course.kind.astype(np.int16), {"long_name": meanings})
-    return xr.Dataset(data, {"time": ("time", course.time, {"units": "s"})})
+def _exactly(problem: CycleProblem, margin: float) -> CyclePlan:
+    model = problem.model
+    limits = Limits(model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock)
+    time, ends, course = fastest(limits)
+    error = abs(time - fastest(limits, points=20)[0]) + ROUNDING * time
+    return CyclePlan(problem, margin, error, ends, of_exact(problem, course))
+
+
+def _by_stages(problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None) -> CyclePlan:
+    from sdpgrind.plunge import _dp
+
+    played, count = [], steps or _dp.STAGES
+    for stages in (count // 2, count):
+        solved = _dp.solve(problem, margin, stages)
+        commands = Commands(solved.command, solved.duration, np.full(stages, rotation[0]))
+        played.append(replay(problem, commands, margin))
+    best = played[1]
+    found = CycleSolution(count, 0, 0.0, best.excess, best.left, SOLVED)
+    return _stepped(problem, margin, "dp", played, found)
+
+
+def _by_collocation(problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None) -> CyclePlan:
+    from sdpgrind.plunge import _collocation
+
+    count = steps or _collocation.INTERVALS
+    coarse, fine = _collocation.twice(problem, margin, rotation, count)
+    played = [replay(problem, found.commands, margin) for found in (coarse, fine)]
+    best = played[1]
+    found = CycleSolution(count, fine.iterations, fine.residual, best.excess, best.left, fine.message)
+    return _stepped(problem, margin, "collocation", played, found)
+
+
+def _stepped(problem: CycleProblem, margin: float, method: str, played: list[Replay], found: CycleSolution) -> CyclePlan:
+    """The plan of the finer of two solutions; they are of first order at least, so that their difference is the error."""
+    course = of_replay(problem, played[1], margin)
+    half, whole = (float(one.time[-1]) for one in played)
+    error = abs(whole - half) + SOLVING * whole if found.ok else np.inf
+    return CyclePlan(problem, margin, error, switches(course), course, method, found)

@@ -1,0 +1,129 @@
+"""The fastest cycle as an optimal control problem, by Radau collocation in CasADi with phases of free length.
+
+States: deflection beyond ploughing y, stock left r, wear flat area A; at each point of collocation w = v^p, in which
+y = K1 w^(1/p) + K2(n, A) w is smooth. Controls, constant in each interval: the command, and the work's rotation where it may
+be chosen. A point obeys the limit on burning where some rate no less than its own makes no damage deeper than what will be
+ground off: that leaves out the artefact at very small rates. With a safety margin a phase ends where the stock is the margin,
+so that neither side of that limit has a corner within a phase. Where the rotation is free a last phase of one turn at least
+is ground at one rotation, as roundness is made in the last turn.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._cycle import SOLVED
+from sdpgrind.plunge._problem import CycleProblem
+from sdpgrind.plunge._program import AFTER, BEFORE, TURN, Guess, Program, Task
+from sdpgrind.plunge._replay import Commands
+
+INTERVALS = 240
+RESIDUAL = 1e-6
+"""Violation of the optimality conditions, unknowns scaled to order 1, up to which a program counts as solved."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A solution: commands, residual of the optimality conditions, iterations, what the solver says, and its course."""
+
+    commands: Commands
+    course: Guess
+    residual: float
+    iterations: int
+    message: str
+
+
+def task(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> Task:
+    """The intervals shared out between the phases."""
+    phases = BEFORE + (AFTER if margin > 0 else 0)
+    shared = tuple(intervals // phases + (k < intervals % phases) for k in range(phases))
+    return Task(problem, margin, rotation, shared + ((TURN,) if rotation[1] > rotation[0] else ()))
+
+
+def guess(job: Task) -> Guess:
+    """A course of a rate that rises to a tenth below full rate and falls to next to nothing: no solution of anything."""
+    problem, most = job.problem, job.problem.command_rate_max
+    total = 2.0 * problem.stock / most
+    share = np.linspace(0.0, 1.0, 201)
+    rate = most * (0.9 * np.minimum(5 * share, 1.0) * (1 - share) + 0.02)
+    left = problem.stock * (1 - share) ** 1.5
+    ends = np.linspace(0.0, 1.0, BEFORE + 1)
+    if job.margin > 0:
+        met = float(np.interp(-job.margin, -left, share))
+        ends = np.concatenate([met * ends, np.linspace(met, 1.0, AFTER + 1)[1:]])
+    if job.free:
+        ends = np.concatenate([0.98 * ends, [1.0]])
+    area, rotation = np.full(share.size, problem.model.wear_flat_area), np.full(share.size, 0.5 * sum(job.rotation))
+    y = problem.model.deflection(rate) - problem.model.core.K0
+    return Guess(total * share, left, y, rate, rate, area, rotation, total * ends)
+
+
+def twice(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> tuple[Found, Found]:
+    """Solve with half the intervals and with all; the second begins where the first ended, if it ended well."""
+    half, whole = (task(problem, margin, rotation, count) for count in (intervals // 2, intervals))
+    coarse = solve(half, guess(half))
+    return coarse, solve(whole, coarse.course if coarse.message == SOLVED else guess(whole))
+
+
+def solve(job: Task, start: Guess) -> Found:
+    """Solve from a start; where the solver fails, the last it reached."""
+    import casadi
+
+    nlp = Program(job, start)
+    solver = casadi.nlpsol(
+        "cycle", "ipopt", {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)},
+        {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 400, "bound_relax_factor": 0.0}},
+    )  # fmt: skip
+    low, high = np.array(nlp.low), np.array(nlp.high)
+    found = solver(x0=nlp.start, lbx=nlp.lower, ubx=nlp.upper, lbg=low, ubg=high)
+    x, stats, residual = np.asarray(found["x"]).ravel(), solver.stats(), np.inf
+    if np.all(np.isfinite(x)):
+        residual = _residual(nlp, found, low, high)
+    else:
+        x = np.array(nlp.start)
+    message = SOLVED if residual <= RESIDUAL else f"not solved: IPOPT says {stats['return_status']}"
+    return Found(*_course(nlp, x), residual, int(stats["iter_count"]), message)
+
+
+def _course(nlp: Program, x: Floats) -> tuple[Commands, Guess]:
+    """The commands of a solution, and its course to begin another from."""
+    job, model, parts = nlp.job, nlp.model, nlp.split(x)
+    ends = np.concatenate([[0.0], np.cumsum(parts["time"])])
+    time = nlp.nodes(ends)
+    rotation = parts.get("rotation", np.full(nlp.count, job.rotation[0]))
+    command = np.clip(parts["command"], 0.0, job.problem.command_rate_max)
+    area = parts.get("area", np.full(time.size, model.wear_flat_area))
+    rate = np.concatenate([[0.0], parts["w2"] ** (1 / model.core.p)])
+    guess = Guess(time, parts["left"], parts["y"], rate, _last_twice(command), area, _last_twice(rotation), ends)
+    return Commands(command, np.diff(time), rotation), guess
+
+
+def _last_twice(column: Floats) -> Floats:
+    return np.append(column, column[-1])
+
+
+def _residual(nlp: Program, found: Any, low: Floats, high: Floats) -> float:
+    """Largest violation of the conditions of Karush, Kuhn and Tucker, scaled as the unknowns are.
+
+    Where multipliers are large on average (above 100) it is relative to them, as IPOPT has it.
+    """
+    import casadi
+
+    g = casadi.vertcat(*nlp.conditions)
+    price = casadi.SX.sym("price", g.shape[0])
+    slope = casadi.Function("slope", [nlp.unknowns, price], [casadi.gradient(nlp.cost + casadi.dot(price, g), nlp.unknowns), g])
+    flat, value = (np.asarray(part).ravel() for part in slope(found["x"], found["lam_g"]))
+    x, of_x, of_g = (np.asarray(found[name]).ravel() for name in ("x", "lam_x", "lam_g"))
+    size = max(1.0, float(np.mean(np.abs(np.concatenate([of_x, of_g])))) / 100)
+    worst = float(np.max(np.abs(flat + of_x))) / size
+    for at, bounds, prices in ((x, (np.array(nlp.lower), np.array(nlp.upper)), of_x), (value, (low, high), of_g)):
+        room = np.maximum(prices, 0.0) * _finite(bounds[1] - at) + np.maximum(-prices, 0.0) * _finite(at - bounds[0])
+        over = np.maximum(np.maximum(bounds[0] - at, at - bounds[1]), 0.0)
+        worst = max(worst, float(np.max(np.abs(room))) / size, float(np.max(over)))
+    return worst
+
+
+def _finite(room: Floats) -> Floats:
+    return np.where(np.isfinite(room), room, 1.0)
