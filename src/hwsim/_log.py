@@ -89,7 +89,7 @@ class Log:
     def outcome(self) -> "xr.Dataset":
         """What each part became (dimension ``part``; after `compare` also ``controller``), units in the attributes.
 
-        Beside the plant's own figures: ``<name>_planned``, what the controller reported at its first step of the part.
+        Beside the plant's own figures: ``<name>_planned``, what a controller without a period reported at its first step.
         """
         return self._frames.outcome
 

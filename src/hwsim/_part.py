@@ -78,8 +78,7 @@ def _at_once(machine: Machine, controller: Controller) -> Part | None:
     tables = whole(controller) if whole else None
     if tables is None:
         return None
-    planned = {name: column[0] for table in tables.values() for name, column in table.items() if name.endswith("_planned")}
-    return Part(tables, {name: _figure(value) for name, value in (dict(machine.outcome()) | planned).items()})
+    return Part(tables, {name: _figure(value) for name, value in machine.outcome().items()})
 
 
 def _whole(measured: Mapping[str, Any], measures: Mapping[str, str]) -> dict[str, Any]:
@@ -159,7 +158,7 @@ def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], p
     """Turn rows into columns; a last row without a command holds what was measured when the part was done."""
     planned: dict[str, Any] = {}
     for tier in tiers:
-        first = tier.rows[0][3] if tier.rows else _NOTHING
+        first = tier.rows[0][3] if tier.rows and tier.period is None else _NOTHING
         planned |= {f"{name}_planned": value for name, value in first.items()}
         if not tier.rows or tier.rows[-1][0] < machine.time:
             tier.rows.append((machine.time, {**reading, **tier.held}, _NOTHING, _NOTHING))

@@ -14,7 +14,7 @@ Beside what the protocols demand, `hwsim` uses what it finds:
 of         name                meaning
 ========== =================== =======================================================================================
 controller ``report()``        mapping of what it predicts or decided, logged as ``<name>_planned`` beside its command;
-                               what it says at its first step of a part also stands in the outcome
+                               what one without a period says at its first step also stands in the outcome
 controller ``tier``            name of its table in the log (default ``"controller"``)
 controller ``tiers``           mapping name -> controller: several controllers of one part, the first has priority;
                                each is stepped at its own period
