@@ -84,6 +84,7 @@ class PlungePart:
             row = cycle.grind(self._state, self._rig, controller.state, controller.law, normals, table, row)
             if row >= 0:
                 normals = self._rng.standard_normal((_BLOCK, 2))
+        controller.check_fed()
         self.done = True
         return {"controller": self._labelled(table[:-row], controller)}
 
@@ -107,7 +108,7 @@ class PlungePart:
             "slack": slack,
             "part_slack": part_slack,
             "roundness": roundness,
-            "burned": float(part_slack < 0),
+            "burned": float(part_slack < -cycle.SKIN),
             "out_of_round": float(roundness > self._problem.roundness_max),
             "remaining": float(state[cycle.REMAINING]),
             "timed_out": float(self.time >= self._rig.samples_max),

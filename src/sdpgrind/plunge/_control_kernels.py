@@ -12,14 +12,19 @@ PRINTED, GAUGE, P_END = range(3)
 """How the begin of spark-out is found."""
 FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)
 """Sections of a cycle."""
-SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, FROZEN, SIZE = range(11)
-"""State: v_hat, r_hat, p, deflection beyond ploughing, last command, z*, whether it counts for the slack, the gauge."""
-TOUCHED, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 17)
-"""Estimated on line: whether the wheel has touched, contact zero, deflection and wear flat area over those of the model, where
-burning begins; covariance of deflection, zero, scale and area."""
+SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, STILL, SIZE = range(11)
+"""State: v_hat, r_hat, p, deflection beyond ploughing, last command, z*, whether it counts for the slack; of the gauge: readings
+that are missing, what should have been ground off (mm) since it moved, and the last reading."""
+TOUCHED, SILENT, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 18)
+"""Estimated on line: whether the wheel has touched, readings of power that are missing, contact zero, deflection and wear flat
+area over those of the model, where burning begins; covariance of deflection, zero, scale and area."""
 STATES = COVARIANCE + 16
+NO, YES, BELIEVED = range(3)
+"""Whether the wheel has touched; believed: by the command, as power is missing."""
 MISSED_MAX = 5
-"""Readings of size that may be missing one after the other."""
+"""Readings of size that are missing one after the other when the part is broken off; of power, when it is done without."""
+GAUGE = 5.0
+"""Standard deviations of size that a gauge does not err by."""
 TOUCHING = 5.0
 """Standard deviations of power that tell contact."""
 DEFLECTION_DRIFT, SHARPNESS_DRIFT = 5e-6, 5e-4
@@ -60,8 +65,15 @@ def start_control(state, law):
     state[:] = 0.0
     state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.core.K0
     state[SIZE], state[BURNING] = np.nan, law.burn_rate
+    _know_nothing(state, law)
+
+
+@njit(**_OPTIONS)
+def _know_nothing(state, law):
+    """Of the contact, as before it."""
     state[SCALE] = state[SHARPNESS] = 1.0
     cov = state[COVARIANCE:].reshape(4, 4)
+    cov[:] = 0.0
     cov[:2, :2] = law.zero_sd**2
     cov[2, 2], cov[3, 3] = law.scale_sd**2, law.sharpness_sd**2
 
@@ -72,6 +84,8 @@ def control_step(state, law, size, power):
     core = worn(law.core, state[SHARPNESS]) if law.online else law.core
     _predict(state, law, core)
     usable = _usable(state, law, size)
+    if usable and state[COMMANDED] == 0.0:  # a part may come with more or less stock
+        state[REMAINING] = law.stock - size
     if law.online:
         core = estimated(state, law, size if usable else np.nan, power)
     elif usable:
@@ -103,7 +117,7 @@ def _predict(state, law, core):
     if law.form == PRINTED:
         _predict_printed(state, law)
         return
-    if law.online and state[TOUCHED] == 0.0:
+    if law.online and state[TOUCHED] == NO:
         return
     state[Y], state[RATE] = deflected(before, state[RATE], u, dt / scale, 1, core)
     removed = u * dt - scale * (state[Y] - before)
@@ -144,11 +158,12 @@ def _spread(state, law, core, u, v):
 
 @njit(**_OPTIONS)
 def _usable(state, law, size):
-    """Whether a reading of size is one: there, not frozen, not back by more than noise; count those that are not."""
-    last = state[SIZE]
-    moving = state[RATE] * law.sample_time > law.size_sd
-    state[FROZEN] = state[FROZEN] + 1.0 if size == last and moving else 0.0
-    if np.isnan(size) or size < last - 5.0 * np.sqrt(2.0) * law.size_sd - 1e-12 or state[FROZEN] >= MISSED_MAX:
+    """Whether a reading of size is one: there, not frozen, no jump beyond noise or feed; count those that are not."""
+    last, noise = state[SIZE], GAUGE * law.size_sd
+    state[STILL] = state[STILL] + state[RATE] * law.sample_time if size == last else 0.0
+    farthest = law.rate_max * law.sample_time * (state[MISSED] + 1.0)
+    jumps = size < last - np.sqrt(2.0) * noise - 1e-12 or size > last + farthest + np.sqrt(2.0) * noise + 1e-12
+    if np.isnan(size) or jumps or state[STILL] > noise:
         state[MISSED] += 1.0
         return False
     state[MISSED], state[SIZE] = 0.0, size
@@ -164,7 +179,11 @@ def estimated(state, law, size, power):
     base = law.core
     watts = base.power1 / base.K1
     noise = law.power_sd * (power / watts + base.K0)
-    if state[TOUCHED] == 0.0 and not _touched(state, law, power / watts, noise):
+    state[SILENT] = state[SILENT] + 1.0 if np.isnan(power) else 0.0
+    if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # it is heard now: the wheel does not cut yet
+        state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - _shown(state)
+        _know_nothing(state, law)
+    if state[TOUCHED] == NO and not _touched(state, law, power / watts, noise):
         return worn(base, state[SHARPNESS])
     x = state[Y] + base.K0
     if power >= 0.0 and x > 0.0:
@@ -184,20 +203,26 @@ def estimated(state, law, size, power):
 
 @njit(**_OPTIONS)
 def _touched(state, law, x, noise):
-    """Whether the wheel touches: power says so, and how far it is in; without power the command must be believed."""
+    """Whether the wheel touches: power says so, and how far it is in; long without power the command must be believed."""
     known = x == x
-    if (x < TOUCHING * noise) if known else (state[COMMANDED] <= 0.0):
+    if (x <= TOUCHING * noise) if known else (state[COMMANDED] <= 0.0 or state[SILENT] < MISSED_MAX):
         return False
-    state[TOUCHED] = 1.0
+    state[TOUCHED] = YES if known else BELIEVED
     cov = state[COVARIANCE:].reshape(4, 4)
     if not known:
         x = state[COMMANDED]
     variance = noise**2 if known else law.zero_sd**2
-    state[Y], state[ZERO] = x - law.core.K0, x - state[COMMANDED] if known else 0.0
+    state[Y], state[ZERO] = x - law.core.K0, _shown(state) + x - state[COMMANDED]
     cov[:2, :2] = variance
-    cov[1, 1] += (x * law.scale_sd) ** 2
+    cov[1, 1] += law.size_sd**2 + (x * law.scale_sd) ** 2
     cov[1, 2] = cov[2, 1] = x * law.scale_sd**2
     return True
+
+
+@njit(**_OPTIONS)
+def _shown(state):
+    """Last reading of size, mm; 0 before the first."""
+    return state[SIZE] if state[SIZE] == state[SIZE] else 0.0
 
 
 @njit(**_OPTIONS)
@@ -208,6 +233,8 @@ def _correct(state, x, off, h0, h1, h2, variance):
     for j in range(4):
         gain[j] = h0 * cov[j, 0] + h1 * cov[j, 1] + h2 * cov[j, 2]
     total = h0 * gain[0] + h1 * gain[1] + h2 * gain[2] + variance
+    if total <= 0.0:  # all is known already
+        return x
     for i in range(4):
         for j in range(4):
             cov[i, j] -= gain[i] * gain[j] / total

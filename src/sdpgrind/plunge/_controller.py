@@ -94,9 +94,15 @@ class _Sampled:
         -------
         dict
             ``command_rate`` (mm/s) and ``balancing`` (1 while damage and stock are balanced); or ``retract``.
+
+        Raises
+        ------
+        ValueError
+            When the gauge says before any feed that nothing is left to grind (mm).
         """
         command = kernels.control_step(self.state, self.law, float(size), np.nan if power_saturated else float(grinding_power))
         if self.state[kernels.SECTION] == kernels.RETRACT:
+            self.check_fed()
             return {"retract": 1.0}
         return {"command_rate": float(command), "balancing": float(self.state[kernels.BALANCED])}
 
@@ -108,9 +114,15 @@ class _Sampled:
         learned = (s[kernels.SHARPNESS] * area, s[kernels.ZERO], s[kernels.SCALE])
         return dict(zip(self.reports, map(float, (*values, *learned)), strict=True))
 
+    def check_fed(self) -> None:
+        """Raise ValueError where a part is done before any feed, as the gauge says that nothing is left (mm)."""
+        if self.state[kernels.SECTION] == kernels.RETRACT and self.state[kernels.COMMANDED] == 0.0 and not self.lost:
+            size, stock = float(self.state[kernels.SIZE]), self.problem.stock
+            raise checks.refuse("size", f"< stock = {stock:g} before any feed", size, "mm")
+
     @property
     def lost(self) -> bool:
-        """Whether the part was broken off as the size was missing, frozen or jumped back for 5 samples; dimensionless."""
+        """Whether the part was broken off as the size was missing, frozen or jumped for 5 samples (dimensionless)."""
         return bool(self.state[kernels.MISSED] >= kernels.MISSED_MAX)
 
 

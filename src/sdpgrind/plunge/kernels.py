@@ -13,6 +13,8 @@ Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, SAMPLES, STATES = ra
 """State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges."""
 RETRACT = control.RETRACT
 """Section of a cycle in which the part is done."""
+SKIN = 1e-6
+"""Damage (mm) that is none: a nanometre, more than what steps in time err by."""
 STEPS = 2
 """Steps of Runge and Kutta in a sample: 1e-9 s of the cycle."""
 COLUMNS = ("size", "grinding_power", "power_saturated")
@@ -102,7 +104,7 @@ def judge(state, rig, balanced):
     """Keep the least slacks: of all samples with damage, and of those in which the controller balances."""
     burn = damage(state[RATE], worn(rig.core, state[WORN]))
     slack = state[REMAINING] - burn
-    if burn > 0.0:
+    if burn > SKIN:
         state[PART_SLACK] = min(state[PART_SLACK], slack)
     if balanced:
         state[SLACK] = min(state[SLACK], slack)
