@@ -57,7 +57,7 @@ class PlungeGrinder(Frozen):
     stock: those samples make the ``slack``) and ``retract``.
 
     Outcome of a part: ``time`` (s); ``slack`` (mm, the least of remaining stock less damage while balancing), ``part_slack``
-    (mm, the same of all samples with damage; the part is ``burned`` where it is negative, by a nanometre; NaN: no damage at any time),
+    (mm, the same of all samples with damage; the part is ``burned`` where it is negative, by a nanometre; NaN: no damage),
     ``roundness`` (mm) and ``out_of_round`` (1: beyond the limit), the stock ``remaining`` (mm), ``timed_out``, and the hidden
     ``true_wear_flat_area`` at the end and ``true_contact_zero`` (mm).
 

@@ -23,7 +23,7 @@ NO, YES, BELIEVED = range(3)
 """Whether the wheel has touched; believed: by the command, as power is missing."""
 MISSED_MAX = 5
 """Readings of size that are missing one after the other when the part is broken off; of power, when it is done without."""
-GAUGE = 5.0
+OUTLYING = 5.0
 """Standard deviations of size that a gauge does not err by."""
 TOUCHING = 5.0
 """Standard deviations of power that tell contact."""
@@ -159,7 +159,7 @@ def _spread(state, law, core, u, v):
 @njit(**_OPTIONS)
 def _usable(state, law, size):
     """Whether a reading of size is one: there, not frozen, no jump beyond noise or feed; count those that are not."""
-    last, noise = state[SIZE], GAUGE * law.size_sd
+    last, noise = state[SIZE], OUTLYING * law.size_sd
     state[STILL] = state[STILL] + state[RATE] * law.sample_time if size == last else 0.0
     farthest = law.rate_max * law.sample_time * (state[MISSED] + 1.0)
     jumps = size < last - np.sqrt(2.0) * noise - 1e-12 or size > last + farthest + np.sqrt(2.0) * noise + 1e-12
