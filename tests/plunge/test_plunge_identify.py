@@ -462,6 +462,7 @@ def test_the_lag_of_the_linear_machine():
     assert model.deflection(0.02) == pytest.approx(0.02 * 1.9347, rel=1e-12)
     assert model.infeed_rate(0.02 * 1.9347) == pytest.approx(0.02, rel=1e-12)
     assert model.local_time_constant(0.01) == pytest.approx(1.9347) == EXPERIMENT.time_constant
+    np.testing.assert_array_equal(model.local_time_constant([0.0, 0.02]), 1.9347)
     assert model.grinding_power(0.026) == pytest.approx(1778.0, abs=2.0)  # power is still that of the force
     with pytest.raises(ValueError, match=r"linear_time_constant must be > 0 \(s\); got 0.0"):
         model.replace(linear_time_constant=0.0)

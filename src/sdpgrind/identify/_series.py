@@ -123,6 +123,5 @@ def _rising(one: Series) -> None:
     steps = np.diff(one.time)
     if np.any(steps <= 0):
         k = int(np.argmax(steps <= 0))
-        where = f" of {one.label}" if one.label else ""
-        rule = f"rising{where}"
-        raise ValueError(f"time must be {rule} (s); got {float(one.time[k]):g} and then {float(one.time[k + 1]):g}")
+        where = f" in {one.label}" if one.label else ""
+        raise ValueError(f"time must be rising{where} (s); got {float(one.time[k]):g} and then {float(one.time[k + 1]):g}")

@@ -249,6 +249,8 @@ class PlungeModel(Frozen):
     def local_time_constant(self, infeed_rate: npt.ArrayLike) -> Floats:
         """Return the time constant (s) of small changes about an infeed rate (mm/s): dx/dv."""
         c, v = self.core, np.asarray(infeed_rate, dtype=float)
+        if self.linear_time_constant is not None:
+            return np.full(v.shape, c.K1)
         return np.asarray(c.K1 + c.p * c.K2 * v ** (c.p - 1))
 
     def roundness(self, infeed_rate: npt.ArrayLike) -> Floats:
