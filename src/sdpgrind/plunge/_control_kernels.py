@@ -15,9 +15,10 @@ FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)
 SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, STILL, SIZE = range(11)
 """State: v_hat, r_hat, p, deflection beyond ploughing, last command, z*, whether it counts for the slack; of the gauge: readings
 that are missing, what should have been ground off (mm) since it moved, and the last reading."""
-TOUCHED, SILENT, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 18)
-"""Estimated on line: whether the wheel has touched, readings of power that are missing, contact zero, deflection and wear flat
-area over those of the model, where burning begins; covariance of deflection, zero, scale and area."""
+TOUCHED, SILENT, BLANK, READ, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 20)
+"""Estimated on line: whether the wheel has touched, readings of power that are missing, mean and number of sizes before contact,
+contact zero, deflection and wear flat area over those of the model, where burning begins; covariance of deflection, zero, scale
+and area."""
 STATES = COVARIANCE + 16
 NO, YES, BELIEVED = range(3)
 """Whether the wheel has touched; believed: by the command, as power is missing."""
@@ -181,23 +182,24 @@ def estimated(state, law, size, power):
     noise = law.power_sd * (power / watts + base.K0)
     state[SILENT] = state[SILENT] + 1.0 if np.isnan(power) else 0.0
     if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # it is heard now: the wheel does not cut yet
-        state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - _shown(state)
+        state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[BLANK]
         _know_nothing(state, law)
+    if state[TOUCHED] == NO and size == size:
+        state[READ] += 1.0
+        state[BLANK] += (size - state[BLANK]) / state[READ]
     if state[TOUCHED] == NO and not _touched(state, law, power / watts, noise):
         return worn(base, state[SHARPNESS])
     x = state[Y] + base.K0
     if power >= 0.0 and x > 0.0:
         x = _correct(state, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
-    if size == size and x > base.K0:
+    if size == size:
         off = size - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
         x = _correct(state, x, off, -state[SCALE], 1.0, -x, law.size_sd**2)
     state[Y] = x - base.K0
     core = worn(base, state[SHARPNESS])
     state[RATE] = rate_near(state[Y], state[RATE], core)
     state[BURNING] = burning_begins(core, state[BURNING], law.rate_max)
-    state[REMAINING] = law.stock
-    if state[Y] > 0.0:
-        state[REMAINING] -= state[ZERO] + state[COMMANDED] - state[SCALE] * x
+    state[REMAINING] = law.stock - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
     return core
 
 
@@ -212,17 +214,11 @@ def _touched(state, law, x, noise):
     if not known:
         x = state[COMMANDED]
     variance = noise**2 if known else law.zero_sd**2
-    state[Y], state[ZERO] = x - law.core.K0, _shown(state) + x - state[COMMANDED]
+    state[Y], state[ZERO] = x - law.core.K0, state[BLANK] + x - state[COMMANDED]
     cov[:2, :2] = variance
-    cov[1, 1] += law.size_sd**2 + (x * law.scale_sd) ** 2
+    cov[1, 1] += law.size_sd**2 / max(state[READ], 1.0) + (x * law.scale_sd) ** 2
     cov[1, 2] = cov[2, 1] = x * law.scale_sd**2
     return True
-
-
-@njit(**_OPTIONS)
-def _shown(state):
-    """Last reading of size, mm; 0 before the first."""
-    return state[SIZE] if state[SIZE] == state[SIZE] else 0.0
 
 
 @njit(**_OPTIONS)

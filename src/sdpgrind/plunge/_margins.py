@@ -204,7 +204,7 @@ class RoundnessMargin:
     array([0., 0., 0.])
     """
 
-    def __init__(self, confidence: float = 0.999, *, part_sd: float = 1e-5) -> None:
+    def __init__(self, confidence: float = 0.999, *, part_sd: float = 1.5e-5) -> None:
         self.confidence = _probability(confidence)
         self.part_sd = checks.nonnegative("part_sd", part_sd, "mm")
         self._excess = _Bias()
