@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.control._margins import HALF_POWER
 from sdpgrind.control._sampled import Sampled
 
@@ -99,12 +100,19 @@ def q_design(plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, t
     limits = QLimits() if limits is None else limits
     gain = plant.dc_gain
     problem = _Problem(plant.scaled(1 / gain), limits, gain, checks.count("taps", taps, at_least=2))
-    low, high = _bracket(problem, 0.04 * pi / plant.sample_time)
+    with one_blas_thread():
+        low = _largest(problem, 0.04 * pi / plant.sample_time, tolerance)
+    return _finite(problem.coefficients / gain, plant.sample_time), low
+
+
+def _largest(problem: "_Problem", start: float, tolerance: float) -> float:
+    """The largest bandwidth (rad/s) that is reached, its coefficients kept."""
+    low, high = _bracket(problem, start)
     while high - low > tolerance * low:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if problem.reaches(middle) else (low, middle)
     problem.reaches(low)
-    return _finite(problem.coefficients / gain, plant.sample_time), low
+    return low
 
 
 def _bracket(problem: "_Problem", start: float) -> tuple[float, float]:

@@ -10,6 +10,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import hz
 from sdpgrind.control import Law, QLimits, Sampled, q_design, slope_bandwidth
@@ -210,7 +211,8 @@ def best_parameters(
     best, width, number, value = (low + high) / 2, (high - low) / 2, 21, -np.inf
     for _ in range(8):
         points = _points(best, width, low, high, number)
-        values = [judge(family(*np.exp(point))) for point in points]
+        with one_blas_thread():
+            values = [judge(family(*np.exp(point))) for point in points]
         k = int(np.argmax(values))
         if values[k] >= value:
             best, value = points[k], values[k]
