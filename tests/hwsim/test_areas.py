@@ -76,10 +76,9 @@ def test_runs_reports_and_keeps(tmp_path, capsys):
     assert f"{out} held 12 finished drains already: all of them are reported, not 2" in fewer
 
 
-@pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["weldbead", "--help"]])
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_a_reader_that_is_gone_hears_no_complaint(arguments, unbuffered):
-    line = [sys.executable, "-c", "import time; time.sleep(0.2); from hwsim.cli import main; main()", *arguments]
+def test_a_reader_that_is_gone_hears_no_complaint(unbuffered):
+    line = [sys.executable, "-c", "import time; time.sleep(0.2); from hwsim.cli import main; main()", "--help"]
     environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
     process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     process.stdout.close()

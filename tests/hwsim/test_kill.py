@@ -54,7 +54,7 @@ class Here(kill.Job):
         return (out / "run.nc").read_bytes()
 
 
-@pytest.fixture(scope="module", params=["--parts 50 --simple", "--parts 4"], ids=["one draw", "three tiers"])
+@pytest.fixture(scope="module", params=["--parts 50 --simple", "--parts 2"], ids=["one draw", "three tiers"])
 def job(request, tmp_path_factory):
     """A job whose policy is planned already, its uninterrupted log, and how long it lasts."""
     folder = tmp_path_factory.mktemp("kill")

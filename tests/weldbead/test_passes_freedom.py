@@ -55,8 +55,8 @@ def test_where_power_is_the_limit_the_feed_follows_the_depth():
     assert plan.time[-1] == pytest.approx(plan.volume / rate, rel=0.15)
 
 
-def test_rates_are_limited():
-    free = planned(feed_rate_min=5.0, feed_rate_max=50.0, time_weight=1e-3)
+def test_rates_are_limited(plans):
+    free = plans[2]
     held = planned(feed_rate_min=5.0, feed_rate_max=50.0, time_weight=1e-3, height_rate_max=0.5, force_rate_max=100.0)
     inner = (held.tip_x > 4) & (held.tip_x < 56)
 
