@@ -20,6 +20,15 @@ from sdpgrind.plunge._program import AFTER, BEFORE, TURN, Guess, Program, Task
 from sdpgrind.plunge._replay import Commands
 
 INTERVALS = 240
+IPOPT: dict[str, Any] = {
+    "print_level": 0,
+    "sb": "yes",
+    "tol": 1e-8,
+    "max_iter": 400,
+    "max_wall_time": 20.0,
+    "bound_relax_factor": 0.0,
+}
+"""Bounds are kept to the last bit: where multipliers are large, so is what relaxing one would gain."""
 RESIDUAL = 1e-6
 """Violation of the optimality conditions, unknowns scaled to order 1, up to which a program counts as solved."""
 
@@ -72,10 +81,8 @@ def solve(job: Task, start: Guess) -> Found:
     import casadi
 
     nlp = Program(job, start)
-    solver = casadi.nlpsol(
-        "cycle", "ipopt", {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)},
-        {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 400, "bound_relax_factor": 0.0}},
-    )  # fmt: skip
+    program = {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)}
+    solver = casadi.nlpsol("cycle", "ipopt", program, {"print_time": False, "ipopt": IPOPT})
     low, high = np.array(nlp.low), np.array(nlp.high)
     found = solver(x0=nlp.start, lbx=nlp.lower, ubx=nlp.upper, lbg=low, ubg=high)
     x, stats, residual = np.asarray(found["x"]).ravel(), solver.stats(), np.inf

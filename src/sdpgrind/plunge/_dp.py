@@ -41,16 +41,13 @@ def places(problem: CycleProblem, margin: float, stages: int) -> Floats:
     end = float(_kernels.beyond(scale, problem.model.core))
     share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, stages + 1))
     left = end * np.expm1(share * np.log1p(problem.stock / end))
-    left[-1] = problem.stock
     if margin > 0:
         near = min(max(int(np.argmin(np.abs(left - margin))), 1), stages - 1)
         below = left <= left[near]
-        left = np.where(below, left * margin / left[near], margin + (left - left[near]) * _stretch(left, near, margin))
+        above = margin + (left - left[near]) * (left[-1] - margin) / (left[-1] - left[near])
+        left = np.where(below, left * margin / left[near], above)
+    left[-1] = problem.stock
     return np.asarray(left)
-
-
-def _stretch(left: Floats, near: int, margin: float) -> float:
-    return float((left[-1] - margin) / (left[-1] - left[near]))
 
 
 class Ground:
@@ -163,4 +160,5 @@ def solve(problem: CycleProblem, margin: float, stages: int = STAGES) -> Solved:
         durations[k] = ground.time(left, y, after)[0]
         commands[k] = (after[0] - y[0] + ground.drop[left - 1]) / durations[k]
         y = after
+    commands = np.clip(commands, 0.0, problem.command_rate_max)  # of rounding
     return Solved(commands, durations, float(policy.value(fill=0.0, left=float(stages))))

@@ -43,6 +43,12 @@ def _sliding(model: PlungeModel, rotation: Any) -> Any:
     )  # fmt: skip
 
 
+def burn_depth(v: Any, core: Core, log: Any = np.log) -> Any:
+    """Depth of damage, mm, of arrays or, with their own logarithm, symbols; negative: what is left; v > 0."""
+    root = v**0.25
+    return core.reach * root * log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
+
+
 def coolest(core: Core) -> Floats:
     """Rates (mm/s) at which the least of what the surface stands is used: between the two roots of burning."""
     parts = np.broadcast_arrays(3 * core.heat1, (4 * core.p - 1) * core.heat2, core.p, core.heat0)
@@ -53,16 +59,16 @@ def coolest(core: Core) -> Floats:
 
 def burns_always(core: Core) -> Any:
     """Whether no rate is without damage."""
-    return _kernels.burn_depth.py_func(coolest(core), core) > 0
+    return burn_depth(coolest(core), core) > 0
 
 
 def allowed_rate(core: Core, depth: Floats, most: float) -> Floats:
     """Greatest rates (mm/s), up to `most`, whose damage goes no deeper than `depth` (mm, >= 0)."""
     low = np.minimum(np.broadcast_to(coolest(core), np.shape(depth)), most)
     high = np.full(np.shape(depth), most)
-    free = _kernels.burn_depth.py_func(high, core) <= depth
+    free = burn_depth(high, core) <= depth
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        below = _kernels.burn_depth.py_func(middle, core) <= depth
+        below = burn_depth(middle, core) <= depth
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     return np.where(free, most, low)

@@ -7,14 +7,14 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge import _kernels
-from sdpgrind.plunge._dynamics import core_at
+from sdpgrind.plunge._dynamics import burn_depth, core_at
 from sdpgrind.plunge._problem import CycleProblem
 
 RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])
 BEFORE, AFTER, TURN = 3, 2, 4
 """Phases until the stock is the margin, and from then on where there is one; intervals of the last turn."""
 SHORTEST = 0.05
-"""Time of a phase, relative to that in which the command gives the stock: one that shrank to nothing would waste its intervals."""
+"""Time of a phase, relative to that in which the command gives the stock: one that shrank would waste its intervals."""
 LOWEST = 1e-8
 """Of v^p, relative to that at full rate."""
 
@@ -151,12 +151,14 @@ class Program:
 
     def _point(self, point: str, state: dict[str, Any], intervals: slice) -> None:
         """At one point of intervals: the deflection belongs to the rate, and what burns will be ground off."""
+        import casadi
+
         rotation = self._get("rotation")[intervals] if self.job.free else self.job.rotation[0]
         core, rate = core_at(self.model, rotation, state.get("area")), self._rate(point)
         self._require((state["y"] - core.K1 * rate - core.K2 * self._get("w" + point)) / self.scale["y"], 0.0, 0.0)
         hotter = rate + self._get("room" + point)
         depth = self._depth(state["left"], intervals)
-        self._require((depth - _kernels.burn_depth.py_func(hotter, core)) / 0.1, 0.0, np.inf)
+        self._require((depth - burn_depth(hotter, core, casadi.log)) / 0.1, 0.0, np.inf)
 
     def _stages(self, name: str, step: Any, slope: list[Any]) -> list[Any]:
         begin = self._get(name)[:-1]

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import _kernels
-from sdpgrind.plunge._dynamics import allowed_rate, core_at
+from sdpgrind.plunge._dynamics import allowed_rate, burn_depth, core_at
 from sdpgrind.plunge._kernels import Core
 from sdpgrind.plunge._problem import CycleProblem
 from sdpgrind.plunge._replay_kernels import COLUMNS, play
@@ -70,5 +69,5 @@ def _excess(problem: CycleProblem, rate: Floats, depth: Floats, core: Core) -> f
     """Deepest damage beyond what will be ground off, mm; rates below the greatest without damage have none."""
     cold = allowed_rate(core, np.zeros(rate.size), 10 * problem.command_rate_max)
     burning = rate > cold
-    over = _kernels.burn_depth.py_func(np.where(burning, rate, cold), core) - np.maximum(depth, 0.0)
+    over = burn_depth(np.where(burning, rate, cold), core) - np.maximum(depth, 0.0)
     return float(np.max(np.where(burning, over, 0.0), initial=0.0))

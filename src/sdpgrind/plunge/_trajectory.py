@@ -7,8 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import _kernels
-from sdpgrind.plunge._dynamics import core_at
+from sdpgrind.plunge._dynamics import burn_depth, core_at
 from sdpgrind.plunge._exact import HOLD, LINE, START, TRACK, WAIT, Course
 from sdpgrind.plunge._problem import CycleProblem
 from sdpgrind.plunge._replay import Replay
@@ -82,7 +81,7 @@ def _labelled(problem: CycleProblem, time: Floats, columns: tuple[Floats, ...], 
 def damage(problem: CycleProblem, rate: Floats, area: Floats, rotation: Floats) -> Floats:
     """Depth of damage, mm; 0 where nothing is ground."""
     core = core_at(problem.model, rotation, area)
-    return np.where(rate > 0, _kernels.burn_depth.py_func(np.where(rate > 0, rate, 1.0), core), 0.0)
+    return np.where(rate > 0, burn_depth(np.where(rate > 0, rate, 1.0), core), 0.0)
 
 
 def _kinds(problem: CycleProblem, played: Replay, margin: float) -> Floats:
