@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from sdpgrind.plunge import _control_kernels as control
-from sdpgrind.plunge._kernels import Core, damage, deflected, rate, worn
+from sdpgrind.plunge._kernels import Core, damage, deflected, rate, rate_near, worn
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, SAMPLES, STATES = range(10)
@@ -118,13 +118,22 @@ def advance(state, rig, command_rate):
         u = np.round(u * dt / rig.command_quantum) * rig.command_quantum / dt
     for _ in range(STEPS):
         h = dt / STEPS
-        before = state[Y]
-        state[Y], state[RATE] = deflected(before, state[RATE], u, h, 1, worn(rig.core, state[WORN]))
+        before, halfway = state[Y], state[WORN] + 0.5 * _wear(rig, state[RATE] * h, h)
+        state[Y], state[RATE] = deflected(before, state[RATE], u, h, 1, worn(rig.core, halfway))
         removed = before + u * h - state[Y]
         state[REMAINING] -= removed
-        speed = (max(removed, 0.0) / h / rig.growth_rate) ** rig.growth_exponent
-        state[WORN] += rig.growth * speed * removed
+        if rig.growth > 0.0:
+            state[WORN] += _wear(rig, removed, h)
+            state[RATE] = rate_near(state[Y], state[RATE], worn(rig.core, state[WORN]))
     state[SAMPLES] += 1.0
+
+
+@njit(**_OPTIONS)
+def _wear(rig, removed, duration):
+    """By how much the wear flat area grows, over that at the start, while so much (mm) is removed in a time (s)."""
+    if rig.growth <= 0.0 or removed <= 0.0:
+        return 0.0
+    return rig.growth * (removed / duration / rig.growth_rate) ** rig.growth_exponent * removed
 
 
 @njit(**_OPTIONS)
