@@ -50,7 +50,7 @@ class Wheel:
 
     def burn_rate(self, high):
         """Where damage begins, by a scan from above: its sign and a root; None where the work burns at every rate."""
-        rates = np.geomspace(high, 1e-7, 4000)
+        rates = np.geomspace(high, 1e-6, 400)
         depths = [self.burn_depth(v) for v in rates]
         for v, below, depth in zip(rates[:-1], rates[1:], depths[1:], strict=True):
             if depth < 0:
