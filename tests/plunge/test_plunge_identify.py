@@ -58,7 +58,7 @@ def test_the_bound():
 
 @pytest.mark.parametrize(("sd", "published"), [(5e-4, 0.0030), (1e-3, 0.0061)])
 def test_output_error_reaches_the_bound(sd, published):
-    count = 100
+    count = 70
     mean, scatter, claimed = spread(sd, count)
     bound = cramer_rao(sd, LONG)
     assert abs(mean - TAU) < 4 * bound / np.sqrt(count)
@@ -80,7 +80,7 @@ def test_an_offset_has_no_effect():
     ("sd", "offset", "published", "scatter"), [(5e-4, 0.0, 1.801, 0.033), (1e-3, 0.0, 1.581, 0.061), (5e-4, 0.01, 1.373, 0.030)]
 )
 def test_the_printed_equation_is_biased(sd, offset, published, scatter):
-    mean, sd_of_it, _ = spread(sd, 80, offset, method="printed")
+    mean, sd_of_it, _ = spread(sd, 50, offset, method="printed")
     assert mean == pytest.approx(published, abs=0.02)
     assert sd_of_it == pytest.approx(scatter, rel=0.3)
 
@@ -113,7 +113,7 @@ def test_recursive_is_batch_and_forgets():
 
 
 def test_after_two_seconds():
-    short = [cycle(data["size"][:51], TIME[:51]) for data in (noisy(5e-4, seed) for seed in range(100))]
+    short = [cycle(data["size"][:51], TIME[:51]) for data in (noisy(5e-4, seed) for seed in range(60))]
     values = np.array([found(data)["time_constant"] for data in short])
     assert values.std() == pytest.approx(cramer_rao(5e-4, 2.0), rel=0.3)
 
@@ -293,6 +293,10 @@ def test_the_linear_model_holds_about_one_rate():
     blank = np.full(TIME.size, np.nan)
     roughing = cycle(_contact.course(_records.Cycle("", TIME, np.full(TIME.size, RATE), blank, blank, blank), model).size)
     linear, secant = found(roughing), found(roughing, problem=NOMINAL)
+    assert linear.message.endswith("at other rates the lag is another; in spark-out with `problem`")
+    said = [found(ground(problem, sd=5e-4, seed=k)).message for problem in (NOMINAL, EXPERIMENT) for k in range(10)]
+    assert sum("leaves more than noise" in words for words in said[:10]) >= 7
+    assert sum("leaves more than noise" in words for words in said[10:]) <= 1
     assert linear["time_constant"] < 1.85 < secant["time_constant"]
     assert secant["time_constant"] == pytest.approx(NOMINAL.time_constant, rel=1e-5)
 

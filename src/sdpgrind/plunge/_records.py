@@ -139,6 +139,7 @@ def of_parts(each: Sequence[Cycle], one: Callable[[Cycle], idf.Estimate], name: 
     message = f"from {len(good)} part{'s' * (len(good) > 1)}"
     message += f", {lost} readings missing" if lost else ""
     message += f"; {len(reasons)} left out, {reasons[0]}" if reasons else ""
+    message += next((f"; {e.message}" for e in good if e.message != str(e.status)), "")
     return (pooled(good) if len(good) > 1 else good[0]).replace(message=message)
 
 

@@ -7,6 +7,7 @@ Of a command that is held between samples this is exact at any sample time.
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtri
 
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
@@ -18,13 +19,27 @@ NAME, UNIT = "time_constant", "s"
 RANGE = (0.05, 50.0)
 """Time constants that are looked for, s."""
 _FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
+_CURVED = "the linear model leaves more than noise: at other rates the lag is another; in spark-out with `problem`"
+_BLOCK, _RARELY = 16, 1e-3  # readings of a mean; how often noise alone is taken for a bend
 _SIGNIFICANT = 8.0  # of the F test with one degree of freedom: once in 200 by chance
 
 
 def by_output_error(cycle: Cycle) -> idf.Estimate:
     """Least squares of the size over time constant and offset; and over a touch-in, where it shows."""
-    reason = fault(cycle)
-    return not_identified(NAME, UNIT, reason) if reason else concluded(_of_logarithm(_fitted(cycle)), _FAINT)
+    if reason := fault(cycle):
+        return not_identified(NAME, UNIT, reason)
+    fit = _fitted(cycle)
+    found = concluded(_of_logarithm(fit), _FAINT)
+    return found.replace(message=_CURVED) if found.ok and _bent(cycle, fit) else found
+
+
+def _bent(cycle: Cycle, fit: idf.Estimate) -> bool:
+    """Whether means of residuals next to each other differ more than the noise of the gauge can make them."""
+    off = (cycle.size - lagged(cycle, float(np.exp(fit.value[0])), *fit.value[1:]))[cycle.read]
+    count = off.size // _BLOCK
+    means = (off - off.mean())[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)
+    noise = max(cycle.noise_sd, 1e-6) ** 2 / _BLOCK
+    return count > 1 and bool(means @ means > noise * chdtri(count - 1, _RARELY))
 
 
 def _fitted(cycle: Cycle) -> idf.Estimate:
