@@ -1,5 +1,6 @@
 """Cylindrical plunge grinding: cycles of least time without burned layers (Dong, Danai and Malkin 2004, Part 2)."""
 
+from sdpgrind.plunge._bounding import ConstraintBounding
 from sdpgrind.plunge._controller import CycleController, StagedController
 from sdpgrind.plunge._dressing import RoughnessLaw
 from sdpgrind.plunge._identify import identify
@@ -13,6 +14,7 @@ from sdpgrind.plunge._time_constant import TimeConstantEstimator
 __all__ = [
     "Chain",
     "ChanceMargin",
+    "ConstraintBounding",
     "CycleController",
     "CycleError",
     "CyclePlan",

@@ -1,0 +1,106 @@
+"""What a part of three stages left of its limits: measured, and cleared of what noise does to a greatest value."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtr
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge import _control_kernels as control
+from sdpgrind.plunge import kernels
+from sdpgrind.plunge._controller import StagedController
+
+_READ = ("size", "grinding_power", "power_saturated", "infeed_rate_planned")
+_SIGMAS, _POINTS = 6.0, 100
+_SPREAD = 0.6745 * np.sqrt(6.0)
+"""Median of the magnitude of second differences of white noise, in its standard deviations."""
+
+
+def measured(part_log: Any, controller: StagedController) -> dict[str, float]:
+    """Return burned layer and out-of-roundness (mm) and greatest power (W) of a part; NaN where there is no reading.
+
+    The burned layer is the greatest of depth of damage, from measured power, less measured stock: negative where all came off.
+    Readings alone decide, but for the infeed rate, which is that of the model.
+    """
+    read = _Readings({name: part_log.column("controller", name) for name in _READ}, controller)
+    own = _Readings(_foreseen(controller), controller)
+    size_sd, power_sd = read.noise
+    return {
+        "burned_layer": read.burned_layer - own.layer_bias(size_sd, power_sd),
+        "roundness": float(part_log.figure("roundness")[-1]),
+        "grinding_power": read.grinding_power - own.power_bias(power_sd),
+    }
+
+
+class _Readings:
+    """Rows of a part with size and power, once the wheel cuts as fast as it could burn."""
+
+    def __init__(self, columns: Mapping[str, Floats], controller: StagedController) -> None:
+        model = controller.problem.model
+        low, high = model.burn_onset
+        fast = np.sqrt(low * min(high, controller.problem.command_rate_max))  # well above the artefact of ploughing
+        used = np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"]) & (columns["infeed_rate_planned"] > fast)
+        size, self.power, clipped, self.rate = (columns[name][used] for name in _READ)
+        self.model, self.left, self.size = model, controller.problem.stock - size, size
+        damage = model.burn_depth(self.rate, self.power)
+        foreseen = model.burn_depth(self.rate)
+        self.damage = np.where(clipped > 0, np.maximum(damage, foreseen), damage)
+
+    @property
+    def burned_layer(self) -> float:
+        """Greatest damage less stock, mm."""
+        layers = (self.damage - self.left)[self.damage > 0]
+        return float(layers.max()) if layers.size else float("nan")
+
+    @property
+    def grinding_power(self) -> float:
+        """Greatest power, W."""
+        return float(self.power.max()) if self.power.size else float("nan")
+
+    @property
+    def noise(self) -> tuple[float, float]:
+        """Of size (mm) and power (relative), from second differences, which a smooth course leaves alone."""
+        if self.rate.size < 10:
+            return 0.0, 0.0
+        bends = np.diff(self.size, 2), np.diff(np.log(np.maximum(self.power, 1e-9)), 2)
+        size, power = (float(np.median(np.abs(each))) / _SPREAD for each in bends)
+        return size, power
+
+    def layer_bias(self, size_sd: float, power_sd: float) -> float:
+        """By how much noise makes the burned layer seem deeper, mm."""
+        if not np.isfinite(self.burned_layer) or size_sd + power_sd == 0:
+            return 0.0
+        slope = (self.model.burn_depth(self.rate, self.power * 1.001) - self.damage) / 0.001
+        spread = np.hypot(size_sd, slope * power_sd)
+        return _greatest(self.damage, self.left, spread) - self.burned_layer
+
+    def power_bias(self, power_sd: float) -> float:
+        """By how much noise makes the greatest power seem greater, W."""
+        if power_sd == 0 or not self.power.size:
+            return 0.0
+        return _greatest(self.power, np.zeros(self.power.size), power_sd * self.power) - self.grinding_power
+
+
+def _greatest(value: Floats, less: Floats, sd: Floats) -> float:
+    """Mean of the greatest of value - less with noise in the values, of which only those above 0 count."""
+    top = value - less
+    begin, end = float(np.max(top - _SIGMAS * sd)), float(np.max(top + _SIGMAS * sd))
+    near = top + _SIGMAS * sd > begin
+    level = np.linspace(begin, end, _POINTS)
+    below = ndtr((np.maximum(level[:, None] + less[near], 0.0) - value[near]) / sd[near]).prod(axis=1)
+    return begin + float(np.trapezoid(1 - below, level))
+
+
+def _foreseen(controller: StagedController) -> dict[str, Floats]:
+    """What the model would have shown under this controller, without noise."""
+    problem = controller.problem
+    rows = int(np.ceil(problem.stock / min(problem.final_rate, problem.command_rate_max) / problem.sample_time)) + 1000
+    rig = kernels.rig(problem.model, problem.stock, problem.sample_time, rows - 1)
+    state, brain = np.zeros(kernels.STATES), np.zeros(control.STATES)
+    kernels.start_part(state, rig)
+    control.start_control(brain, controller.law)
+    table = np.empty((rows, len(kernels.ROW)))
+    done = abs(kernels.grind(state, rig, brain, controller.law, np.zeros((rows, 2)), table, 0))
+    columns = dict(zip(kernels.ROW, table[:done].T, strict=True))
+    return {**{name: columns[name] for name in _READ[:3]}, "infeed_rate_planned": columns["infeed_rate"]}
