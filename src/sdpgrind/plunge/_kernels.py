@@ -50,12 +50,37 @@ def worn(core, ratio):
 
 
 @njit(**_OPTIONS)
+def _heat_slope(t, core):
+    """Derivative of heat less what is stood by t = v^(1/4)."""
+    return 4.0 * (core.heat1 * t**4 + core.p * core.heat2 * t ** (4.0 * core.p)) / t - 1.0
+
+
+@njit(**_OPTIONS)
+def _least_heat(high, core):
+    """Where heat less what is stood is least, in t = v^(1/4) <= high: the slope rises, and is bisected."""
+    if _heat_slope(high, core) <= 0.0:
+        return high
+    low = 0.0
+    for _ in range(60):
+        t = 0.5 * (low + high)
+        if _heat_slope(t, core) > 0.0:
+            high = t
+        else:
+            low = t
+    return low
+
+
+@njit(**_OPTIONS)
 def damage(v, core):
     """Depth of damage, mm; 0 below the rate at which burning begins, where ploughing alone would make it positive."""
     if v <= 0.0:
         return 0.0
-    upper = 4.0 * (core.heat1 * v + core.p * core.heat2 * v**core.p) > np.sqrt(np.sqrt(v))  # heat rises faster than what is stood
-    return max(burn_depth(v, core), 0.0) if upper else 0.0
+    depth = burn_depth(v, core)
+    if depth <= 0.0 or _heat_slope(np.sqrt(np.sqrt(v)), core) > 0.0:  # heat rises faster than what is stood
+        return max(depth, 0.0)
+    t = _least_heat(1.0, core)
+    everywhere = core.heat0 + core.heat1 * t**4 + core.heat2 * t ** (4.0 * core.p) > t
+    return depth if everywhere else 0.0
 
 
 @njit(**_OPTIONS)
@@ -78,27 +103,6 @@ def burning_begins(core, near, rate_max):
         if abs(step) <= 1e-9 * t:
             break
     return min(t**4, rate_max)
-
-
-@njit(**_OPTIONS)
-def _heat_slope(t, core):
-    """Derivative of heat less what is stood by t = v^(1/4)."""
-    return 4.0 * (core.heat1 * t**4 + core.p * core.heat2 * t ** (4.0 * core.p)) / t - 1.0
-
-
-@njit(**_OPTIONS)
-def _least_heat(high, core):
-    """Where heat less what is stood is least, in t = v^(1/4) <= high: the slope rises, and is bisected."""
-    if _heat_slope(high, core) <= 0.0:
-        return high
-    low = 0.0
-    for _ in range(60):
-        t = 0.5 * (low + high)
-        if _heat_slope(t, core) > 0.0:
-            high = t
-        else:
-            low = t
-    return low
 
 
 @njit(inline="always", **_OPTIONS)
