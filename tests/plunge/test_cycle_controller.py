@@ -185,6 +185,21 @@ def test_a_final_rate_that_burns():
     assert out["roundness"] == pytest.approx(float(MODEL.roundness(MODEL.burn_rate)), rel=1e-6)
 
 
+@pytest.mark.parametrize("sparkout", ["p_end", "printed"])
+def test_a_final_rate_that_burns_on_a_soft_machine(sparkout):
+    """Spark-out begins while there is damage, and must end without."""
+    soft = PROBLEM.replace(
+        command_rate_max=0.0625, burning=physics.BurningLimit(6.205, 3.25), stock=0.25, stiffness=4000.0, sample_time=0.02,
+        wear_flat_area=0.0254, roundness_max=3.9e-3, work_rotation=23.0, time_constant=None,
+    )  # fmt: skip
+    assert soft.final_rate > 1.2 * soft.model.burn_rate
+    out = became(plunge.CycleController(soft, sparkout=sparkout, **EXACT), problem=soft)
+    bound = plunge.plan(soft).time
+    assert out["time"] >= bound and (sparkout == "printed" or out["time"] < 1.002 * bound)
+    assert out["roundness"] == pytest.approx(float(soft.model.roundness(soft.model.burn_rate)), abs=2e-5)
+    assert sparkout == "printed" or out["burned"] == 0
+
+
 def test_a_wheel_that_burns_at_every_rate_still_ends():
     dull = MODEL.replace(wear_flat_area=0.08)
     out = became(plunge.CycleController(PROBLEM, safety_margin=0.01), truth=dull)

@@ -274,16 +274,23 @@ def _printed(state, law):
 @njit(**_OPTIONS)
 def _spark_out_printed(state, law):
     """(2) in (3): q_k = tau (v_k - v_f); armed above the final rate only."""
-    v = state[RATE]
-    armed = state[SECTION] < SPARK_OUT and v > law.final_rate
-    if armed and state[REMAINING] <= law.time_constant * (v - law.final_rate):
+    v, last = state[RATE], _final_rate(state, law)
+    armed = state[SECTION] < SPARK_OUT and v > last
+    if armed and state[REMAINING] <= law.time_constant * (v - last):
         state[SECTION] = SPARK_OUT
 
 
 @njit(**_OPTIONS)
 def _creep(state, law):
     """Nothing is commanded until the final rate is reached; where size is not, that rate is kept."""
-    return law.final_rate if state[RATE] <= law.final_rate else 0.0
+    last = _final_rate(state, law)
+    return last if state[RATE] <= last else 0.0
+
+
+@njit(**_OPTIONS)
+def _final_rate(state, law):
+    """Infeed rate at size, mm/s: round enough, and without damage."""
+    return min(law.final_rate, state[BURNING])
 
 
 @njit(**_OPTIONS)
@@ -332,7 +339,7 @@ def _until_spark_out(state, law, core, command):
 @njit(**_OPTIONS)
 def _allowed(state, law, core):
     """How much may still be commanded (mm) so that the deflection that is given back leaves the final rate at size."""
-    kept = beyond(law.final_rate, core)
+    kept = beyond(_final_rate(state, law), core)
     if law.form == GAUGE or law.online:
         return state[REMAINING] - state[SCALE] * (state[Y] - kept)
     return law.stock + core.K0 + kept - state[COMMANDED]
