@@ -111,7 +111,7 @@ def slope_bandwidth(frequency: Floats, sensitivity: Floats) -> float:
     Examples
     --------
     >>> round(slope_bandwidth(np.array([1.0, 2.0, 3.0]), np.array([0.2, 0.5, 1.0])), 4)  # between 2 and 3
-    2.592
+    2.4853
     """
     reach = np.minimum.accumulate(HALF_POWER * frequency / np.maximum(sensitivity, 1e-300))
     return _first(frequency, frequency - reach) if reach[-1] < frequency[-1] else float(frequency[-1])
