@@ -65,8 +65,8 @@ class Program:
         """Least and greatest unknowns."""
         p = self.problem
         fast, slow, final = p.command_rate_max, self.stage_rate_max, min(p.final_rate, self.stage_rate_max)
-        low = [min(2.1 * slow, 0.9 * fast), 0.1 * final, 0.0, 0.5 * final, *(low for low, _ in _SPANS)]
-        high = [fast, slow, p.stock, min(1.5 * final, slow), *(high for _, high in _SPANS)]
+        low = [min(2.1 * slow, 0.9 * fast), 0.1 * final, 0.0, 0.25 * final, *(low for low, _ in _SPANS)]
+        high = [fast, slow, p.stock, min(2.0 * final, slow), *(high for _, high in _SPANS)]
         return np.array(low) / self.scale, np.array(high) / self.scale
 
     @cached_property

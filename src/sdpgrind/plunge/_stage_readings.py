@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.signal import savgol_filter
 from scipy.special import ndtr
 
 from sdpgrind.base.checks import Floats
@@ -12,6 +13,8 @@ from sdpgrind.plunge import kernels
 from sdpgrind.plunge._controller import StagedController
 
 _READ = ("size", "grinding_power", "power_saturated", "infeed_rate_planned")
+_WINDOW = 1.0
+"""Time over which the size that the model does not explain is smoothed, s."""
 _SIGMAS, _POINTS = 6.0, 100
 _SPREAD = 0.6745 * np.sqrt(6.0)
 """Median of the magnitude of second differences of white noise, in its standard deviations."""
@@ -21,7 +24,7 @@ def measured(part_log: Any, controller: StagedController) -> dict[str, float]:
     """Return burned layer and out-of-roundness (mm) and greatest power (W) of a part; NaN where there is no reading.
 
     The burned layer is the greatest of depth of damage, from measured power, less measured stock: negative where all came off.
-    Readings alone decide, but for the infeed rate, which is that of the model.
+    The infeed rate that goes with the power is that of the model, corrected by the slope of what size it does not explain.
     """
     read = _Readings({name: part_log.column("controller", name) for name in _READ}, controller)
     own = _Readings(_foreseen(controller), controller)
@@ -40,8 +43,10 @@ class _Readings:
         model = controller.problem.model
         low, high = model.burn_onset
         fast = np.sqrt(low * min(high, controller.problem.command_rate_max))  # well above the artefact of ploughing
-        used = np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"]) & (columns["infeed_rate_planned"] > fast)
-        size, self.power, clipped, self.rate = (columns[name][used] for name in _READ)
+        rate = _rate(columns["size"], columns["infeed_rate_planned"], controller.problem.sample_time)
+        used = np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"]) & (rate > fast)
+        self.rate = rate[used]
+        size, self.power, clipped = (columns[name][used] for name in _READ[:3])
         self.model, self.left, self.size = model, controller.problem.stock - size, size
         damage = model.burn_depth(self.rate, self.power)
         foreseen = model.burn_depth(self.rate)
@@ -82,11 +87,23 @@ class _Readings:
         return _greatest(self.power, np.zeros(self.power.size), power_sd * self.power) - self.grinding_power
 
 
+def _rate(size: Floats, foreseen: Floats, step: float) -> Floats:
+    """Infeed rate (mm/s) from that of the model and readings of size (mm)."""
+    read, window = np.isfinite(size), 2 * round(0.5 * _WINDOW / step) + 1
+    if read.sum() < 2 * window:
+        return foreseen
+    gone = np.concatenate([[0.0], np.cumsum(0.5 * (foreseen[1:] + foreseen[:-1]) * step)])
+    index = np.arange(size.size)
+    unexplained = np.interp(index, index[read], (size - gone)[read])
+    return np.asarray(foreseen + savgol_filter(unexplained, window, 2, deriv=1, delta=step))
+
+
 def _greatest(value: Floats, less: Floats, sd: Floats) -> float:
     """Mean of the greatest of value - less with noise in the values, of which only those above 0 count."""
-    top = value - less
-    begin, end = float(np.max(top - _SIGMAS * sd)), float(np.max(top + _SIGMAS * sd))
-    near = top + _SIGMAS * sd > begin
+    top, reach = value - less, _SIGMAS * sd
+    begin = float(np.max((top - reach)[value > 0]))
+    near = (top + reach > begin) & (value + reach > 0)
+    end = float(np.max((top + reach)[near]))
     level = np.linspace(begin, end, _POINTS)
     below = ndtr((np.maximum(level[:, None] + less[near], 0.0) - value[near]) / sd[near]).prod(axis=1)
     return begin + float(np.trapezoid(1 - below, level))
