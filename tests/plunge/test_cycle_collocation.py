@@ -20,8 +20,8 @@ def test_near_the_exact_time_and_never_below(number, margin):
     exact = plunge.plan(problem(number), safety_margin=margin)
     best = plunge.plan(problem(number), method="collocation", safety_margin=margin)
     assert exact.time <= best.time * (1 + 1e-6)
-    assert best.time == pytest.approx(exact.time, rel=1e-3)
-    assert best.time - exact.time <= best.error < 3e-3 * exact.time
+    assert best.time == pytest.approx(exact.time, rel=3e-4)
+    assert best.time - exact.time <= best.error < 1e-3 * exact.time
     assert best.solution.ok and best.solution.residual < 1e-7 and best.solution.excess < 2e-5  # mm
     assert best.binding == exact.binding and best.roundness <= problem(number).roundness_max * (1 + 1e-6)
 
@@ -34,9 +34,10 @@ def test_end_so_slow_that_ploughing_alone_would_seem_to_burn():
 
 
 def test_order_of_convergence():
-    exact = plunge.plan(NOMINAL).time
-    coarse, fine = (plunge.plan(NOMINAL, method="collocation", steps=n).time - exact for n in (60, 240))
-    assert 0 < fine < coarse / 8  # 16 for second order, and corners that fall into intervals
+    """Second: sixteen times less with four times the intervals; corners fall unevenly into them."""
+    exact = plunge.plan(problem(3)).time
+    coarse, fine = (plunge.plan(problem(3), method="collocation", steps=n).time - exact for n in (60, 240))
+    assert 0 < fine < coarse / 10
 
 
 def test_start_does_not_matter():
@@ -72,7 +73,7 @@ def test_wear_in_proportion_to_the_stock_as_by_dynamic_programming():
     worn = NOMINAL.replace(wear=plunge.Wear(0.03))
     stages = plunge.plan(worn, method="dp")
     best = plunge.plan(worn, method="collocation", steps=120)
-    assert best.time == pytest.approx(stages.time, rel=5e-4)
+    assert best.time == pytest.approx(stages.time, rel=2e-4)
     assert best.time >= stages.time * (1 - 3e-5)
 
 
@@ -184,9 +185,9 @@ def test_saved_and_loaded(turned, tmp_path):
 
 
 def test_a_solver_that_fails(monkeypatch):
-    monkeypatch.setitem(_collocation.IPOPT, "max_iter", 12)
+    monkeypatch.setitem(_collocation.IPOPT, "max_iter", 8)
     words = "problem must be one that method 'collocation' can solve; it was not solved: IPOPT says Maximum_Iterations_Exceeded"
-    with pytest.raises(plunge.CycleError, match=words + " after 12 iterations with 30 steps: try other steps") as caught:
+    with pytest.raises(plunge.CycleError, match=words + " after 8 iterations with 30 steps: try other steps") as caught:
         plunge.plan(NOMINAL, method="collocation", steps=30)
     assert np.isfinite(caught.value.plan.time) and caught.value.plan.error == np.inf
     again = plunge.plan(NOMINAL, method="collocation", steps=30, throw=False)

@@ -1,11 +1,13 @@
-"""The fastest cycle as an optimal control problem, by Radau collocation in CasADi with phases of free length.
+"""The fastest cycle as an optimal control problem, by Radau collocation in CasADi over a free time.
 
 States: deflection beyond ploughing y, stock left r, wear flat area A; at each point of collocation w = v^p, in which
 y = K1 w^(1/p) + K2(n, A) w is smooth. Controls, constant in each interval: the command, and the work's rotation where it may
-be chosen. A point obeys the limit on burning where some rate no less than its own makes no damage deeper than what will be
-ground off: that leaves out the artefact at very small rates. With a safety margin a phase ends where the stock is the margin,
-so that neither side of that limit has a corner within a phase. Where the rotation is free a last phase of one turn at least
-is ground at one rotation, as roundness is made in the last turn.
+be chosen. Intervals are of equal length: with phases of free lengths for full rate, balance and spark-out, which the exact
+cycle suggests, a few intervals do more, but the program has many local minima. A point obeys the limit on burning where some
+rate no less than its own makes no damage deeper than what will be ground off: that leaves out the artefact at very small
+rates. With a safety margin a phase ends where the stock is the margin, so that neither side of that limit has a corner within
+a phase. Where the rotation is free a last phase of one turn at least is ground at one rotation, as roundness is made in the
+last turn.
 """
 
 from dataclasses import dataclass
@@ -16,18 +18,13 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._cycle import SOLVED
 from sdpgrind.plunge._problem import CycleProblem
-from sdpgrind.plunge._program import AFTER, BEFORE, TURN, Guess, Program, Task
+from sdpgrind.plunge._program import TURN, Guess, Program, Task
 from sdpgrind.plunge._replay import Commands
 
 INTERVALS = 240
 IPOPT: dict[str, Any] = {
-    "print_level": 0,
-    "sb": "yes",
-    "tol": 1e-8,
-    "max_iter": 400,
-    "max_wall_time": 20.0,
-    "bound_relax_factor": 0.0,
-}
+    "print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 400, "max_wall_time": 10.0, "bound_relax_factor": 0.0,
+}  # fmt: skip
 """Bounds are kept to the last bit: where multipliers are large, so is what relaxing one would gain."""
 RESIDUAL = 1e-6
 """Violation of the optimality conditions, unknowns scaled to order 1, up to which a program counts as solved."""
@@ -35,10 +32,9 @@ RESIDUAL = 1e-6
 
 @dataclass(frozen=True)
 class Found:
-    """A solution: commands, residual of the optimality conditions, iterations, what the solver says, and its course."""
+    """A solution: commands, residual of the optimality conditions, iterations, what the solver says."""
 
     commands: Commands
-    course: Guess
     residual: float
     iterations: int
     message: str
@@ -46,8 +42,8 @@ class Found:
 
 def task(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> Task:
     """The intervals shared out between the phases."""
-    phases = BEFORE + (AFTER if margin > 0 else 0)
-    shared = tuple(intervals // phases + (k < intervals % phases) for k in range(phases))
+    until = 2 * intervals // 3 if margin > 0 else intervals
+    shared = (until, intervals - until)[: 1 + (margin > 0)]
     return Task(problem, margin, rotation, shared + ((TURN,) if rotation[1] > rotation[0] else ()))
 
 
@@ -58,31 +54,31 @@ def guess(job: Task) -> Guess:
     share = np.linspace(0.0, 1.0, 201)
     rate = most * (0.9 * np.minimum(5 * share, 1.0) * (1 - share) + 0.02)
     left = problem.stock * (1 - share) ** 1.5
-    ends = np.linspace(0.0, 1.0, BEFORE + 1)
-    if job.margin > 0:
-        met = float(np.interp(-job.margin, -left, share))
-        ends = np.concatenate([met * ends, np.linspace(met, 1.0, AFTER + 1)[1:]])
+    met = [float(np.interp(-job.margin, -left, share))] if job.margin > 0 else []
+    ends = np.array([0.0, *met, 1.0])
     if job.free:
-        ends = np.concatenate([0.98 * ends, [1.0]])
-    area, rotation = np.full(share.size, problem.model.wear_flat_area), np.full(share.size, 0.5 * sum(job.rotation))
-    y = problem.model.deflection(rate) - problem.model.core.K0
-    return Guess(total * share, left, y, rate, rate, area, rotation, total * ends)
+        ends = np.append(0.98 * ends, 1.0)
+    return Guess(total * share, left, problem.model.deflection(rate) - problem.model.core.K0, rate, total * ends)
 
 
 def twice(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> tuple[Found, Found]:
-    """Solve with half the intervals and with all; the second begins where the first ended, if it ended well."""
+    """Solve with half the intervals and with all, each from the plain guess."""
     half, whole = (task(problem, margin, rotation, count) for count in (intervals // 2, intervals))
-    coarse = solve(half, guess(half))
-    return coarse, solve(whole, coarse.course if coarse.message == SOLVED else guess(whole))
+    return solve(half, guess(half)), solve(whole, guess(whole))
 
 
 def solve(job: Task, start: Guess) -> Found:
-    """Solve from a start; where the solver fails, the last it reached."""
+    """Solve from a start, with the faster strategy of IPOPT, else with the other; where both fail, the last it reached."""
+    found = _solve(job, start, "adaptive")
+    return found if found.message == SOLVED else _solve(job, start, "monotone")
+
+
+def _solve(job: Task, start: Guess, strategy: str) -> Found:
     import casadi
 
     nlp = Program(job, start)
     program = {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)}
-    solver = casadi.nlpsol("cycle", "ipopt", program, {"print_time": False, "ipopt": IPOPT})
+    solver = casadi.nlpsol("cycle", "ipopt", program, {"print_time": False, "ipopt": IPOPT | {"mu_strategy": strategy}})
     low, high = np.array(nlp.low), np.array(nlp.high)
     found = solver(x0=nlp.start, lbx=nlp.lower, ubx=nlp.upper, lbg=low, ubg=high)
     x, stats, residual = np.asarray(found["x"]).ravel(), solver.stats(), np.inf
@@ -91,24 +87,15 @@ def solve(job: Task, start: Guess) -> Found:
     else:
         x = np.array(nlp.start)
     message = SOLVED if residual <= RESIDUAL else f"not solved: IPOPT says {stats['return_status']}"
-    return Found(*_course(nlp, x), residual, int(stats["iter_count"]), message)
+    return Found(_commands(nlp, x), residual, int(stats["iter_count"]), message)
 
 
-def _course(nlp: Program, x: Floats) -> tuple[Commands, Guess]:
-    """The commands of a solution, and its course to begin another from."""
-    job, model, parts = nlp.job, nlp.model, nlp.split(x)
-    ends = np.concatenate([[0.0], np.cumsum(parts["time"])])
-    time = nlp.nodes(ends)
-    rotation = parts.get("rotation", np.full(nlp.count, job.rotation[0]))
-    command = np.clip(parts["command"], 0.0, job.problem.command_rate_max)
-    area = parts.get("area", np.full(time.size, model.wear_flat_area))
-    rate = np.concatenate([[0.0], parts["w2"] ** (1 / model.core.p)])
-    guess = Guess(time, parts["left"], parts["y"], rate, _last_twice(command), area, _last_twice(rotation), ends)
-    return Commands(command, np.diff(time), rotation), guess
-
-
-def _last_twice(column: Floats) -> Floats:
-    return np.append(column, column[-1])
+def _commands(nlp: Program, x: Floats) -> Commands:
+    """Of a solution, each held for an interval."""
+    parts = nlp.split(x)
+    time = nlp.nodes(np.concatenate([[0.0], np.cumsum(parts["time"])]))
+    command = np.clip(parts["command"], 0.0, nlp.job.problem.command_rate_max)
+    return Commands(command, np.diff(time), parts.get("rotation", np.full(nlp.count, nlp.job.rotation[0])))
 
 
 def _residual(nlp: Program, found: Any, low: Floats, high: Floats) -> float:

@@ -11,17 +11,20 @@ from sdpgrind.plunge._dynamics import burn_depth, core_at
 from sdpgrind.plunge._problem import CycleProblem
 
 RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])
-BEFORE, AFTER, TURN = 3, 2, 4
-"""Phases until the stock is the margin, and from then on where there is one; intervals of the last turn."""
-SHORTEST = 0.05
-"""Time of a phase, relative to that in which the command gives the stock: one that shrank would waste its intervals."""
+TURN = 4
+"""Intervals of the last turn where the rotation is free."""
+SHORTEST = 1e-3
+"""Time of a phase, relative to that in which the command gives the stock."""
 LOWEST = 1e-8
 """Of v^p, relative to that at full rate."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be solved: problem, margin (mm), range of the rotation (rad/s), and the intervals of each phase."""
+    """What is to be solved: problem, margin (mm), range of the rotation (rad/s), and the intervals of each phase.
+
+    Phases: until the stock is the margin; with a margin, from then on; with a free rotation, the last turn.
+    """
 
     problem: CycleProblem
     margin: float
@@ -40,17 +43,12 @@ class Task:
 
 
 class Guess(NamedTuple):
-    """Courses to begin from, over time (s) from the first touch: stock left, y (mm), infeed rate, command (mm/s), area, rotation
-    (rad/s); and the times at which phases begin and end.
-    """
+    """A course to begin from, over time (s) from the first touch: stock left, y (mm), infeed rate (mm/s); ends of phases."""
 
     time: Floats
     left: Floats
     y: Floats
     rate: Floats
-    command: Floats
-    area: Floats
-    rotation: Floats
     ends: Floats
 
 
@@ -100,15 +98,14 @@ class Program:
         self._unknown("y", at(begin.y, nodes), 0.0, np.inf, float(_kernels.beyond(most, core)))
         self._unknown("left", at(begin.left, nodes), -np.inf, np.inf, problem.stock)
         if model.wear is not None:
-            self._unknown("area", at(begin.area, nodes), 0.0, np.inf, model.wear_flat_area)
+            self._unknown("area", np.full(nodes.size, model.wear_flat_area), 0.0, np.inf, model.wear_flat_area)
         for name, time in {"1": inside[0], "2": inside[1], "0": nodes[1:-1] if self.job.free else nodes[:0]}.items():
             self._unknown("w" + name, at(begin.rate, time) ** core.p, LOWEST * most**core.p, np.inf, most**core.p)
             self._unknown("room" + name, np.full(time.size, 0.1 * most), 0.0, np.inf, most)
-        self._unknown("command", at(begin.command, nodes[:-1] + steps / 2), 0.0, most, most)
+        self._unknown("command", at(begin.rate, nodes[:-1] + steps / 2), 0.0, most, most)
         if self.job.free:
-            self._unknown(
-                "rotation", at(begin.rotation, nodes[:-1] + steps / 2), *self.job.rotation, 0.5 * sum(self.job.rotation)
-            )
+            middle = 0.5 * sum(self.job.rotation)
+            self._unknown("rotation", np.full(self.count, middle), *self.job.rotation, middle)
         self.unknowns = casadi.vertcat(*self.parts.values())
         self.cost = casadi.sum1(self.parts["time"])
 
@@ -131,7 +128,7 @@ class Program:
 
         model = self.model
         share = [1.0 / self.job.intervals[k] for k in self.phase]
-        step = self._get("time")[self.phase.tolist()] * casadi.DM(share)
+        step = casadi.vec(self._get("time")[self.phase.tolist()]) * casadi.DM(share)
         rate = [self._rate(name) for name in "12"]
         slopes = {"y": [self._get("command") - v for v in rate], "left": [-v for v in rate]}
         if model.wear is not None:
@@ -168,7 +165,7 @@ class Program:
         """How deep the damage may go: what is left less the margin, and nothing from there on."""
         import casadi
 
-        before = (self.phase < BEFORE) | (self.job.margin == 0)
+        before = (self.phase == 0) | (self.job.margin == 0)
         return casadi.DM(before[intervals].astype(float).tolist()) * (left - self.job.margin)
 
     def _ends(self) -> None:
@@ -179,8 +176,7 @@ class Program:
         if "area" in self.parts:
             self._require(self.parts["area"][0], 1.0, 1.0)
         if self.job.margin > 0:
-            met = sum(self.job.intervals[:BEFORE])
-            self._require(left[met] - self.job.margin / problem.stock, 0.0, 0.0)
+            self._require(left[self.job.intervals[0]] - self.job.margin / problem.stock, 0.0, 0.0)
         rotation: Any = self.job.rotation[0]
         if self.job.free:
             rotation, one = self._get("rotation")[-1], self.parts["rotation"][-TURN:]
