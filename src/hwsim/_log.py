@@ -141,7 +141,7 @@ class Log:
         >>> from sdpgrind import plunge
         >>> problem = plunge.preset("simulation")
         >>> hwsim.run(hwsim.PlungeGrinder(problem, noise=None), plunge.CycleController(problem)).figure("time")  # s
-        array([12.04])
+        array([12.08])
         """
         if self._parts is not None and all(name in part.outcome for part in self._parts):
             return np.array([part.outcome[name] for part in self._parts])
