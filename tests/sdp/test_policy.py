@@ -115,6 +115,7 @@ def test_gradient_is_that_of_the_table_to_second_order():
         ({"height": 1.0, "time_left": 2.0, "heat": 3.0}, TypeError, "a state is given by height, time_left"),
         ({"height": 1.0, "time_left": 2.0, "mode": 1}, ValueError, "mode must be"),
         ({"height": 1.0, "time_left": 2.0, "mode": "x"}, ValueError, "mode must be one of"),
+        ({"height": 1.0, "time_left": 2.0, "mode": 0.5}, ValueError, r"mode must be a whole number in \[0, 0\]; got 0.5"),
     ],
 )
 def test_states_outside_the_table_are_refused_by_name(policy, state, error, message):
@@ -131,6 +132,20 @@ def test_late_states_off_the_lattice_are_refused():
     window = sdp.plan(bead(late=sdp.Quadratic(0.01)))
     with pytest.raises(ValueError, match="time_left must be a multiple of 2 where it is < 0"):
         window.value(height=1.0, time_left=-3.0)
+
+
+@pytest.mark.parametrize(
+    ("late", "error", "message"),
+    [
+        (lambda z: -z, ValueError, r"stages.late must be >= 0 \(\$\); got -0.004"),
+        (lambda z: z * (z < 2), ValueError, "stages.late must be non-decreasing"),
+        (lambda z: z + 1, ValueError, "stages.late must be 0 at the target"),
+        (3.0, TypeError, "stages.late must be a one-sided charge, a function or None; got 3.0"),
+    ],
+)
+def test_what_is_no_late_charge_is_refused(late, error, message):
+    with pytest.raises(error, match=message):
+        sdp.Stages(3, 1.0, late=late, late_window=4.0)
 
 
 def test_an_action_says_what_it_has(policy):

@@ -228,6 +228,10 @@ MESSAGES = [
         lambda: weldbead.Scatter("C1", 0.51, law="normal"),
         r"relative_sd must be <= 0.5 with a normal law \(1\); got 0.51",
     ),
+    (
+        lambda: weldbead.Scatter(("C1", "K2"), (0.4, 0.4), law="normal"),
+        r"relative_sd must be <= 0.5 with a normal law, the root of the sum of squares \(1\); got 0.5656",
+    ),
     (lambda: weldbead.Scatter(("C1", "mu"), 0.1), r"relative_sd must be one number \(1\) for each of \('C1', 'mu'\)"),
     (lambda: weldbead.Scatter(("C1", "C1"), (0.1, 0.1)), "attribution must be without repeats; got 'C1' twice"),
     (lambda: weldbead.Scatter("C1", 0.1, law="empirical"), "sample must be given with law 'empirical'; got None"),

@@ -91,6 +91,8 @@ def test_picture(found):
 def test_messages():
     with pytest.raises(ValueError, match=r"names must be one of specific_energy, .*; got 'wheel'"):
         weldbead.sensitivity(P1, **STATE, names=["wheel"])
+    with pytest.raises(ValueError, match=r"names must be a sequence of one or more of specific_energy, .*; got \[\]"):
+        weldbead.sensitivity(P1, **STATE, names=[])
     with pytest.raises(ValueError, match=r"step must be > 0 \(1\); got 0.0"):
         weldbead.sensitivity(P1, **STATE, step=0.0)
     curved = P1.replace(height_charge=sdp.Charge(under=lambda z: 2 * z**1.5, over=sdp.Linear(10.0)))

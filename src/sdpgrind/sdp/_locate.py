@@ -61,8 +61,9 @@ class Locator:
             if mode not in modes:
                 raise refuse("mode", "one of " + ", ".join(modes), mode)
             return modes.index(mode)
-        if np.any(np.asarray(mode) < 0) or np.any(np.asarray(mode) >= len(modes)):
-            raise refuse("mode", f"in [0, {len(modes) - 1}]", mode)
+        number = np.asarray(mode)
+        if not np.all((number >= 0) & (number < len(modes)) & (number == np.floor(number))):
+            raise refuse("mode", f"a whole number in [0, {len(modes) - 1}]", mode)
         return mode
 
     def _rows(self, time: Floats) -> tuple[Ints, Floats]:

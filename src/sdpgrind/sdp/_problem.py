@@ -15,7 +15,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.stored import stored
-from sdpgrind.sdp._charges import Charge
+from sdpgrind.sdp._charges import Charge, check_function
 from sdpgrind.sdp._one_sided import OneSided
 
 Edge: TypeAlias = Literal["refuse", "hold", "stop"] | float
@@ -87,7 +87,8 @@ class Stages:
     name, unit : str
         The stage coordinate's field of ``s`` (in timed moves) and unit.
     late : OneSided or callable, optional
-        Charge ($) on the time by which the end comes late. None: moves longer than what is left are inadmissible.
+        Charge ($) on the time by which the end comes late; 0 at 0 and never falling. None: moves longer than what is left
+        are inadmissible.
         `Linear`: late states are solved exactly for all times. `Quadratic`: a finite window is enough.
     late_window : float, optional
         Length (in `unit`) of the late side in the table; by default what is provably enough. A concave `late`
@@ -106,6 +107,10 @@ class Stages:
         checks.positive("stages.step", self.step, self.unit)
         if self.late_window is not None:
             checks.nonnegative("stages.late_window", self.late_window, self.unit)
+        if self.late is not None and not callable(self.late):
+            raise TypeError(f"stages.late must be a one-sided charge, a function or None; got {self.late!r}")
+        if self.late is not None and not isinstance(self.late, OneSided):
+            check_function("stages.late", self.late, self.late_window or 0.0)
 
 
 @dataclass(frozen=True)

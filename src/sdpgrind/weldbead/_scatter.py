@@ -51,7 +51,7 @@ class Scatter(Frozen):
     Raises
     ------
     ValueError
-        For an unknown attribution or law, a relative sd < 0, a normal law with one > 1/2 (too much of it lies below 0),
+        For an unknown attribution or law, a relative sd < 0, a normal law with more than 1/2 in all (too much of it lies below 0),
         or a sample that is missing or of no use.
 
     Examples
@@ -78,10 +78,11 @@ class Scatter(Frozen):
         if not isinstance(given, tuple | list) or len(given) != len(names) or not names:
             raise ValueError(f"relative_sd must be one number (1) for each of {self.attribution!r}; got {self.relative_sd!r}")
         values = tuple(checks.nonnegative("relative_sd", value, "1") for value in given)
-        if self.law == "normal" and max(values) > 0.5:
-            raise checks.refuse("relative_sd", "<= 0.5 with a normal law", max(values), "1")
         object.__setattr__(self, "attribution", names if several else self.attribution)
         object.__setattr__(self, "relative_sd", values if several else values[0])
+        if self.law == "normal" and self.total > 0.5:
+            together = ", the root of the sum of squares" if several else ""
+            raise checks.refuse("relative_sd", f"<= 0.5 with a normal law{together}", self.total, "1")
         self._check_sample()
 
     def _check_sample(self) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind import sdp
-from sdpgrind.base.checks import Floats, one_of, positive
+from sdpgrind.base.checks import Floats, one_of, positive, refuse
 from sdpgrind.base.extras import need
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.progress import silent
@@ -134,6 +134,8 @@ def sensitivity(
     True
     """
     positive("step", step, "1")
+    if isinstance(names, str) or not len(names):
+        raise refuse("names", f"a sequence of one or more of {', '.join(FACTORS)}", names)
     for name in names:
         one_of("names", name, FACTORS)
     cases = {f"{name} {sign}": _changed(problem, name, 1 + sign * step) for name in names for sign in (-1, 1)}
