@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdpgrind import weldbead
+from sdpgrind import sdp, weldbead
 
 P1 = weldbead.preset("P1")
 
@@ -20,6 +20,46 @@ def values(policy, height):
     rows, modes, _ = table.table.value.shape
     row, mode, k = (x.ravel() for x in np.indices((rows, modes, height.size)))
     return table.interpolated(row, mode, table.grid.index(0, height)[None, k]).reshape(rows, modes, height.size)
+
+
+FINISH = {"finish_charge": weldbead.FinishCharge(0.35, reference_rate=12.5)}
+LATE = {"lateness_charge": sdp.Linear(0.25)}
+SQUARES = {"height_charge": sdp.Charge(under=sdp.Linear(2.0), over=sdp.Quadratic(20.0))}
+BOWL = {"height_charge": sdp.Charge(under=sdp.Quadratic(4.0), over=sdp.Linear(8.1))}
+MANY = {  # idle power (W), relative sd, durations (s), horizon (s); and the tolerance ($)
+    "few watts": (like_p1(5.0, 0.1, (6,), 30.0), 2e-3),
+    "break": (like_p1(43.5, 0.099, (12, 20), 20.0), 2e-4),
+    "break in the first cells": (like_p1(11.7, 0.099, (12, 20), 12.0), 2e-3),
+    "many durations": (like_p1(31.8, 0.074, range(6, 21, 2), 20.0), 2e-3),
+    "nothing at first": (like_p1(62.9, 0.098, (6, 8), 30.0, **SQUARES), 5e-4),
+    "finish": (like_p1(2.6, 0.242, (6, 8), 20.0, law="lognormal", **FINISH, **SQUARES), 5e-4),
+    "finish, late": (like_p1(2.9, 0.266, (6, 8), 20.0, attribution="K1", law="normal", **FINISH, **LATE), 5e-4),
+    "finish, K2": (like_p1(40.0, 0.15, (8, 14), 20.0, attribution="K2", **FINISH), 2e-3),
+    "late": (like_p1(125.4, 0.118, (6, 12, 20), 20.0, attribution="K2", **LATE), 5e-4),
+    "K1": (like_p1(69.9, 0.07, (8, 14), 12.0, attribution="K1"), 2e-3),
+    "lognormal": (like_p1(14.2, 0.118, (6,), 30.0, law="lognormal", **LATE, **BOWL), 2e-4),
+    "narrow": (like_p1(120.0, 0.05, (6, 8), 20.0), 5e-4),
+    "wide": (like_p1(71.6, 0.3, (6, 12, 20), 20.0), 5e-4),
+}
+
+
+@pytest.mark.parametrize("name", MANY)
+def test_the_estimated_error_covers_the_error_everywhere(name):
+    """At nodes and between them, in every stage and mode, against a grid at least four times as fine."""
+    problem, tolerance = MANY[name]
+    policy = weldbead.plan(problem, tolerance=tolerance)
+    cells = policy.table.grid.size - 1
+    fine = sdp.plan(weldbead.sdp_problem(problem, 4 * max(cells, 400) + 1, levels=801))
+    true = np.max(np.abs(values(policy, fine.grid.points[0]) - fine.table.value))
+    assert true <= policy.error <= tolerance
+
+
+@pytest.mark.parametrize("name", ["few watts", "break", "finish, late", "lognormal", "many durations"])
+def test_the_error_of_the_search_is_covered_by_its_estimate(name):
+    problem = MANY[name][0]
+    policy, dense = (sdp.plan(weldbead.sdp_problem(problem, 101, levels=n)) for n in (401, 6401))
+    assert dense.table.search_error < 0.05 * policy.table.search_error
+    assert np.max(np.abs(policy.table.value - dense.table.value)) <= policy.table.search_error
 
 
 # Kinks where the force leaves the scaled for the translated law ------------------------------------------------------
@@ -40,3 +80,24 @@ def test_a_change_of_the_law_inside_a_cell_is_no_chord(idle_power, relative_sd):
     chord = ends[0] + (height * 400 - cell) * np.diff(ends)
     assert np.max(true - chord) > 1e-4  # a line between the nodes lies too low: the least of two costs has a concave kink
     assert np.max(np.abs(found - true)) < 0.4 * np.max(true - chord)
+
+
+# The gap where the action changes -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("time", [10.0, 16.0, 30.0])
+def test_the_gap_vanishes_where_the_action_changes(time):
+    """At a node the next best action lies a gap above; where two actions cost the same inside a cell there is none."""
+    coarse, fine = (weldbead.plan(P1, tolerance=None, nodes=n) for n in (101, 1601))
+    height = np.linspace(0.05, 2.0, 30_001)
+    found, true = (p.action(height, time).gap for p in (coarse, fine))
+    assert np.all(found >= 0)
+    chosen = coarse.action(height, time).duration
+    changes = np.flatnonzero(np.diff(chosen))
+    assert changes.size
+    step = np.maximum(found[changes], found[changes + 1])
+    nodes = np.interp(height[changes], coarse.table.grid.points[0], coarse.table.table.gap[round(time / 2), 0])
+    assert step.max() < 1e-4 and nodes.max() > 10 * step.max()  # the gaps of the nodes, read between them, are far off
+    for k in changes:
+        assert coarse.action(float(height[k]), time).gap == pytest.approx(found[k], abs=1e-12)
+    assert np.max(np.abs(found - true)) < 0.02

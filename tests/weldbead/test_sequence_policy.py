@@ -510,6 +510,31 @@ def test_last_duration(finish):
 def test_last_duration_matters_only_where_the_finish_is_charged():
     policy = plain("P1")
     assert policy.value(1.0, 24.0, last_duration=6.0) == policy.value(1.0, 24.0)
+    with pytest.raises(ValueError, match=r"last_duration must be one of 6, 8, .* \(s\); got 7.0"):
+        policy.value(1.0, 24.0, last_duration=7.0)
+
+
+@pytest.mark.parametrize("duration", [6.0, 14.0, 20.0])
+@pytest.mark.parametrize("height", [0.003, 0.3, 1.0])
+def test_risk_and_runs_from_a_bead_with_a_last_pass(finish, height, duration):
+    """The finish of the last pass is still to pay where one stops; 0.003 mm lies between the first two nodes."""
+    value = finish.value(height, 10.0, last_duration=duration)
+    assert finish.risk(height, 10.0, last_duration=duration).mean == pytest.approx(value, abs=3e-3)
+    runs = finish.simulate(runs=100_000, height=height, time_left=10.0, last_duration=duration, rng=6, snap=True)
+    assert abs(runs.mean - value) < 4 * runs.standard_error + 3e-3  # of a chord over a cell of 0.01 mm
+    at_rest = finish.risk(0.0, 10.0, last_duration=duration)
+    assert at_rest.mean == pytest.approx(float(FINISH.finish_charge(FINISH.feed_rate(duration)))) and at_rest.passes == 0
+
+
+def test_where_the_finish_is_charged_no_cell_has_a_jump():
+    """Just above the target one more pass may be worth it, at the target none is made: look-ups between must not mix them."""
+    coarse, fine = (weldbead.plan(FINISH, tolerance=None, nodes=n) for n in (201, 1601))
+    height = np.linspace(1e-6, 0.01, 41)
+    for duration in FINISH.durations:
+        found = coarse.value(height, 24.0, last_duration=duration)
+        np.testing.assert_allclose(found, fine.value(height, 24.0, last_duration=duration), atol=5e-3)
+    fast = fine.value(np.array([0.0, 1e-6]), 24.0, last_duration=6.0)
+    assert fast[0] == pytest.approx(0.4) and fast[1] < 0.35
 
 
 def test_finish_risk_and_simulation(finish):

@@ -7,9 +7,6 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 
-SEARCH_SHARE = 0.3
-"""Share of the difference between cubic and parabola that counts as error of the cubic (0.01 to 0.24 was measured)."""
-
 
 @dataclass(frozen=True)
 class Found:

@@ -79,6 +79,12 @@ class Grid:
         ax = self.axes[axis]
         return (self._scaled(ax, value) - self._scaled(ax, ax.low)) / self.spacing[axis]
 
+    def coordinate(self, axis: int, index: Any) -> Any:
+        """Return the coordinates at positions on an axis, in cells from the low end: the inverse of `index`."""
+        ax = self.axes[axis]
+        scaled = self._scaled(ax, ax.low) + self.spacing[axis] * np.asarray(index)
+        return np.exp(scaled) if ax.scale == "log" else scaled
+
     def corners(self, index: Any) -> tuple[Ints, Floats]:
         """Return flat nodes and weights, shape (2**axes, ...), of multilinear interpolation at positions inside the grid."""
         return corners(self.shape, index)

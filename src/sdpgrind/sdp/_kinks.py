@@ -16,9 +16,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._problem import Problem
 
-LARGE, SMALL, STEEPER = 0.1, 0.005, 1.1
+LARGE, JUMPS = 0.1, ((1e-4, 1.1), (1e-5, 4.0))
 """Shares of its interval by which a control jumps to another minimum inside a cell: more than `LARGE` always is one, more than
-`SMALL` where the control changes so many times less in the cells beside."""
+each of `JUMPS` where the control changes so many times less in the cells beside."""
 
 
 class Kinks(NamedTuple):
@@ -53,7 +53,7 @@ class Lines(NamedTuple):
     entry: Ints  # [line, end]
     control: Floats  # [line, end]
     cost: Floats  # [line, end]
-    split: Any  # whether a move does another thing at each end
+    differ: Any  # whether what a move does differs at the ends
     onward: Floats  # [line, end]: where the control of the other end would be here if it went on as in the cell beside
 
     def select(self, kept: Any) -> "Lines":
@@ -62,10 +62,13 @@ class Lines(NamedTuple):
 
 
 class Spans(NamedTuple):
-    """Of each move's continuous control: the length of its interval (infinite where there is none) and its breaks, [move, k]."""
+    """Of each move's continuous control: the length of its interval (infinite where there is none), its breaks, [move, k], and
+    whether it may fall between its levels.
+    """
 
     length: Floats
     breaks: Floats  # filled up with inf
+    search: Any
 
     @classmethod
     def of(cls, problem: Problem) -> "Spans":
@@ -74,11 +77,12 @@ class Spans(NamedTuple):
         breaks = [sorted(one.breaks) if one else [] for one in levels]
         most = max(map(len, breaks))
         filled = [[*some, *[np.inf] * (most - len(some))] for some in breaks]
-        return cls(np.array([one.high - one.low if one else np.inf for one in levels]), np.array(filled))
+        length = np.array([one.high - one.low if one else np.inf for one in levels])
+        return cls(length, np.array(filled), np.array([one is None or one.search for one in levels]))
 
     def select(self, move: Any) -> "Spans":
         """Return those of an array of moves."""
-        return Spans(self.length[move], self.breaks[move])
+        return Spans(*(column[move] for column in self))
 
     def jumps(self, four: tuple[Floats, ...]) -> Any:
         """Whether a control jumps, or meets a break, between the middle two of four nodes; NaN where it is not known."""
@@ -117,7 +121,7 @@ class Changes:
         mode, cell = np.nonzero(_changes(best, entry, control, self.spans))
         if cell.size:
             own = np.where(self.shared[:, None], 0, mode)
-            self.found.append(_lines(Cells(np.full(cell.size, row), mode, cell), (mode, own), stop_q, moves, self.spans))
+            self.found.append(_lines(Cells(np.full(cell.size, row), mode, cell), (mode, own), stop_q, moves))
 
     def all(self) -> Lines | None:
         """Return everything found, without the lines that are nowhere the least."""
@@ -138,7 +142,7 @@ class Changes:
         row, cell = np.nonzero(_changes(best, entry, control, self.spans))
         if cell.size:
             own = np.broadcast_to(row, (self.spans.length.size, row.size))
-            self.found.append(_lines(Cells(row, np.zeros_like(row), cell), (row, own), stop_q, moves, self.spans))
+            self.found.append(_lines(Cells(row, np.zeros_like(row), cell), (row, own), stop_q, moves))
 
 
 class Cells(NamedTuple):
@@ -149,7 +153,7 @@ class Cells(NamedTuple):
     cell: Ints
 
 
-def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Floats, Floats, Any], spans: Spans) -> Lines:
+def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Floats, Floats, Any]) -> Lines:
     """Read the lines of all actions in these cells; `at` says where the costs of stops, and of each move, stand."""
     ends = np.stack([cells.cell, cells.cell + 1], axis=1)
     stop, move = np.arange(stop_q.shape[0])[:, None, None], np.arange(moves[0].shape[0])[:, None, None]
@@ -157,12 +161,14 @@ def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Flo
     found, control, entry = (array[move, at[1][:, :, None], ends] for array in moves)
     beside = np.clip(ends + np.array([-1, 1]), 0, moves[0].shape[2] - 1)  # at an end the node itself: no change
     outer = moves[1][move, at[1][:, :, None], beside]
-    jump = spans.select(move[..., 0]).jumps((outer[..., 0], control[..., 0], control[..., 1], outer[..., 1]))
-    split = np.concatenate([np.zeros(stops.shape[:2], bool), jump | (entry[..., 0] != entry[..., 1])])
+    differ = (np.abs(np.diff(control)[..., 0]) > 0) | (entry[..., 0] != entry[..., 1])  # NaN: no continuous control
+    split = np.concatenate([np.zeros(stops.shape[:2], bool), differ])
     onward = np.concatenate([np.zeros(stops.shape), 2 * control[..., ::-1] - outer[..., ::-1]])
     cost, nothing = np.concatenate([stops, found]), np.zeros(stops.shape)
     control, entry = np.concatenate([nothing, control]), np.concatenate([nothing.astype(np.int32), entry])
-    kept = _useful(cost)
+    lower = _lower(cost)
+    split &= lower == 0
+    kept = (lower >= 0) & (lower < 2)  # the least anywhere, or the next
     line, number = np.nonzero(kept)
     act = np.where(line < stop.size, -1 - line, line - stop.size)
     row, mode, cell = (column[number] for column in cells)
@@ -189,16 +195,17 @@ def _jumps(four: tuple[Floats, ...], span: Floats) -> Any:
     with np.errstate(invalid="ignore"):
         before, here, after = (np.abs(b - a) for a, b in itertools.pairwise(four))
         beside = np.fmax(before, after)
-        return (here > LARGE * span) | ((here > SMALL * span) & (here > STEEPER * beside))
+        steep = [(here > share * span) & (here > times * beside) for share, times in JUMPS]
+        return (here > LARGE * span) | np.any(steep, axis=0)
 
 
-def _useful(cost: Floats) -> Any:
-    """Lines [line, number] known at both ends, of which no other is lower at both (of equals the first is kept)."""
+def _lower(cost: Floats) -> Any:
+    """How many other lines are lower at both ends (of equals the first is), for each of the lines [line, number]; -1: unknown."""
     finite = np.asarray(np.isfinite(cost).all(axis=2))
     one, other = cost[:, None], cost[None]
     earlier = np.tri(cost.shape[0], k=-1, dtype=bool).T[:, :, None]
     lower = np.all(one <= other, axis=3) & (np.any(one < other, axis=3) | earlier)
-    return np.asarray(finite & ~np.any(finite[:, None] & lower, axis=0))
+    return np.where(finite, np.sum(finite[:, None] & lower, axis=0), -1)
 
 
 def sorted_kinks(lines: Lines, shape: tuple[int, int, int]) -> Kinks:

@@ -59,6 +59,30 @@ def _least(first, last, cost, part):
     return line, low
 
 
+@njit(inline="always", **_OPTIONS)
+def _next_least(first, last, cost, act, part, chosen):
+    """Height of the lowest line of any other action than `chosen`."""
+    low = np.inf
+    for k in range(first, last):
+        if act[k] != chosen:
+            low = min(low, (1 - part) * cost[k, 0] + part * cost[k, 1])
+    return low
+
+
+@njit(**_OPTIONS)
+def least_move(kinks, row, mode, index, out):
+    """Set out[p] to the number of the lowest line of a move in the cell of each point, -1 where there is none."""
+    at, start, cost, _, act, _ = kinks
+    for point in range(out.size):
+        number, _, part = _crossing(at, row[point], mode[point], index[0, point], at.shape[2] + 1)
+        low, out[point] = np.inf, -1
+        if number >= 0:
+            for k in range(start[number], start[number + 1]):
+                here = (1 - part) * cost[k, 0] + part * cost[k, 1]
+                if act[k] >= 0 and here < low:
+                    low, out[point] = here, k
+
+
 @njit(**_OPTIONS)
 def least_line(at, start, cost, row, mode, index, out):
     """On one axis, set out[p] to the least of the lines of cost where the action changes inside a cell."""
@@ -101,6 +125,8 @@ def act(table, kinks, row, mode, shape, index, out):
         if shape.size == 1 and at.shape[2] > 0:
             number, _, part = _crossing(at, r, m, index[0, point], shape[0])
             if number >= 0:
-                k, _ = _least(start[number], start[number + 1], cost, part)
+                k, height = _least(start[number], start[number + 1], cost, part)
+                other = _next_least(start[number], start[number + 1], cost, line_act, part, line_act[k])
+                out_gap[point] = other - height if other < np.inf else g
                 out_best[point], out_entry[point] = line_act[k], line_entry[k]
                 out_control[point] = (1 - part) * line_control[k, 0] + part * line_control[k, 1]

@@ -11,8 +11,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._grid import Grid, Ints, record
 from sdpgrind.sdp._problem import Levels, Move, Problem, Stages
 
-SCANNED = 50
-"""About so many levels are tried at every node; the search then goes on from the best of them."""
+SCANNED, SKIPPED = 50, 8
+"""About so many levels are tried at every node, and at least one in so many; the search then goes on from the best of them."""
 
 
 def levels_of(levels: Levels) -> tuple[Floats, Ints, int]:
@@ -28,7 +28,7 @@ def levels_of(levels: Levels) -> tuple[Floats, Ints, int]:
     if not levels.search:
         grid = np.unique([*np.linspace(levels.low, levels.high, levels.count), *inside])
         return grid, np.searchsorted(grid, ends), 1
-    stride = 2 ** max(0, int(np.log2(levels.count / SCANNED)))
+    stride = min(SKIPPED, 2 ** max(0, int(np.log2(levels.count / SCANNED))))
     share = (np.diff(ends) / (levels.high - levels.low) + 1 / (len(ends) - 1)) / 2
     cells = stride * np.maximum(1, np.round(share * (levels.count - 1) / stride).astype(int))
     pieces = [a + (b - a) * (1 - np.cos(np.pi * np.arange(k) / k)) / 2 for a, b, k in zip(ends, ends[1:], cells, strict=False)]

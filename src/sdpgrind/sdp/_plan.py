@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Progress, TerminalLine
+from sdpgrind.sdp._between import between_nodes
 from sdpgrind.sdp._bundles import Bundles
 from sdpgrind.sdp._forever import solve_forever
 from sdpgrind.sdp._grid import Grid
@@ -20,6 +20,8 @@ from sdpgrind.sdp._stages import solve_stages
 
 REFINEMENTS = 10
 """Largest number of times that every cell is halved."""
+STALLED = 0.6
+"""Share of the last change but one that the last change must come down to."""
 LARGEST = 2.0 * 2**30
 """Bytes that tables may take."""
 
@@ -109,27 +111,39 @@ def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progr
 def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell: Progress, throw: bool) -> Policy:
     before = _solve(problem, 1, executor, tell)
     changes: list[float] = []
+    at_nodes: list[float] = []
     hopeless = 0  # halvings in a row that promise nothing: one may be that which first resolves a kink
     for halvings in range(1, REFINEMENTS + 1):
-        if before.table.search_error > tolerance / 4:
+        if before.table.search_error > tolerance / 4 or _stalls(changes):
             problem = _with_finer_levels(problem)
         policy = _solve(problem, 2**halvings, executor, tell)
-        changes.append(_change(before, policy))
+        every, shared = _changes(before, policy)
+        changes.append(every)
+        at_nodes.append(shared)
         if grid_error(changes) <= tolerance / 2 < policy.table.search_error:  # the grid will do, the search will not
             problem = _with_finer_levels(problem)
             policy = _solve(problem, 2**halvings, executor, tell)
-        policy.error = error = grid_error(changes) + policy.table.search_error
-        if (halvings > 1 and error <= tolerance) or not problem.axes:
-            return policy
+        policy.error = grid_error(changes) + policy.table.search_error
         room = _halvings_left(problem, halvings)
         if halvings > 2:  # the first changes are those of a grid that may have missed much
-            hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
-        if throw and (hopeless > 1 or room == 0):
+            hopeless = hopeless + 1 if _within_reach(policy.error, changes, room) > tolerance else 0
+        last = room == 0 or (throw and hopeless > 1)
+        if policy.error <= tolerance or last:
+            between = grid_error(at_nodes) + between_nodes(policy)
+            policy.error = max(policy.error, between + policy.table.search_error)
+        if (halvings > 1 and policy.error <= tolerance) or not problem.axes:
+            return policy
+        if throw and last:
             raise _out_of_reach(tolerance, policy, changes, room)
-        if room == 0:
+        if last:
             return policy
         before = policy
     raise AssertionError("a hopeless tolerance is refused before")
+
+
+def _stalls(changes: list[float]) -> bool:
+    """Whether halving the cells no longer helps: then the search may have missed something between its levels."""
+    return len(changes) > 2 and changes[-1] > STALLED * changes[-2]
 
 
 def _rate(changes: list[float]) -> float:
@@ -188,22 +202,10 @@ def grid_error(changes: list[float]) -> float:
     return max(changes[-1] / (min(3.0, max(1.25, rate)) - 1), changes[-2] / 12)
 
 
-def _change(coarse: Policy, fine: Policy) -> float:
-    """Largest change at the nodes of the finer grid; on more axes than one, at the nodes that the two share.
-
-    On one axis a look-up between nodes keeps to the kinks of the value-to-go, and is as good as one at a node; on more it
-    cuts them, which is not part of the estimate.
-    """
-    if len(fine.grid.shape) == 1:
-        return float(np.max(np.abs(_halved(coarse) - fine.table.value)))
-    every = tuple(slice(None, None, 2) for _ in fine.grid.shape)
-    value = fine.table.value.reshape(*fine.table.value.shape[:2], *fine.grid.shape)[(slice(None), slice(None), *every)]
-    return float(np.max(np.abs(value.reshape(coarse.table.value.shape) - coarse.table.value)))
-
-
-def _halved(policy: Policy) -> Floats:
-    """Value-to-go [row, mode, node] of a policy of one axis on a grid of half the spacing, as it is looked up."""
-    rows, modes, nodes = policy.table.value.shape
-    row, mode, node = (x.ravel() for x in np.indices((rows, modes, 2 * nodes - 1)))
-    found = policy.interpolated(row, mode, 0.5 * node[None])
-    return found.reshape(rows, modes, -1)
+def _changes(coarse: Policy, fine: Policy) -> tuple[float, float]:
+    """Largest change at the nodes of the finer grid, as the coarser looks them up, and at the nodes that the two share."""
+    shape = fine.grid.shape
+    row, mode, *node = (x.ravel() for x in np.indices((*fine.table.value.shape[:2], *shape)))
+    index = 0.5 * np.array(node).reshape(len(shape), row.size)
+    change = np.abs(coarse.interpolated(row, mode, index) - fine.table.value.ravel())
+    return float(np.max(change)), float(np.max(change, where=np.all(index % 1 == 0, axis=0), initial=0.0))

@@ -7,7 +7,7 @@ from scipy import sparse
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _compiled, _kernels
-from sdpgrind.sdp._found import SEARCH_SHARE, Found
+from sdpgrind.sdp._found import Found
 from sdpgrind.sdp._grid import Ints, record
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._rows import Rows
@@ -42,7 +42,7 @@ class PointBundle:
         self.tells_mode = per_mode and self.modes > 1
         self.nodes = tuple(x[block] for x in menu.grid.points)
         self.count = block.stop - block.start
-        self.difference = np.zeros(1)  # between cubic and parabola, the largest so far
+        self.difference = np.zeros(1)  # of values, by the search between levels: the largest so far
         self.penalty = self._penalty()
         self.target = self._targets()
         self._table: Any = None
@@ -74,7 +74,7 @@ class PointBundle:
     @property
     def search_error(self) -> float:
         """Estimated error ($) of the search between levels so far."""
-        return SEARCH_SHARE * float(self.difference[0])
+        return float(self.difference[0])
 
     def best(self, value: Floats, level: Floats) -> Found:
         """Return the best for value[mode, node] and the stops' further charge level[mode]."""

@@ -75,6 +75,10 @@ class Rows:
     stopped: Floats
     tails: tuple[Tail, ...] = ()
 
+    def select(self, kept: Any) -> "Rows":
+        """Return what leads on from some of the points, without the tails."""
+        return Rows(self.matrix[kept], self.mode[kept], self.charge[kept], self.stopped[kept])
+
     def expect(self, value: Floats, level: Floats) -> Floats:
         """Return E value(next) + charges, (P,), from the `value` [mode, node] and the stops' further charge `level` [mode], $."""
         inner = np.empty(self.mode.shape)

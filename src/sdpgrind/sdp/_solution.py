@@ -8,13 +8,13 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _lookup
 from sdpgrind.sdp._grid import Ints
-from sdpgrind.sdp._kinks import Kinks, Lines, Spans, sorted_kinks
+from sdpgrind.sdp._kinks import Kinks, sorted_kinks
 from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._locate import Locator, Place
-from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._problem import Problem
-from sdpgrind.sdp._rows import Rows
+from sdpgrind.sdp._split import split
 from sdpgrind.sdp._stages import Table
+from sdpgrind.sdp._steps import Steps
 
 
 class Solution:
@@ -86,59 +86,9 @@ class Solution:
         lines = self.table.changes.all() if self.table.changes else None
         if lines is None:
             return Kinks.none((rows, modes, nodes - 1 if len(self.grid.axes) == 1 else 0))
-        return sorted_kinks(_split(self, lines), (rows, modes, nodes - 1))
+        return sorted_kinks(split(lines, self.steps), (rows, modes, nodes - 1))
 
-
-def _split(solution: Solution, lines: Lines) -> Lines:
-    """Replace lines of one move that does another thing at each end by two, each with what is done at one end."""
-    split = lines.split
-    if not np.any(split):
-        return lines
-    two, pair = lines.select(split), [lines.select(~split)]
-    for end in (0, 1):
-        far, entry = 1 - end, two.entry[:, end]
-        # The other end is tried with the same control, and with that which goes on as it came.
-        held = two.control[:, end]
-        onward = _within(solution, two.act, held, two.onward[:, far])
-        tried = [_cost_at(solution, two, two.cell + far, entry, control) for control in (held, onward)]
-        cost, control = two.cost.copy(), two.control.copy()
-        cost[:, far], control[:, far] = np.minimum(*tried), np.where(tried[1] < tried[0], onward, held)
-        line = two._replace(cost=cost, control=control, entry=np.stack([entry] * 2, axis=1))
-        pair.append(line.select(np.isfinite(cost).all(axis=1)))
-    return Lines(*(np.concatenate(columns) for columns in zip(*pair, strict=True)))
-
-
-def _within(solution: Solution, act: Ints, held: Floats, onward: Floats) -> Floats:
-    """Controls of moves that go on from `held`, kept inside its regime."""
-    problem = solution.need_problem("kinks")
-    ends = np.array([[m.levels.low, m.levels.high] if m.levels else [0.0, 0.0] for m in problem.moves])[act]
-    low, high = Spans.of(problem).select(act).around(held)
-    return np.clip(onward, np.maximum(low, ends[:, 0]), np.minimum(high, ends[:, 1]))
-
-
-def _cost_at(solution: Solution, lines: Lines, at: Ints, entry: Ints, control: Floats) -> Floats:
-    """Cost of the moves of `lines` with given controls at given nodes."""
-    problem, grid = solution.need_problem("kinks"), solution.grid
-    cost = np.empty(at.size)
-    for row, k in sorted({(int(r), int(m)) for r, m in zip(lines.row, lines.act, strict=True)}):
-        here = (lines.row == row) & (lines.act == k)
-        mode = lines.mode[here] if len(problem.modes) > 1 else None
-        points = tuple(x[at[here]] for x in grid.points)
-        cost[here] = step_cost(solution, Menu(problem, grid, k), row, points, mode, entry[here], control[here])
-    return cost
-
-
-def step_cost(
-    solution: Solution, menu: Menu, row: int, points: tuple[Floats, ...], mode: Any, entry: Any, control: Floats
-) -> Floats:
-    """Cost of one move from arbitrary points in a slice of the table, and of the policy from then on."""
-    layout, count, value = solution.layout, solution.countdown, solution.table.value
-    time = np.full(points[0].shape if points else (1,), count.time(row))
-    rows: Rows = menu.move.to.rows(menu, points, mode, time, np.asarray(entry, dtype=np.int64), control)
-    end = count.arrival(row, menu.move.duration)
-    if end is None:
-        return np.full(rows.mode.shape, np.inf)
-    extra = np.asarray(layout.edge_extra) if layout.edge_extra else np.zeros(len(layout.modes))
-    # The base lacks the late charge of the time at which it is used.
-    used = float(count.late(count.lowest * count.step)) if count.in_base(row) else 0.0
-    return rows.expect(value[end.row] + end.lacks, extra + end.late) - used
+    @property
+    def steps(self) -> Steps:
+        """Single moves from anywhere, followed by the policy."""
+        return Steps(self.need_problem("a step"), self.layout, self.countdown, self.table.value)

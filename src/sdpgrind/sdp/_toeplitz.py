@@ -14,7 +14,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _kernels
 from sdpgrind.sdp._convolution import Convolution, Product
 from sdpgrind.sdp._edges import Exit
-from sdpgrind.sdp._found import SEARCH_SHARE, Found
+from sdpgrind.sdp._found import Found
 from sdpgrind.sdp._grid import Grid, Ints
 from sdpgrind.sdp._law import Law
 from sdpgrind.sdp._menu import Menu
@@ -50,7 +50,7 @@ class ShiftBundle:
         self.nodes = self.grid.shape[self.axis]
         self.sources = self.modes if per_mode else 1
         self.groups = (block.stop - block.start) * self.sources
-        self.difference = np.zeros(1)  # between cubic and parabola, the largest so far
+        self.difference = np.zeros(1)  # of values, by the search between levels: the largest so far
         self._layout()
         self._tables()
 
@@ -182,7 +182,7 @@ class ShiftBundle:
     @property
     def search_error(self) -> float:
         """Estimated error ($) of the search between levels so far."""
-        return SEARCH_SHARE * float(self.difference[0])
+        return float(self.difference[0])
 
     def best(self, value: Floats, level: Floats) -> Found:
         """Return the best of each move for value[mode, node] and the stops' further charge level[mode]."""

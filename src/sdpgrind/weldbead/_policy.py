@@ -204,12 +204,13 @@ class SequencePolicy:
             if number < 0:
                 f = (1 - part) * force[row, 0, k] + part * force[row, 0, k + 1]
             else:  # the action changes in this cell
-                least = np.inf
-                for i in range(start[number], start[number + 1]):
-                    height = cost[i, 0] + part * (cost[i, 1] - cost[i, 0])
-                    if height < least:
-                        least, line = height, i
+                lines = range(start[number], start[number + 1])
+                heights = [cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines]
+                least = min(heights)
+                line = lines[heights.index(least)]
                 chosen, f = act[line], (1 - part) * line_force[line, 0] + part * line_force[line, 1]
+                others = [height for i, height in zip(lines, heights, strict=True) if act[i] != chosen]
+                g = min(others) - least if others else g
         if chosen < 0:
             return SequenceAction(True, 0.0, np.nan, np.nan, g, self.problem)
         return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)
@@ -300,9 +301,7 @@ class SequencePolicy:
         found: sdp.Runs = self.table.simulate(runs=runs, rng=rng, problem=problem, snap=snap, executor=executor, **start)
         return found
 
-    def risk(
-        self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95
-    ) -> Risk:
+    def risk(self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95) -> Risk:
         """Return exact risk figures from a height (mm), a time left (s) and the duration (s) of the last pass, as in `value`.
 
         `confidence` is the probability of the CVaR.
