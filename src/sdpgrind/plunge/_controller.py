@@ -238,7 +238,9 @@ class StagedController(_Sampled, Frozen):
     stage_remaining : float, optional
         Remaining stock at which the slower rate begins, mm.
     stage_rate : float, optional
-        The slower rate, mm/s. Both are the fastest of the model that leave no burned layer and are round enough when left out.
+        The slower rate, mm/s. Both are the fastest of the model with the margin when left out.
+    safety_margin : float
+        Slack that the stages that are searched for leave, mm; of no effect where they are given.
     rough_rate : float, optional
         Rate until then, mm/s; the greatest of the problem when left out.
     final_rate : float, optional
@@ -265,6 +267,7 @@ class StagedController(_Sampled, Frozen):
     stage_remaining: float | None = None
     stage_rate: float | None = None
     _: dataclasses.KW_ONLY
+    safety_margin: float = 0.001
     rough_rate: float | None = None
     final_rate: float | None = None
     observer_gain: float = 0.1
@@ -276,13 +279,16 @@ class StagedController(_Sampled, Frozen):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, own)
             checks.positive(name, getattr(self, name), "mm/s")
+        checks.within("safety_margin", self.safety_margin, 0.0, 0.5 * self.problem.stock, "mm")
         checks.within("rough_rate", self.rough_rate, 0.0, self.problem.command_rate_max, "mm/s")
         if (self.stage_remaining is None) != (self.stage_rate is None):
             raise ValueError("stage_remaining and stage_rate must both be given, or none")
         if self.stage_remaining is None or self.stage_rate is None:
             from sdpgrind.plunge._stages import fastest_stages
 
-            for name, value in zip(("stage_remaining", "stage_rate"), fastest_stages(self.problem), strict=True):
+            for name, value in zip(
+                ("stage_remaining", "stage_rate"), fastest_stages(self.problem, self.safety_margin), strict=True
+            ):
                 object.__setattr__(self, name, value)
         checks.within("stage_remaining", self.stage_remaining, 0.0, self.problem.stock, "mm")
         checks.positive("stage_rate", self.stage_rate, "mm/s")

@@ -8,34 +8,36 @@ from sdpgrind.plunge import kernels as cycle
 from sdpgrind.plunge._controller import staged_law
 from sdpgrind.plunge._problem import CycleProblem
 
-_GRID = 24
+_GRID = 12
 
 
-def fastest_stages(problem: CycleProblem) -> tuple[float, float]:
-    """Return the stock (mm) at which the slower rate begins, and that rate (mm/s), of the fastest cycle without a burned layer.
+def fastest_stages(problem: CycleProblem, margin: float) -> tuple[float, float]:
+    """Return the stock (mm) at which the slower rate begins, and that rate (mm/s), of the fastest cycle with a slack.
 
     For a rate the stage must begin early enough that all damage comes off: one root. The best rate is then one minimum.
     """
     high = min(problem.model.burn_rate, problem.command_rate_max)
     low = min(1.5 * problem.final_rate, 0.5 * high)
     rates = np.geomspace(low, high, _GRID)
-    times = [_time(problem, rate) for rate in rates]
+    times = [_time(problem, rate, margin) for rate in rates]
     k = int(np.argmin(times))
     ends = rates[max(k - 1, 0)], rates[min(k + 1, _GRID - 1)]
-    best = minimize_scalar(lambda rate: _time(problem, rate), bounds=ends, method="bounded", options={"xatol": 1e-4 * high})
+    best = minimize_scalar(
+        lambda rate: _time(problem, rate, margin), bounds=ends, method="bounded", options={"xatol": 1e-4 * high}
+    )
     rate = float(best.x) if best.fun <= times[k] else float(rates[k])
-    return _begin(problem, rate), rate
+    return _begin(problem, rate, margin), rate
 
 
-def _time(problem: CycleProblem, rate: float) -> float:
-    return _ground(problem, _begin(problem, rate), rate)[0]
+def _time(problem: CycleProblem, rate: float, margin: float) -> float:
+    return _ground(problem, _begin(problem, rate, margin), rate)[0]
 
 
-def _begin(problem: CycleProblem, rate: float) -> float:
+def _begin(problem: CycleProblem, rate: float, margin: float) -> float:
     """The least stock at which the stage may begin."""
 
     def slack(remaining: float) -> float:
-        return _ground(problem, remaining, rate)[1]
+        return _ground(problem, remaining, rate)[1] - margin
 
     if slack(0.0) >= 0:
         return 0.0
