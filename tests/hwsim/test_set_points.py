@@ -9,6 +9,8 @@ from hwsim_fakes import Tank
 from test_loop import Two
 
 import hwsim
+from sdpgrind import units
+from sdpgrind.weldbead import force
 
 
 class Boss:
@@ -187,3 +189,30 @@ def test_a_command_that_is_called_command_keeps_its_name():
     labels = Labels("", "", {}, {"platform_command": "mm", "flow": "mm/s"}, {}, {}, {})
     assert labels.column("platform_command") == {"units": "mm", "long_name": "platform commanded"}
     assert labels.column("flow_command") == {"units": "mm/s", "long_name": "flow commanded"}
+
+
+def test_a_pass_begins_after_its_set_points_came():
+    """The disc is still where the last pass left it: nothing is demanded before it comes to the plan, and nothing winds up."""
+    time = np.arange(0.0, 2.0, 0.004)
+    points = {"plan_time": time, "normal_force_plan": np.where(time > 0, 40.0, 0.0), "fly_height_plan": np.full(time.size, 10.0)}
+    controller = force.ForceController(None, force.PI.design(crossover=units.hz(3.0)))
+    command = controller.step(force=nan, **points, center_x_plan=20.0 * time)
+    assert controller.report() == {"force_demand": 0.0, "force_reference": 0.0, "correction": 0.0}
+    for k in range(15):  # from 10 mm before
+        place = -10.0 + 20.0 * k / 60
+        assert controller.step(force=0.0, center_x=place, **points, center_x_plan=20.0 * time) == command
+        assert controller.report()["force_demand"] == 0.0
+    for k in range(15, 40):
+        controller.step(force=0.0, center_x=-10.0 + 20.0 * k / 60, **points, center_x_plan=20.0 * time)
+    assert controller.report()["force_demand"] == 40.0
+
+
+def test_without_place_and_clock_samples_are_counted():
+    time = np.arange(0.0, 2.0, 0.004)
+    points = {"plan_time": time, "normal_force_plan": 10.0 + 20.0 * time, "fly_height_plan": np.full(time.size, 10.0)}
+    controller = force.ForceController(None, force.PI.design(crossover=units.hz(3.0)))
+    demands = []
+    for _ in range(30):
+        controller.step(force=nan, **points)
+        demands.append(controller.report()["force_demand"])
+    assert demands[0] == 10.0 and np.allclose(np.diff(demands[1:]), 20.0 / 60)

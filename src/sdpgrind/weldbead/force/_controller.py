@@ -273,10 +273,13 @@ class ForceController:
         if pass_time < self._clock:
             self._restart()
         self._clock = pass_time if not isnan(pass_time) else self._clock
+        told = self._plan is None  # by set-points: the pass begins after the sample in which they come
         if not isnan(center_x) and reference.center_x is not None:
             place = reference.when(center_x)
-            counted = self._time + self.period
+            counted = nan if told and self._samples == 1 else self._time + self.period
             return place if isnan(counted) else counted + _PLACE_TRUST * (place - counted)
+        if told and self._samples == 0 and isnan(pass_time):
+            return -self._lag
         return self._samples * self.period if isnan(pass_time) else pass_time
 
     def _known(self) -> Reference:
