@@ -413,6 +413,11 @@ def test_as_printed_a_burned_part_brings_the_last_good_bound_back(monkeypatch):
     assert back == pytest.approx(first, abs=1e-9) and again - back == pytest.approx(0.4 * 0.007)
 
 
+def test_as_printed_what_was_never_good_is_stepped_back_from(monkeypatch):
+    first, second, third = shown(monkeypatch, bounding(rule="printed"), -0.002, -0.001, -0.001)
+    assert second - first == pytest.approx(-0.004) and third - second == pytest.approx(-0.004)
+
+
 def test_as_printed_it_stops_at_the_buffer(monkeypatch):
     first, second, third = shown(monkeypatch, bounding(rule="printed"), 0.02, 0.003, 0.002)
     assert second == pytest.approx(first, abs=1e-9) and third == pytest.approx(first, abs=1e-9)

@@ -15,7 +15,7 @@ from sdpgrind.plunge._stage_solvers import SOLVED, QuadraticProgram, optimum
 if TYPE_CHECKING:
     import cvxpy
 
-BUFFERS: Mapping[str, float] = {"burned_layer": 0.003, "roundness": 3e-5, "grinding_power": 0.0}
+BUFFERS: Mapping[str, float] = {"burned_layer": 0.003, "roundness": 6e-5, "grinding_power": 0.0}
 CAPS: Mapping[str, float] = {"burned_layer": 0.02, "roundness": 5e-4, "grinding_power": 500.0}
 RULES, METHODS = ("contracting", "printed"), ("qp", "nlp")
 
@@ -42,12 +42,12 @@ class ConstraintBounding:
     step : float or mapping
         Share c of what is left that is taken, 0 to 1, unit 1; also for each of "burned_layer", "roundness", "grinding_power".
     noise_buffer : mapping, optional
-        What is to be left for noise, n: 0.003 mm of "burned_layer", 3e-5 mm of "roundness", 0 W of "grinding_power".
+        What is to be left for noise, n: 0.003 mm of "burned_layer", 6e-5 mm of "roundness", 0 W of "grinding_power".
     cap : mapping, optional
         How far beyond its limit a bound may go, as the model may be too careful: 0.02 mm, 5e-4 mm, 500 W.
     rule : {"contracting", "printed"}
         Printed: c (s + n) while s > n, as in Dong, Danai and Malkin (2004), (9); where a limit was exceeded its last good
-        bound comes back and its c is halved. Contracting takes all of s - n back then.
+        bound comes back and its c is halved. Contracting takes all of s - n back then, as does printed where no bound was good.
     method : {"qp", "nlp"}
         The model's optimum by quadratic programs about the last one (`statement`, OSQP), or by IPOPT (CasADi).
     settings : iterable of str, optional
@@ -159,10 +159,12 @@ class ConstraintBounding:
         if left >= 0:
             self._good[name] = bound
             return moved(bound, left, step=self.step[name], buffer=buffer, rule=self.rule)
+        back = moved(bound, left, step=1.0, buffer=buffer, rule="contracting")
         if self.rule == "contracting":
-            return moved(bound, left, step=1.0, buffer=buffer, rule=self.rule)
+            return back
         self.step[name] /= 2
-        return self._good.get(name, bound)
+        good = self._good.get(name, bound)
+        return good if good < bound else back
 
 
 def moved(bound: float, left: float, *, step: float, buffer: float, rule: str) -> float:

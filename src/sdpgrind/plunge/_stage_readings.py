@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.signal import savgol_filter
 from scipy.special import ndtr
 
 from sdpgrind.base.checks import Floats
@@ -89,13 +88,15 @@ class _Readings:
 
 def _rate(size: Floats, foreseen: Floats, step: float) -> Floats:
     """Infeed rate (mm/s) from that of the model and readings of size (mm)."""
-    read, window = np.isfinite(size), 2 * round(0.5 * _WINDOW / step) + 1
-    if read.sum() < 2 * window:
+    read, half = np.isfinite(size), round(0.5 * _WINDOW / step)
+    if read.sum() < 4 * half:
         return foreseen
     gone = np.concatenate([[0.0], np.cumsum(0.5 * (foreseen[1:] + foreseen[:-1]) * step)])
     index = np.arange(size.size)
     unexplained = np.interp(index, index[read], (size - gone)[read])
-    return np.asarray(foreseen + savgol_filter(unexplained, window, 2, deriv=1, delta=step))
+    weights = np.arange(-half, half + 1.0)
+    slope = np.correlate(unexplained, weights / (weights @ weights * step), "valid")  # of the line nearest to a window
+    return np.asarray(foreseen + np.pad(slope, half, "edge"))
 
 
 def _greatest(value: Floats, less: Floats, sd: Floats) -> float:
