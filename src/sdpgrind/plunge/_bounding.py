@@ -65,7 +65,7 @@ class ConstraintBounding:
     >>> problem = plunge.preset("simulation")
     >>> safe = plunge.StagedController(problem.replace(wear_flat_area=0.0234), stage_remaining=0.12, stage_rate=0.006)  # mm, mm/s
     >>> log = hwsim.run(hwsim.PlungeGrinder(problem), safe, parts=6, adapt=plunge.ConstraintBounding(step=0.5))
-    >>> bool(log.outcome.time[-1] < 0.8 * log.outcome.time[0]), int(log.outcome.burned.sum())
+    >>> bool(log.outcome.time[-1] < 0.85 * log.outcome.time[0]), int(log.outcome.burned.sum())
     (True, 0)
     """
 
