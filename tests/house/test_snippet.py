@@ -66,6 +66,28 @@ log.plot(); hwsim.compare(hwsim.ForceTableStand(problem), {"replan": tiers, "fix
 """  # noqa: E501 as it is written
 
 
+PLUNGE = """
+import hwsim
+from sdpgrind import plunge
+
+problem = plunge.preset("simulation")                    # or "experiment", or plunge.CycleProblem(plunge.PlungeModel(...), stock=..., ...)
+best = plunge.plan(problem)                              # method="exact" | "dp" | "collocation"
+best.time, best.error; best.plot(); best.trajectory      # 12.0195 s
+
+controller = plunge.CycleController(problem.replace(wear_flat_area=0.9*0.026), safety_margin=0.05)
+grinder = hwsim.PlungeGrinder(problem)                   # truth: the problem's own model unless told otherwise; noise=None switches noise off
+log = hwsim.run(grinder, controller, rng=0)
+log.outcome                                              # time, slack, part_slack, roundness, burned
+log = hwsim.run(grinder, controller, parts=12, rng=0, journal="series.db",      # killed? run it again: it resumes
+                adapt=plunge.MarginBounding(step=0.25, noise_buffer=0.005, rule="printed"))
+log = hwsim.run(grinder, controller, parts=12, rng=0, adapt=plunge.adaptation(problem))     # the recommended chain
+hwsim.compare(grinder, {"ours": controller, "three stages": plunge.StagedController(problem)}, parts=20, rng=0).plot()
+
+estimate = plunge.identify(log, "time_constant", method="output_error")     # value, sd, or status "not identified" with its reason
+problem = problem.updated(estimate)
+"""  # noqa: E501 as it is written
+
+
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
     pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -100,6 +122,15 @@ def test_the_tour_of_the_three_tiers_runs_as_written(elsewhere, coarse):
     assert log.outcome.passes.item() >= 1
     assert len(log["sequence"].time) and len(log["pass"].time) and len(log["force"].time)
     assert not list(elsewhere.iterdir())
+
+
+def test_the_tour_of_the_plunge_cycle_runs_as_written(elsewhere):
+    names: dict = {}
+    exec(compile(PLUNGE, "plunge", "exec"), names)
+    assert names["best"].time == pytest.approx(12.0195, abs=1e-4)
+    assert not names["log"].outcome.burned.any() and names["log"].outcome.time[-1] < 1.02 * names["best"].time
+    assert names["problem"].time_constant == names["estimate"]["time_constant"]
+    assert {path.name.split("-")[0] for path in elsewhere.iterdir()} == {"series.db"}
 
 
 def test_the_tour_tells_the_truth(elsewhere):
