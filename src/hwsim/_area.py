@@ -68,6 +68,10 @@ class Area(ABC):
     def plan(self, job: Job, arguments: argparse.Namespace, progress: Any) -> Any:
         """Plan a job anew."""
 
+    def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
+        """Give what learns between parts; None: nothing does."""
+        return None
+
     @abstractmethod
     def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
         """Say in a text what was planned and what came of it (see `hwsim._report`)."""
@@ -103,7 +107,7 @@ def work(area: Area, arguments: argparse.Namespace) -> None:
     if folder is not None:
         folder.refuse_other_run(controller=job.controller(plan))
         folder.begin(plan)
-    log = _run(job, plan, folder, arguments)
+    log = _run(area, job, plan, folder, arguments)
     kept = [] if folder is None else folder.keep(log, plan, pictures=not arguments.no_pictures)
     print(area.report(str(arguments.problem or arguments.preset or arguments.plan), log, plan, job))
     if len(log) > arguments.parts:
@@ -175,10 +179,11 @@ def _check_error(area: Area, plan: Any, arguments: argparse.Namespace, where: st
         raise ValueError(f"{where} holds a {word} {known}, --tolerance asks for {asked:g} {unit}: {advice}")
 
 
-def _run(job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> "Log":
+def _run(area: Area, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> "Log":
     from hwsim._loop import run
     from sdpgrind.base.progress import TerminalLine
 
     journal = None if folder is None else folder.journal
     parts = arguments.parts if folder is None else max(arguments.parts, folder.finished)
-    return run(job.stand, job.controller(plan), parts=parts, rng=arguments.rng, journal=journal, progress=TerminalLine())
+    adapt, controller = area.adaptation(job, arguments), job.controller(plan)
+    return run(job.stand, controller, parts=parts, rng=arguments.rng, adapt=adapt, journal=journal, progress=TerminalLine())

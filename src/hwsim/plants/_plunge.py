@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from hwsim.plants._plunge_machine import PlungePart
-from sdpgrind.base import checks
+from sdpgrind.base import checks, stored
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.plunge import CycleProblem, PlungeModel, kernels
 
@@ -46,6 +46,14 @@ class GrinderNoise(Frozen):
     def __post_init__(self) -> None:
         checks.nonnegative("size_sd", self.size_sd, "mm")
         checks.nonnegative("power_sd", self.power_sd)
+
+
+def _written(problem: CycleProblem) -> dict[str, str]:
+    """The problem as text; a sliding law of one's own may have none."""
+    try:
+        return {"problem": stored.encode(problem)}
+    except TypeError:
+        return {}
 
 
 @dataclass(frozen=True)
@@ -147,10 +155,10 @@ class PlungeGrinder(Frozen):
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Stock (mm) and limits (mm, mm/s) for the log."""
+        """Stock (mm), limits (mm, mm/s), and the whole problem where it can be written down, for the log."""
         p = self.problem
         rates = {"command_rate_max": float(p.command_rate_max), "burn_rate": float(p.model.burn_rate)}
-        return {"stock": float(p.stock), "roundness_max": float(p.roundness_max), **rates}
+        return {"stock": float(p.stock), "roundness_max": float(p.roundness_max), **rates, **_written(p)}
 
     @property
     def job(self) -> Mapping[str, object]:

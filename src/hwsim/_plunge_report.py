@@ -1,0 +1,46 @@
+"""What ``hwsim plunge`` prints: the first parts, and the bound beside what came of it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim._report import parts_table, summary_head, summary_line
+
+if TYPE_CHECKING:
+    from hwsim._log import Log
+
+_SHORT = {"part_slack": "slack", "out_of_round": "out of round"}
+_COLUMNS = (
+    ("time", ".2f"), ("part_slack", ".4f"), ("burned", "d"), ("roundness", ".5f"), ("out_of_round", "d"),
+)  # fmt: skip
+_UM = 1000.0
+
+
+def report(title: str, log: "Log", plan: Any) -> str:
+    """Return the whole report as text."""
+    return "\n".join([*_head(title, plan), "", *parts_table(log, "part", _COLUMNS, _SHORT), "", *_summary(log, plan)])
+
+
+def _head(title: str, plan: Any) -> Iterator[str]:
+    problem = plan.problem
+    limits = f"up to {problem.command_rate_max:g} mm/s, {_UM * problem.roundness_max:g} um round"
+    yield f"{title}: {problem.stock:g} mm of stock, {limits}"
+    known = f"known to {plan.error:.0e} s, {plan.method}"
+    yield f"plan: the fastest cycle takes {plan.time:.4f} s ({known}); {plan.binding} binds at the end"
+
+
+def _summary(log: "Log", plan: Any) -> Iterator[str]:
+    outcome = log.outcome
+    yield summary_head(log, "part")
+    yield summary_line("time (s)", outcome.time.values, ".3f", plan.time)
+    if len(log) > 2:
+        yield summary_line("time from part 2 on (s)", outcome.time.values[2:], ".3f", plan.time)
+    known = outcome.part_slack.values[np.isfinite(outcome.part_slack.values)]
+    if known.size:
+        yield summary_line("slack of damage (um)", _UM * known, ".2f", 0.0)
+    yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
+    yield summary_line("roundness (um)", _UM * outcome.roundness.values, ".3f", _UM * plan.roundness)
+    yield summary_line("out of round (%)", 100.0 * outcome.out_of_round.values, ".1f", 0.0)
+    if outcome.timed_out.values.any():
+        yield summary_line("broken off (%)", 100.0 * outcome.timed_out.values, ".1f", 0.0)

@@ -1,0 +1,126 @@
+"""The picture of a run on the plunge grinder: the last part against time, and what the parts became."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim.protocols import PartLog
+from sdpgrind.base import stored
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_LEFT, _DAMAGE, _FEED, _BAD, _LIMIT = "0.35", "tab:red", "tab:blue", "tab:red", "0.15"
+_UM, _BEGINS = 1000.0, 2.0
+
+
+def picture(log: PartLog) -> "Figure":
+    """Draw a log of `PlungeGrinder`: rates, stock and damage of the last part; time, slack and roundness of all parts."""
+    pyplot = need("matplotlib.pyplot", "plot")
+    figure: Figure = pyplot.figure(figsize=(11.5, 6.8), layout="constrained")
+    grid = figure.add_gridspec(6, 2, width_ratios=(1.25, 1))
+    last = _last(log)
+    rates = figure.add_subplot(grid[:3, 0])
+    _rates(rates, last)
+    _stock(figure.add_subplot(grid[3:, 0], sharex=rates), last, log)
+    _outcomes([figure.add_subplot(grid[2 * k : 2 * k + 2, 1]) for k in range(3)], log)
+    for axis in figure.axes:
+        axis.grid(alpha=0.25, lw=0.5)
+        axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(_title(log))
+    return figure
+
+
+def _title(log: PartLog) -> str:
+    out = log.outcome
+    parts = f"{len(log)} parts" if len(log) > 1 else "1 part"
+    burned, rough = (int(out[name].values.sum()) for name in ("burned", "out_of_round"))
+    return f"{parts}: {out.time.values.mean():.2f} s each, {burned} burned, {rough} out of round"
+
+
+def _last(log: PartLog) -> dict[str, Floats]:
+    """Columns of the last part; those that a controller of one's own does not report are NaN."""
+    table = log[log.tiers[0]]
+    rows = table.part.values == table.part.values[-1]
+    names = (
+        "time",
+        "size",
+        "grinding_power",
+        "power_saturated",
+        "command_rate_command",
+        "section_planned",
+        "infeed_rate_planned",
+    )
+    missing = np.full(rows.sum(), np.nan)
+    return {name: table[name].values[rows] if name in table.variables else missing for name in names}
+
+
+def _sections(axis: Any, last: dict[str, Floats]) -> None:
+    """A line where a section begins."""
+    begins = np.flatnonzero(np.diff(last["section_planned"]) > 0) + 1
+    for begin in begins[:-1] if begins.size else begins:  # the last one is the end of the part
+        axis.axvline(last["time"][begin], color="0.8", lw=1, zorder=0)
+
+
+def _rates(axis: Any, last: dict[str, Floats]) -> None:
+    time = last["time"]
+    axis.step(time, _UM * last["command_rate_command"], where="post", color="0.6", lw=1, label="command")
+    if np.isfinite(last["infeed_rate_planned"]).any():
+        axis.plot(time, _UM * last["infeed_rate_planned"], color=_FEED, label="infeed, as the controller has it")
+    _sections(axis, last)
+    axis.set(ylabel="rate [um/s]")
+    axis.tick_params(labelbottom=False)
+    axis.set_title("The last part", loc="left")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _stock(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
+    """What is left, by the gauge, and how deep the damage goes, by power where it is not clipped."""
+    attributes, time = log.outcome.attrs, last["time"]
+    axis.plot(time, float(attributes["stock"]) - last["size"], color=_LEFT, label="remaining stock, by the gauge")
+    if "problem" in attributes:
+        model = stored.decode(str(attributes["problem"])).model
+        cuts = last["infeed_rate_planned"] > _BEGINS * model.burn_onset[0]  # below, ploughing alone looks like damage
+        used = cuts & (last["power_saturated"] == 0)
+        damage = model.burn_depth(last["infeed_rate_planned"][used], last["grinding_power"][used])
+        axis.plot(time[used], np.maximum(damage, 0.0), ".", color=_DAMAGE, ms=3, label="depth of damage, by power")
+    axis.axhline(0, color=_LIMIT, lw=1)
+    _sections(axis, last)
+    axis.set(xlabel="time [s]", ylabel="depth from the size [mm]")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _outcomes(axes: list[Any], log: PartLog) -> None:
+    """Time, slack of damage and roundness of every part, with their limits."""
+    out, limit = log.outcome, float(log.outcome.attrs["roundness_max"])
+    parts = np.arange(len(log))
+    _series(axes[0], parts, out.time.values, out.timed_out.values)
+    axes[0].set(ylabel="time [s]")
+    axes[0].set_title("Every part", loc="left")
+    _series(axes[1], parts, _UM * out.part_slack.values, out.burned.values)
+    axes[1].set(ylabel="slack [um]")
+    axes[1].axhline(0, color=_LIMIT, lw=1, ls="--")
+    axes[1].annotate("below: burned", (0.99, 0), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right"))
+    _series(axes[2], parts, _UM * out.roundness.values, out.out_of_round.values)
+    axes[2].set(ylabel="out-of-round [um]", xlabel="part")
+    axes[2].axhline(_UM * limit, color=_LIMIT, lw=1, ls="--")
+    axes[2].annotate("limit", (0.99, _UM * limit), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right"))
+    for axis in axes:
+        axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
+        axis.margins(y=0.2)
+    for axis in axes[:2]:
+        axis.sharex(axes[2])
+        axis.tick_params(labelbottom=False)
+
+
+def _small(**options: Any) -> dict[str, Any]:
+    return {"textcoords": "offset points", "fontsize": 8, **options}
+
+
+def _series(axis: Any, parts: Any, values: Floats, bad: Floats) -> None:
+    """One value a part; those that are bad in red."""
+    axis.plot(parts, values, "-", color=_FEED, lw=0.8, alpha=0.5)
+    for chosen, colour in ((bad == 0, _FEED), (bad != 0, _BAD)):
+        axis.plot(parts[chosen], values[chosen], "o", color=colour, ms=3.5)

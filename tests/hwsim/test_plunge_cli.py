@@ -1,0 +1,333 @@
+"""``hwsim plunge``: jobs as TOML, what it prints and keeps, what it refuses; the picture of a run."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hwsim
+import sdpgrind
+from hwsim._log import same
+from hwsim._plunge_toml import read
+from hwsim.cli import main
+from sdpgrind import physics, plunge
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "plunge.toml"
+PROBLEM = plunge.preset("simulation")
+JOB = ["plunge", "--preset", "simulation", "--parts", "4", "--rng", "4"]
+KEPT = ["plan.nc", "plan.png", "run.db", "run.nc", "run.png"]
+
+
+@pytest.fixture
+def pyplot():
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("agg")
+    yield pyplot
+    pyplot.close("all")
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "deep" / "run"
+    assert main([*JOB, "--out", str(folder)]) == 0
+    return folder
+
+
+def said(capsys, *arguments):
+    assert main(["plunge", *map(str, arguments)]) == 0
+    out, error = capsys.readouterr()
+    assert error == ""
+    return out
+
+
+def refused(capsys, *arguments):
+    """Exit status 2, one line on standard error, nothing on standard output; give the line."""
+    assert main(["plunge", *map(str, arguments)]) == 2
+    out, error = capsys.readouterr()
+    assert out == "" and error.count("\n") == 1 and error.startswith("hwsim: ")
+    return error.removeprefix("hwsim: ").strip()
+
+
+# Runs -----------------------------------------------------------------------------------------------------------------
+
+
+def in_python(**options):
+    controller = plunge.CycleController(PROBLEM, safety_margin=0.05 * PROBLEM.stock)
+    return hwsim.run(hwsim.PlungeGrinder(PROBLEM), controller, parts=4, rng=4, **options)
+
+
+def test_keeps_plan_log_journal_and_pictures(finished):
+    assert sorted(file.name for file in finished.iterdir()) == KEPT
+    log = sdpgrind.load(finished / "run.nc")
+    assert same(log, in_python(adapt=plunge.adaptation(PROBLEM)))
+    with sdpgrind.load(finished / "run.db") as journal:
+        assert same(journal.log(), log)
+    plan = sdpgrind.load(finished / "plan.nc")
+    assert plan.problem == PROBLEM and plan.time == plunge.plan(PROBLEM).time
+
+
+def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
+    out = said(capsys, *JOB[1:], "--no-pictures", "--out", finished)
+    outcome = sdpgrind.load(finished / "run.nc").outcome
+    lines = out.splitlines()
+    assert lines[0] == "simulation: 0.282 mm of stock, up to 0.0448 mm/s, 3 um round"
+    assert lines[1].startswith("plan: the fastest cycle takes 12.0195 s (known to ") and lines[1].endswith(
+        "roundness binds at the end"
+    )
+    assert lines[3].split() == ["part", "time", "s", "slack", "mm", "burned", "roundness", "mm", "out", "of", "round"]
+    for k in range(4):
+        first = [f"{outcome.time.values[k]:.2f}", f"{outcome.part_slack.values[k]:.4f}", f"{outcome.burned.values[k]:.0f}"]
+        assert lines[4 + k].split() == [str(k), *first, f"{outcome.roundness.values[k]:.5f}", "0"]
+    by_name = {line[:24].strip(): line[24:].split() for line in lines}
+    assert by_name["time (s)"][:2] == ["12.020", f"{outcome.time.values.mean():.3f}"]
+    assert by_name["time from part 2 on (s)"][1] == f"{outcome.time.values[2:].mean():.3f}"
+    assert by_name["roundness (um)"][:2] == ["3.000", f"{1e3 * outcome.roundness.values.mean():.3f}"]
+    assert by_name["burned (%)"][:2] == ["0.0", "0.0"]
+
+
+def test_finished_run_is_reported_again_unchanged(finished, capsys):
+    before = {name: (finished / name).read_bytes() for name in KEPT}
+    outputs = [said(capsys, *JOB[1:], "--no-pictures", "--out", finished) for _ in range(2)]
+    assert outputs[0] == outputs[1]
+    assert before == {name: (finished / name).read_bytes() for name in KEPT}
+
+
+def test_a_series_is_made_longer_and_margins_go_on(finished, tmp_path, capsys):
+    for parts in (2, 4):
+        said(capsys, *JOB[1:3], "--parts", parts, "--rng", 4, "--no-pictures", "--out", tmp_path / "run")
+    assert (tmp_path / "run" / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
+
+
+def test_the_same_margins_for_every_part(finished, tmp_path, capsys):
+    said(capsys, "--plan", finished / "plan.nc", "--parts", 4, "--rng", 4, "--no-adapt", "--no-pictures", "--out", tmp_path)
+    assert same(sdpgrind.load(tmp_path / "run.nc"), in_python())
+    line = refused(capsys, *JOB[1:], "--no-adapt", "--out", finished)
+    assert line.endswith("was begun with another adapt")
+
+
+def test_a_cycle_without_damage_and_one_part(capsys):
+    out = said(capsys, "--preset", "experiment", "--parts", 1, "--no-adapt")
+    assert "slack of damage" not in out and "part 2 on" not in out
+    assert "mean of 1 parts" in out
+
+
+def test_wear_is_planned_by_stages(tmp_path, capsys):
+    path = tmp_path / "job.toml"
+    path.write_text(EXAMPLE.read_text().replace("# [model.wear]", "[model.wear]").replace("# growth =", "growth ="))
+    out = said(capsys, path, "--parts", 2)
+    assert "s, dp)" in out.splitlines()[1]
+    assert read(path).problem.model.wear == plunge.Wear(0.02)
+
+
+def test_other_refusals(finished, capsys):
+    assert refused(capsys) == "problem.toml, --preset or --plan must be given; try: hwsim plunge --preset simulation"
+    assert refused(capsys, "--preset", "P1").endswith("got 'P1'")
+    log = finished / "run.nc"
+    assert refused(capsys, "--plan", log) == f"--plan must be a saved plan of a plunge cycle; {log} holds a Log"
+    line = refused(capsys, "--preset", "experiment", "--out", finished)
+    assert line.startswith(f"--out {finished} holds a run of another problem (model, stock, ")
+    with pytest.raises(SystemExit):
+        main(["plunge", "--help"])
+    assert "--no-adapt" in capsys.readouterr().out
+
+
+# TOML -----------------------------------------------------------------------------------------------------------------
+
+
+def test_the_example_is_the_preset_on_another_machine():
+    job = read(EXAMPLE)
+    assert job.problem.model.replace(wheel_speed=1.0e4, work_rotation=20.0) == PROBLEM.model.replace(
+        wheel_speed=1.0e4, work_rotation=20.0
+    )
+    assert (job.problem.model.wheel_speed, job.problem.model.work_rotation) == pytest.approx((37e3, 10 * np.pi), rel=1e-14)
+    assert (job.problem.stock, job.problem.command_rate_max, job.problem.roundness_max) == (0.282, 0.0448, 0.003)
+    assert dict(job.settings) == {"safety_margin": 0.02, "sparkout": "p_end"}
+    assert job.stand.truth == job.problem.model.replace(wear_flat_area=0.0286)
+    assert (job.stand.noise, job.stand.power_max) == (hwsim.GrinderNoise(), 3000.0)
+
+
+SHAFT = """
+stock = 0.2
+command_rate_max = "2 mm/min"
+roundness_max = "4 um"
+time_constant = 2.0
+sample_time = "20 ms"
+[model]
+wheel_diameter = "40 cm"
+work_diameter = 50
+width = 20
+internal = false
+wheel_speed = "45 m/s"
+work_rotation = "240 rpm"
+wear_flat_area = "0.3 %"
+stiffness = "40 kN/mm"
+normal_force_ratio = 2.5
+diffusivity = 12.5
+roundness_base = 0.001
+roundness_gain = 1.5
+[model.power]
+sliding = "malkin"
+pressure = 7.0
+[model.burning]
+u0 = 6.2
+B = 12.0
+[controller]
+sparkout = "gauge"
+online = false
+no_burn = true
+observer_gain = 0.2
+[grinder]
+dynamics = "nonlinear"
+size_delay = true
+command_quantum = "0.1 um"
+max_time = "2 min"
+[grinder.noise]
+size_sd = 0
+[grinder.truth]
+stiffness = 35e3
+[grinder.truth.wear]
+growth = 1e-3
+exponent = 0.5
+"""
+
+
+@pytest.fixture
+def job(tmp_path):
+    """Write a changed shaft and give its path."""
+
+    def write(old="", new=""):
+        assert old in SHAFT
+        path = tmp_path / "job.toml"
+        path.write_text(SHAFT.replace(old, new, 1))
+        return path
+
+    return write
+
+
+def test_every_table(job):
+    got = read(job())
+    model = plunge.PlungeModel(
+        wheel_diameter=400.0, work_diameter=50.0, width=20.0, internal=False, wheel_speed=45e3,
+        work_rotation=got.problem.model.work_rotation, wear_flat_area=0.003, stiffness=4e4, normal_force_ratio=2.5,
+        diffusivity=12.5, roundness_base=0.001, roundness_gain=1.5, burning=physics.BurningLimit(6.2, 12.0),
+        power=physics.GrindingPower(sliding=physics.MalkinSliding(pressure=7.0)),
+    )  # fmt: skip
+    assert got.problem.model == model and model.work_rotation == pytest.approx(8 * np.pi, rel=1e-14)
+    assert (got.problem.command_rate_max, got.problem.sample_time, got.problem.time_constant) == (
+        pytest.approx(1 / 30),
+        0.02,
+        2.0,
+    )
+    stand = hwsim.PlungeGrinder(
+        got.problem, noise=hwsim.GrinderNoise(size_sd=0.0), size_delay=True, command_quantum=1e-4, max_time=120.0,
+        truth=model.replace(stiffness=35e3, wear=plunge.Wear(1e-3, 0.5)),
+    )  # fmt: skip
+    assert got.stand == stand
+    plan = plunge.plan(got.problem)
+    controller = plunge.CycleController(
+        got.problem, safety_margin=0.05 * 0.2, sparkout="gauge", online=False, no_burn=True, observer_gain=0.2
+    )
+    assert got.controller(plan) == controller
+
+
+FAULTS = [
+    ("stock = 0.2", "stok = 0.2", "stock is missing; is stok meant?"),
+    ("stock = 0.2", "stock = '0.2 s'", "stock must have a unit like mm; got '0.2 s'"),
+    ("stock = 0.2", "stock = 0", "stock must be > 0 (mm); got 0.0"),
+    ('"4 um"', '"0.5 um"', "roundness_max must be > roundness_base = 0.001: no rate is round enough (mm); got 0.0005"),
+    ('"20 ms"', '"1 s"', "sample_time must be <= time_constant/4 = 0.5 (s); got 1.0"),
+    ("internal = false", "internal = 1", "model.internal must be true or false; got 1"),
+    ("internal = false", "internal = true", "[model] wheel_diameter must be < work_diameter = 50 in a bore (mm); got 400.0"),
+    ('"45 m/s"', "45", "[model] wheel_speed must be in mm/s, some 30000; units.m_per_s(...) for m/s; got 45.0"),
+    ("width = 20", "width = 20\ncolour = 3", "model.colour is not a key; keys here are"),
+    ("stiffness", "stifness", "model.stiffness is missing; is model.stifness meant?"),
+    ('"malkin"', '"coulomb"', "model.power.sliding must be one of dong, malkin; got 'coulomb'"),
+    ("pressure = 7.0", "coefficient = 7.0", "model.power.coefficient is not a key; keys here are"),
+    ("B = 12.0", "B = -7.2", "[model.burning] B must be > 0 (J/(mm^2 s^(1/2))); got -7.2"),
+    ('sparkout = "gauge"', 'sparkout = "q_k"', "[controller] sparkout must be one of p_end, gauge, printed; got 'q_k'"),
+    ("observer_gain = 0.2", "observer_gain = 2", "[controller] observer_gain must be in (0, 1]; got 2.0"),
+    ("observer_gain = 0.2", "safety_margin = 0.3", "[controller] safety_margin must be < stock = 0.2 (mm); got 0.3"),
+    ("no_burn = true", "no_burn = 'yes'", "controller.no_burn must be true or false; got 'yes'"),
+    ('"nonlinear"', '"second_order"', "[grinder] dynamics must be one of nonlinear, first_order; got 'second_order'"),
+    ("size_sd = 0", "size_sd = -1", "[grinder.noise] size_sd must be >= 0 (mm); got -1.0"),
+    ("stiffness = 35e3", "wear_flat_area = 2", "[grinder.truth] wear_flat_area must be in (0, 1]; got 2.0"),
+    ("stiffness = 35e3", "stock = 0.3", "grinder.truth.stock is not a key; keys here are"),
+    ("growth = 1e-3", "rate = 1e-3", "grinder.truth.wear.growth is missing"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "line"), FAULTS)
+def test_one_clear_line_and_nothing_written(job, tmp_path, capsys, old, new, line):
+    path = job(old, new)
+    assert refused(capsys, path, "--out", tmp_path / "out").startswith(f"{path}: {line}")
+    assert [file.name for file in tmp_path.iterdir()] == ["job.toml"]
+
+
+# The picture ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_picture_shows_what_the_log_holds(finished, pyplot):
+    log = sdpgrind.load(finished / "run.nc")
+    figure = log.plot()
+    rates, stock, time, slack, roundness = figure.axes
+    table = log["controller"]
+    last = table.isel(row=np.flatnonzero(table.part.values == 3))
+    lines = {line.get_label(): line for line in (*rates.lines, *stock.lines)}
+    np.testing.assert_array_equal(lines["remaining stock, by the gauge"].get_ydata(), PROBLEM.stock - last["size"].values)
+    np.testing.assert_array_equal(lines["command"].get_ydata(), 1e3 * last.command_rate_command.values)
+    damage = lines["depth of damage, by power"]
+    assert damage.get_ydata().max() == pytest.approx(float(PROBLEM.model.burn_depth(0.0435)), abs=6e-3)
+    np.testing.assert_allclose(time.lines[0].get_ydata(), log.outcome.time)
+    np.testing.assert_allclose(slack.lines[0].get_ydata(), 1e3 * log.outcome.part_slack)
+    np.testing.assert_allclose(roundness.lines[0].get_ydata(), 1e3 * log.outcome.roundness)
+    assert [axis.get_ylabel() for axis in figure.axes] == [
+        "rate [um/s]", "depth from the size [mm]", "time [s]", "slack [um]", "out-of-round [um]",
+    ]  # fmt: skip
+    assert figure.get_suptitle() == f"4 parts: {log.outcome.time.values.mean():.2f} s each, 0 burned, 0 out of round"
+    verticals = [line for line in rates.lines if np.ptp(line.get_xdata()) == 0]
+    assert len(verticals) == 2  # where balance and spark-out begin
+
+
+def test_a_burned_part_is_red(pyplot):
+    log = hwsim.run(hwsim.PlungeGrinder(PROBLEM), plunge.CycleController(PROBLEM.replace(wear_flat_area=0.02), online=False))
+    figure = log.plot()
+    assert log.outcome.burned.values == [1.0] and "s each, 1 burned, " in figure.get_suptitle()
+    (dot,) = (line for line in figure.axes[3].lines if line.get_color() == "tab:red" and len(line.get_xdata()))
+    assert dot.get_ydata()[0] < 0
+
+
+class Plain:
+    """A controller of one's own that reports nothing."""
+
+    period = PROBLEM.sample_time
+
+    def reset(self):
+        pass
+
+    def step(self, *, size, **measured):
+        return {"retract": 1.0} if size > 0.01 else {"command_rate": 0.02}
+
+
+def test_a_controller_that_reports_nothing_is_drawn_too(pyplot):
+    rates, stock, *_ = hwsim.run(hwsim.PlungeGrinder(PROBLEM), Plain(), parts=2).plot().axes
+    assert len(rates.lines) == 1 and len(stock.lines[0].get_xdata()) > 10
+
+
+def test_a_sliding_law_of_ones_own_is_run_and_drawn_without_damage(pyplot):
+    class Mine(physics.DongSliding):
+        pass
+
+    problem = PROBLEM.replace(power=PROBLEM.model.power.replace(sliding=Mine()))
+    grinder = hwsim.PlungeGrinder(problem)
+    assert "problem" not in grinder.description
+    figure = hwsim.run(grinder, plunge.CycleController(problem, safety_margin=0.01)).plot()
+    assert all(line.get_label() != "depth of damage, by power" for line in figure.axes[1].lines)
+
+
+def test_controllers_are_compared_in_a_picture(pyplot):
+    both = {
+        "ours": plunge.CycleController(PROBLEM, safety_margin=0.005),
+        "stages": plunge.StagedController(PROBLEM, 0.09, 0.0079),
+    }
+    figure = hwsim.compare(hwsim.PlungeGrinder(PROBLEM), both, parts=3).plot()
+    assert any("time" in axis.get_title() for axis in figure.axes)
