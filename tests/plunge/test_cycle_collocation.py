@@ -187,19 +187,12 @@ def test_saved_and_loaded(turned, tmp_path):
 def test_a_solver_that_fails(monkeypatch):
     monkeypatch.setitem(_collocation.IPOPT, "max_iter", 8)
     words = "problem must be one that method 'collocation' can solve; it was not solved: IPOPT says Maximum_Iterations_Exceeded"
-    with pytest.raises(plunge.CycleError, match=words + " after 8 iterations with 30 steps: try other steps") as caught:
-        plunge.plan(NOMINAL, method="collocation", steps=30)
+    with pytest.raises(plunge.CycleError, match=words + " after 8 iterations with 40 steps: try other steps") as caught:
+        plunge.plan(NOMINAL, method="collocation", steps=40)
     assert np.isfinite(caught.value.plan.time) and caught.value.plan.error == np.inf
-    again = plunge.plan(NOMINAL, method="collocation", steps=30, throw=False)
+    again = plunge.plan(NOMINAL, method="collocation", steps=40, throw=False)
     assert not again.solution.ok and again.status == caught.value.plan.status
     assert not np.any(np.isnan(again.trajectory.infeed_rate)) and not np.any(np.isnan(again.trajectory.burn_depth))
-
-
-def test_a_wheel_too_dull_to_end_at_all():
-    """No rate would be without damage at the end: the solver says so, however it stops."""
-    hopeless = NOMINAL.replace(wear=plunge.Wear(3.0, 0.3))
-    best = plunge.plan(hopeless, method="collocation", steps=30, throw=False)
-    assert not best.solution.ok and best.status.startswith("not solved: IPOPT says ")
 
 
 @pytest.mark.parametrize(

@@ -61,10 +61,10 @@ def guess(job: Task) -> Guess:
     return Guess(total * share, left, problem.model.deflection(rate) - problem.model.core.K0, rate, total * ends)
 
 
-def twice(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> tuple[Found, Found]:
-    """Solve with half the intervals and with all, each from the plain guess."""
-    half, whole = (task(problem, margin, rotation, count) for count in (intervals // 2, intervals))
-    return solve(half, guess(half)), solve(whole, guess(whole))
+def plainly(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> Found:
+    """Solve from the plain guess."""
+    job = task(problem, margin, rotation, intervals)
+    return solve(job, guess(job))
 
 
 def solve(job: Task, start: Guess) -> Found:

@@ -120,7 +120,10 @@ def mean_rate(v: Floats, after: Floats, core: Core) -> Floats:
 
 
 def described(ground: Ground) -> sdp.Problem:
-    """The cycle as a problem of stages (stock left), one axis (share of the greatest deflection) and one move."""
+    """The cycle as a problem of stages (stock left), one axis (share of the greatest deflection) and one move.
+
+    Its control is what is spared of the greatest deflection: 0 where both are the same, as ties go to the least.
+    """
 
     def begin(s: Any) -> tuple[int, Floats]:
         stage = round(float(np.ravel(s.left)[0]))
@@ -129,7 +132,7 @@ def described(ground: Ground) -> sdp.Problem:
     def step(s: Any, c: Any, e: Any) -> tuple[Any]:
         stage, y = begin(s)
         least, greatest = ground.reach(stage, y)
-        return ((least + c.command * (greatest - least)) / ground.most[stage - 1],)
+        return ((greatest - c.spared * (greatest - least)) / ground.most[stage - 1],)
 
     def time(s: Any, c: Any, n: Any) -> Floats:
         stage, y = begin(s)
@@ -137,11 +140,7 @@ def described(ground: Ground) -> sdp.Problem:
 
     return sdp.Problem(
         (sdp.Axis("fill", 0.0, 1.0, NODES, below="hold", above="hold"),),
-        (
-            sdp.Move(
-                "feed", {"command": sdp.Levels(0.0, 1.0, LEVELS)}, sdp.Sampled(step, charge=time, compiled=False), timed=True
-            ),
-        ),
+        (sdp.Move("feed", {"spared": sdp.Levels(0.0, 1.0, LEVELS)}, sdp.Sampled(step, charge=time, compiled=False), timed=True),),
         (sdp.Stop("size", lambda s: 0.0 * s.fill, allowed=lambda s: s.left < 0.5),),
         sdp.Stages(ground.drop.size, 1.0, "left", ""),
     )
@@ -154,9 +153,9 @@ def solve(problem: CycleProblem, margin: float, stages: int = STAGES) -> Solved:
     commands, durations, y = np.empty(stages), np.empty(stages), np.zeros(1)
     for k in range(stages):
         left = stages - k
-        share = policy.action(fill=float(y[0] / ground.most[left]), left=float(left)).controls["command"]
+        share = policy.action(fill=float(y[0] / ground.most[left]), left=float(left)).controls["spared"]
         least, greatest = ground.reach(left, y)
-        after = least + share * (greatest - least)
+        after = greatest - share * (greatest - least)
         durations[k] = ground.time(left, y, after)[0]
         commands[k] = (after[0] - y[0] + ground.drop[left - 1]) / durations[k]
         y = after

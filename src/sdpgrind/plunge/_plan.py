@@ -15,7 +15,7 @@ from sdpgrind.plunge._replay import Commands, Replay, replay
 from sdpgrind.plunge._trajectory import of_exact, of_replay, switches
 
 METHODS = ("exact", "dp", "collocation")
-FEWEST = 30
+FEWEST = 40
 """Stages or intervals with which any error can be told."""
 ROUNDING, SOLVING = 1e-12, 1e-6
 """Of closed forms and of roots, and of programs that are solved and played back, relative to the time."""
@@ -50,7 +50,7 @@ def plan(
     work_rotation_range : (float, float), optional
         Least and greatest rotation of the work, rad/s, where it may be chosen all along; "collocation" only.
     steps : int, optional
-        Stages of "dp" (200) or intervals of "collocation" (240). The error is told by a second solution of half as many.
+        Stages of "dp" (200) or intervals of "collocation" (240). Solutions of half and of a quarter as many tell the error.
     throw : bool
         Whether a solver that fails is an error; False: the last that it reached, with its `status`.
 
@@ -140,11 +140,11 @@ def _by_stages(problem: CycleProblem, margin: float, rotation: tuple[float, floa
     from sdpgrind.plunge import _dp
 
     played, count = [], steps or _dp.STAGES
-    for stages in (count // 2, count):
+    for stages in (count // 4, count // 2, count):
         solved = _dp.solve(problem, margin, stages)
         commands = Commands(solved.command, solved.duration, np.full(stages, rotation[0]))
         played.append(replay(problem, commands, margin))
-    best = played[1]
+    best = played[-1]
     found = CycleSolution(count, 0, 0.0, best.excess, best.left, SOLVED)
     return _stepped(problem, margin, "dp", played, found)
 
@@ -153,16 +153,19 @@ def _by_collocation(problem: CycleProblem, margin: float, rotation: tuple[float,
     from sdpgrind.plunge import _collocation
 
     count = steps or _collocation.INTERVALS
-    coarse, fine = _collocation.twice(problem, margin, rotation, count)
-    played = [replay(problem, found.commands, margin) for found in (coarse, fine)]
-    best = played[1]
+    solved = [_collocation.plainly(problem, margin, rotation, intervals) for intervals in (count // 4, count // 2, count)]
+    played = [replay(problem, one.commands, margin) for one in solved]
+    fine, best = solved[-1], played[-1]
     found = CycleSolution(count, fine.iterations, fine.residual, best.excess, best.left, fine.message)
     return _stepped(problem, margin, "collocation", played, found)
 
 
 def _stepped(problem: CycleProblem, margin: float, method: str, played: list[Replay], found: CycleSolution) -> CyclePlan:
-    """The plan of the finer of two solutions; they are of first order at least, so that their difference is the error."""
-    course = of_replay(problem, played[1], margin)
-    half, whole = (float(one.time[-1]) for one in played)
-    error = abs(whole - half) + SOLVING * whole if found.ok else np.inf
+    """The plan of the finest of three solutions, each of twice the steps; they are of second order.
+
+    The last change is three times the error, or by luck less than the error; so a quarter of the one before counts too.
+    """
+    quarter, half, whole = (float(one.time[-1]) for one in played)
+    error = max(abs(whole - half), abs(half - quarter) / 4) + SOLVING * whole if found.ok else np.inf
+    course = of_replay(problem, played[-1], margin)
     return CyclePlan(problem, margin, error, switches(course), course, method, found)
