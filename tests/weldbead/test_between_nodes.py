@@ -5,7 +5,7 @@ import pytest
 
 from sdpgrind import sdp, weldbead
 
-P1 = weldbead.preset("P1")
+P1, P5 = weldbead.preset("P1"), weldbead.preset("P5")
 
 
 def like_p1(idle_power, relative_sd, durations, horizon, *, attribution="C1", law="rayleigh", **changes):
@@ -101,3 +101,29 @@ def test_the_gap_vanishes_where_the_action_changes(time):
     for k in changes:
         assert coarse.action(float(height[k]), time).gap == pytest.approx(found[k], abs=1e-12)
     assert np.max(np.abs(found - true)) < 0.02
+
+
+# Stopping between nodes -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("nodes", [801, 333])
+def test_what_stopping_is_charged_is_no_chord(nodes):
+    """A charge that jumps at 0.1 mm, a node of one grid and none of the other; with too little time left one stops."""
+    jump = sdp.Charge(under=sdp.Constant(1.0, tolerance=0.1), over=sdp.Linear(10.0))
+    policy = weldbead.plan(P1.replace(height_charge=jump, horizon=12.0), tolerance=None, nodes=nodes)
+    height = np.array([0.0985, 0.099, 0.09999, 0.1, 0.10001, 0.101])
+    np.testing.assert_array_equal(policy.value(height, 4.0), height >= 0.1)
+    assert [policy.value(float(x), 4.0) for x in height] == list(height >= 0.1)
+    at_last = policy.action(height, 12.0)
+    np.testing.assert_array_equal(at_last.stop, height < 0.1)
+    assert [policy.action(float(x), 12.0).stop for x in height] == list(height < 0.1)
+    assert np.all(policy.value(height, 12.0) < 1e-3)
+
+
+def test_stopping_late_is_charged_exactly_between_nodes():
+    policy = weldbead.plan(weldbead.preset("P5"), tolerance=None, nodes=21)
+    for time in (-6.0, -400.0, 0.0):
+        found = policy.value(np.array([0.013, 0.047]), time)
+        late = float(P5.lateness_charge(max(-time, 0.0)))
+        np.testing.assert_allclose(found, P5.height_charge(np.array([0.013, 0.047])) + late, rtol=1e-12)
+        assert policy.value(0.047, time) == pytest.approx(found[1], rel=1e-12)

@@ -8,6 +8,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import _lookup
 from sdpgrind.sdp._grid import Ints
+from sdpgrind.sdp._kernels import TIE_ABS
 from sdpgrind.sdp._kinks import Kinks, sorted_kinks
 from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._locate import Locator, Place
@@ -44,6 +45,9 @@ class Solution:
         _lookup.interpolate(self.table.value, row, mode, self.shape, index, out)
         if self.kinks.start.size > 1:
             _lookup.least_line(*self.kinks[:3], row, mode, index, out)
+        at, stop = self._bent(row, mode, index)
+        if at.size:
+            out[at] = np.minimum(stop, self._moves(row[at], mode[at], index[:, at])[1])
         return out
 
     def act(self, place: Place) -> tuple[Any, Any, Floats, Floats]:
@@ -53,10 +57,54 @@ class Solution:
         t = self.table
         table, out = (t.best, t.entry, t.control, t.gap), (best, entry, control, gap)
         _lookup.act(table, self.kinks, place.row, place.mode, self.shape, place.index, out)
+        at, stop = self._bent(place.row, place.mode, place.index)
+        if at.size:
+            line, cost = self._moves(place.row[at], place.mode[at], place.index[:, at])
+            ends = stop <= cost
+            best[at[ends]], entry[at[ends]], k = -1, 0, line[~ends]
+            part = place.index[0, at[~ends]] % 1
+            best[at[~ends]], entry[at[~ends]] = self.kinks.act[k], self.kinks.entry[k]
+            control[at[~ends]] = (1 - part) * self.kinks.control[k, 0] + part * self.kinks.control[k, 1]
+            gap[at] = np.where(np.isfinite(cost), np.abs(cost - stop), gap[at])
         outside = self.locator.outside(place)
         if np.any(outside):
             best[outside], gap[outside], control[outside] = -1, 0.0, np.nan
         return best, entry, control, gap
+
+    @cached_property
+    def bent(self) -> Any:
+        """Cells [row, mode, cell] of the one axis where one may stop and the charge of a stopping edge is no straight line."""
+        best, charge = self.table.best, self.layout.edge_charge
+        if charge is None or len(self.grid.axes) != 1:
+            return np.zeros((*best.shape[:2], 0), bool)
+        cell = np.arange(best.shape[2] - 1)[:, None]
+        part = np.array([[0.0, 1.0, 1e-6, 0.25, 0.5, 0.75, 1 - 1e-6]])
+        at = charge(self.grid.coordinate(0, cell + part))
+        chord = at[:, :1] + part[:, 2:] * (at[:, 1:2] - at[:, :1])
+        curved = np.any(np.abs(at[:, 2:] - chord) > TIE_ABS + 2e-6 * np.abs(at).max(axis=1, keepdims=True), axis=1)
+        return curved & ((best[:, :, 1:] < 0) | (best[:, :, :-1] < 0))
+
+    def _bent(self, row: Ints, mode: Ints, index: Floats) -> tuple[Ints, Floats]:
+        """Which positions lie inside those cells, and what stopping there is charged, exactly."""
+        bent = self.bent
+        if not bent.any():
+            return np.empty(0, np.int64), np.empty(0)
+        cell = np.clip(np.floor(index[0]).astype(np.int64), 0, bent.shape[2] - 1)
+        at = np.flatnonzero(bent[row, mode, cell] & (index[0] > cell) & (index[0] < cell + 1))
+        count, charge = self.countdown, self.layout.edge_charge
+        assert charge is not None  # no cell is bent else
+        late = np.where(count.in_base(row[at]), 0.0, count.late(count.time(row[at])))
+        extra = np.asarray(self.layout.edge_extra)[mode[at]]
+        return at, charge(self.grid.coordinate(0, index[0, at])) + extra + late
+
+    def _moves(self, row: Ints, mode: Ints, index: Floats) -> tuple[Ints, Floats]:
+        """Line and cost of the best move inside cells of one axis; infinite where no move is any good there."""
+        line = np.empty(row.size, np.int64)
+        _lookup.least_move(self.kinks, row, mode, index, line)
+        if not self.kinks.act.size:
+            return line, np.full(row.size, np.inf)
+        part, cost = index[0] % 1, self.kinks.cost[line]
+        return line, np.where(line >= 0, (1 - part) * cost[:, 0] + part * cost[:, 1], np.inf)
 
     def controls(self, best: Any, entry: Any, control: Floats) -> dict[str, Floats]:
         """Return the value of every control of every move, NaN where that move is not the chosen one."""

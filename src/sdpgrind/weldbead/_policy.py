@@ -154,10 +154,11 @@ class SequencePolicy:
                 part, low, high = cell - k, self._values[row, 0, k], self._values[row, 0, k + 1]
                 at, start, cost, *_ = self._kinks
                 number = at[row, 0, k]
-                if number < 0 or part == 0 or part == 1:
+                if number == -1 or part == 0 or part == 1:
                     return low + part * (high - low)
-                lines = range(start[number], start[number + 1])  # the action changes in this cell
-                return min([cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines])
+                if number >= 0:  # the action changes in this cell
+                    lines = range(start[number], start[number + 1])
+                    return min([cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines])
         return self.table.value(**self._state(height, time_left, last_duration))
 
     def action(self, height: Any, time_left: Any, *, last_duration: Any = None) -> SequenceAction:
@@ -169,7 +170,9 @@ class SequencePolicy:
         if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
             stage = time_left * self._per_stage + 1e-9
             if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
-                return self._scalar_action(height * self._per_height, int(stage) + self._origin)
+                found = self._scalar_action(height * self._per_height, int(stage) + self._origin)
+                if found is not None:
+                    return found
         place = self.table.locate(self._state(height, time_left, last_duration))
         best, _, force, gap = self.table.act(place)
         which, stop = np.maximum(best, 0), best < 0
@@ -181,14 +184,17 @@ class SequencePolicy:
 
     @cached_property
     def _kinks(self) -> tuple[Any, ...]:
-        return tuple(memoryview(np.ascontiguousarray(x)) for x in self.table.kinks)
+        """Lines for single states; -2 where a stop's charge is bent, which only the table knows."""
+        kinks = self.table.kinks._replace(at=np.where(self.table.bent, np.int32(-2), self.table.kinks.at))
+        return tuple(memoryview(np.ascontiguousarray(x)) for x in kinks)
 
     @cached_property
     def _tables(self) -> tuple[Any, ...]:
         t = self.table.table
-        return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap, *self._kinks))
+        return *(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap)), *self._kinks
 
-    def _scalar_action(self, cell: float, row: int) -> SequenceAction:
+    def _scalar_action(self, cell: float, row: int) -> SequenceAction | None:
+        """What to do at one state; None where the table has to be asked."""
         best, force, gap, at, start, cost, line_force, act, _ = self._tables
         k = int(cell)
         if k == self._cells:
@@ -201,16 +207,21 @@ class SequencePolicy:
             number, chosen = at[row, 0, k], best[row, 0, k]
             low, high = gap[row, 0, k], gap[row, 0, k + 1]
             g = (1 - part) * low + part * high
+            if number == -2:
+                return None
             if number < 0:
                 f = (1 - part) * force[row, 0, k] + part * force[row, 0, k + 1]
             else:  # the action changes in this cell
-                lines = range(start[number], start[number + 1])
-                heights = [cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines]
-                least = min(heights)
-                line = lines[heights.index(least)]
-                chosen, f = act[line], (1 - part) * line_force[line, 0] + part * line_force[line, 1]
-                others = [height for i, height in zip(lines, heights, strict=True) if act[i] != chosen]
-                g = min(others) - least if others else g
+                least = other = np.inf
+                for i in range(start[number], start[number + 1]):
+                    height = cost[i, 0] + part * (cost[i, 1] - cost[i, 0])
+                    if height < least:
+                        other = other if act[i] == chosen else least
+                        least, line, chosen = height, i, act[i]
+                    elif height < other and act[i] != chosen:
+                        other = height
+                f = (1 - part) * line_force[line, 0] + part * line_force[line, 1]
+                g = other - least if other < np.inf else g
         if chosen < 0:
             return SequenceAction(True, 0.0, np.nan, np.nan, g, self.problem)
         return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)

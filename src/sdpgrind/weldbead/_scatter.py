@@ -51,7 +51,7 @@ class Scatter(Frozen):
     Raises
     ------
     ValueError
-        For an unknown attribution or law, a relative sd < 0, a normal law with more than 1/2 in all (too much of it lies below 0),
+        For an unknown attribution or law, a relative sd < 0, a normal law with > 1/2 in all (too much of it lies below 0),
         or a sample that is missing or of no use.
 
     Examples
