@@ -9,7 +9,8 @@ import pytest
 from cycle_sets import NOMINAL, play, problem
 
 from sdpgrind import physics, plunge, units
-from sdpgrind.plunge import _collocation
+from sdpgrind.plunge import _collocation, _dp
+from sdpgrind.plunge._dynamics import allowed_rate, burn_depth, burns_always, coolest, core_at
 
 RANGE = (units.hz(2), units.hz(8))
 
@@ -148,6 +149,44 @@ def _constant(rotation):
         return plunge.plan(malkin().replace(work_rotation=float(rotation), time_constant=None)).time
     except ValueError:  # burns at every rate
         return np.inf
+
+
+def by_grids(problem, rotations, stages=60, nodes=150):
+    """Least time over grids of stock, deflection and rotation, free in each stage: every local minimum is in it."""
+    model, u = problem.model, problem.command_rate_max
+    left, cores = _dp.places(problem, 0.0, stages), [core_at(model, float(n)) for n in rotations]
+    limit = np.array([_greatest(problem, core, n, left) for core, n in zip(cores, rotations, strict=True)])
+    most = np.minimum.accumulate(limit.max(axis=0) - left) + left
+    ground, share = _dp.Ground(problem, 0.0, 3), np.linspace(0.0, 1.0, nodes)
+    value = np.zeros(nodes)
+    for k in range(1, stages + 1):
+        y, drop, best = share * most[k], left[k] - left[k - 1], np.full(nodes, np.inf)
+        for core, bound in zip(cores, limit, strict=True):
+            top, rate = min(most[k - 1], bound[k - 1]), _dp._rates(y, core)
+            least = np.maximum(y - drop, 0.0)
+            greatest = np.maximum(np.minimum(ground._full(y, rate, drop, core, most[k - 1]), top), np.minimum(least, top))
+            allowed = (y <= bound[k] * (1 + 1e-9)) & (least <= top * (1 + 1e-9))
+            for spared in (0.0, 0.3, 1.0):
+                after = greatest - spared * (greatest - np.minimum(least, greatest))
+                time = drop / np.maximum(_dp.mean_rate(rate, _dp._rates(after, core), core), 1e-12)
+                best = np.minimum(best, np.where(allowed, time + np.interp(after / most[k - 1], share, value), np.inf))
+        value = best
+    return value[0] + model.core.K0 / u
+
+
+def _greatest(problem, core, rotation, left):
+    """Greatest deflection (mm) that neither burns too deep nor, at the end, is too rough."""
+    rate = allowed_rate(core, left, 10 * problem.command_rate_max)
+    if burns_always(core):
+        rate[left < burn_depth(coolest(core), core)] = 0.0
+    rate[0] = min(rate[0], problem.final_rate * rotation / problem.model.work_rotation)
+    return core.K1 * rate + core.K2 * rate**core.p
+
+
+def test_near_the_least_of_all_local_minima(turned):
+    """A coarse grid is some 1 % slow; it may turn the work at any rate in the last instant, which gains next to nothing."""
+    grids = by_grids(malkin(), np.linspace(*RANGE, 13))
+    assert 0.98 * grids < turned.time < grids
 
 
 def test_limits_are_kept_at_every_rotation(turned):
