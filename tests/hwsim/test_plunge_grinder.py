@@ -19,6 +19,7 @@ MODEL = PROBLEM.model
 CONTROLLER = plunge.CycleController(PROBLEM.replace(wear_flat_area=0.0234), safety_margin=0.02)
 STAGES = plunge.StagedController(PROBLEM, 0.1, 0.0075)
 PRINTED = plunge.CycleController(PROBLEM, sparkout="printed", safety_margin=0.02)
+SAFE = plunge.CycleController(PROBLEM, safety_margin=0.005)
 
 
 # Whole parts ----------------------------------------------------------------------------------------------------------
@@ -206,10 +207,21 @@ def test_a_linear_machine():
     np.testing.assert_allclose(seen["size"], 0.04 * (t - tau * (1 - np.exp(-t / tau))), atol=1e-9)
 
 
-def test_a_stepper_rounds_what_it_is_told():
-    coarse, _ = fed([0.0311] * 60, command_quantum=1e-3)
-    fine, _ = fed([0.025] * 60)
-    np.testing.assert_array_equal(coarse["size"], fine["size"])
+def test_a_stepper_goes_whole_steps_and_owes_the_rest():
+    """0.0208 mm/s are 0.832 steps in a sample: 1, 1 (1.664), 0 (2.496), 1 (3.328), ..."""
+    coarse, _ = fed([0.0208] * 60, command_quantum=1e-3)
+    steps = np.diff(np.round(0.0208 * 0.04 * np.arange(61) / 1e-3)) * 1e-3
+    fine, _ = fed(list(steps / 0.04), command_quantum=0.0)
+    np.testing.assert_allclose(coarse["size"], fine["size"], atol=1e-15)
+    assert set(np.round(steps * 1e3)) == {0.0, 1.0}
+
+
+@pytest.mark.parametrize("quantum", [1e-4, 1e-3])
+def test_steps_do_not_spoil_a_part(quantum):
+    outcome = hwsim.run(hwsim.PlungeGrinder(PROBLEM, command_quantum=quantum), SAFE, parts=20, rng=2).outcome
+    assert outcome.burned.values.sum() == 0
+    assert outcome.part_slack.values.mean() == pytest.approx(0.005, abs=quantum + 2e-4)
+    assert outcome.roundness.values.mean() == pytest.approx(2.96e-3, abs=5e-5)
 
 
 def test_slack_is_the_least_while_balancing():

@@ -118,6 +118,18 @@ def test_wear_that_is_known():
     assert known["time"] < out["time"] and known["burned"] == 0
 
 
+@pytest.mark.parametrize("growth", [0.02, 0.05, 0.08])
+def test_wear_that_lets_less_and_less_rate_go_without_damage(growth):
+    """At the end damage begins below the rate that would be round enough: that is where a part then ends."""
+    dulling = PROBLEM.replace(wear=plunge.Wear(growth), roundness_max=4.5e-3)
+    end = MODEL.replace(wear_flat_area=0.026 + growth * PROBLEM.stock)
+    out = became(plunge.CycleController(dulling, **EXACT), problem=dulling)
+    assert out["burned"] == 0 and out["true_wear_flat_area"] == pytest.approx(end.wear_flat_area, abs=5e-5)
+    last = min(dulling.final_rate, end.burn_rate)
+    assert out["roundness"] <= float(MODEL.roundness(last)) * 1.001
+    assert plunge.plan(dulling, method="dp", steps=60).time * 0.999 < out["time"]
+
+
 # The bound ------------------------------------------------------------------------------------------------------------
 
 

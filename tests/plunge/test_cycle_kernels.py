@@ -134,9 +134,9 @@ def test_what_is_fed_is_ground_off_or_deflection():
     kernels.start_part(state, rig)
     for command in commands(np.random.default_rng(2)):
         kernels.advance(state, rig, command)
-        fed += 1e-4 * round(command * 0.04 / 1e-4)
+        fed += command * 0.04
         gone = PROBLEM.stock - state[kernels.REMAINING]
-        assert gone + state[kernels.Y] + MODEL.core.K0 == pytest.approx(fed, abs=1e-14)
+        assert gone + state[kernels.Y] + MODEL.core.K0 == pytest.approx(1e-4 * round(fed / 1e-4), abs=1e-13)
 
 
 def test_power_of_the_plant_is_that_of_the_model():

@@ -88,7 +88,7 @@ class PlungeGrinder(Frozen):
     size_delay : bool
         The gauge is late by a sample.
     command_quantum : float
-        Step of the feed in a sample, mm; 0: none.
+        Step of the feed, mm: what is left of a command over whole steps is fed later; 0: none.
     max_time : float, optional
         The part is broken off then, s; ten times what the stock takes at the final rate by default.
 

@@ -9,8 +9,9 @@ from sdpgrind.plunge import _control_kernels as control
 from sdpgrind.plunge._kernels import Core, damage, deflected, rate, rate_near, worn
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
-Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, SAMPLES, STATES = range(10)
-"""State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges."""
+Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)
+"""State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges, what
+the actuator owes of its command, samples."""
 RETRACT = control.RETRACT
 """Section of a cycle in which the part is done."""
 SKIN = 1e-6
@@ -115,7 +116,10 @@ def advance(state, rig, command_rate):
     """Feed for a sample at a command rate, mm/s."""
     u, dt = command_rate, rig.sample_time
     if rig.command_quantum > 0.0:
-        u = np.round(u * dt / rig.command_quantum) * rig.command_quantum / dt
+        state[OWED] += u * dt
+        fed = np.round(state[OWED] / rig.command_quantum) * rig.command_quantum
+        state[OWED] -= fed
+        u = fed / dt
     for _ in range(STEPS):
         h = dt / STEPS
         before, halfway = state[Y], state[WORN] + 0.5 * _wear(rig, state[RATE] * h, h)
