@@ -217,13 +217,57 @@ def test_a_file_that_is_not_ours_is_refused(tmp_path):
         sdpgrind.load(tmp_path / "none.nc")
 
 
-def test_refining_to_a_tolerance_reports_an_error_that_holds():
-    policy = sdp.plan(bead(search=True, nodes=21), tolerance=2e-3)
-    assert 0 < policy.error <= 2e-3
-    fine = sdp.plan(bead(search=True, nodes=(policy.grid.shape[0] - 1) * 8 + 1, levels=513))
-    every = fine.table.value[..., ::8]
-    # An estimate from two halvings, not a bound: here, with an sd below the first cells, it is 1.6 times too small.
-    assert np.max(np.abs(every - policy.table.value)) <= 2 * policy.error
+def differs(policy, fine):
+    """Largest difference of two plans in all stages, at the nodes of the finer and so between those of the other."""
+    shape = fine.table.value.shape
+    row, mode, *node = (x.ravel() for x in np.indices((*shape[:2], *fine.grid.shape)))
+    index = [k * (n - 1) / (m - 1) for k, n, m in zip(node, policy.grid.shape, fine.grid.shape, strict=True)]
+    return float(np.max(np.abs(policy.interpolated(row, mode, np.array(index)) - fine.table.value.ravel())))
+
+
+def to_tolerance(problem, tolerance, times, **finer):
+    """A plan to a tolerance, and its distance from one on a grid `times` as fine."""
+    policy = sdp.plan(problem, tolerance=tolerance)
+    nodes = [(n - 1) * times + 1 for n in policy.grid.shape]
+    axes = [dataclasses.replace(axis, nodes=n) for axis, n in zip(problem.axes, nodes, strict=True)]
+    return policy, differs(policy, sdp.plan(dataclasses.replace(problem, axes=axes, **finer)))
+
+
+@pytest.mark.parametrize("tolerance", [2e-2, 2e-3])
+@pytest.mark.parametrize("late", [None, sdp.Linear(0.3)])
+def test_refining_to_a_tolerance_reports_an_error_that_holds(tolerance, late):
+    # At the first cells the sd is below them.
+    moves = bead(search=True, levels=513).moves
+    policy, true = to_tolerance(bead(search=True, nodes=21, late=late), tolerance, 4, moves=moves)
+    assert true <= policy.error <= tolerance
+
+
+def test_the_error_covers_the_kinks_of_both_axes():
+    """On two axes a look-up cuts kinks between the nodes."""
+    shift = sdp.Shift(
+        "height", lambda s, c: sdp.Rayleigh(c.mean * (1 - 0.3 * s.wear), 0.15 * c.mean), lambda s, c: (s.wear + 0.1,)
+    )
+    axes = [sdp.Axis("height", 0.0, 1.0, 11, "mm", below="stop"), sdp.Axis("wear", 0.0, 1.0, 6, above="hold")]
+    moves = [sdp.Move("grind", {"mean": sdp.Levels(0.05, 0.6, 33)}, shift, charge=0.05)]
+    problem = sdp.Problem(axes, moves, [sdp.Stop("stop", CHARGE)], sdp.Stages(2, 1.0))
+    policy, true = to_tolerance(problem, 1e-1, 4)
+    assert true <= policy.error <= 1e-1
+
+
+@pytest.mark.parametrize("points", [2, 5])
+def test_the_error_covers_the_quadrature_of_sampled_noise(points):
+    """A kink at the target, and too few points across it."""
+
+    def grind(points):
+        step = sdp.Sampled(lambda s, c, e: (s.x - c.by * e.noise,), {"noise": sdp.Normal(1.0, 0.15)}, points=points)
+        return [sdp.Move("grind", {"by": np.linspace(0.05, 1.0, 8)}, step, charge=0.02)]
+
+    axis = sdp.Axis("x", -1.0, 2.0, 31, below="hold", above="hold")
+    stop = sdp.Stop("stop", lambda s: np.where(s.x > 0, 2 * s.x, -10 * s.x))
+    policy, true = to_tolerance(sdp.Problem([axis], grind(points), [stop], sdp.Stages(2, 1.0)), 2e-2, 4, moves=grind(2000))
+    assert true <= policy.error <= 2e-2
+    few = sdp.plan(sdp.Problem(policy.grid.axes, grind(points), [stop], sdp.Stages(2, 1.0)))
+    assert differs(few, policy) > 2e-2
 
 
 # -- the exact distribution --------------------

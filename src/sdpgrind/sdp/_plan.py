@@ -1,7 +1,9 @@
 """Plan: solve on a grid, or refine the grid until the answer is known to a tolerance."""
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from sdpgrind.sdp._grid import Grid
 from sdpgrind.sdp._layout import Layout
 from sdpgrind.sdp._policy import Policy
 from sdpgrind.sdp._problem import Levels, Problem, Stages
+from sdpgrind.sdp._sampled import Sampled
 from sdpgrind.sdp._shift import Shift
 from sdpgrind.sdp._stages import solve_stages
 
@@ -57,8 +60,9 @@ def plan(
     problem : Problem
         What to solve.
     tolerance : float, optional
-        Halve the cells of all axes until the estimated error of the value-to-go ($) is at most this. None: solve on the
-        grid as given; the policy's ``error`` is then None.
+        Halve the cells of all axes, and go finer in controls and sampled noise where that is needed, until the estimated
+        error of the value-to-go ($), at nodes and between them, is at most this. None: solve on the grid as given; the
+        policy's ``error`` is then None.
     executor : concurrent.futures.Executor, optional
         Where to evaluate the blocks of problems with two or three axes; results do not depend on it. On one axis a
         barrier a stage would cost more than the work, and it is ignored.
@@ -123,15 +127,18 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
         if grid_error(changes) <= tolerance / 2 < policy.table.search_error:  # the grid will do, the search will not
             problem = _with_finer_levels(problem)
             policy = _solve(problem, 2**halvings, executor, tell)
-        policy.error = grid_error(changes) + policy.table.search_error
+        error = grid_error(changes) + policy.table.search_error
         room = _halvings_left(problem, halvings)
         if halvings > 2:  # the first changes are those of a grid that may have missed much
-            hopeless = hopeless + 1 if _within_reach(policy.error, changes, room) > tolerance else 0
+            hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
         last = room == 0 or (throw and hopeless > 1)
-        if policy.error <= tolerance or last:
-            between = grid_error(at_nodes) + between_nodes(policy)
-            policy.error = max(policy.error, between + policy.table.search_error)
-        if (halvings > 1 and policy.error <= tolerance) or not problem.axes:
+        if (halvings > 1 and error <= tolerance) or last:
+            solve = partial(_solve, refine=2**halvings, executor=executor, tell=tell)
+            error = max(error, grid_error(at_nodes) + between_nodes(policy) + policy.table.search_error)
+            problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve)
+            error += noise
+        policy.error = error
+        if (halvings > 1 and error <= tolerance) or not problem.axes:
             return policy
         if throw and last:
             raise _out_of_reach(tolerance, policy, changes, room)
@@ -186,6 +193,32 @@ def _with_finer_levels(problem: Problem) -> Problem:
         finer = {k: replace(v, count=2 * v.count) if isinstance(v, Levels) and v.search else v for k, v in move.controls.items()}
         moves.append(replace(move, controls=finer))
     return replace(problem, moves=moves)
+
+
+def _with_enough_noise(
+    problem: Problem, policy: Policy, tolerance: float, solve: Callable[[Problem], Policy]
+) -> tuple[Problem, Policy, float]:
+    """Double the quadrature points of sampled noise until that changes little; return the last change, too."""
+    change = 0.0
+    while (finer := _with_finer_noise(problem)) is not None:
+        problem, before, policy = finer, policy, solve(finer)
+        change = float(np.max(np.abs(policy.table.value - before.table.value)))
+        if change <= tolerance:
+            break
+    return problem, policy, change
+
+
+def _with_finer_noise(problem: Problem) -> Problem | None:
+    """Twice the quadrature points for sampled noise; None where that changes nothing."""
+    moves = []
+    for move in problem.moves:
+        to = move.to
+        if isinstance(to, Sampled):
+            finer = replace(to, points=2 * to.points)
+            to = finer if finer.quadrature()[1].size > to.quadrature()[1].size else to
+        moves.append(replace(move, to=to))
+    same = all(one.to is other.to for one, other in zip(moves, problem.moves, strict=True))
+    return None if same else replace(problem, moves=moves)
 
 
 def grid_error(changes: list[float]) -> float:
