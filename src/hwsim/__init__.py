@@ -16,7 +16,8 @@ from hwsim import devices, protocols
 from hwsim._check import check
 from hwsim._journal import Journal
 from hwsim._log import Log
-from hwsim._loop import compare, repeat, run
+from hwsim._loop import run
+from hwsim._side_by_side import compare, repeat
 
 if TYPE_CHECKING:
     from hwsim.plants._force_table import ForceTableStand

@@ -84,7 +84,8 @@ def stated_in_cvxpy(rows: int) -> "cvxpy.Problem":
     slope, room = cp.Parameter(FREE, name="slope"), cp.Parameter(rows, name="room")
     low, high = cp.Parameter(FREE, name="low"), cp.Parameter(FREE, name="high")
     time = slope @ step + 0.5 * cp.sum_squares(root @ step)
-    return cp.Problem(cp.Minimize(time), [slopes @ step <= room, low <= step, step <= high])
+    stated: cvxpy.Problem = cp.Problem(cp.Minimize(time), [slopes @ step <= room, low <= step, step <= high])
+    return stated
 
 
 def optimum(
@@ -186,8 +187,9 @@ def _ipopt(program: Program) -> Any:
     import casadi
 
     x, time, conditions = program.symbols
-    told = {"print_level": 0, "sb": "yes", "tol": 1e-9, "max_iter": 200, "bound_relax_factor": 1e-10}
-    return casadi.nlpsol("stages", "ipopt", {"x": x, "f": time, "g": conditions}, {"print_time": False, "ipopt": told})
+    ipopt = {"print_level": 0, "sb": "yes", "tol": 1e-9, "max_iter": 200, "bound_relax_factor": 1e-10}
+    told: dict[str, Any] = {"print_time": False, "ipopt": ipopt}
+    return casadi.nlpsol("stages", "ipopt", {"x": x, "f": time, "g": conditions}, told)
 
 
 def _convex(curvature: Floats) -> Floats:
