@@ -10,8 +10,8 @@ from plunge_twins import Filter, Printed, Wheel, ground
 
 import hwsim
 from sdpgrind import physics, plunge
-from sdpgrind.plunge import _control_kernels as control
 from sdpgrind.plunge import _kernels, kernels
+from sdpgrind.plunge import _law as places
 
 PROBLEM = plunge.preset("simulation")
 MODEL = PROBLEM.model
@@ -202,12 +202,12 @@ def test_filter_against_matrices(seed):
             math.nan if gone else reading[name] for gone, name in zip(missing, ("size", "grinding_power"), strict=True)
         )
         command = controller.step(size=size, grinding_power=power, power_saturated=reading["power_saturated"])
-        twin.read(size if state[control.MISSED] == 0 else math.nan, math.nan if reading["power_saturated"] else power)
+        twin.read(size if state[places.MISSED] == 0 else math.nan, math.nan if reading["power_saturated"] else power)
         if twin.touched:
-            got = state[[control.Y, control.ZERO, control.SCALE, control.SHARPNESS]] + [twin.base.K0, 0, 0, 0]
+            got = state[[places.Y, places.ZERO, places.SCALE, places.SHARPNESS]] + [twin.base.K0, 0, 0, 0]
             np.testing.assert_allclose(got, twin.mean, rtol=1e-7, atol=1e-10)
             np.testing.assert_allclose(
-                state[control.COVARIANCE :].reshape(4, 4), twin.covariance, rtol=1e-5, atol=1e-12 * twin.covariance.max()
+                state[places.COVARIANCE :].reshape(4, 4), twin.covariance, rtol=1e-5, atol=1e-12 * twin.covariance.max()
             )
         reading = machine.step(command, 1)
     assert twin.touched and machine.time > 250

@@ -2,7 +2,7 @@
 
 from sdpgrind.plunge._bounding import ConstraintBounding
 from sdpgrind.plunge._chain import Chain, SharpnessUpdate, adaptation
-from sdpgrind.plunge._controller import CycleController, StagedController
+from sdpgrind.plunge._controller import CycleController
 from sdpgrind.plunge._cycle import CycleError, CyclePlan, CycleSolution
 from sdpgrind.plunge._dressing import RoughnessLaw
 from sdpgrind.plunge._identify import identify
@@ -11,6 +11,7 @@ from sdpgrind.plunge._model import PlungeModel, Wear
 from sdpgrind.plunge._plan import plan
 from sdpgrind.plunge._presets import PresetInfo, preset, presets
 from sdpgrind.plunge._problem import CycleProblem
+from sdpgrind.plunge._staged import StagedController
 from sdpgrind.plunge._time_constant import TimeConstantEstimator
 
 __all__ = [

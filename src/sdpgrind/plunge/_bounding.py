@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.plunge._controller import StagedController
 from sdpgrind.plunge._problem import CycleProblem
 from sdpgrind.plunge._stage_program import CONSTRAINTS, SETTINGS, program
 from sdpgrind.plunge._stage_readings import measured
 from sdpgrind.plunge._stage_solvers import SOLVED, QuadraticProgram, optimum
+from sdpgrind.plunge._staged import StagedController
 
 if TYPE_CHECKING:
     import cvxpy

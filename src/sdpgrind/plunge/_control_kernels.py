@@ -1,63 +1,40 @@
 """One sample of the controllers of plunge cycles, compiled: `CycleController.step` and whole parts run through here."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
 
-from sdpgrind.plunge._kernels import Core, beyond, burn_depth, burning_begins, deflected, rate_near, rate_of_burn, worn
+from sdpgrind.plunge._kernels import beyond, burn_depth, deflected, rate_near, rate_of_burn, worn
+from sdpgrind.plunge._law import (
+    BALANCE,
+    BALANCED,
+    BURNING,
+    COMMAND,
+    COMMANDED,
+    FULL_RATE,
+    GAUGE,
+    MISSED,
+    MISSED_MAX,
+    NO,
+    OUTLYING,
+    PRINTED,
+    RATE,
+    REMAINING,
+    RETRACT,
+    SCALE,
+    SECTION,
+    SHARPNESS,
+    SIZE,
+    SPARK_OUT,
+    STILL,
+    TARGET,
+    TOUCHED,
+    Y,
+)
+from sdpgrind.plunge._online_kernels import estimated, know_nothing, spread
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
-PRINTED, GAUGE, P_END = range(3)
-"""How the begin of spark-out is found."""
-FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)
-"""Sections of a cycle."""
-SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, STILL, SIZE = range(11)
-"""State: v_hat, r_hat, p, deflection beyond ploughing, last command, z*, whether it counts for the slack; of the gauge: readings
-that are missing, what should have been ground off (mm) since it moved, and the last reading."""
-TOUCHED, SILENT, BLANK, READ, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 20)
-"""Estimated on line: whether the wheel has touched, readings of power that are missing, mean and number of sizes before contact,
-contact zero, deflection and wear flat area over those of the model, where burning begins; covariance of deflection, zero, scale
-and area."""
-STATES = COVARIANCE + 16
-NO, YES, BELIEVED = range(3)
-"""Whether the wheel has touched; believed: by the command, as power is missing."""
-MISSED_MAX = 5
-"""Readings of size that are missing one after the other when the part is broken off; of power, when it is done without."""
-OUTLYING = 5.0
-"""Standard deviations of size that a gauge does not err by."""
-TOUCHING = 5.0
-"""Standard deviations of power that tell contact."""
-DEFLECTION_DRIFT, SHARPNESS_DRIFT = 5e-6, 5e-4
-"""What the model may be wrong by in a sample: deflection, mm; wear flat area, relative."""
-
-
-class Law(NamedTuple):
-    """What a controller knows."""
-
-    core: Core
-    form: int
-    no_burn: bool
-    online: bool
-    sample_time: float
-    stock: float
-    safety_margin: float
-    rate_max: float
-    final_rate: float
-    burn_rate: float
-    pole: float
-    time_constant: float
-    gain: float  # of the observer of the size, where nothing is estimated on line
-    size_sd: float
-    power_sd: float  # relative
-    zero_sd: float
-    scale_sd: float
-    sharpness_sd: float  # relative
-    growth: float  # of the wear flat area, relative, 1/mm
-    staged: bool  # three stages
-    rough_rate: float  # of the first, mm/s
-    stage_remaining: float  # stock at which the second begins, mm
-    stage_rate: float  # and its rate, mm/s
 
 
 @njit(**_OPTIONS)
@@ -66,17 +43,7 @@ def start_control(state, law):
     state[:] = 0.0
     state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.core.K0
     state[SIZE], state[BURNING] = np.nan, law.burn_rate
-    _know_nothing(state, law)
-
-
-@njit(**_OPTIONS)
-def _know_nothing(state, law):
-    """Of the contact, as before it."""
-    state[SCALE] = state[SHARPNESS] = 1.0
-    cov = state[COVARIANCE:].reshape(4, 4)
-    cov[:] = 0.0
-    cov[:2, :2] = law.zero_sd**2
-    cov[2, 2], cov[3, 3] = law.scale_sd**2, law.sharpness_sd**2
+    know_nothing(state, law)
 
 
 @njit(**_OPTIONS)
@@ -124,7 +91,7 @@ def _predict(state, law, core):
     removed = u * dt - scale * (state[Y] - before)
     state[REMAINING] -= removed
     if law.online:
-        _spread(state, law, core, u, removed / dt)
+        spread(state, law, core, u, removed / dt)
 
 
 @njit(**_OPTIONS)
@@ -139,25 +106,6 @@ def _predict_printed(state, law):
 
 
 @njit(**_OPTIONS)
-def _spread(state, law, core, u, v):
-    """Covariance after a sample of the last command, u and v in mm/s; the wear that the model knows."""
-    dt, scale, cov = law.sample_time, state[SCALE], state[COVARIANCE:].reshape(4, 4)
-    own, by_scale, by_area = 1.0, -u * dt / scale**2, 0.0
-    if state[Y] > 0.0 and v > 0.0:
-        slope = core.K1 + core.p * core.K2 * v ** (core.p - 1.0)
-        own = np.exp(-dt / (scale * slope))
-        by_scale = -(u - v) * dt / scale**2
-        by_area = law.core.K2 * v**core.p / slope * dt / scale
-        state[SHARPNESS] *= 1.0 + law.growth * v * dt
-        cov[3, 3] += SHARPNESS_DRIFT**2
-    for j in range(4):
-        cov[0, j] = own * cov[0, j] + by_scale * cov[2, j] + by_area * cov[3, j]
-    for j in range(4):
-        cov[j, 0] = own * cov[j, 0] + by_scale * cov[j, 2] + by_area * cov[j, 3]
-    cov[0, 0] += DEFLECTION_DRIFT**2
-
-
-@njit(**_OPTIONS)
 def _usable(state, law, size):
     """Whether a reading of size is one: there, not frozen, no jump beyond noise or feed; count those that are not."""
     last, noise = state[SIZE], OUTLYING * law.size_sd
@@ -169,76 +117,6 @@ def _usable(state, law, size):
         return False
     state[MISSED], state[SIZE] = 0.0, size
     return True
-
-
-@njit(**_OPTIONS)
-def estimated(state, law, size, power):
-    """Correct by both readings and return the core of the wheel as it is now: Kalman's filter about the last estimate.
-
-    Power is in proportion to the deflection of the model; size is zero + p - scale x, once the wheel cuts.
-    """
-    base = law.core
-    watts = base.power1 / base.K1
-    noise = law.power_sd * (power / watts + base.K0)
-    state[SILENT] = state[SILENT] + 1.0 if np.isnan(power) else 0.0
-    if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # it is heard now: the wheel does not cut yet
-        state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[BLANK]
-        _know_nothing(state, law)
-    if state[TOUCHED] == NO and size == size:
-        state[READ] += 1.0
-        state[BLANK] += (size - state[BLANK]) / state[READ]
-    if state[TOUCHED] == NO and not _touched(state, law, power / watts, noise):
-        return worn(base, state[SHARPNESS])
-    x = state[Y] + base.K0
-    if power >= 0.0 and x > 0.0:
-        x = _correct(state, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
-    if size == size:
-        off = size - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
-        x = _correct(state, x, off, -state[SCALE], 1.0, -x, law.size_sd**2)
-    state[Y] = x - base.K0
-    core = worn(base, state[SHARPNESS])
-    state[RATE] = rate_near(state[Y], state[RATE], core)
-    state[BURNING] = burning_begins(core, state[BURNING], law.rate_max)
-    state[REMAINING] = law.stock - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
-    return core
-
-
-@njit(**_OPTIONS)
-def _touched(state, law, x, noise):
-    """Whether the wheel touches: power says so, and how far it is in; long without power the command must be believed."""
-    known = x == x
-    if (x <= TOUCHING * noise) if known else (state[COMMANDED] <= 0.0 or state[SILENT] < MISSED_MAX):
-        return False
-    state[TOUCHED] = YES if known else BELIEVED
-    cov = state[COVARIANCE:].reshape(4, 4)
-    if not known:
-        x = state[COMMANDED]
-    variance = noise**2 if known else law.zero_sd**2
-    state[Y], state[ZERO] = x - law.core.K0, state[BLANK] + x - state[COMMANDED]
-    cov[:2, :2] = variance
-    cov[1, 1] += law.size_sd**2 / max(state[READ], 1.0) + (x * law.scale_sd) ** 2
-    cov[1, 2] = cov[2, 1] = x * law.scale_sd**2
-    return True
-
-
-@njit(**_OPTIONS)
-def _correct(state, x, off, h0, h1, h2, variance):
-    """One correction, of a reading that depends on deflection x, zero and scale by h0, h1 and h2; return x."""
-    cov = state[COVARIANCE:].reshape(4, 4)
-    gain = np.empty(4)
-    for j in range(4):
-        gain[j] = h0 * cov[j, 0] + h1 * cov[j, 1] + h2 * cov[j, 2]
-    total = h0 * gain[0] + h1 * gain[1] + h2 * gain[2] + variance
-    if total <= 0.0:  # all is known already
-        return x
-    for i in range(4):
-        for j in range(4):
-            cov[i, j] -= gain[i] * gain[j] / total
-    off /= total
-    state[ZERO] += gain[1] * off
-    state[SCALE] = min(max(state[SCALE] + gain[2] * off, 0.2), 5.0)
-    state[SHARPNESS] = min(max(state[SHARPNESS] + gain[3] * off, 0.2), 5.0)
-    return x + gain[0] * off
 
 
 @njit(**_OPTIONS)

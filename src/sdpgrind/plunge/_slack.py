@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import _control_kernels as control
+from sdpgrind.plunge import _law as places
 from sdpgrind.plunge import kernels
+from sdpgrind.plunge._control_kernels import start_control
 from sdpgrind.plunge._controller import CycleController
 
 PARTS = 64
@@ -52,9 +53,9 @@ def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float,
     problem, law = controller.problem, controller.law
     rig = kernels.rig(problem.model, problem.stock, problem.sample_time, _ROWS - 1)
     rig = rig._replace(size_sd=law.size_sd, power_sd=law.power_sd)
-    state, brain = np.zeros(kernels.STATES), np.zeros(control.STATES)
+    state, brain = np.zeros(kernels.STATES), np.zeros(places.STATES)
     kernels.start_part(state, rig)
-    control.start_control(brain, law)
+    start_control(brain, law)
     table = np.empty((_ROWS, len(kernels.ROW)))
     rows = kernels.grind(state, rig, brain, law, rng.standard_normal((_ROWS, 2)), table, 0)
     columns = dict(zip(kernels.ROW, table[: abs(rows)].T, strict=True))

@@ -7,9 +7,10 @@ import numpy as np
 from scipy.special import ndtr
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import _control_kernels as control
+from sdpgrind.plunge import _law as places
 from sdpgrind.plunge import kernels
-from sdpgrind.plunge._controller import StagedController
+from sdpgrind.plunge._control_kernels import start_control
+from sdpgrind.plunge._staged import StagedController
 
 _READ = ("size", "grinding_power", "power_saturated", "infeed_rate_planned")
 _WINDOW = 1.0
@@ -115,9 +116,9 @@ def _foreseen(controller: StagedController) -> dict[str, Floats]:
     problem = controller.problem
     rows = int(np.ceil(problem.stock / min(problem.final_rate, problem.command_rate_max) / problem.sample_time)) + 1000
     rig = kernels.rig(problem.model, problem.stock, problem.sample_time, rows - 1)
-    state, brain = np.zeros(kernels.STATES), np.zeros(control.STATES)
+    state, brain = np.zeros(kernels.STATES), np.zeros(places.STATES)
     kernels.start_part(state, rig)
-    control.start_control(brain, controller.law)
+    start_control(brain, controller.law)
     table = np.empty((rows, len(kernels.ROW)))
     done = abs(kernels.grind(state, rig, brain, controller.law, np.zeros((rows, 2)), table, 0))
     columns = dict(zip(kernels.ROW, table[:done].T, strict=True))

@@ -3,9 +3,10 @@
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from sdpgrind.plunge import _control_kernels as control
+from sdpgrind.plunge import _law as places
 from sdpgrind.plunge import kernels as cycle
-from sdpgrind.plunge._controller import staged_law
+from sdpgrind.plunge._control_kernels import start_control
+from sdpgrind.plunge._law import staged_law
 from sdpgrind.plunge._problem import CycleProblem
 
 _GRID = 12
@@ -50,10 +51,10 @@ def _begin(problem: CycleProblem, rate: float, margin: float) -> float:
 def _ground(problem: CycleProblem, remaining: float, rate: float) -> tuple[float, float]:
     """Time (s) and slack (mm) of a part without noise; the time to the instant at which size is reached."""
     law = staged_law(problem, remaining, rate)
-    state, brain = np.zeros(cycle.STATES), np.zeros(control.STATES)
+    state, brain = np.zeros(cycle.STATES), np.zeros(places.STATES)
     rig = cycle.rig(problem.model, problem.stock, problem.sample_time)
     cycle.start_part(state, rig)
-    control.start_control(brain, law)
+    start_control(brain, law)
     table = np.empty((rig.samples_max + 2, len(cycle.ROW)))
     cycle.grind(state, rig, brain, law, np.zeros((rig.samples_max + 2, 2)), table, 0)
     over = -state[cycle.REMAINING] / max(state[cycle.RATE], 1e-9)

@@ -5,14 +5,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from sdpgrind.plunge import _control_kernels as control
+from sdpgrind.plunge import _law as places
+from sdpgrind.plunge._control_kernels import control_step
 from sdpgrind.plunge._kernels import Core, damage, deflected, rate, rate_near, worn
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)
 """State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges, what
 the actuator owes of its command, samples."""
-RETRACT = control.RETRACT
+RETRACT = places.RETRACT
 """Section of a cycle in which the part is done."""
 SKIN = 1e-6
 """Damage (mm) that is none: a nanometre, more than what steps in time err by."""
@@ -153,16 +154,16 @@ def grind(state, rig, brain, law, normals, table, row):
         if state[SAMPLES] >= rig.samples_max:
             table[row, 4:] = np.nan
             return -(row + 1)
-        command = control.control_step(brain, law, size, np.nan if saturated else power)
-        ended = brain[control.SECTION] == control.RETRACT
+        command = control_step(brain, law, size, np.nan if saturated else power)
+        ended = brain[places.SECTION] == places.RETRACT
         table[row, 4] = np.nan if ended else command
-        table[row, 5] = np.nan if ended else brain[control.BALANCED]
-        table[row, 6], table[row, 7], table[row, 8] = brain[control.SECTION], brain[control.RATE], brain[control.REMAINING]
-        table[row, 9], table[row, 10], table[row, 11] = brain[control.SHARPNESS], brain[control.ZERO], brain[control.SCALE]
+        table[row, 5] = np.nan if ended else brain[places.BALANCED]
+        table[row, 6], table[row, 7], table[row, 8] = brain[places.SECTION], brain[places.RATE], brain[places.REMAINING]
+        table[row, 9], table[row, 10], table[row, 11] = brain[places.SHARPNESS], brain[places.ZERO], brain[places.SCALE]
         row += 1
         if ended:
             judge(state, rig, False)
             return -row
-        judge(state, rig, brain[control.BALANCED] > 0.0)
+        judge(state, rig, brain[places.BALANCED] > 0.0)
         advance(state, rig, command)
     return row
