@@ -150,9 +150,9 @@ class Filter:
         if not self.touched and not np.isnan(size):
             self.before.append(size)
         x, noise = power / self.base.watts, self.c.power_sd * (power / self.base.watts + self.base.K0)
-        if not self.touched and x > 5 * noise:
-            self.touch(x, noise)
         if not self.touched:
+            if x > 5 * noise:
+                self.touch(x, noise)
             return
         if not np.isnan(power) and self.mean[0] > 0:
             self.correct(x - self.mean[0], np.array([1.0, 0.0, 0.0, 0.0]), noise**2)

@@ -74,15 +74,16 @@ def estimated(state, law, size, power):
     if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # it is heard now: the wheel does not cut yet
         state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[BLANK]
         know_nothing(state, law)
-    if state[TOUCHED] == NO and size == size:
+    before = state[TOUCHED] == NO
+    if before and size == size:
         state[READ] += 1.0
         state[BLANK] += (size - state[BLANK]) / state[READ]
-    if state[TOUCHED] == NO and not _touched(state, law, power / watts, noise):
+    if before and not _touched(state, law, power / watts, noise):
         return worn(base, state[SHARPNESS])
     x = state[Y] + base.K0
-    if power >= 0.0 and x > 0.0:
+    if power >= 0.0 and x > 0.0 and not before:  # the readings that tell contact have been used
         x = _correct(state, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
-    if size == size:
+    if size == size and not before:
         off = size - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
         x = _correct(state, x, off, -state[SCALE], 1.0, -x, law.size_sd**2)
     state[Y] = x - base.K0
