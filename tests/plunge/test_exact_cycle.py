@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scipy.integrate import simpson, solve_ivp
+from scipy.integrate import quad, simpson, solve_ivp
 
 from sdpgrind import physics, plunge
 from sdpgrind.plunge._envelope import Envelope, Limits
+from sdpgrind.plunge._exact import _slowing
 
 NOMINAL = plunge.preset("simulation")
 
@@ -198,3 +199,43 @@ def test_warnings():
         NOMINAL.replace(power=physics.GrindingPower(sliding=physics.MalkinSliding()), burning=physics.BurningLimit(6.2, 70.0))
     with pytest.warns(UserWarning, match="no spark-out is needed"):
         NOMINAL.replace(command_rate_max=0.002)
+
+
+# Thin stock, long stock -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("rate_max", "stock", "roundness"), [(0.0448, 0.004, 12e-3), (0.0125, 0.01, 9e-3), (0.1, 0.05, 40e-3)])
+def test_stock_that_is_gone_before_any_limit_is_met(rate_max, stock, roundness):
+    """It is ground at full rate to the end, as an integrator has it; a bound met later is none."""
+    thin = NOMINAL.replace(
+        stock=stock, command_rate_max=rate_max, roundness_max=roundness, burning=physics.BurningLimit(6.205, 12.0),
+        sample_time=1e-3, time_constant=None,
+    )  # fmt: skip
+    model, best = thin.model, plunge.plan(thin)
+
+    def gone(_, state):
+        return state[1] - stock
+
+    gone.terminal = True
+
+    def slope(_, state):
+        rate = float(model.infeed_rate(state[0]))
+        return [rate_max - rate, rate]
+
+    found = solve_ivp(slope, (0, 100), [0.0, 0.0], events=gone, rtol=1e-10, atol=1e-13)
+    assert best.time == pytest.approx(found.t_events[0][0], rel=1e-7) and best.error < 1e-9
+    last = best.trajectory.isel(time=-1)
+    assert float(last.remaining) == 0.0 and float(last.infeed_rate) < thin.final_rate
+    assert float(last.infeed_rate) == pytest.approx(float(model.infeed_rate(found.y[0, -1])), rel=1e-6)
+    assert float(best.trajectory.remaining.min()) == 0.0
+
+
+@pytest.mark.parametrize("p", [0.5, 0.85, 1.0])
+def test_start_that_comes_near_the_full_rate(p):
+    """Time of a start until exp(-lag) of the full rate is missing, by quadrature over the lag; p = 1: in closed form."""
+    lag = np.array([1e-3, 1.0, 7.99, 8.01, 15.0, 30.0])
+    got = _slowing(p, lag) * (-np.expm1(-lag)) ** p
+    if p == 1.0:
+        np.testing.assert_allclose(got, lag, rtol=1e-12)
+    by_parts = [quad(lambda x: p * (-np.expm1(-x)) ** (p - 1), 0, end, epsabs=0, epsrel=1e-11, limit=200)[0] for end in lag]
+    np.testing.assert_allclose(got, by_parts, rtol=1e-9)

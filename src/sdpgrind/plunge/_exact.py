@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.optimize import brentq
-from scipy.special import hyp2f1
+from scipy.special import digamma, factorial, hyp2f1, poch
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge import _kernels
@@ -15,6 +15,8 @@ SAMPLES = 200
 """Points of each piece of a trajectory."""
 FULL = 30.0
 """Lag at which a rate counts as the full one: 1e-13 below it."""
+LATE = 8.0
+"""Lag from which on the start is told by a series in what is left to the full rate."""
 WAIT, START, LINE, HOLD, TRACK = range(5)
 """Kinds of a course: until the wheel touches, at full command, spark-out, constant rate, on the limit of burning."""
 
@@ -36,11 +38,11 @@ class Course(NamedTuple):
 def fastest(limits: Limits, points: int = 40) -> tuple[float, tuple[float, ...], Course]:
     """Return the least time (s), the times at which its pieces end, and its course, by Gauss's rule of some points."""
     envelope, rule = Envelope(limits), leggauss(points)
-    meet = _meeting(limits, envelope)
+    meet, left = _meeting(limits, envelope)
     touch = limits.core.K0 / limits.rate_max
     start = _start(limits, np.linspace(0.0, meet, SAMPLES))
-    left = limits.stock - limits.rate_max * start[0][-1] + start[1][-1]
     times, remaining = touch + start[0], limits.stock - limits.rate_max * start[0] + start[1]
+    remaining[-1] = left
     parts: list[tuple[Floats, ...]] = [
         (times, remaining, start[1], start[2], np.full(SAMPLES, limits.rate_max), np.full(SAMPLES, START))
     ]
@@ -62,19 +64,38 @@ def _start(limits: Limits, lag: Floats) -> tuple[Floats, Floats, Floats]:
     """
     c, u, share = limits.core, limits.rate_max, -np.expm1(-lag)
     rate = u * share
-    time = c.K2 * rate**c.p / u * hyp2f1(1.0, c.p, 1.0 + c.p, share) + c.K1 * lag
+    time = c.K2 * rate**c.p / u * _slowing(c.p, lag) + c.K1 * lag
     return np.asarray(time), _kernels.beyond(rate, c), rate
 
 
-def _meeting(limits: Limits, envelope: Envelope) -> float:
-    """The lag at which the start meets the bound; a bound at full rate is met as well as it can be."""
+def _slowing(p: float, lag: Floats) -> Floats:
+    """The hypergeometric function of 1, p and 1 + p at 1 - exp(-lag), whose digits rounding would take where that is near 1."""
+    n = np.arange(5)
+    left = np.exp(-np.maximum(lag, LATE))[:, None] ** n
+    late = p * np.sum(poch(p, n) / factorial(n) * left * (digamma(n + 1.0) - digamma(n + p) + lag[:, None]), axis=1)
+    return np.asarray(np.where(lag < LATE, hyp2f1(1.0, p, 1.0 + p, -np.expm1(-np.minimum(lag, LATE))), late))
+
+
+def _meeting(limits: Limits, envelope: Envelope) -> tuple[float, float]:
+    """The lag at which the start meets the bound, or the stock is gone before, and the stock that is left then (mm).
+
+    A bound at full rate is met as well as it can be.
+    """
+
+    def left(lag: float) -> float:
+        time, y, _ = _start(limits, np.array([lag]))
+        return limits.stock - limits.rate_max * float(time[0]) + float(y[0])
 
     def above(lag: float) -> float:
-        time, y, _ = _start(limits, np.array([lag]))
-        r = limits.stock - limits.rate_max * float(time[0]) + float(y[0])
-        return float(y[0]) - (envelope(r) if r > 0 else envelope(0.0) + r)
+        return float(_start(limits, np.array([lag]))[1][0]) - envelope(max(left(lag), 0.0))
 
-    return float(brentq(above, 0.0, FULL, xtol=1e-14, rtol=1e-14)) if above(FULL) > 0 else FULL
+    last, ends = FULL, left(FULL) <= 0
+    if ends:
+        last = float(brentq(left, 0.0, FULL, xtol=1e-14, rtol=1e-14))
+    if above(last) <= 0:
+        return last, 0.0 if ends else left(last)
+    meet = float(brentq(above, 0.0, last, xtol=1e-14, rtol=1e-14))
+    return meet, max(left(meet), 0.0)
 
 
 def _piece(limits: Limits, piece: Piece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
