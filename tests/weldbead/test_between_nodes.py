@@ -38,6 +38,7 @@ MANY = {  # idle power (W), relative sd, durations (s), horizon (s); and the tol
     "late": (like_p1(125.4, 0.118, (6, 12, 20), 20.0, attribution="K2", **LATE), 5e-4),
     "K1": (like_p1(69.9, 0.07, (8, 14), 12.0, attribution="K1"), 2e-3),
     "lognormal": (like_p1(14.2, 0.118, (6,), 30.0, law="lognormal", **LATE, **BOWL), 2e-4),
+    "passes of nothing": (like_p1(100.0, 0.2, (6,), 40.0, law="lognormal"), 1e-3),
     "narrow": (like_p1(120.0, 0.05, (6, 8), 20.0), 5e-4),
     "wide": (like_p1(71.6, 0.3, (6, 12, 20), 20.0), 5e-4),
 }

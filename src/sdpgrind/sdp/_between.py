@@ -5,18 +5,24 @@ that costs more or less than the value that is looked up is the error of looking
 """
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.sdp import _lookup
 from sdpgrind.sdp._grid import Ints
 from sdpgrind.sdp._locate import Place
+from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._shift import Shift
 from sdpgrind.sdp._solution import Solution
 from sdpgrind.sdp._stops import charge_of, stop_state
 
-PARTS = (0.125, 0.375, 0.625, 0.875)
+PARTS = tuple(k / 8 for k in range(1, 8))
 """Where in a cell, on each axis."""
-POINTS = 1024
+NARROW = 0.1
+"""Standard deviations, in cells, up to which a move is taken to lead to one place."""
+POINTS = 1400
 """Points that are looked at: those of the cells in which the value bends most."""
 
 
@@ -68,9 +74,32 @@ def _cost(policy: Solution, place: Place) -> Floats:
         row, mode = place.row[here], place.mode[here]
         points = tuple(x[here] for x in place.points)
         if k >= 0:
-            cost[here] = policy.steps.cost(int(k), row, mode, points, entry[here], control[here])
+            chosen = (int(k), row, mode, points, entry[here], control[here])
+            cost[here] = policy.steps.cost(*chosen) + _beyond_chords(policy, *chosen)
         else:
             count = policy.countdown
             late = np.where(count.in_base(row), 0.0, count.late(count.time(row)))
             cost[here] = charge_of(problem, problem.stops[-1 - k], stop_state(problem, points, mode, row + count.first)) + late
     return cost
+
+
+def _beyond_chords(
+    policy: Solution, k: int, row: Ints, mode: Ints, points: tuple[Floats, ...], entry: Any, control: Floats
+) -> Any:
+    """What a move that hardly scatters leads to between two nodes, beyond the chord that the recursion takes there."""
+    menu, count = Menu(policy.need_problem("the error between nodes"), policy.grid, k), policy.countdown
+    if not isinstance(menu.move.to, Shift) or len(points) > 1:
+        return 0.0
+    told = mode if len(menu.problem.modes) > 1 else None
+    s = menu.state(points, told, count.time(row), without=menu.move.to.axis)
+    law = menu.move.to.law(s, menu.controls(entry.astype(np.int64), control))
+    index = np.broadcast_to(policy.grid.index(0, points[0] - law.mean), row.shape)
+    narrow = (law.sd < NARROW * policy.grid.spacing[0]) & (index >= 0) & (index <= policy.grid.shape[0] - 1)
+    end = np.zeros_like(row)
+    for one in np.unique(row):
+        arrival = count.arrival(int(one), menu.move.duration)
+        end[row == one] = 0 if arrival is None else arrival.row
+    after = mode if menu.into is None else menu.into[entry]
+    table, chord = policy.table.value, np.empty(row.size)
+    _lookup.interpolate(table, end, after, policy.shape, index[None], chord)
+    return np.where(narrow, policy.interpolated(end, after, index[None]) - chord, 0.0)

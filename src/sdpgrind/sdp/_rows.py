@@ -76,7 +76,7 @@ class Rows:
     tails: tuple[Tail, ...] = ()
 
     def select(self, kept: Any) -> "Rows":
-        """Return what leads on from some of the points, without the tails."""
+        """Return weights (1) and charges ($) of the points that are `kept`, a mask, without the tails."""
         return Rows(self.matrix[kept], self.mode[kept], self.charge[kept], self.stopped[kept])
 
     def expect(self, value: Floats, level: Floats) -> Floats:

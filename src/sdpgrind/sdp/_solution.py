@@ -73,7 +73,7 @@ class Solution:
 
     @cached_property
     def bent(self) -> Any:
-        """Cells [row, mode, cell] of the one axis where one may stop and the charge of a stopping edge is no straight line."""
+        """Cells [row, mode, cell] of the one axis where one may stop and the charge ($) of a stopping edge is bent."""
         best, charge = self.table.best, self.layout.edge_charge
         if charge is None or len(self.grid.axes) != 1:
             return np.zeros((*best.shape[:2], 0), bool)
@@ -138,5 +138,5 @@ class Solution:
 
     @property
     def steps(self) -> Steps:
-        """Single moves from anywhere, followed by the policy."""
+        """Single moves from anywhere and what they cost ($), the policy being followed from then on."""
         return Steps(self.need_problem("a step"), self.layout, self.countdown, self.table.value)
