@@ -19,7 +19,10 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["deg", "hz", "inch", "m_per_s", "mm_per_min", "rpm", "um"]
+__all__ = ["N_MM_S_PER_W", "deg", "hz", "inch", "m_per_s", "mm_per_min", "rpm", "um"]
+
+N_MM_S_PER_W = 1000.0
+"""Power of a force in N at a speed in mm/s, or a torque in N mm at a speed in rad/s, for one W."""
 
 Quantity = TypeVar("Quantity", float, npt.NDArray[np.float64])
 

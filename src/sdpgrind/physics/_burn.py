@@ -1,6 +1,16 @@
-"""Energy that burns the work: Malkin's law as Brown (1988) prints it, with its units made metric."""
+"""Where the work burns: Malkin's law as Brown (1988) prints it, with its units made metric, and both depths where it begins."""
 
-from typing import Any
+import dataclasses
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.physics._power import GrindingPower
 
 INCH = 25.4  # mm
 INCH_POUND = 0.0254 * 4.4482216152605  # J
@@ -42,3 +52,145 @@ def malkin_burn_coefficients() -> tuple[float, float]:
     (6.2053, 7.1802)
     """
     return 9.0e5 * INCH_POUND / INCH**3, 4.1e4 * INCH_POUND / INCH**2
+
+
+@stored("physics.burning_limit")
+@dataclasses.dataclass(frozen=True)
+class BurningLimit(Frozen):
+    """Power at which the work burns: u0 v_w a + B (d_e a)^(1/4) v_w^(1/2) for each width, Malkin; Brown (1988), (4.3).
+
+    Koren's (1989) (29) is the same with the exponent 1/4.
+
+    Parameters
+    ----------
+    u0 : float
+        Energy that leaves with the chips, J/mm^3.
+    B : float
+        Heat that the surface stands, J/(mm^2 s^(1/2)).
+
+    Raises
+    ------
+    ValueError
+        When a value is not positive.
+
+    Examples
+    --------
+    >>> BurningLimit(u0=6.0, B=7.0).power(depth_of_cut=1.0, work_speed=4.0, equivalent_diameter=16.0)
+    52.0
+    """
+
+    u0: float
+    B: float
+
+    def __post_init__(self) -> None:
+        checks.positive("u0", self.u0, "J/mm^3")
+        checks.positive("B", self.B, "J/(mm^2 s^(1/2))")
+
+    @classmethod
+    def published(cls) -> "BurningLimit":
+        """Return the limit with Malkin's printed coefficients, J/mm^3 and J/(mm^2 s^(1/2))."""
+        return cls(*malkin_burn_coefficients())
+
+    def power(self, *, depth_of_cut: Any, work_speed: Any, equivalent_diameter: Any, width: Any = 1.0) -> Any:
+        """Return the power, W.
+
+        Parameters
+        ----------
+        depth_of_cut : float or array
+            In one turn of the work, mm.
+        work_speed : float or array
+            Speed of the work's surface, mm/s.
+        equivalent_diameter : float or array
+            Of wheel and work, mm.
+        width : float or array
+            Of the cut, mm.
+        """
+        return width * work_speed * malkin_burn_energy(depth_of_cut, work_speed, equivalent_diameter, self.u0, self.B)
+
+
+class BurnOnset(NamedTuple):
+    """Depths of cut between which the work does not burn.
+
+    Attributes
+    ----------
+    lower : float
+        Below it light cuts burn, as ploughing needs power and the contact is too short to carry it away, mm.
+    upper : float
+        Above it the work burns, mm; infinite where it does not up to the greatest depth asked for. Less than `lower` where it
+        burns at every depth.
+    """
+
+    lower: float
+    upper: float
+
+
+def burn_onset(
+    power: GrindingPower,
+    limit: BurningLimit,
+    *,
+    work_speed: float,
+    wheel_speed: float,
+    equivalent_diameter: float,
+    wear_flat_area: float,
+    depth_max: float = 1.0,
+) -> BurnOnset:
+    """Return both depths of cut at which the work begins to burn: where power and limit are equal.
+
+    In the fourth root of the depth the difference is convex: two roots, or none.
+
+    Parameters
+    ----------
+    power : GrindingPower
+        What the wheel needs, W.
+    limit : BurningLimit
+        What the work stands, W.
+    work_speed, wheel_speed : float
+        Speeds at the surface, mm/s.
+    equivalent_diameter : float
+        Of wheel and work, mm.
+    wear_flat_area : float
+        Worn part of the wheel's surface, 0..1.
+    depth_max : float
+        Greatest depth that is looked at, mm.
+
+    Examples
+    --------
+    >>> from sdpgrind.physics import DongSliding
+    >>> wheel = {"work_speed": 1100.0, "wheel_speed": 37e3, "equivalent_diameter": 175.0}
+    >>> law = GrindingPower(sliding=DongSliding())
+    >>> low, high = burn_onset(law, BurningLimit(u0=6.2, B=3.32), **wheel, wear_flat_area=0.026)
+    >>> round(1e3 * low, 3), round(1e3 * high, 2)  # um
+    (0.09, 1.65)
+    """
+    speeds = {"work_speed": work_speed, "equivalent_diameter": equivalent_diameter}
+    wheel = {"wheel_speed": wheel_speed, "wear_flat_area": wear_flat_area}
+
+    def excess(root: float) -> float:
+        depth = root**4
+        return float(power.power(depth_of_cut=depth, **speeds, **wheel) - limit.power(depth_of_cut=depth, **speeds))
+
+    end = checks.positive("depth_max", depth_max, "mm") ** 0.25
+    best = float(minimize_scalar(excess, bounds=(0.0, end), method="bounded", options={"xatol": 1e-9 * end}).x)
+    return depths_between(excess, best, end)
+
+
+def depths_between(excess: Callable[[float], float], best: float, end: float) -> BurnOnset:
+    """Return the depths (mm) between which nothing burns, from how far the power exceeds the limit.
+
+    Parameters
+    ----------
+    excess : callable
+        Of the fourth root of the depth, mm^(1/4), in which it is convex; positive: the work burns. Any unit.
+    best, end : float
+        Fourth roots of the depth where the excess is least, and of the greatest that is looked at, mm^(1/4).
+
+    Examples
+    --------
+    >>> depths_between(lambda root: (root - 1) * (root - 2), best=1.5, end=3.0)
+    BurnOnset(lower=1.0, upper=16.0)
+    """
+    if excess(best) > 0:
+        return BurnOnset(np.inf, 0.0)
+    lower = brentq(excess, 0.0, best, xtol=1e-15) if excess(0.0) > 0 else 0.0
+    upper = brentq(excess, best, end, xtol=1e-15) if excess(end) > 0 else np.inf
+    return BurnOnset(lower**4, upper**4)

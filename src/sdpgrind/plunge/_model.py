@@ -13,6 +13,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.plunge import _kernels
 from sdpgrind.plunge._kernels import Core
 
@@ -27,7 +28,6 @@ _POSITIVE = {
     "diffusivity": "mm^2/s",
     "roundness_gain": "1",
 }
-_N_MM_S_PER_W = 1000.0
 SLOWEST_WHEEL, FASTEST_WORK = 1000.0, 300.0  # mm/s and rad/s: beyond them another unit is meant
 
 
@@ -238,7 +238,7 @@ class PlungeModel(Frozen):
         """Return by how much (mm) the machine gives way at an infeed rate (mm/s): x = R_n P/(v_s k), or tau v."""
         if self.linear_time_constant is not None:
             return np.asarray(self.linear_time_constant * np.asarray(infeed_rate, dtype=float))
-        tangential = self.grinding_power(infeed_rate) * _N_MM_S_PER_W / self.wheel_speed
+        tangential = self.grinding_power(infeed_rate) * N_MM_S_PER_W / self.wheel_speed
         return np.asarray(self.normal_force_ratio * tangential / self.stiffness)
 
     def infeed_rate(self, deflection: npt.ArrayLike) -> Floats:
@@ -282,8 +282,8 @@ class PlungeModel(Frozen):
             depth_of_cut=a1, work_speed=self.work_speed, wheel_speed=self.wheel_speed,
             equivalent_diameter=self.equivalent_diameter, wear_flat_area=self.wear_flat_area,
         )  # fmt: skip
-        chips = power.specific_energy * self.work_speed * a1 * _N_MM_S_PER_W / self.wheel_speed  # N/mm at 1 mm/s
-        heat = self.wheel_speed / _N_MM_S_PER_W
+        chips = power.specific_energy * self.work_speed * a1 * N_MM_S_PER_W / self.wheel_speed  # N/mm at 1 mm/s
+        heat = self.wheel_speed / N_MM_S_PER_W
         band = self.burning.B * (self.equivalent_diameter * a1) ** 0.25 * self.work_speed**0.5
         contact = np.sqrt(self.equivalent_diameter * a1)
         gives = ratio * self.width * np.array([power.ploughing_force, chips, float(sliding)])

@@ -6,7 +6,6 @@ from typing import Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from sdpgrind import physics
 from sdpgrind.base import checks
@@ -153,14 +152,12 @@ class MalkinBurnLimit(Frozen):
         """Return the least and greatest admissible force (N) of a process at a feed (mm/s): inf and 0 where none is."""
         feed = np.asarray(feed_rate, dtype=float)
         depths = np.array([self._depths(process, rate) for rate in feed.ravel()]).reshape(*feed.shape, 2)
-        low = process.normal_force(np.where(np.isfinite(depths[..., 0]), depths[..., 0], 0.0), feed)
-        high = process.normal_force(np.where(np.isfinite(depths[..., 1]), depths[..., 1], 0.0), feed)
-        empty = np.isinf(depths[..., 0])
-        high = np.where(np.isinf(depths[..., 1]), np.inf, high)
-        return np.where(empty, np.inf, low), np.where(empty, 0.0, high)
+        forces = process.normal_force(np.where(np.isfinite(depths), depths, 0.0), feed[..., None])
+        low, high = np.moveaxis(np.where(np.isfinite(depths), forces, np.inf), -1, 0)
+        return low, np.where(np.isinf(low), 0.0, high)
 
-    def _depths(self, process: GrindingProcess, feed_rate: float) -> tuple[float, float]:
-        """Least and greatest depth d with (K1 - u0) d + K2/(w V) - c d^(1/4) <= 0; inf, inf where none is."""
+    def _depths(self, process: GrindingProcess, feed_rate: float) -> physics.BurnOnset:
+        """Depths (mm) between which (K1 - u0) d + K2/(w V) - c d^(1/4) <= 0."""
         steep = process.specific_energy - self.u0
         idle = process.idle_power / (process.bead_width * feed_rate)
         carried = self.B * self.diameter**0.25 / feed_rate**0.5
@@ -169,20 +166,19 @@ class MalkinBurnLimit(Frozen):
             return float((steep * root**3 - carried) * root + idle)
 
         if steep <= 0:
-            return brentq(surplus, 0.0, _beyond(surplus), xtol=1e-15) ** 4 if idle else 0.0, np.inf
-        best, end = (carried / (4 * steep)) ** (1 / 3), (carried / steep) ** (1 / 3)
-        if surplus(best) > 0:
-            return np.inf, np.inf
-        low = brentq(surplus, 0.0, best, xtol=1e-15) if idle else 0.0
-        high = brentq(surplus, best, end, xtol=1e-15) if idle else end
-        return low**4, high**4
+            far = _beyond(surplus)
+            return physics.depths_between(surplus, far, far)
+        best = (carried / (4 * steep)) ** (1 / 3)
+        return physics.depths_between(surplus, best, 2 * best)
 
     def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
         """Return the power left (W) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
         feed = np.asarray(feed_rate, dtype=float)
-        depth = process.mean_cut(normal_force, feed)
-        energy = physics.malkin_burn_energy(depth, feed, self.diameter, self.u0, self.B)
-        return np.asarray(energy * process.bead_width * feed - process.grinding_power(normal_force))
+        allowed = physics.BurningLimit(self.u0, self.B).power(
+            depth_of_cut=process.mean_cut(normal_force, feed), work_speed=feed, equivalent_diameter=self.diameter,
+            width=process.bead_width,
+        )  # fmt: skip
+        return np.asarray(allowed - process.grinding_power(normal_force))
 
 
 def _beyond(surplus: Callable[[float], float]) -> float:

@@ -11,6 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.base.units import N_MM_S_PER_W
 
 _POSITIVE = {
     "specific_energy": "J/mm^3",
@@ -82,15 +83,15 @@ class GrindingProcess(Frozen):
 
     def _torque(self, normal_force: npt.ArrayLike) -> Floats:
         force = np.asarray(normal_force, dtype=float)
-        return np.asarray(physics.disc_torque(force, self.friction_ratio, self.disk_radius))
+        return np.asarray(physics.disk_torque(force, self.friction_ratio, self.disk_radius))
 
     def disk_speed(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the disc speed (rad/s) under a normal force (N), Brown (4.8); 0 where the disc has stalled."""
-        return np.asarray(np.maximum(physics.disc_speed(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0))
+        return np.asarray(np.maximum(physics.disk_speed(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0))
 
     def grinding_power(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the power at the contact (W) of a normal force (N), Brown (4.4c); 0 where the disc has stalled."""
-        return np.asarray(np.maximum(physics.disc_power(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0))
+        return np.asarray(np.maximum(physics.disk_power(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0))
 
     def removal_rate(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the removal rate (mm^3/s) of a normal force (N), Brown (4.4a); never negative."""
@@ -131,13 +132,13 @@ class GrindingProcess(Frozen):
         if self.speed_droop == 0:
             return np.inf
         torque = physics.peak_torque(self.free_speed, self.speed_droop)
-        return float(physics.disc_power(torque, self.free_speed, self.speed_droop))
+        return float(physics.disk_power(torque, self.free_speed, self.speed_droop))
 
     @property
     def coefficients(self) -> Coefficients:
         """C1 (mm^2/N), C2 (mm^2/s) and C3 (1/s) of Brown (4.6); C3 at the free speed, mu included."""
         return Coefficients(
-            C1=1e-3 / self.specific_energy,
+            C1=1 / (N_MM_S_PER_W * self.specific_energy),
             C2=-self.idle_power / (self.bead_width * self.specific_energy),
             C3=self.friction_ratio * self.disk_radius * self.free_speed / self.bead_width,
         )

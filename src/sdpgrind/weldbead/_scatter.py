@@ -13,6 +13,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead._process import GrindingProcess
 
 ATTRIBUTIONS = ("C1", "K1", "K2", "mu")
@@ -117,7 +118,7 @@ class Scatter(Frozen):
         force = np.asarray(normal_force, dtype=float)
         power = self.expected(process).grinding_power(force)
         mean = np.maximum(power - process.idle_power, 0.0)
-        torque_power = 1e-3 * process.friction_ratio * process.disk_radius * force
+        torque_power = process.friction_ratio * process.disk_radius * force / N_MM_S_PER_W
         loss = process.speed_droop * process.friction_ratio * process.disk_radius * force
         r = self._relative("mu")
         variance = (

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from sdpgrind import physics
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
@@ -228,8 +229,7 @@ def _conditions(opti: Any, problem: PassProblem, stage: tuple[Any, ...], feed: A
     disc, m = problem.disc, problem.disc.model
     angle = disc.relaxed_angle - wind
     torque = float(disc.spring_torque(1e-3)) / 1e-3 * wind
-    shaft = m.friction_ratio * torque
-    power = 1e-3 * (m.free_speed - m.speed_droop * shaft) * shaft
+    power = physics.disk_power(m.friction_ratio * torque, m.free_speed, m.speed_droop)
     tip_x, tip_z = center - m.disk_radius * casadi.cos(angle), height - m.disk_radius * casadi.sin(angle)
     length = front / casadi.cos(angle)
     advance = feed * casadi.sin(angle) - speed * casadi.cos(angle)

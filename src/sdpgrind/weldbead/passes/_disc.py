@@ -9,6 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead._process import GrindingProcess
 from sdpgrind.weldbead.passes._kernels import Core
 
@@ -226,7 +227,7 @@ class TiltedDisc(Frozen):
         angle = self.relaxed_angle - wind
         stiffness = float(self.spring_torque(wind + 1e-7) - self.spring_torque(wind - 1e-7)) / 2e-7
         mu, droop = m.friction_ratio, m.speed_droop
-        rate = 1e-3 * mu * (m.free_speed - 2 * droop * mu * torque) * stiffness / m.specific_energy
+        rate = mu * (m.free_speed - 2 * droop * mu * torque) * stiffness / (N_MM_S_PER_W * m.specific_energy)
         patch = depth / np.sin(angle)
         d = width * feed * radius * np.cos(angle) + rate
         e = width * patch * (radius - patch / 2)

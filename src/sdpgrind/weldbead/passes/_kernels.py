@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from sdpgrind.base.units import N_MM_S_PER_W
+
 WIND, TIP_X, TIP_Z, RATE, WEAR, TOUCHED, PATCHES = range(7)
 """Entries of the state: wind-up (rad), tip (mm), removal rate (mm^3/s), face worn away (mm), nodes and patches in contact."""
 STATES = 7
@@ -75,7 +77,7 @@ def torque_at(wind, core):
 def removal(torque, core):
     """Volume removed in a second (mm^3/s): what the power exceeds the idle power by, over the specific energy."""
     shaft = core.friction_ratio * torque
-    power = 1e-3 * (core.free_speed - core.speed_droop * shaft) * shaft
+    power = shaft * (core.free_speed - core.speed_droop * shaft) / N_MM_S_PER_W
     return max(0.0, (power - core.idle_power) / core.specific_energy)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sdpgrind import physics
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import _kernels, _polyline_kernels
@@ -248,8 +249,7 @@ class Run:
 
     def _power(self, torque: Any) -> Any:
         m = self.disc.model
-        shaft = m.friction_ratio * torque
-        return 1e-3 * (m.free_speed - m.speed_droop * shaft) * shaft
+        return physics.disk_power(m.friction_ratio * torque, m.free_speed, m.speed_droop)
 
     def record(self, before: Contour, out: Floats) -> PassRecord:
         """Put names to what the kernel says."""

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-N_MM_S_PER_W = 1000.0
+from sdpgrind.base.units import N_MM_S_PER_W
 
 
-def disc_torque(normal_force: Any, friction_ratio: Any, disk_radius: Any) -> Any:
+def disk_torque(normal_force: Any, friction_ratio: Any, disk_radius: Any) -> Any:
     """Return the shaft torque (N mm) of a normal force: F_t R = mu F_n R, Brown (1988) (4.4d).
 
     Parameters
@@ -19,13 +19,13 @@ def disc_torque(normal_force: Any, friction_ratio: Any, disk_radius: Any) -> Any
 
     Examples
     --------
-    >>> round(disc_torque(50.0, 0.3, 85.0), 9)
+    >>> round(disk_torque(50.0, 0.3, 85.0), 9)
     1275.0
     """
     return friction_ratio * disk_radius * normal_force
 
 
-def disc_speed(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
+def disk_speed(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
     """Return the disc speed (rad/s) under a torque: omega = omega0 - beta torque, Brown (1988) (4.8).
 
     Parameters
@@ -39,13 +39,13 @@ def disc_speed(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
 
     Examples
     --------
-    >>> disc_speed(1000.0, 560.0, 0.1)
+    >>> disk_speed(1000.0, 560.0, 0.1)
     460.0
     """
     return free_speed - speed_droop * torque
 
 
-def disc_power(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
+def disk_power(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
     """Return the power at the contact (W): torque times speed, Brown (1988) (4.4c) with (4.8).
 
     Parameters
@@ -59,10 +59,10 @@ def disc_power(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
 
     Examples
     --------
-    >>> disc_power(1275.0, 500.0, 0.0)
+    >>> disk_power(1275.0, 500.0, 0.0)
     637.5
     """
-    return torque * disc_speed(torque, free_speed, speed_droop) / N_MM_S_PER_W
+    return torque * disk_speed(torque, free_speed, speed_droop) / N_MM_S_PER_W
 
 
 def removal_rate(grinding_power: Any, specific_energy: Any, idle_power: Any) -> Any:

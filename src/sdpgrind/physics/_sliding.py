@@ -1,0 +1,155 @@
+"""What the wear flats of a wheel add to its tangential force, by two published laws.
+
+Laws are written with operators alone, so that numbers, arrays and symbols of CasADi go through the same lines.
+"""
+
+import dataclasses
+from typing import Any, ClassVar, Protocol
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+
+class SlidingLaw(Protocol):
+    """What the wear flats of a wheel add to its tangential force, N/mm, by a power of the depth of cut.
+
+    Attributes
+    ----------
+    areas : (float, float)
+        Range of wear flat area that the law is meant for, 0..1.
+    exponent : float
+        Of the depth of cut, unit 1.
+    """
+
+    areas: ClassVar[tuple[float, float]]
+
+    @property
+    def exponent(self) -> float:
+        """Exponent of the depth of cut, unit 1."""
+
+    def force(
+        self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
+    ) -> Any:
+        """Return the force for each width, N/mm.
+
+        Parameters
+        ----------
+        depth_of_cut : float or array
+            In one turn of the work, mm.
+        work_speed, wheel_speed : float or array
+            Speeds at the surface, mm/s.
+        equivalent_diameter : float or array
+            Of wheel and work, mm.
+        wear_flat_area : float or array
+            Worn part of the wheel's surface, 0..1.
+        """
+
+
+@stored("physics.malkin_sliding")
+@dataclasses.dataclass(frozen=True)
+class MalkinSliding(Frozen):
+    """Sliding force (c2 + c3 v_w/(v_s d_e)) (d_e a)^(1/2) A: Malkin, as Brown (1988) prints it in (4.2), with its units mended.
+
+    A is the worn part of the wheel's surface, some 0.005 to 0.01. At equal power it is not the A of `DongSliding`.
+
+    Parameters
+    ----------
+    pressure : float
+        c2, N/mm^2.
+    curvature_pressure : float
+        c3, N/mm: its magnitude is in doubt, and nothing should depend on its exact value.
+
+    Raises
+    ------
+    ValueError
+        When a value is negative.
+
+    Examples
+    --------
+    >>> law = MalkinSliding()
+    >>> round(law.force(depth_of_cut=0.01, work_speed=400.0, wheel_speed=30e3, equivalent_diameter=50.0, wear_flat_area=0.01), 3)
+    4.013
+    """
+
+    areas: ClassVar[tuple[float, float]] = (0.0, 0.02)
+    exponent: ClassVar[float] = 0.5
+    pressure: float = 7.55
+    curvature_pressure: float = 2.1e6
+
+    def __post_init__(self) -> None:
+        checks.nonnegative("pressure", self.pressure, "N/mm^2")
+        checks.nonnegative("curvature_pressure", self.curvature_pressure, "N/mm")
+
+    def force(
+        self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
+    ) -> Any:
+        """Return the force for each width (N/mm) of a depth (mm), speeds (mm/s), a diameter (mm) and an area (0..1).
+
+        Parameters
+        ----------
+        depth_of_cut : float or array
+            In one turn of the work, mm.
+        work_speed, wheel_speed : float or array
+            Speeds at the surface, mm/s.
+        equivalent_diameter : float or array
+            Of wheel and work, mm.
+        wear_flat_area : float or array
+            Worn part of the wheel's surface, 0..1.
+        """
+        pressure = self.pressure + self.curvature_pressure * work_speed / (wheel_speed * equivalent_diameter)
+        return pressure * (equivalent_diameter * depth_of_cut) ** 0.5 * wear_flat_area
+
+
+@stored("physics.dong_sliding")
+@dataclasses.dataclass(frozen=True)
+class DongSliding(Frozen):
+    """Sliding force C (d_e a)^0.85 A: Dong, Danai and Malkin (2004), (6), for each width.
+
+    The source prints 0.842 for a wheel of 9 mm and powers in kW. A is its effective wear flat area, some 0.01 to 0.04.
+
+    Parameters
+    ----------
+    coefficient : float
+        C, N/mm^2.7.
+    exponent : float
+        Of the squared length of contact, unit 1.
+
+    Raises
+    ------
+    ValueError
+        When a value is not positive.
+
+    Examples
+    --------
+    >>> law = DongSliding()
+    >>> wheel = {"work_speed": 1100.0, "wheel_speed": 37e3, "equivalent_diameter": 175.0}
+    >>> round(law.force(depth_of_cut=0.0052, **wheel, wear_flat_area=0.026), 3)
+    2.245
+    """
+
+    areas: ClassVar[tuple[float, float]] = (0.0, 0.1)
+    coefficient: float = 842.0 / 9.0
+    exponent: float = 0.85
+
+    def __post_init__(self) -> None:
+        checks.positive("coefficient", self.coefficient, "N/mm^2.7")
+        checks.positive("exponent", self.exponent)
+
+    def force(
+        self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
+    ) -> Any:
+        """Return the force for each width (N/mm) of a depth (mm), speeds (mm/s), a diameter (mm) and an area (0..1).
+
+        Parameters
+        ----------
+        depth_of_cut : float or array
+            In one turn of the work, mm.
+        work_speed, wheel_speed : float or array
+            Speeds at the surface, mm/s; this law does not use them.
+        equivalent_diameter : float or array
+            Of wheel and work, mm.
+        wear_flat_area : float or array
+            Effective worn part of the wheel's surface, 0..1.
+        """
+        return self.coefficient * (equivalent_diameter * depth_of_cut) ** self.exponent * wear_flat_area
