@@ -193,6 +193,18 @@ def test_roundness_has_a_margin_of_its_own(recommended):
     assert hwsim.run(hwsim.PlungeGrinder(PROBLEM), bare, parts=200).outcome.out_of_round.mean() > 0.02
 
 
+def test_a_part_that_was_broken_off_teaches_no_roundness():
+    """Neither one that nobody touched, as the gauge jumps, nor one that was left at full rate: the aim stays."""
+    controller, margin = plunge.CycleController(PROBLEM, 0.004), plunge.RoundnessMargin()
+    aimed = margin.next(controller, hwsim.run(QUIET, controller))
+    assert aimed.roundness_margin != controller.roundness_margin
+    jumps, left = hwsim.PlungeGrinder(PROBLEM, noise=hwsim.GrinderNoise(0.02)), hwsim.PlungeGrinder(PROBLEM, max_time=4.0)
+    for grinder, roundness in ((jumps, 1.59e-3), (left, 24e-3)):
+        broken = hwsim.run(grinder, controller, rng=1)
+        assert broken.outcome.roundness[0] == pytest.approx(roundness, rel=0.1) and broken.outcome.remaining[0] > 0.01
+        assert margin.next(aimed, broken) == aimed
+
+
 def test_all_that_may_be_wrong_at_once():
     """Contact, force, gain of the power monitor, area that scatters: no part burns from the second on, 1 % are out of round."""
     model = PROBLEM.model.replace(normal_force_ratio=1.1 * 9.78)

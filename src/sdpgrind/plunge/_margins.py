@@ -180,6 +180,8 @@ class ChanceMargin:
 class RoundnessMargin:
     """Aim at so much less out-of-roundness that a part is beyond the limit with no more than a given probability.
 
+    A part that was broken off before it came to size teaches nothing.
+
     Parameters
     ----------
     confidence : float
@@ -219,6 +221,8 @@ class RoundnessMargin:
             Of the last part, with the out-of-roundness that was measured after it.
         """
         problem = adaptable(controller).problem
+        if not _at_size(part_log):
+            return controller
         aim = problem.roundness_max - controller.roundness_margin
         self._excess.learn(float(part_log.figure("roundness")[-1]) - aim, self.part_sd**2)
         spread = np.sqrt(self._excess.variance + self.part_sd**2)
@@ -234,6 +238,11 @@ def adaptable(controller: Any) -> CycleController:
 
 def _slack(source: str, part_log: Any, controller: CycleController) -> float:
     return float(part_log.figure("slack")[-1]) if source == "true" else measured_slack(part_log, controller)
+
+
+def _at_size(part_log: Any) -> bool:
+    """Whether the part was ground to size, as the controller saw it, and not broken off."""
+    return bool(part_log.column("controller", "remaining_planned")[-1] <= 0.0)
 
 
 def _binned(controller: CycleController, margin: float) -> CycleController:
