@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._dynamics import burn_depth
 from sdpgrind.plunge._kernels import Core
 from sdpgrind.plunge._problem import CycleProblem
 
@@ -136,7 +137,7 @@ class Program:
             fed = casadi.fmax(v, v2)  # below v2 nothing is fed any more
             if v is not corner:
                 commanded += u2 * _passes(u2, above, casadi.log((above - u2) / (fed - u2)), core, _COARSE)
-            layers.append(_burn_depth(v, core) - (self.problem.stock - commanded + _beyond(v, core)))
+            layers.append(burn_depth(v, core, casadi.log) - (self.problem.stock - commanded + _beyond(v, core)))
             above = fed
         return layers
 
@@ -210,10 +211,3 @@ def _passes(u: Any, start: Any, span: Any, core: Core, nodes: int = _FINE) -> An
 
 def _beyond(v: Any, core: Core) -> Any:
     return core.K1 * v + core.K2 * v**core.p
-
-
-def _burn_depth(v: Any, core: Core) -> Any:
-    import casadi
-
-    root = v**0.25
-    return core.reach * root * casadi.log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
