@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import hwsim
 from sdpgrind import plunge
 from sdpgrind.plunge._margins import _Bias
-from sdpgrind.plunge._slack import measured_slack, noise_of_slack
+from sdpgrind.plunge._slack import measured_slack, noise_of_slack, scatter_of_slack
 
 PROBLEM = plunge.preset("simulation")
 SHARPER = PROBLEM.replace(wear_flat_area=0.9 * 0.026)
@@ -118,7 +118,7 @@ def test_filter_of_a_constant_against_least_squares():
 def test_least_of_noisy_readings_is_too_small_by_what_is_taken_off():
     """Simulated with the model; then met on a grinder: the mean of 150 parts, to 3 standard errors."""
     controller = plunge.CycleController(PROBLEM, 0.004)
-    bias, sd = noise_of_slack(controller)
+    bias, sd, _ = noise_of_slack(controller)
     assert 5e-4 < bias < 5e-3
     log = hwsim.run(hwsim.PlungeGrinder(PROBLEM), controller, parts=150, rng=5)
     parts = log["controller"].part.values
@@ -135,6 +135,27 @@ def test_least_of_noisy_readings_is_too_small_by_what_is_taken_off():
     off = log.outcome.slack.values - [measured_slack(One(k), controller) for k in range(150)]
     assert off.mean() == pytest.approx(bias, abs=3 * sd * np.sqrt(1 / 150 + 1 / 64))
     assert off.std() == pytest.approx(sd, rel=0.35)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.4])
+def test_gauges_that_are_better_than_is_believed(share):
+    """What noise would do to a least value is not taken off where there is none: that would burn every part."""
+    noise = hwsim.GrinderNoise(share * 5e-4, share * 0.01)
+    grinder, controller = hwsim.PlungeGrinder(PROBLEM, noise=noise), plunge.CycleController(SHARPER, 0.05)
+    outcome = hwsim.repeat(grinder, controller, series=10, parts=4, rng=2, adapt=plunge.adaptation(PROBLEM))
+    assert not outcome.burned.any() and outcome.part_slack.min() > 5e-4
+    assert float(outcome.time[:, 2:].mean()) < 1.02 * FASTEST
+
+
+def test_scatter_of_one_reading():
+    """Second differences of noise: against what power and size scatter by, and next to nothing without noise."""
+    controller = plunge.CycleController(PROBLEM, 0.004)
+    reckoned = noise_of_slack(controller)[2]
+    rate = np.linspace(PROBLEM.model.burn_rate, 0.04, 50)
+    steep = (PROBLEM.model.burn_depth(rate, 1.001 * PROBLEM.model.grinding_power(rate)) - PROBLEM.model.burn_depth(rate)) / 0.001
+    low, high = (np.hypot(5e-4, 0.01 * each) for each in (steep.min(), steep.max()))
+    assert low < reckoned < high
+    assert scatter_of_slack(hwsim.run(QUIET, controller), controller) < 0.02 * reckoned
 
 
 def test_measured_slack_without_noise_is_the_true_one():

@@ -7,10 +7,12 @@ from scipy.special import ndtri
 
 from sdpgrind.base import checks
 from sdpgrind.plunge._controller import CycleController
-from sdpgrind.plunge._slack import measured_slack, noise_of_slack
+from sdpgrind.plunge._slack import measured_slack, noise_of_slack, scatter_of_slack
 
 _BIN = 5e-4
 """Margins (mm) between which noise does the same."""
+_DOUBT = 1.25
+"""Scatter that a few dozens of readings may well have, over the one that they show."""
 
 
 class MarginBounding:
@@ -102,7 +104,7 @@ class ChanceMargin:
 
     What the slack d falls short of the margin, m - d, is a constant of the model's error: it is measured once a part and
     filtered (Kalman). The least of many noisy readings is too small; by how much is found by simulation, with the noise that the
-    controller reckons with, and taken off.
+    controller reckons with, and taken off: less of it where the readings of a part scatter less than that.
 
     Parameters
     ----------
@@ -160,12 +162,19 @@ class ChanceMargin:
         slack = _slack(self.slack, part_log, controller)
         if np.isnan(slack):
             return controller
-        bias, sd = (0.0, 0.0) if self.slack == "true" else noise_of_slack(_binned(self._first, controller.safety_margin))
+        bias, sd = (0.0, 0.0) if self.slack == "true" else self._noise(controller, part_log)
         variance = sd**2 + self.part_sd**2
         self._shortfall.learn(controller.safety_margin - slack - bias, variance)
         spread = np.sqrt(self._shortfall.variance + variance)
         margin = self._shortfall.mean + ndtri(self.confidence) * spread + self._hidden(controller)
         return controller.replace(safety_margin=float(np.clip(margin, 0.0, 0.9 * controller.problem.stock)))
+
+    def _noise(self, controller: CycleController, part_log: Any) -> tuple[float, float]:
+        """Bias and scatter (mm) of the measured slack; no more bias is taken off than the readings of the part scatter for."""
+        assert self._first is not None
+        bias, sd, reckoned = noise_of_slack(_binned(self._first, controller.safety_margin))
+        seen = scatter_of_slack(part_log, controller)
+        return bias * min(1.0, _DOUBT * seen / reckoned) if seen >= 0 and reckoned > 0 else bias, sd
 
     def _hidden(self, controller: CycleController) -> float:
         """Depth of damage (mm) that a power monitor with too small a gain does not show, at the greatest rate."""

@@ -22,34 +22,53 @@ def measured_slack(part_log: Any, controller: CycleController) -> float:
 
     Clipped and missing readings are left out.
     """
+    return _least(_readings(_columns(part_log), controller))
+
+
+def scatter_of_slack(part_log: Any, controller: CycleController) -> float:
+    """Return the standard deviation of one reading of the slack about its course, mm, as a part shows it; NaN: too few."""
+    return _scatter(_readings(_columns(part_log), controller))
+
+
+def _columns(part_log: Any) -> dict[str, Floats]:
     names = ("size", "grinding_power", "power_saturated", "balancing_command", "infeed_rate_planned")
-    return _slack({name: part_log.column("controller", name) for name in names}, controller)
+    return {name: part_log.column("controller", name) for name in names}
 
 
-def _slack(columns: Mapping[str, Floats], controller: CycleController) -> float:
+def _readings(columns: Mapping[str, Floats], controller: CycleController) -> Floats:
     used = (columns["balancing_command"] > 0) & (columns["power_saturated"] == 0)
     used &= np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"])
-    if not np.any(used):
-        return float("nan")
     rate, power = columns["infeed_rate_planned"][used], columns["grinding_power"][used]
     burn = np.maximum(controller.problem.model.burn_depth(rate, power), 0.0)
-    return float(np.min(controller.problem.stock - columns["size"][used] - burn))
+    return np.asarray(controller.problem.stock - columns["size"][used] - burn)
+
+
+def _least(readings: Floats) -> float:
+    return float(readings.min()) if readings.size else float("nan")
+
+
+def _scatter(readings: Floats) -> float:
+    """From second differences, which leave of a smooth course next to nothing."""
+    return float(np.sqrt(np.mean(np.diff(readings, 2) ** 2) / 6)) if readings.size > 2 else float("nan")
 
 
 @lru_cache(maxsize=512)
-def noise_of_slack(controller: CycleController) -> tuple[float, float]:
-    """Return by how much the measured slack is too small on average, and its scatter, mm, by simulation of the model.
+def noise_of_slack(controller: CycleController) -> tuple[float, float, float]:
+    """Return by how much the measured slack is too small on average, its scatter, and that of one reading, mm.
+
+    By simulation of the model.
 
     A least value of many noisy ones is too small: `controller` grinds parts of its own model, with the noise that it reckons
     with. Without a balance: no bias and no scatter.
     """
     rng = np.random.default_rng(0)
-    off = [true - raw for true, raw in (_both(controller, rng) for _ in range(PARTS)) if np.isfinite(true - raw)]
-    return (float(np.mean(off)), float(np.std(off))) if len(off) > 1 else (0.0, 0.0)
+    parts = [(true - _least(readings), _scatter(readings)) for true, readings in (_both(controller, rng) for _ in range(PARTS))]
+    off, each = np.array([part for part in parts if np.all(np.isfinite(part))]).reshape(-1, 2).T
+    return (float(np.mean(off)), float(np.std(off)), float(np.mean(each))) if len(off) > 1 else (0.0, 0.0, 0.0)
 
 
-def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float, float]:
-    """True and measured balance slack (mm) of a simulated part."""
+def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float, Floats]:
+    """True balance slack and readings of it (mm) of a simulated part."""
     problem, law = controller.problem, controller.law
     rig = kernels.rig(problem.model, problem.stock, problem.sample_time, _ROWS - 1)
     rig = rig._replace(size_sd=law.size_sd, power_sd=law.power_sd)
@@ -60,4 +79,4 @@ def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float,
     rows = kernels.grind(state, rig, brain, law, rng.standard_normal((_ROWS, 2)), table, 0)
     columns = dict(zip(kernels.ROW, table[: abs(rows)].T, strict=True))
     columns |= {"balancing_command": columns["balancing"], "infeed_rate_planned": columns["infeed_rate"]}
-    return float(state[kernels.SLACK]), _slack(columns, controller)
+    return float(state[kernels.SLACK]), _readings(columns, controller)
