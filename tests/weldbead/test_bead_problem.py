@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from sdpgrind import sdp, weldbead
+from sdpgrind import physics, sdp, weldbead
 from sdpgrind.base import stored
 
 P1 = weldbead.preset("P1")
@@ -68,6 +68,29 @@ def test_malkin_limit_refuses_light_cuts():
     assert np.all(low > high)
     low, high = limit.interval(BASE.replace(idle_power=0.0), 10.0)
     assert float(low) == 0.0
+
+
+@pytest.mark.parametrize("energy", [4.0, 10.0])
+def test_malkin_limit_is_the_burning_of_a_wheel_that_only_ploughs(energy):
+    process, feed, speed = BASE.replace(idle_power=60.0, specific_energy=energy), 10.0, 30e3
+    plough = physics.GrindingPower(energy, ploughing_force=60.0 * 1000.0 / (process.bead_width * speed))
+    depths = physics.burn_onset(
+        plough, physics.BurningLimit.published(),
+        work_speed=feed, wheel_speed=speed, equivalent_diameter=170.0, wear_flat_area=0.0, depth_max=5.0,
+    )  # fmt: skip
+    ends = weldbead.MalkinBurnLimit.published(170.0).interval(process, feed)
+    np.testing.assert_allclose(process.mean_cut(ends[0], feed), depths.lower, rtol=1e-9)
+    if np.isfinite(ends[1]):
+        np.testing.assert_allclose(process.mean_cut(ends[1], feed), depths.upper, rtol=1e-9)
+    assert np.isinf(depths.upper) == np.isinf(ends[1]) == (energy < 6)
+
+
+def test_malkin_limit_of_a_motor_that_is_too_weak():
+    process, limit = BASE.replace(idle_power=60.0), weldbead.MalkinBurnLimit.published(170.0)
+    light = limit.interval(process, 10.0)[0]
+    weak = process.replace(speed_droop=process.free_speed**2 / (4e3 * 0.99 * float(process.grinding_power(light))))
+    assert limit.interval(weak, 10.0) == (np.inf, 0.0)  # light cuts burn, and deeper ones it cannot make
+    assert np.all(limit.margin(weak, np.linspace(0.1, 1.0, 9) * weak.peak_force, 10.0) < 0)
 
 
 # The problem ----------------------------------------------------------------------------------------------------------
