@@ -10,10 +10,10 @@ import numpy as np
 
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge._course_kernels import deflections
 from sdpgrind.plunge._model import PlungeModel
 from sdpgrind.plunge._problem import CycleProblem
 from sdpgrind.plunge._records import Cycle, concluded, fault, not_identified
+from sdpgrind.plunge._replay_kernels import deflections
 
 CONTACT, RATIO, TAU = ("contact_zero", "mm"), ("normal_force_ratio", "1"), ("time_constant", "s")
 SCALES = (0.1, 10.0)

@@ -10,9 +10,8 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge import _kernels
-from sdpgrind.plunge._kernels import Core
+from sdpgrind.plunge._kernels import Core, Give
 from sdpgrind.plunge._model import PlungeModel
-from sdpgrind.plunge._replay_kernels import Give
 
 HALVINGS = 60
 

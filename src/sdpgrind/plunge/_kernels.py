@@ -29,6 +29,14 @@ class Core(NamedTuple):
     power2: float
 
 
+class Give(NamedTuple):
+    """How the machine gives way beyond ploughing, y = K1 v + K2 v^p, mm."""
+
+    K1: float
+    K2: float
+    p: float
+
+
 @njit(inline="always", **_OPTIONS)
 def beyond(v, core):
     """Deflection beyond what ploughing takes, y = x - K0, mm."""

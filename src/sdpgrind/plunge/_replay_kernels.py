@@ -1,22 +1,15 @@
-"""Commands played through the dynamics of the process, as one plain serial loop."""
+"""Commands played through the dynamics of the process, as plain serial loops: planned ones, and those of a record."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
+import numpy as np
 from numba import njit
 
-from sdpgrind.plunge._kernels import rate
+from sdpgrind.plunge._kernels import Give, deflected, rate
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 COLUMNS = 5
 """Of what is played: time (s), remaining stock, deflection beyond ploughing (mm), infeed rate (mm/s), wear flat area."""
-
-
-class Give(NamedTuple):
-    """How the machine gives way beyond ploughing, y = K1 v + K2 v^p, mm."""
-
-    K1: float
-    K2: float
-    p: float
 
 
 @njit(inline="always", **_OPTIONS)
@@ -79,3 +72,25 @@ def play(stock, commands, durations, gives, wear, steps, spare, out, interval):
             if state[1] <= 0.0:
                 return row
     return row
+
+
+@njit(**_OPTIONS)
+def deflections(first, command_rate, step, substeps, core):
+    """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands (mm/s) hold for a step (s)."""
+    out = np.empty((step.size + 1, 2))
+    y, v = first, rate(first, core)
+    out[0, 0], out[0, 1] = y, v
+    for k in range(step.size):
+        y, v = deflected(y, v, command_rate[k], step[k], substeps, core)
+        out[k + 1, 0], out[k + 1, 1] = y, v
+    return out
+
+
+@njit(**_OPTIONS)
+def lags(first, pole, given):
+    """What a lag holds (mm) at each reading, from the first on: x+ = pole x + given."""
+    out = np.empty(pole.size + 1)
+    out[0] = first
+    for k in range(pole.size):
+        out[k + 1] = pole[k] * out[k] + given[k]
+    return out

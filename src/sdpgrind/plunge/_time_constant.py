@@ -12,8 +12,8 @@ from scipy.special import chdtri
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge._course_kernels import lags
 from sdpgrind.plunge._records import MOVING, Cycle, concluded, fault, not_identified
+from sdpgrind.plunge._replay_kernels import lags
 
 NAME, UNIT = "time_constant", "s"
 RANGE = (0.05, 50.0)
