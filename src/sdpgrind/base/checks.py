@@ -89,6 +89,14 @@ def within(name: str, value: object, low: float, high: float, unit: str = "") ->
     return checked
 
 
+def share(name: str, value: object, unit: str = "") -> float:
+    """Return `value` as a float, or raise ValueError unless it is in (0, 1]."""
+    checked = number(name, value, unit)
+    if not 0 < checked <= 1:
+        raise refuse(name, "in (0, 1]", checked, unit)
+    return checked
+
+
 def count(name: str, value: object, at_least: int = 1) -> int:
     """Return `value` as an int >= `at_least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):

@@ -220,8 +220,7 @@ class RecursiveLeastSquares:
 
     def __init__(self, names: Sequence[str], *, forgetting: float = 1.0, units: Sequence[str] = ()) -> None:
         self._names, self._units = checks.unique("names", names), tuple(units)
-        if not 0 < checks.number("forgetting", forgetting, "1") <= 1:
-            raise checks.refuse("forgetting", "in (0, 1]", forgetting, "1")
+        checks.share("forgetting", forgetting, "1")
         self._forgetting = float(forgetting)
         self.reset()
 

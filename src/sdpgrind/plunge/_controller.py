@@ -89,8 +89,7 @@ class CycleController(Sampled, Frozen):
             checks.nonnegative(name, getattr(self, name), unit)
         if self.safety_margin >= self.problem.stock:
             raise checks.refuse("safety_margin", f"< stock = {self.problem.stock:g}", self.safety_margin, "mm")
-        if not 0 < checks.number("observer_gain", self.observer_gain) <= 1:
-            raise checks.refuse("observer_gain", "in (0, 1]", self.observer_gain)
+        checks.share("observer_gain", self.observer_gain)
         if self.online and not self._may_learn:
             raise checks.refuse("online", "False with sparkout='printed' or a linear model", self.online)
         final_rate(self.problem, self.roundness_margin)

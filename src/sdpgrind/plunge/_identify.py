@@ -93,8 +93,7 @@ def identify(
     """
     methods = _METHODS[checks.one_of("what", what, _METHODS)]
     method = checks.one_of("method", methods[0] if method is None else method, methods)
-    if not 0 < checks.number("forgetting", forgetting, "1") <= 1:
-        raise checks.refuse("forgetting", "in (0, 1]", forgetting, "1")
+    checks.share("forgetting", forgetting, "1")
     if power_max is not None:
         checks.positive("power_max", power_max, "W")
     if problem is not None or what != "time_constant":

@@ -156,8 +156,7 @@ class PlungeModel(Frozen):
         checks.kind("burning", self.burning, physics.BurningLimit)
         if self.wear is not None:
             checks.kind("wear", self.wear, Wear)
-        if not 0 < checks.number("wear_flat_area", self.wear_flat_area) <= 1:
-            raise checks.refuse("wear_flat_area", "in (0, 1]", self.wear_flat_area)
+        checks.share("wear_flat_area", self.wear_flat_area)
         if self.internal and self.wheel_diameter >= self.work_diameter:
             raise checks.refuse(
                 "wheel_diameter", f"< work_diameter = {self.work_diameter:g} in a bore", self.wheel_diameter, "mm"

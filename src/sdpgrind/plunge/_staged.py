@@ -75,8 +75,7 @@ class StagedController(Sampled, Frozen):
         checks.within("stage_remaining", self.stage_remaining, 0.0, self.problem.stock, "mm")
         checks.positive("stage_rate", self.stage_rate, "mm/s")
         checks.within("stage_rate", self.stage_rate, 0.0, self.problem.command_rate_max, "mm/s")
-        if not 0 < checks.number("observer_gain", self.observer_gain) <= 1:
-            raise checks.refuse("observer_gain", "in (0, 1]", self.observer_gain)
+        checks.share("observer_gain", self.observer_gain)
 
     def _compiled(self) -> Law:
         assert self.stage_remaining is not None and self.stage_rate is not None

@@ -143,8 +143,7 @@ class TimeConstantEstimator:
     """
 
     def __init__(self, *, forgetting: float = 1.0) -> None:
-        if not 0 < checks.number("forgetting", forgetting, "1") <= 1:
-            raise checks.refuse("forgetting", "in (0, 1]", forgetting, "1")
+        checks.share("forgetting", forgetting, "1")
         self._forgetting = float(forgetting)
         self._taus = np.geomspace(*RANGE, 141)
         self.reset()
