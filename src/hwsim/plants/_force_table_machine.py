@@ -15,6 +15,7 @@ from hwsim.plants._force_table_truth import Motor, drawn_disc
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead.force.kernels import sensor_read
 from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.passes import kernels as cutting
@@ -53,7 +54,7 @@ class Readings:
             self.samples += 1
             self.force += force
             self.friction += friction
-            self.power += speed * friction * radius / 1000
+            self.power += speed * friction * radius / N_MM_S_PER_W
 
 
 @dataclass
