@@ -265,6 +265,17 @@ def test_it_learns_sharpness_and_stiffness():
     assert sd[2] < 0.01 and sd[3] < 0.05
 
 
+def test_a_part_is_not_left_before_it_is_round():
+    """Size is known no better than to a sample or two of spark-out, each of which makes 27 nm of roundness: it waits for both."""
+    controller = plunge.CycleController(PROBLEM, safety_margin=0.004, roundness_margin=3e-5)
+    outcome = hwsim.repeat(hwsim.PlungeGrinder(PROBLEM), controller, series=400, rng=9)
+    excess = outcome.roundness.values - (PROBLEM.roundness_max - 3e-5)
+    sample = float(MODEL.roundness(controller.final_rate * (1 + SAMPLE / 2.02)) - MODEL.roundness(controller.final_rate))
+    assert sample == pytest.approx(2.7e-5, abs=1e-6)
+    assert excess.max() < 0.3 * sample and excess.std() < 0.2 * sample
+    assert outcome.remaining.min() > -1e-3 and outcome.remaining.mean() > -1e-4  # mm: little is ground off for it
+
+
 # Baselines ------------------------------------------------------------------------------------------------------------
 
 

@@ -34,6 +34,8 @@ from sdpgrind.plunge._law import (
 )
 from sdpgrind.plunge._online_kernels import estimated, know_nothing, spread
 
+ROUND_ENOUGH = 1.004
+"""Rate over the final one with which a part may end."""
 _OPTIONS: Any = {"cache": True, "nogil": True}
 
 
@@ -58,10 +60,17 @@ def control_step(state, law, size, power):
         core = estimated(state, law, size if usable else np.nan, power)
     elif usable:
         state[REMAINING] += law.gain * (law.stock - size - state[REMAINING])
-    if state[REMAINING] <= 0.0 or state[MISSED] >= MISSED_MAX:
+    if _done(state, law) or state[MISSED] >= MISSED_MAX:
         state[SECTION] = RETRACT
     state[COMMAND] = _decide(state, law, core)
     return state[COMMAND]
+
+
+@njit(**_OPTIONS)
+def _done(state, law):
+    """Whether the part is to size and, as far as the rate is learned, round: size is known no better than the gauge errs."""
+    waits = law.online and state[SECTION] == SPARK_OUT and state[RATE] > ROUND_ENOUGH * law.final_rate
+    return state[REMAINING] <= (-law.size_sd if waits else 0.0)
 
 
 @njit(**_OPTIONS)
