@@ -29,7 +29,6 @@ INNER = {
 EXEMPT = {
     "sdpgrind.sdp.Forever": "the absence of a deadline",
     "sdpgrind.sdp.Report": "words",
-    "sdpgrind.weldbead.PresetInfo": "words",
     "hwsim.check": "says what does not fit",
     "hwsim.compare": "quantities are the plant's own",
     "hwsim.Journal": "quantities are the plant's own",

@@ -1,21 +1,12 @@
 """Cycles ready to use."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 from sdpgrind import physics, units
 from sdpgrind.base import checks
+from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.plunge._model import PlungeModel
 from sdpgrind.plunge._problem import CycleProblem
-
-
-class PresetInfo(NamedTuple):
-    """What `presets` tells of a preset (mm, s, N, W): name, content, where its numbers come from, which were chosen here."""
-
-    name: str
-    about: str
-    source: str
-    calibrated: str
 
 
 def _simulation() -> CycleProblem:

@@ -1,24 +1,14 @@
 """Problems ready to use: the canonical ones, P1 to P5, and C0, which has a closed form."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
+from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.weldbead._burn import ForceBurnLimit
 from sdpgrind.weldbead._problem import SequenceProblem
 from sdpgrind.weldbead._process import GrindingProcess
 from sdpgrind.weldbead._scatter import Scatter
-
-
-class PresetInfo(NamedTuple):
-    """What `presets` tells of a preset: name, content, where its numbers come from, which were chosen here."""
-
-    name: str
-    about: str
-    source: str
-    calibrated: str
-
 
 _SOURCE = "Brown (1988): K1, K2, mu, R, w, omega0 of section 5.5; charges of Fig. 5-4"
 _CHOSEN = "length, reset, durations, force limit, scatter: chosen, as the source does not print its own"
