@@ -7,7 +7,7 @@ from scipy.special import ndtri
 
 from sdpgrind.base import checks
 from sdpgrind.plunge._controller import CycleController
-from sdpgrind.plunge._slack import measured_slack, noise_of_slack, scatter_of_slack
+from sdpgrind.plunge._slack import measured_slack, noise_of_slack, scatter_of_roundness, scatter_of_slack
 
 _BIN = 5e-4
 """Margins (mm) between which noise does the same."""
@@ -195,8 +195,9 @@ class RoundnessMargin:
     ----------
     confidence : float
         Probability that the next part is round enough.
-    part_sd : float
-        Scatter of the out-of-roundness from part to part, its measurement included, mm.
+    part_sd : float, optional
+        Scatter of the out-of-roundness from part to part, its measurement included, mm; when left out, by simulation of the
+        model with the noise that the controller reckons with.
 
     Raises
     ------
@@ -214,10 +215,11 @@ class RoundnessMargin:
     array([0., 0., 0.])
     """
 
-    def __init__(self, confidence: float = 0.999, *, part_sd: float = 1.5e-5) -> None:
+    def __init__(self, confidence: float = 0.999, *, part_sd: float | None = None) -> None:
         self.confidence = _probability(confidence)
-        self.part_sd = checks.nonnegative("part_sd", part_sd, "mm")
+        self.part_sd = None if part_sd is None else checks.nonnegative("part_sd", part_sd, "mm")
         self._excess = _Bias()
+        self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
         """Return the controller of the next part, which aims at another out-of-roundness (mm).
@@ -230,11 +232,13 @@ class RoundnessMargin:
             Of the last part, with the out-of-roundness that was measured after it.
         """
         problem = adaptable(controller).problem
+        self._first = controller if self._first is None else self._first
         if not _at_size(part_log):
             return controller
+        sd = scatter_of_roundness(_binned(self._first, 0.0)) if self.part_sd is None else self.part_sd
         aim = problem.roundness_max - controller.roundness_margin
-        self._excess.learn(float(part_log.figure("roundness")[-1]) - aim, self.part_sd**2)
-        spread = np.sqrt(self._excess.variance + self.part_sd**2)
+        self._excess.learn(float(part_log.figure("roundness")[-1]) - aim, sd**2)
+        spread = np.sqrt(self._excess.variance + sd**2)
         margin = self._excess.mean + ndtri(self.confidence) * spread
         most = 0.9 * (problem.roundness_max - problem.model.roundness_base)
         return controller.replace(roundness_margin=float(np.clip(margin, 0.0, most)))

@@ -1,4 +1,4 @@
-"""How much was left between damage and stock: measured from a log, and what noise does to that measurement."""
+"""How much was left between damage and stock, from a log; what noise does to that and to roundness, by simulation."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -67,16 +67,34 @@ def noise_of_slack(controller: CycleController) -> tuple[float, float, float]:
     return (float(np.mean(off)), float(np.std(off)), float(np.mean(each))) if len(off) > 1 else (0.0, 0.0, 0.0)
 
 
+@lru_cache(maxsize=512)
+def scatter_of_roundness(controller: CycleController) -> float:
+    """Return how far the out-of-roundness goes beyond its mean (upper semideviation, mm), by simulation of the model.
+
+    With the noise that the controller reckons with and contacts that it does not know.
+    """
+    rng, model = np.random.default_rng(0), controller.problem.model
+    contacts = controller.law.zero_sd * rng.standard_normal(PARTS)
+    left = [model.roundness(_ground(controller, rng, contact)[0][kernels.RATE]) for contact in contacts]
+    beyond = np.array(left) - np.mean(left)
+    return float(np.sqrt(np.mean(beyond[beyond > 0] ** 2))) if np.any(beyond > 0) else 0.0
+
+
 def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float, Floats]:
     """True balance slack and readings of it (mm) of a simulated part."""
+    state, columns = _ground(controller, rng)
+    columns |= {"balancing_command": columns["balancing"], "infeed_rate_planned": columns["infeed_rate"]}
+    return float(state[kernels.SLACK]), _readings(columns, controller)
+
+
+def _ground(controller: CycleController, rng: np.random.Generator, contact: float = 0.0) -> tuple[Floats, dict[str, Floats]]:
+    """State and table of a simulated part, with the noise that the controller reckons with."""
     problem, law = controller.problem, controller.law
     rig = kernels.rig(problem.model, problem.stock, problem.sample_time, _ROWS - 1)
-    rig = rig._replace(size_sd=law.size_sd, power_sd=law.power_sd)
+    rig = rig._replace(size_sd=law.size_sd, power_sd=law.power_sd, contact_zero=contact)
     state, brain = np.zeros(kernels.STATES), np.zeros(places.STATES)
     kernels.start_part(state, rig)
     start_control(brain, law)
     table = np.empty((_ROWS, len(kernels.ROW)))
     rows = kernels.grind(state, rig, brain, law, rng.standard_normal((_ROWS, 2)), table, 0)
-    columns = dict(zip(kernels.ROW, table[: abs(rows)].T, strict=True))
-    columns |= {"balancing_command": columns["balancing"], "infeed_rate_planned": columns["infeed_rate"]}
-    return float(state[kernels.SLACK]), _readings(columns, controller)
+    return state, dict(zip(kernels.ROW, table[: abs(rows)].T, strict=True))
