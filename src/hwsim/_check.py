@@ -13,7 +13,9 @@ from hwsim.protocols import Controller, Machine, Plant
 from sdpgrind.base.checks import shown
 
 # Plan -> what follows it: what a user may have meant who hands over the plan itself.
+_MACHINES = {"CycleProblem": "PlungeGrinder", "PassProblem": "ForceTableStand"}
 _FOLLOWERS = {
+    "CyclePlan": "plunge.CycleController(plan.problem) comes near it",
     "SequencePolicy": "weldbead.SequenceController(policy) follows it, or weldbead.Hierarchy(policy, disc, loop)",
     "PassPlan": "force.ForceController(plan, loop) follows it",
     "Policy": "write a class with period, reset and step, which looks up policy.action",
@@ -125,7 +127,8 @@ def _strangers(plant: Any, controller: Any) -> list[str]:
         return [f"plant and controller must be given in this order; got {shown(plant)}, then {shown(controller)}"]
     faults = []
     if not _knows(plant, Plant):
-        faults.append(f"plant must be a machine, as hwsim.WeldBeadStand(problem) is one; got {shown(plant)}")
+        machine = _MACHINES.get(type(plant).__name__, "WeldBeadStand")
+        faults.append(f"plant must be a machine, as hwsim.{machine}(problem) is one; got {shown(plant)}")
     if not _knows(controller, Controller):
         hint = "an object of it is meant" if isinstance(controller, type) else _FOLLOWERS.get(type(controller).__name__)
         faults.append(f"controller must be a controller; got {shown(controller)}" + (f": {hint}" if hint else ""))

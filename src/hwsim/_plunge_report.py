@@ -42,5 +42,5 @@ def _summary(log: "Log", plan: Any) -> Iterator[str]:
     yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
     yield summary_line("roundness (um)", _UM * outcome.roundness.values, ".3f", _UM * plan.roundness)
     yield summary_line("out of round (%)", 100.0 * outcome.out_of_round.values, ".1f", 0.0)
-    if outcome.timed_out.values.any():
-        yield summary_line("broken off (%)", 100.0 * outcome.timed_out.values, ".1f", 0.0)
+    if outcome.unfinished.values.any():
+        yield summary_line("broken off (%)", 100.0 * outcome.unfinished.values, ".1f", 0.0)

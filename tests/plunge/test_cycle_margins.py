@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hwsim
-from sdpgrind import plunge
+from sdpgrind import physics, plunge
 from sdpgrind.plunge._margins import _Bias
 from sdpgrind.plunge._slack import measured_slack, noise_of_slack, scatter_of_slack
 
@@ -224,6 +224,19 @@ def test_a_part_that_was_broken_off_teaches_no_roundness():
         broken = hwsim.run(grinder, controller, rng=1)
         assert broken.outcome.roundness[0] == pytest.approx(roundness, rel=0.1) and broken.outcome.remaining[0] > 0.01
         assert margin.next(aimed, broken) == aimed
+
+
+def test_roundness_on_another_machine():
+    """A stiff machine of 0.24 s turns the same errors of size into eight times the roundness."""
+    model = plunge.PlungeModel(
+        wheel_diameter=400.0, work_diameter=40.0, width=20.0, wheel_speed=35e3, work_rotation=12.566, wear_flat_area=0.003,
+        stiffness=15e3, normal_force_ratio=2.5, power=physics.GrindingPower(), burning=physics.BurningLimit(6.2, 7.2),
+        diffusivity=12.0, roundness_base=5e-4, roundness_gain=0.5, internal=False,
+    )  # fmt: skip
+    shaft = plunge.CycleProblem(model, stock=0.15, command_rate_max=0.04, roundness_max=1.5e-3)
+    grinder, controller = hwsim.PlungeGrinder(shaft, contact_zero_sd=0.005), plunge.CycleController(shaft, 0.01)
+    outcome = hwsim.repeat(grinder, controller, series=20, parts=8, rng=1, adapt=plunge.adaptation(shaft))
+    assert outcome.out_of_round.isel(part=slice(1, None)).mean() < 0.01 and not outcome.burned.any()
 
 
 def test_all_that_may_be_wrong_at_once():

@@ -194,6 +194,8 @@ def test_saved_and_loaded(best, tmp_path):
         ({"wheel_speed": 37.0}, r"wheel_speed must be in mm/s, .*units.m_per_s.*; got 37.0"),
         ({"work_rotation": 400.0}, r"work_rotation must be in rad/s, .*units.rpm.*; got 400.0"),
         ({"wear_flat_area": 1.5}, r"wear_flat_area must be in \(0, 1\]; got 1.5"),
+        ({"stock": 282.0}, r"stock must be radial and in mm, < work_diameter/4; units.um.* got 282.0"),
+        ({"command_rate_max": 44.8}, r"command_rate_max must be in mm/s, < 1 mm a turn; units.um.* got 44.8"),
         ({"stock": -0.1}, r"stock must be > 0 \(mm\); got -0.1"),
         ({"roundness_max": 1e-3}, r"roundness_max must be > roundness_base = 0.00159: no rate is round enough \(mm\)"),
         ({"sample_time": 1.0}, r"sample_time must be <= time_constant/4 = 0.4834 \(s\); got 1.0"),
@@ -203,6 +205,13 @@ def test_saved_and_loaded(best, tmp_path):
 def test_problems_that_are_none(changes, message):
     with pytest.raises(ValueError, match=message):
         NOMINAL.replace(**changes)
+
+
+def test_kinds_that_are_none():
+    with pytest.raises(TypeError, match=r"internal must be a bool; got 'no'"):
+        NOMINAL.replace(internal="no")
+    with pytest.raises(TypeError, match=r"sliding must be a sliding law, such as physics.DongSliding"):
+        physics.GrindingPower(sliding="dong")
 
 
 def test_margins_that_are_none():

@@ -45,7 +45,7 @@ class GrinderNoise(Frozen):
 
     def __post_init__(self) -> None:
         checks.nonnegative("size_sd", self.size_sd, "mm")
-        checks.nonnegative("power_sd", self.power_sd)
+        checks.within("power_sd", self.power_sd, 0.0, 0.5)
 
 
 def _written(problem: CycleProblem) -> dict[str, str]:
@@ -66,7 +66,8 @@ class PlungeGrinder(Frozen):
 
     Outcome of a part: ``time`` (s); ``slack`` (mm, the least of remaining stock less damage while balancing), ``part_slack``
     (mm, the same of all samples with damage; the part is ``burned`` where it is negative, by a nanometre; NaN: no damage),
-    ``roundness`` (mm) and ``out_of_round`` (1: beyond the limit), the stock ``remaining`` (mm), ``timed_out``, and the hidden
+    ``roundness`` (mm) and ``out_of_round`` (1: beyond the limit), the stock ``remaining`` (mm), ``unfinished``
+    (1: more than 2 % of it, as the part was broken off by the time or by a gauge that failed), ``timed_out``, and the hidden
     ``true_wear_flat_area`` at the end and ``true_contact_zero`` (mm).
 
     Parameters
@@ -151,7 +152,7 @@ class PlungeGrinder(Frozen):
     def outcomes(self) -> Mapping[str, str]:
         """Name -> unit of what a part became."""
         lengths = {"slack": "mm", "part_slack": "mm", "roundness": "mm", "burned": "", "out_of_round": "", "remaining": "mm"}
-        return {"time": "s", **lengths, "timed_out": "", "true_wear_flat_area": "", "true_contact_zero": "mm"}
+        return {"time": "s", **lengths, "unfinished": "", "timed_out": "", "true_wear_flat_area": "", "true_contact_zero": "mm"}
 
     @property
     def description(self) -> Mapping[str, float | str]:

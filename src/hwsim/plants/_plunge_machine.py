@@ -13,6 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.plunge import CycleController, CycleProblem, PlungeModel, StagedController
 from sdpgrind.plunge import kernels as cycle
 
+_LEFT = 0.02  # of the stock: more than gauges err by; so much left is a part that was broken off
 _BLOCK = 512  # samples for which random numbers are drawn at once
 
 
@@ -111,6 +112,7 @@ class PlungePart:
             "burned": float(part_slack < -cycle.SKIN),
             "out_of_round": float(roundness > self._problem.roundness_max),
             "remaining": float(state[cycle.REMAINING]),
+            "unfinished": float(state[cycle.REMAINING] > _LEFT * self._rig.stock),
             "timed_out": float(self.time >= self._rig.samples_max),
             "true_wear_flat_area": float(model.wear_flat_area * state[cycle.WORN]),
             "true_contact_zero": -self._rig.contact_zero,

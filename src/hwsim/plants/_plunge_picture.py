@@ -96,7 +96,7 @@ def _outcomes(axes: list[Any], log: PartLog) -> None:
     """Time, slack of damage and roundness of every part, with their limits."""
     out, limit = log.outcome, float(log.outcome.attrs["roundness_max"])
     parts = np.arange(len(log))
-    _series(axes[0], parts, out.time.values, out.timed_out.values)
+    _series(axes[0], parts, out.time.values, out.unfinished.values)
     axes[0].set(ylabel="time [s]")
     axes[0].set_title("Every part", loc="left")
     _series(axes[1], parts, _UM * out.part_slack.values, out.burned.values)

@@ -45,6 +45,7 @@ class GrindingPower(Frozen):
     def __post_init__(self) -> None:
         checks.positive("specific_energy", self.specific_energy, "J/mm^3")
         checks.nonnegative("ploughing_force", self.ploughing_force, "N/mm")
+        checks.able("sliding", self.sliding, "a sliding law, such as physics.DongSliding()", "force")
 
     def power(
         self,

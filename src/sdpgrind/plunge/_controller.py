@@ -31,6 +31,8 @@ class CycleController(Sampled, Frozen):
     machine really gives way, how sharp the wheel is. Then neither a wrong wear flat area nor a wrong contact zero matter much;
     a gain of the power monitor that is not known does, and has to be covered by the margin.
 
+    Five readings of the size that are missing, frozen or jump, one after the other, end the part: it commands ``retract``.
+
     Parameters
     ----------
     problem : CycleProblem
@@ -87,6 +89,8 @@ class CycleController(Sampled, Frozen):
         checks.one_of("sparkout", self.sparkout, _FORMS)
         for name, unit in _NONNEGATIVE.items():
             checks.nonnegative(name, getattr(self, name), unit)
+        checks.within("size_sd", self.size_sd, 0.0, 0.1 * self.problem.stock, "mm")
+        checks.within("power_sd", self.power_sd, 0.0, 0.5)
         if self.safety_margin >= self.problem.stock:
             raise checks.refuse("safety_margin", f"< stock = {self.problem.stock:g}", self.safety_margin, "mm")
         checks.share("observer_gain", self.observer_gain)

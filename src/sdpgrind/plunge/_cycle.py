@@ -148,8 +148,9 @@ class CyclePlan:
         top.plot(t.time, 1e3 * t.infeed_rate, color="#4878a8", label="actual")
         top.set(ylabel="infeed rate [um/s]")
         low.plot(t.time, t.remaining, color="0.35", label="remaining stock")
-        low.plot(t.time, np.maximum(t.burn_depth, 0.0), color="#b04a3a", label="depth of damage")
-        low.set(ylabel="[mm]", xlabel="time [s]")
+        burning = t.infeed_rate > self.problem.model.burn_onset[0]  # below it damage is an artefact of ploughing
+        low.plot(t.time, np.maximum(t.burn_depth, 0.0).where(burning, 0.0), color="#b04a3a", label="depth of damage")
+        low.set(ylabel="depth from the size [mm]", xlabel="time [s]")
         for axis in (top, low):
             axis.legend(frameon=False, fontsize=8)
             for switch in self.switches[:-1]:

@@ -154,6 +154,7 @@ class PlungeModel(Frozen):
         checks.nonnegative("roundness_base", self.roundness_base, "mm")
         checks.kind("power", self.power, physics.GrindingPower)
         checks.kind("burning", self.burning, physics.BurningLimit)
+        checks.kind("internal", self.internal, bool)
         if self.wear is not None:
             checks.kind("wear", self.wear, Wear)
         checks.share("wear_flat_area", self.wear_flat_area)
@@ -214,6 +215,9 @@ class PlungeModel(Frozen):
 
     def burn_depth(self, infeed_rate: npt.ArrayLike, grinding_power: npt.ArrayLike | None = None) -> Floats:
         """Return how deep the damage goes (mm) at an infeed rate (mm/s); negative: how much is left.
+
+        Below the lower rate of `burn_onset` it is positive again: an artefact of a ploughing force that does not fade with the
+        rate. Plans, controllers and plants take damage there for none.
 
         From the depth in which the heat of a moving band reaches the temperature of damage: z = sqrt(alpha l_c/v_w)/0.915
         ln((P - u_0 Q)/(P_b - u_0 Q)).

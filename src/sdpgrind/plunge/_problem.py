@@ -11,6 +11,9 @@ from sdpgrind.base.stored import stored
 from sdpgrind.identify import Estimate
 from sdpgrind.plunge._model import PlungeModel
 
+DEEPEST = 1.0
+"""Depth of cut in a turn (mm) from which on another unit is meant."""
+
 
 @stored("plunge.cycle_problem")
 @dataclasses.dataclass(frozen=True)
@@ -59,6 +62,7 @@ class CycleProblem(Frozen):
         checks.kind("model", self.model, PlungeModel)
         for name, unit in {"stock": "mm", "command_rate_max": "mm/s", "sample_time": "s"}.items():
             checks.positive(name, getattr(self, name), unit)
+        self._refuse_other_units()
         base = self.model.roundness_base
         if checks.number("roundness_max", self.roundness_max, "mm") <= base:
             raise checks.refuse(
@@ -80,6 +84,17 @@ class CycleProblem(Frozen):
         longest = checks.positive("time_constant", self.time_constant, "s") / 4
         if self.sample_time > longest:
             raise checks.refuse("sample_time", f"<= time_constant/4 = {longest:.4g}", self.sample_time, "s")
+
+    def _refuse_other_units(self) -> None:
+        if self.stock >= self.model.work_diameter / 4:
+            raise ValueError(
+                f"stock must be radial and in mm, < work_diameter/4; units.um(...) for micrometres; got {self.stock!r}"
+            )
+        if self.model.depth_of_cut(self.command_rate_max) >= DEEPEST:
+            raise ValueError(
+                f"command_rate_max must be in mm/s, < {DEEPEST:g} mm a turn; units.um(...) for um/s;"
+                f" got {self.command_rate_max!r}"
+            )
 
     @property
     def final_rate(self) -> float:

@@ -69,7 +69,7 @@ class Sampled:
         Parameters
         ----------
         size : float
-            Radial stock that is ground off, mm; NaN: no reading.
+            Radial stock that is ground off, mm; NaN: no reading. Five in a row end the part.
         grinding_power : float
             Power, W; NaN: no reading.
         power_saturated : float

@@ -7,6 +7,7 @@ the next pass should use, so that the expected penalty at the end of the whole s
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.weldbead._attribution import ScatterEstimate
 from sdpgrind.weldbead._burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead._coefficients import FrictionEstimator, PowerEstimator
@@ -14,7 +15,7 @@ from sdpgrind.weldbead._controllers import SequenceController
 from sdpgrind.weldbead._identify import identify
 from sdpgrind.weldbead._planner import plan
 from sdpgrind.weldbead._policy import Risk, SequenceAction, SequencePolicy
-from sdpgrind.weldbead._presets import PresetInfo, preset, presets
+from sdpgrind.weldbead._presets import preset, presets
 from sdpgrind.weldbead._problem import FinishCharge, SequenceProblem
 from sdpgrind.weldbead._process import Coefficients, GrindingProcess
 from sdpgrind.weldbead._scatter import Scatter
