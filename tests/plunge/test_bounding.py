@@ -401,6 +401,7 @@ def shown(monkeypatch, learner, *parts, start=None):
     for left in parts:
         seen = {"burned_layer": -left, "roundness": COARSE.roundness_max - BUFFER["roundness"], "grinding_power": 1000.0}
         monkeypatch.setattr("sdpgrind.plunge._bounding.measured", lambda *_, seen=seen: seen)
+        monkeypatch.setattr("sdpgrind.plunge._bounding.at_size", lambda _: True)
         controller = learner.next(controller, None)
         bounds.append(learner.bounds["burned_layer"])
     return bounds
@@ -485,3 +486,13 @@ def test_of_another_kind():
 def test_bad_stages(options, said):
     with pytest.raises(ValueError, match=said):
         believed(COARSE, **options)
+
+
+def test_a_part_that_was_broken_off_teaches_nothing():
+    stages = plunge.StagedController(COARSE, 0.12, 0.006)
+    adapt = plunge.ConstraintBounding()
+    log = hwsim.run(hwsim.PlungeGrinder(COARSE, max_time=3.0), stages)
+    assert adapt.next(stages, log) is stages and "broken off" in adapt.status
+    after = adapt.next(stages, hwsim.run(hwsim.PlungeGrinder(COARSE), stages))
+    fresh = plunge.ConstraintBounding().next(stages, hwsim.run(hwsim.PlungeGrinder(COARSE), stages))
+    assert after == fresh

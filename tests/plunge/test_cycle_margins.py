@@ -27,6 +27,7 @@ def test_seven_cycles_at_a_quarter():
     np.testing.assert_allclose(outcome.time[:7], [15.68, 14.88, 14.20, 13.72, 13.48, 13.28, 13.24], atol=0.041)
     assert outcome.time[7] == outcome.time[6]  # it has stopped
     assert not outcome.burned.any()
+    assert float(outcome.time[0] - outcome.time[6]) == pytest.approx(2.44, abs=0.08)  # "approximately 2.4 seconds"
 
 
 @pytest.mark.parametrize(("step", "cycles", "time"), [(0.10, 17, 13.28), (0.40, 5, 13.44)])

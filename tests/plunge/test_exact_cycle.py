@@ -52,6 +52,11 @@ def test_without_burning_it_is_two_pieces():
     assert len(best.switches) == 2
 
 
+def test_without_any_damage():
+    """A margin of nearly all the stock: at the rate at which burning begins until spark-out."""
+    assert plunge.plan(NOMINAL, safety_margin=0.2819).time == pytest.approx(35.546, abs=1e-3)
+
+
 def test_end_of_full_rate():
     assert plunge.plan(NOMINAL).switches[0] == pytest.approx(6.350, abs=2e-3)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.plunge._problem import CycleProblem
+from sdpgrind.plunge._slack import at_size
 from sdpgrind.plunge._stage_program import CONSTRAINTS, SETTINGS, program
 from sdpgrind.plunge._stage_readings import measured
 from sdpgrind.plunge._stage_solvers import SOLVED, QuadraticProgram, optimum
@@ -129,6 +130,9 @@ class ConstraintBounding:
             Of the last part, with the out-of-roundness that was measured after it.
         """
         checks.kind("controller", controller, StagedController, " to be adapted")
+        if not at_size(part_log):
+            self._message = "the part was broken off before it came to size: nothing is learned"
+            return controller
         now = {name: float(getattr(controller, name)) for name in SETTINGS}
         self._learn(controller.problem, now, measured(part_log, controller))
         found = optimum(controller.problem, now, bounds=self._bounds, moving=self.settings, method=self.method)

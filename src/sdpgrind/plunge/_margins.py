@@ -7,7 +7,7 @@ from scipy.special import ndtri
 
 from sdpgrind.base import checks
 from sdpgrind.plunge._controller import CycleController
-from sdpgrind.plunge._slack import measured_slack, noise_of_slack, scatter_of_roundness, scatter_of_slack
+from sdpgrind.plunge._slack import at_size, measured_slack, noise_of_slack, scatter_of_roundness, scatter_of_slack
 
 _BIN = 5e-4
 """Margins (mm) between which noise does the same."""
@@ -233,7 +233,7 @@ class RoundnessMargin:
         """
         problem = adaptable(controller).problem
         self._first = controller if self._first is None else self._first
-        if not _at_size(part_log):
+        if not at_size(part_log):
             return controller
         sd = scatter_of_roundness(_binned(self._first, 0.0)) if self.part_sd is None else self.part_sd
         aim = problem.roundness_max - controller.roundness_margin
@@ -251,11 +251,6 @@ def adaptable(controller: Any) -> CycleController:
 
 def _slack(source: str, part_log: Any, controller: CycleController) -> float:
     return float(part_log.figure("slack")[-1]) if source == "true" else measured_slack(part_log, controller)
-
-
-def _at_size(part_log: Any) -> bool:
-    """Whether the part was ground to size, as the controller saw it, and not broken off."""
-    return bool(part_log.column("controller", "remaining_planned")[-1] <= 0.0)
 
 
 def _binned(controller: CycleController, margin: float) -> CycleController:

@@ -25,6 +25,11 @@ def measured_slack(part_log: Any, controller: CycleController) -> float:
     return _least(_readings(_columns(part_log), controller))
 
 
+def at_size(part_log: Any) -> bool:
+    """Whether the part was ground to size, as the controller saw it, and not broken off."""
+    return bool(part_log.column("controller", "remaining_planned")[-1] <= 0.0)
+
+
 def scatter_of_slack(part_log: Any, controller: CycleController) -> float:
     """Return the standard deviation of one reading of the slack about its course, mm, as a part shows it; NaN: too few."""
     return _scatter(_readings(_columns(part_log), controller))
