@@ -1,11 +1,12 @@
 """Time and course of the fastest cycle, from its pieces: closed forms and Gauss's rule, no step in time."""
 
+from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.optimize import brentq
-from scipy.special import digamma, factorial, hyp2f1, poch
+from scipy.special import digamma, gamma, hyp2f1, poch
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge import _kernels
@@ -70,10 +71,17 @@ def _start(limits: Limits, lag: Floats) -> tuple[Floats, Floats, Floats]:
 
 def _slowing(p: float, lag: Floats) -> Floats:
     """The hypergeometric function of 1, p and 1 + p at 1 - exp(-lag), whose digits rounding would take where that is near 1."""
-    n = np.arange(5)
-    left = np.exp(-np.maximum(lag, LATE))[:, None] ** n
-    late = p * np.sum(poch(p, n) / factorial(n) * left * (digamma(n + 1.0) - digamma(n + p) + lag[:, None]), axis=1)
+    power, weight, offset = _late(p)
+    left = np.exp(-np.maximum(lag, LATE))[:, None] ** power
+    late = np.sum(weight * left * (offset + lag[:, None]), axis=1)
     return np.asarray(np.where(lag < LATE, hyp2f1(1.0, p, 1.0 + p, -np.expm1(-np.minimum(lag, LATE))), late))
+
+
+@lru_cache(maxsize=16)
+def _late(p: float) -> tuple[Floats, Floats, Floats]:
+    """Powers, weights and offsets of its series about 1."""
+    n = np.arange(5.0)
+    return n, p * poch(p, n) / gamma(n + 1.0), digamma(n + 1.0) - digamma(n + p)
 
 
 def _meeting(limits: Limits, envelope: Envelope) -> tuple[float, float]:
