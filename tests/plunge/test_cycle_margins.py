@@ -45,9 +45,9 @@ def test_printed_at_four_fifths_burns_in_the_third_part():
     assert outcome.burned.values.tolist() == [0, 0, 1]
 
 
-@pytest.mark.parametrize("step", [0.25, 0.8])
-def test_contracting_never_burns(step):
-    outcome = quiet(step, "contracting", parts=25)
+@pytest.mark.parametrize(("step", "parts"), [(0.1, 60), (0.25, 25), (0.4, 25), (0.8, 25)])
+def test_contracting_never_burns(step, parts):
+    outcome = quiet(step, "contracting", parts=parts)
     assert not outcome.burned.any()
     assert 13.1 <= float(outcome.time[-5:].mean()) <= 13.3
 
@@ -181,30 +181,53 @@ def test_mean_slack_would_burn():
     assert slack.mean() > float(log.outcome.part_slack[0]) + 1e-3
 
 
-SHARE = [(0.80, "printed", 0.37), (0.40, "printed", 0.015), (0.80, "contracting", 0.0)]
+SHARE = [(0.80, "printed", 0.26, 0.52), (0.40, "printed", 0.0, 0.03), (0.80, "contracting", 0.0, 0.0)]
 
 
-@pytest.mark.parametrize(("step", "rule", "share"), SHARE)
-def test_share_of_series_with_a_burned_part(step, rule, share):
-    """36 to 42 %, at most 3 % and none of 200 series; here 60, to 3 standard errors beyond these ranges."""
+@pytest.mark.parametrize(("step", "rule", "least", "most"), SHARE)
+def test_share_of_series_with_a_burned_part(step, rule, least, most):
+    """The specification's 36 to 42 % to ten points, at most 3 %, and none, of 200 series."""
     controller = plunge.CycleController(SHARPER, 0.05, sparkout="printed", roundness_margin=0.0)
     grinder = hwsim.PlungeGrinder(PROBLEM)
-    outcome = hwsim.repeat(grinder, controller, series=60, parts=8, rng=3, adapt=plunge.MarginBounding(step, 0.005, rule=rule))
-    burned = float((outcome.burned.sum("part") > 0).mean())
-    assert abs(burned - share) <= 3 * np.sqrt(max(share * (1 - share), 0.01) / 60) + 0.03
+    outcome = hwsim.repeat(grinder, controller, series=200, parts=8, rng=3, adapt=plunge.MarginBounding(step, 0.005, rule=rule))
+    assert least <= float((outcome.burned.sum("part") > 0).mean()) <= most
+
+
+def learned(problem, **size):
+    """Series with the recommended chain; the wheel is believed 10 % sharper than it is."""
+    believed = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)
+    controller = plunge.CycleController(believed, 0.05)
+    return hwsim.repeat(hwsim.PlungeGrinder(problem), controller, adapt=plunge.adaptation(problem), **size)
 
 
 @pytest.fixture(scope="module")
 def recommended():
-    grinder, controller = hwsim.PlungeGrinder(PROBLEM), plunge.CycleController(SHARPER, 0.05)
-    return hwsim.repeat(grinder, controller, series=40, parts=6, rng=17, adapt=plunge.adaptation(PROBLEM))
+    return learned(PROBLEM, series=200, parts=12, rng=17)
 
 
 def test_recommended_chain(recommended):
-    """No burned part, no part out of round, within 2 % of the optimum from the third on; every part is slower than it."""
-    assert not recommended.burned.any() and not recommended.out_of_round.any()
+    """2400 parts: none burned, at most 2 in 1000 out of round, within 2 % of the optimum from the third part on."""
+    assert not recommended.burned.any() and float(recommended.out_of_round.mean()) <= 0.002
+    assert not recommended.out_of_round[:40, :6].any()
     assert float(recommended.time.isel(part=slice(2, None)).mean()) < 1.02 * FASTEST
     assert float(recommended.time.min()) > FASTEST
+
+
+CHANGED = ["command_rate_max", "stock", "stiffness", "work_rotation", "wear_flat_area", "diffusivity", "B"]
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.1])
+@pytest.mark.parametrize("name", CHANGED)
+def test_recommended_chain_elsewhere(name, factor):
+    """Part and belief are changed together: no burned part, within 4 % of their own optimum."""
+    if name == "B":
+        problem = PROBLEM.replace(burning=physics.BurningLimit(6.205, 3.32 * factor))
+    else:
+        owner = PROBLEM if hasattr(PROBLEM, name) else PROBLEM.model
+        problem = PROBLEM.replace(**{name: factor * getattr(owner, name)})
+    outcome = learned(problem, series=15, parts=5, rng=2)
+    assert not outcome.burned.any()
+    assert float(outcome.time.isel(part=slice(2, None)).mean()) < 1.04 * plunge.plan(problem).time
 
 
 def test_roundness_has_a_margin_of_its_own(recommended):
@@ -240,18 +263,24 @@ def test_roundness_on_another_machine():
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() < 0.01 and not outcome.burned.any()
 
 
-def test_all_that_may_be_wrong_at_once():
-    """Contact, force, gain of the power monitor, area that scatters: no part burns from the second on, 1 % are out of round."""
-    model = PROBLEM.model.replace(normal_force_ratio=1.1 * 9.78)
+@pytest.mark.parametrize("gain", [0.98, 1.02])
+@pytest.mark.parametrize("ratio", [0.9, 1.1])
+def test_all_that_may_be_wrong_at_once(ratio, gain):
+    """Contact, force, gain of the power monitor, area that scatters: no part burns, 1 % are out of round from the second on."""
+    model = PROBLEM.model.replace(normal_force_ratio=ratio * 9.78)
 
     def drawn(rng):
         return model.replace(wear_flat_area=0.026 * (1 + 0.01 * rng.standard_normal()))
 
-    grinder = hwsim.PlungeGrinder(PROBLEM, truth=drawn, contact_zero_sd=0.01, power_gain=0.98)
+    grinder = hwsim.PlungeGrinder(PROBLEM, truth=drawn, contact_zero_sd=0.01, power_gain=gain)
     chain = plunge.adaptation(PROBLEM, power_gain_tolerance=0.02)
-    outcome = hwsim.repeat(grinder, plunge.CycleController(SHARPER, 0.05), series=20, parts=6, rng=1, adapt=chain)
+    outcome = hwsim.repeat(grinder, plunge.CycleController(SHARPER, 0.05), series=25, parts=6, rng=1, adapt=chain)
     assert not outcome.burned.any()
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() <= 0.01
+
+
+def test_a_gain_that_nobody_told_burns():
+    grinder = hwsim.PlungeGrinder(PROBLEM, power_gain=0.98)
     untold = hwsim.repeat(grinder, plunge.CycleController(SHARPER, 0.05), series=5, parts=3, adapt=plunge.adaptation(PROBLEM))
     assert untold.burned.isel(part=slice(1, None)).any()
 

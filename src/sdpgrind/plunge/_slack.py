@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import _law as places
 from sdpgrind.plunge import kernels
-from sdpgrind.plunge._control_kernels import start_control
 from sdpgrind.plunge._controller import CycleController
+from sdpgrind.plunge._foreseen import foreseen
 
 PARTS = 64
 """Parts that are simulated to learn what noise does."""
-_ROWS = 4096
 
 
 def measured_slack(part_log: Any, controller: CycleController) -> float:
@@ -82,7 +80,8 @@ def scatter_of_roundness(controller: CycleController) -> float:
     """
     rng, model = np.random.default_rng(0), controller.problem.model
     contacts = controller.law.zero_sd * rng.standard_normal(PARTS)
-    left = [model.roundness(_ground(controller, rng, contact)[0][kernels.RATE]) for contact in contacts]
+    ends = [foreseen(controller.problem, controller.law, rng=rng, contact=each)[0] for each in contacts]
+    left = [model.roundness(end[kernels.RATE]) for end in ends]
     beyond = np.array(left) - np.mean(left)
     beyond = beyond[beyond > 0]
     return float(np.sqrt(np.mean(beyond**2)) * (1 + 2 / np.sqrt(2 * beyond.size))) if beyond.size else 0.0
@@ -90,19 +89,5 @@ def scatter_of_roundness(controller: CycleController) -> float:
 
 def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float, Floats]:
     """True balance slack and readings of it (mm) of a simulated part."""
-    state, columns = _ground(controller, rng)
-    columns |= {"balancing_command": columns["balancing"], "infeed_rate_planned": columns["infeed_rate"]}
+    state, columns = foreseen(controller.problem, controller.law, rng=rng)
     return float(state[kernels.SLACK]), _readings(columns, controller)
-
-
-def _ground(controller: CycleController, rng: np.random.Generator, contact: float = 0.0) -> tuple[Floats, dict[str, Floats]]:
-    """State and table of a simulated part, with the noise that the controller reckons with."""
-    problem, law = controller.problem, controller.law
-    rig = kernels.rig(problem.model, problem.stock, problem.sample_time, _ROWS - 1)
-    rig = rig._replace(size_sd=law.size_sd, power_sd=law.power_sd, contact_zero=contact)
-    state, brain = np.zeros(kernels.STATES), np.zeros(places.STATES)
-    kernels.start_part(state, rig)
-    start_control(brain, law)
-    table = np.empty((_ROWS, len(kernels.ROW)))
-    rows = kernels.grind(state, rig, brain, law, rng.standard_normal((_ROWS, 2)), table, 0)
-    return state, dict(zip(kernels.ROW, table[: abs(rows)].T, strict=True))

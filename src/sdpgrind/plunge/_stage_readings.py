@@ -7,9 +7,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import _law as places
-from sdpgrind.plunge import kernels
-from sdpgrind.plunge._control_kernels import start_control
+from sdpgrind.plunge._foreseen import foreseen
 from sdpgrind.plunge._staged import StagedController
 
 _READ = ("size", "grinding_power", "power_saturated", "infeed_rate_planned")
@@ -27,7 +25,7 @@ def measured(part_log: Any, controller: StagedController) -> dict[str, float]:
     The infeed rate that goes with the power is that of the model, corrected by the slope of what size it does not explain.
     """
     read = _Readings({name: part_log.column("controller", name) for name in _READ}, controller)
-    own = _Readings(_foreseen(controller), controller)
+    own = _Readings(foreseen(controller.problem, controller.law)[1], controller)
     size_sd, power_sd = read.noise
     return {
         "burned_layer": read.burned_layer - own.layer_bias(size_sd, power_sd),
@@ -109,17 +107,3 @@ def _greatest(value: Floats, less: Floats, sd: Floats) -> float:
     level = np.linspace(begin, end, _POINTS)
     below = ndtr((np.maximum(level[:, None] + less[near], 0.0) - value[near]) / sd[near]).prod(axis=1)
     return begin + float(np.trapezoid(1 - below, level))
-
-
-def _foreseen(controller: StagedController) -> dict[str, Floats]:
-    """What the model would have shown under this controller, without noise."""
-    problem = controller.problem
-    rows = int(np.ceil(problem.stock / min(problem.final_rate, problem.command_rate_max) / problem.sample_time)) + 1000
-    rig = kernels.rig(problem.model, problem.stock, problem.sample_time, rows - 1)
-    state, brain = np.zeros(kernels.STATES), np.zeros(places.STATES)
-    kernels.start_part(state, rig)
-    start_control(brain, controller.law)
-    table = np.empty((rows, len(kernels.ROW)))
-    done = abs(kernels.grind(state, rig, brain, controller.law, np.zeros((rows, 2)), table, 0))
-    columns = dict(zip(kernels.ROW, table[:done].T, strict=True))
-    return {**{name: columns[name] for name in _READ[:3]}, "infeed_rate_planned": columns["infeed_rate"]}

@@ -3,9 +3,8 @@
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from sdpgrind.plunge import _law as places
-from sdpgrind.plunge import kernels as cycle
-from sdpgrind.plunge._control_kernels import start_control
+from sdpgrind.plunge import kernels
+from sdpgrind.plunge._foreseen import foreseen
 from sdpgrind.plunge._law import staged_law
 from sdpgrind.plunge._problem import CycleProblem
 
@@ -50,13 +49,7 @@ def _begin(problem: CycleProblem, rate: float, margin: float) -> float:
 
 def _ground(problem: CycleProblem, remaining: float, rate: float) -> tuple[float, float]:
     """Time (s) and slack (mm) of a part without noise; the time to the instant at which size is reached."""
-    law = staged_law(problem, remaining, rate)
-    state, brain = np.zeros(cycle.STATES), np.zeros(places.STATES)
-    rig = cycle.rig(problem.model, problem.stock, problem.sample_time)
-    cycle.start_part(state, rig)
-    start_control(brain, law)
-    table = np.empty((rig.samples_max + 2, len(cycle.ROW)))
-    cycle.grind(state, rig, brain, law, np.zeros((rig.samples_max + 2, 2)), table, 0)
-    over = -state[cycle.REMAINING] / max(state[cycle.RATE], 1e-9)
-    slack = state[cycle.PART_SLACK]
-    return float(state[cycle.SAMPLES] * rig.sample_time - over), float(slack if np.isfinite(slack) else problem.stock)
+    state, _ = foreseen(problem, staged_law(problem, remaining, rate))
+    over = -state[kernels.REMAINING] / max(state[kernels.RATE], 1e-9)
+    slack = state[kernels.PART_SLACK]
+    return float(state[kernels.SAMPLES] * problem.sample_time - over), float(slack if np.isfinite(slack) else problem.stock)
