@@ -12,8 +12,8 @@ from hwsim._routes import Route, ambiguous, commands_of, controllers, reads_of, 
 from hwsim.protocols import Controller, Machine, Plant
 from sdpgrind.base.checks import shown
 
+_MACHINES = {"CycleProblem": "PlungeGrinder", "PassProblem": "ForceTableStand"}  # problem -> the machine that was meant
 # Plan -> what follows it: what a user may have meant who hands over the plan itself.
-_MACHINES = {"CycleProblem": "PlungeGrinder", "PassProblem": "ForceTableStand"}
 _FOLLOWERS = {
     "CyclePlan": "plunge.CycleController(plan.problem) comes near it",
     "SequencePolicy": "weldbead.SequenceController(policy) follows it, or weldbead.Hierarchy(policy, disc, loop)",
