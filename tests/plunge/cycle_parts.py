@@ -1,0 +1,33 @@
+"""Parts on a simulated grinder that tests of controllers share."""
+
+import math
+
+import hwsim
+from sdpgrind import plunge
+from sdpgrind.base.rng import children
+
+PROBLEM = plunge.preset("simulation")
+MODEL, SAMPLE = PROBLEM.model, PROBLEM.sample_time
+SHARP = PROBLEM.replace(wear_flat_area=0.9 * 0.026)  # as it is believed to be, 10 % low
+PRINTED = {"sparkout": "printed", "roundness_margin": 0.0, "observer_gain": 1.0}
+EXACT = {"roundness_margin": 0.0, "observer_gain": 1.0}
+WORN = MODEL.replace(wear=plunge.Wear(growth=(0.032 - 0.026) / 0.282))
+nan = math.nan
+
+
+def run(controller, problem=PROBLEM, rng=0, noise=None, **options):
+    return hwsim.run(hwsim.PlungeGrinder(problem, noise=noise, **options), controller, rng=rng)
+
+
+def became(controller, **options):
+    """Outcome of one part, name -> number."""
+    return {str(name): float(value[0]) for name, value in run(controller, **options).outcome.data_vars.items()}
+
+
+def zero_at(contact_zero):
+    """Options under which the wheel touches so much late (mm; negative: early)."""
+    for seed in range(20):
+        drawn = float(children(seed, 1)[0].spawn(2)[0].standard_normal())
+        if drawn * contact_zero > 0:
+            return {"rng": seed, "contact_zero_sd": contact_zero / drawn}
+    raise AssertionError

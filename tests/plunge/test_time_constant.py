@@ -1,0 +1,157 @@
+"""Time constant from readings: the source's own recipe, the right one, bounds, any command."""
+
+import numpy as np
+import pytest
+from cycle_readings import LONG, RATE, SIZE, STEP, TAU, TIME, cramer_rao, cycle, found, noisy, spread
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import integrate, signal
+
+from sdpgrind import identify, plunge
+from sdpgrind.plunge import _records, _time_constant
+
+# Time constant: the numbers of the source's own recipe and of the right one ----------------------------------------
+
+
+def test_the_bound():
+    """0.0032 s at 0.5 um over 6.4 s, 0.018 s after 2 s, of readings after the start; the slope by finite differences too."""
+    assert cramer_rao(5e-4, 6.4, first=1) == pytest.approx(0.0032, abs=5e-5)
+    assert cramer_rao(5e-4, 2.0, first=1) == pytest.approx(0.018, abs=5e-4)
+    low, high = (RATE * (TIME - tau * (1 - np.exp(-TIME / tau))) for tau in (TAU - 1e-5, TAU + 1e-5))
+    slope = (high - low) / 2e-5
+    assert 5e-4 / np.sqrt(np.sum((slope - slope.mean()) ** 2)) == pytest.approx(cramer_rao(5e-4, 6.4), rel=1e-8)
+
+
+@pytest.mark.parametrize(("sd", "published"), [(5e-4, 0.0030), (1e-3, 0.0061)])
+def test_output_error_reaches_the_bound(sd, published):
+    count = 70
+    mean, scatter, claimed = spread(sd, count)
+    bound = cramer_rao(sd, LONG)
+    assert abs(mean - TAU) < 4 * bound / np.sqrt(count)
+    assert scatter == pytest.approx(bound, rel=4 / np.sqrt(2 * count))
+    assert claimed == pytest.approx(bound, rel=0.03)
+    assert bound == pytest.approx(published, rel=0.1)
+
+
+def test_an_offset_has_no_effect():
+    for seed in range(5):
+        clean, off = found(noisy(5e-4, seed)), found(noisy(5e-4, seed, offset=0.01))
+        assert off["time_constant"] == pytest.approx(clean["time_constant"], abs=1e-6)
+        assert found(noisy(5e-4, seed, 0.01), method="recursive")["time_constant"] == pytest.approx(
+            found(noisy(5e-4, seed), method="recursive")["time_constant"], abs=1e-9
+        )
+
+
+@pytest.mark.parametrize(
+    ("sd", "offset", "published", "scatter"), [(5e-4, 0.0, 1.801, 0.033), (1e-3, 0.0, 1.581, 0.061), (5e-4, 0.01, 1.373, 0.030)]
+)
+def test_the_printed_equation_is_biased(sd, offset, published, scatter):
+    mean, sd_of_it, _ = spread(sd, 50, offset, method="printed")
+    assert mean == pytest.approx(published, abs=0.02)
+    assert sd_of_it == pytest.approx(scatter, rel=0.3)
+
+
+def test_the_printed_equation_without_noise():
+    """1.888 s of 1.935: a missing term takes half a sample and more; against a least-squares solution of its own."""
+    fit = found(cycle(), method="printed")
+    assert fit["time_constant"] == pytest.approx(1.888, abs=5e-4)
+    p = RATE * TIME
+    pole = np.linalg.lstsq(np.column_stack([SIZE[:-1], p[:-1]]), SIZE[1:], rcond=None)[0][0]
+    assert fit["time_constant"] == pytest.approx(-STEP / np.log(pole), rel=1e-8)
+
+
+def test_recursive_is_batch_and_forgets():
+    for seed in range(5):
+        batch, recursive = (found(noisy(5e-4, seed), method=method) for method in ("output_error", "recursive"))
+        assert recursive["time_constant"] == pytest.approx(batch["time_constant"], abs=2e-6)
+        assert recursive.sd[0] == pytest.approx(batch.sd[0], rel=1e-2)
+    # The lag changes half way: the mean of both to the one, the new one to the other.
+    u = RATE * (1 + 0.5 * signal.square(0.7 * np.arange(0, 40, STEP)))
+    time = np.arange(u.size) * STEP
+    x = [0.0]
+    for k in range(u.size - 1):
+        tau = 1.5 if k < 500 else 2.5
+        x.append(x[-1] * np.exp(-STEP / tau) + u[k] * tau * (1 - np.exp(-STEP / tau)))
+    data = cycle(np.r_[0.0, np.cumsum(u[:-1]) * STEP] - np.array(x), time, u)
+    fresh = found(data, method="recursive", forgetting=0.98)["time_constant"]
+    assert abs(fresh - 2.5) < 0.05
+    assert 1.6 < found(data, method="recursive")["time_constant"] < 2.4
+
+
+def test_after_two_seconds():
+    short = [cycle(data["size"][:51], TIME[:51]) for data in (noisy(5e-4, seed) for seed in range(60))]
+    values = np.array([found(data)["time_constant"] for data in short])
+    assert values.std() == pytest.approx(cramer_rao(5e-4, 2.0), rel=0.3)
+
+
+def test_streaming():
+    estimator = plunge.TimeConstantEstimator()
+    assert estimator.estimate.status is identify.Status.NOT_IDENTIFIED
+    data = noisy(5e-4, 3)
+    for row in zip(*data.values(), strict=True):
+        estimator.update(time=row[0], command_rate=row[1], size=row[2])
+    first = estimator.estimate
+    assert first["time_constant"] == pytest.approx(found(data)["time_constant"], abs=2e-6)
+    # The same part again is the next part, with another offset: nothing new but a smaller sd.
+    for row in zip(*data.values(), strict=True):
+        estimator.update(time=row[0], command_rate=row[1], size=row[2] + 0.02)
+    assert estimator.estimate["time_constant"] == pytest.approx(first["time_constant"], abs=1e-9)
+    assert estimator.estimate.sd[0] == pytest.approx(first.sd[0] / np.sqrt(2), rel=0.02)
+    estimator.reset()
+    assert not estimator.estimate.ok and estimator.estimate.message.startswith("not identified: 0 readings are too few")
+
+
+# Any command, any sample time -------------------------------------------------------------------------------------
+
+
+def lagged(time, u, tau):
+    """Size behind a held command, by an integrator."""
+    size, v = [0.0], 0.0
+    for k in range(time.size - 1):
+        t, held = time[k + 1] - time[k], u[k]
+        one = integrate.solve_ivp(
+            lambda _, s, held=held: [s[1], (held - s[1]) / tau], (0, t), [size[-1], v], rtol=1e-10, atol=1e-13
+        )
+        size.append(one.y[0, -1])
+        v = one.y[1, -1]
+    return np.array(size)
+
+
+@settings(max_examples=12, deadline=None)
+@given(tau=st.floats(0.4, 6.0), offset=st.floats(-0.05, 0.05), seed=st.integers(0, 1000))
+def test_any_command_and_sample_time(tau, offset, seed):
+    rng = np.random.default_rng(seed)
+    time = np.r_[0.0, np.cumsum(rng.uniform(0.05, 0.5, 29))]
+    u = np.where(rng.random(30) < 0.7, rng.uniform(0.01, 0.05, 30), 0.0)
+    size = lagged(time, u, tau)
+    data = cycle(size + offset, time, u)
+    np.testing.assert_allclose(_time_constant.lagged(_records.cycles(data)[0], tau), size, atol=1e-10)
+    assert found(data)["time_constant"] == pytest.approx(tau, rel=1e-4)
+    assert found(data, method="recursive")["time_constant"] == pytest.approx(tau, rel=2e-3)
+
+
+def test_a_touch_in_is_found_where_there_is_one():
+    """0.25 s and a half sample before the wheel grinds: without it the lag would be a quarter of a second off."""
+    late = 0.27
+    ground = np.maximum(TIME - late, 0.0)
+    size = RATE * (ground - TAU * (1 - np.exp(-ground / TAU)))
+    data = cycle(size + 0.003)
+    for method in ("output_error", "recursive"):
+        assert found(data, method=method)["time_constant"] == pytest.approx(TAU, rel=1e-5)
+    rng = np.random.default_rng(0)
+    fit = found(cycle(size + rng.normal(0, 5e-4, size.size)))
+    assert abs(fit["time_constant"] - TAU) < 4 * fit.sd[0]
+    # A reading more or less of nothing does not matter, nor does the unit of time.
+    slow = found({"time": 10 * TIME, "command_rate": np.full(TIME.size, RATE / 10), "size": size})
+    assert slow["time_constant"] == pytest.approx(10 * TAU, rel=1e-5)
+
+
+def test_missing_readings_are_skipped_and_counted():
+    data = noisy(5e-4, 0)
+    data["size"][[3, 40, 41, 42, 100]] = np.nan
+    for method in ("output_error", "recursive", "printed"):
+        assert found(data, method=method).ok
+    fit = found(data)
+    assert fit.message == "from 1 part, 5 readings missing"
+    assert abs(fit["time_constant"] - TAU) < 4 * fit.sd[0]
+    assert found(data, method="recursive")["time_constant"] == pytest.approx(fit["time_constant"], abs=2e-6)

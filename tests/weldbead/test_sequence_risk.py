@@ -1,0 +1,145 @@
+"""What a planned sequence may cost: the distribution of the penalty, and beads that are predicted."""
+
+import numpy as np
+import pytest
+from bead_plans import plain
+
+from sdpgrind import sdp, weldbead
+
+# Risk ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "height", "time"), [("P1", 1.5, 30.0), ("P3", 1.0, 3.0), ("P5", 1.2, 8.0)])
+def test_risk_against_monte_carlo(name, height, time):
+    policy = plain(name)
+    risk = policy.risk(height, time, confidence=0.9)
+    assert risk.distribution.total == pytest.approx(1.0, abs=1e-10)
+    assert risk.mean == pytest.approx(policy.value(height, time), abs=1e-6)  # the search's parabola against the law
+    runs = policy.simulate(runs=200_000, height=height, time_left=time, rng=5, snap=True)
+    n = runs.penalty.size
+    over = np.mean(runs.final["height"] < 0)
+    assert risk.overground == pytest.approx(over, abs=4 * np.sqrt(over * (1 - over) / n) + 4 / n)
+    assert risk.passes == pytest.approx(np.mean(runs.moves), abs=4 * np.std(runs.moves) / np.sqrt(n) + 1e-12)
+    worst = np.sort(runs.penalty)[-n // 10 :]
+    assert risk.cvar == pytest.approx(worst.mean(), abs=6 * np.std(worst) / np.sqrt(worst.size))
+    level = float(np.quantile(runs.penalty, 0.8)) * 1.001
+    assert risk.distribution.exceeds(level) == pytest.approx(np.mean(runs.penalty > level), abs=4 * 0.5 / np.sqrt(n))
+    assert risk.cvar >= risk.mean
+    assert "CVaR" in repr(risk)
+
+
+def test_risk_of_one_pass_is_the_law():
+    policy = plain("P1")
+    action = policy.action(0.3, 6.0)
+    law = policy.problem.cut(6.0, action.normal_force)
+    risk = policy.risk(0.3, 6.0)
+    assert risk.overground == pytest.approx(float(law.over(0.3, 0)), rel=1e-9)
+    assert risk.passes == pytest.approx(1.0)
+
+
+def test_risk_grows_with_confidence():
+    policy = plain("P1")
+    found = [policy.risk(1.0, 24.0, confidence=c).cvar for c in (0.0, 0.5, 0.9, 0.99)]
+    assert found[0] == pytest.approx(policy.value(1.0, 24.0), abs=1e-6)
+    assert all(np.diff(found) > 0)
+
+
+def test_risk_of_states_that_are_settled():
+    policy = plain("P1")
+    risk = policy.risk(-0.1, 10.0)
+    assert (risk.mean, risk.overground, risk.passes) == (pytest.approx(1.0), 1.0, 0.0)
+    assert risk.cvar == pytest.approx(1.0, rel=1e-6)
+    assert risk.distribution.total == 1.0
+    stop = policy.risk(1.0, 4.0)
+    assert (stop.mean, stop.overground, stop.passes) == (pytest.approx(2.0), 0.0, 0.0)
+    assert plain("P2").risk(-0.1, -6.0).mean == pytest.approx(1.0 + 1.5)
+
+
+@pytest.mark.parametrize("time", [-2.0, -7.0, -0.3])
+def test_late_states_off_the_stages(time):
+    # Linear lateness is solved for all times, so its prediction must agree with its value there.
+    policy = plain("P3")
+    value = policy.value(1.0, time) if time <= -2 else policy.value(1.0, -2.0) - 0.1 * (2 + time)
+    assert policy.risk(1.0, time).mean == pytest.approx(value, abs=1e-9)
+    runs = policy.simulate(runs=60_000, height=1.0, time_left=time, rng=2, snap=True)
+    assert abs(runs.mean - value) < 4 * runs.standard_error
+    assert np.max(runs.final["time_left"]) <= time
+    assert np.all(np.abs((runs.final["time_left"] - time) / 2 - np.round((runs.final["time_left"] - time) / 2)) < 1e-9)
+
+
+# Predicting ----------------------------------------------------------------------------------------------------------
+
+
+def test_simulation_is_reproducible_and_labelled():
+    policy = plain("P1")
+    one, two = (policy.simulate(runs=5000, height=1.5, time_left=30.0, rng=4) for _ in range(2))
+    np.testing.assert_array_equal(one.penalty, two.penalty)
+    assert not np.array_equal(one.penalty, policy.simulate(runs=5000, height=1.5, time_left=30.0, rng=5).penalty)
+    assert set(one.final) == {"height", "time_left"}
+    assert one.dataset["final_height"].attrs["units"] == "mm"
+    np.testing.assert_allclose(one.penalty, policy.problem.height_charge(one.final["height"]))
+    assert policy.simulate(runs=1, height=1.0, time_left=20.0).standard_error == np.inf
+
+
+def test_simulation_on_another_process():
+    policy = plain("P1")
+    same = policy.simulate(policy.problem.model, runs=20_000, height=1.5, time_left=30.0, rng=4)
+    np.testing.assert_array_equal(same.penalty, policy.simulate(runs=20_000, height=1.5, time_left=30.0, rng=4).penalty)
+    hard = policy.problem.model.replace(specific_energy=13.0)
+    runs = policy.simulate(hard, runs=20_000, height=1.5, time_left=30.0, rng=4)
+    assert runs.mean > policy.value(1.5, 30.0) + 10 * runs.standard_error
+    best = weldbead.plan(policy.problem.replace(model=hard), tolerance=None, nodes=401)
+    assert runs.mean > best.value(1.5, 30.0) - 3 * runs.standard_error  # nothing beats the plan for the truth
+
+
+def test_simulation_on_another_scatter_is_exact_for_one_pass():
+    policy = plain("P1")
+    truth = policy.problem.replace(scatter=weldbead.Scatter("C1", 0.3))
+    force = policy.action(0.3, 6.0).normal_force
+    law = truth.cut(6.0, force)
+    expected = 10 * float(law.over(0.3)) + 2 * float(law.under(0.3))
+    runs = policy.simulate(truth, runs=200_000, height=0.3, time_left=6.0, rng=8)
+    assert abs(runs.mean - expected) < 4 * runs.standard_error
+
+
+def test_simulation_keeps_moves_that_the_truth_would_not_admit():
+    # A least cut of 0.3 mm rules the fastest pass out of the truth's own plan, not out of this one.
+    problem = weldbead.preset("P1").replace(min_cut=0.3)
+    policy = weldbead.plan(problem, tolerance=None, nodes=201)
+    weak = problem.model.replace(idle_power=200.0)
+    assert len(weldbead.sdp_problem(problem.replace(model=weak)).moves) < len(policy.table.layout.moves)
+    runs = policy.simulate(weak, runs=50_000, height=0.5, time_left=6.0, rng=1)
+    assert np.all(runs.final["time_left"] == 0)
+    law = problem.replace(model=weak).cut(6.0, policy.action(0.5, 6.0).normal_force)
+    expected = 10 * float(law.over(0.5)) + 2 * float(law.under(0.5))
+    assert abs(runs.mean - expected) < 4 * runs.standard_error
+    assert np.all(policy.simulate(weak, runs=2000, height=1.5, time_left=30.0, rng=1).final["time_left"] >= 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"stage": 1.0}, r"model.stage must be that of the plan, 2.0; got 1.0"),
+        ({"bead_length": 60.0}, r"model.bead_length must be that of the plan, 50.0; got 60.0"),
+        ({"durations": (6, 8)}, r"model.durations must be that of the plan"),
+        (
+            {"lateness_charge": sdp.Linear(1.0)},
+            r"model.lateness_charge must be None or not as in the plan, None; got Linear",
+        ),
+        ({"finish_charge": weldbead.FinishCharge(1.0)}, r"model.finish_charge must be None or not as in the plan"),
+    ],
+)
+def test_truth_of_another_job_is_refused(change, message):
+    policy = plain("P1")
+    with pytest.raises(ValueError, match=message):
+        policy.simulate(policy.problem.replace(**change), runs=10, height=1.0, time_left=20.0)
+
+
+def test_refused_simulations():
+    policy = plain("P1")
+    with pytest.raises(ValueError, match="simulate must start from one state; got 2"):
+        policy.simulate(runs=10, height=[1.0, 2.0], time_left=20.0)
+    with pytest.raises(ValueError, match="runs must be >= 1"):
+        policy.simulate(runs=0, height=1.0, time_left=20.0)
+    with pytest.raises(ValueError, match=r"confidence must be in \[0, 1\]"):
+        policy.risk(1.0, 20.0, confidence=1.5)
