@@ -63,8 +63,8 @@ def run(
         it, with the results that it would have had without the interruption; `parts` may have grown. Adaptation is
         replayed from the parts in the journal.
     executor : concurrent.futures.Executor, optional
-        Runs parts in parallel, with results equal to serial ones bit for bit. Not together with `adapt`, where a part
-        needs the one before.
+        Runs parts in parallel, with results equal to serial ones bit for bit. Not together with `adapt`, nor on a plant
+        that parts leave changed (``after``, see `hwsim.protocols`), where a part needs the one before.
     progress : callable
         Told the share done (0..1) and a text.
 
@@ -101,6 +101,7 @@ def run(
     if adapt is not None and executor is not None:
         raise ValueError("executor must be None where adapt is given: each part needs the one before")
     plant, clock = checked_clock(plant, controller)
+    check_order(plant, executor)
     labels = Labels.of(plant, controller)
     with _book(journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels) as book:
         series = Series(plant, clock, controller, copy.deepcopy(adapt), labels)
@@ -122,9 +123,16 @@ def check_helpers(executor: Executor | None, progress: Progress) -> None:
         checks.able("executor", executor, "None or a concurrent.futures.Executor", "submit")
 
 
+def check_order(plant: Plant, executor: Executor | None) -> None:
+    """Refuse to run parts in parallel on a plant that each part leaves changed."""
+    if executor is not None and hasattr(plant, "after"):
+        name = type(plant).__name__
+        raise ValueError(f"executor must be None on a {name}, which each part leaves changed; hwsim.repeat runs whole series")
+
+
 @dataclass
 class Series:
-    """Parts one after the other, the controller changing in between where something is learned."""
+    """Parts one after the other; in between the plant changes where a part leaves something, the controller where it learns."""
 
     plant: Plant
     clock: Clock
@@ -133,7 +141,10 @@ class Series:
     labels: Labels
 
     def learn(self, part: Part) -> None:
-        """Take the next controller from the adaptation; it sees the last one as it was before its part."""
+        """Take the plant as the part left it, and the next controller from the adaptation, which sees the last one as it was."""
+        after = getattr(self.plant, "after", None)
+        if after is not None:
+            self.plant = after(part.outcome)
         if self.adapt is not None:
             self.controller = self.adapt.next(self.controller, Log.of([part], self.labels))
             if not isinstance(self.controller, Controller):

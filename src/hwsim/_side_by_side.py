@@ -11,7 +11,7 @@ from hwsim._check import checked_clock
 from hwsim._clock import Clock
 from hwsim._labels import Labels
 from hwsim._log import Log
-from hwsim._loop import BLOCK, PIECE, Numbered, Series, batched, check_helpers
+from hwsim._loop import BLOCK, PIECE, Numbered, Series, batched, check_helpers, check_order
 from hwsim._part import Part
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
@@ -39,13 +39,14 @@ def compare(
     plant : Plant
         The machine.
     controllers : mapping
-        Name -> controller. Part k of each draws from the same child of `rng`: the same hidden truth, paired results.
+        Name -> controller. Part k of each draws from the same child of `rng`: the same hidden truth, paired results. What a
+        part leaves behind (``after``, see `hwsim.protocols`) is left to the next part of the same controller.
     parts : int
         Number of parts for each, >= 1.
     rng : int, Generator or SeedSequence
         Random source.
     executor : concurrent.futures.Executor, optional
-        Runs parts in parallel, with results equal to serial ones bit for bit.
+        Runs parts in parallel, with results equal to serial ones bit for bit; not on a plant that parts leave changed.
     progress : callable
         Told the share done (0..1) and a text.
 
@@ -88,6 +89,7 @@ def compare(
     runs = {}
     for k, (name, controller) in enumerate(controllers.items()):
         fitted, clock = checked_clock(plant, controller, name)
+        check_order(fitted, executor)
         labels = Labels.of(fitted, controller)
         series = Series(fitted, clock, controller, None, labels)
         done = list(series.in_order(list(enumerate(copy.deepcopy(rngs))), executor))

@@ -26,6 +26,8 @@ both       ``job``             mapping of what tells the part and the machine fr
 plant      ``outcomes``        mapping name -> unit of the outcome, or (unit, dimension) where the value is an array
 plant      ``description``     mapping of plain values (start, limits) that the log keeps among its attributes
 plant      ``with_tick(tick)`` gives the same plant with another tick (s), for plants that can advance by any time
+plant      ``after(outcome)``  gives the plant that the next part of a series finds, from the outcome of the part before:
+                               what a part leaves behind (a wheel that is duller); parts then go one after the other
 machine    ``whole(...)``      given the controller, the tables of the whole part at once where both have compiled cores,
                                to the bits that the loop would give, and is done then; None where it cannot
 ========== =================== =======================================================================================

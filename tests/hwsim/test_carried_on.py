@@ -1,0 +1,84 @@
+"""What a part leaves behind for the next one: `after` of a plant, in runs, journals, comparisons and series."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from hwsim_fakes import Drain, Faster, Tank
+
+import hwsim
+from hwsim._log import same
+from sdpgrind.base.rng import children
+
+
+@dataclass(frozen=True)
+class Rusting(Tank):
+    """A tank whose leak grows with each part, by what leaked."""
+
+    leak: float = 0.5
+
+    def after(self, outcome):
+        return replace(self, leak=1.1 * float(outcome["leak"]) + 0.1)
+
+    def with_tick(self, tick):
+        return replace(self, tick=tick)
+
+
+def leaks(rng, parts):
+    """The hidden leaks of a series, worked out by hand."""
+    leak, found = 0.5, []
+    for each in children(rng, parts):
+        found.append(leak * each.random())
+        leak = 1.1 * found[-1] + 0.1
+    return found
+
+
+class PowerCut(Exception):
+    pass
+
+
+def cut_after(parts):
+    def progress(share, text):
+        if text.startswith(f"part {parts} "):
+            raise PowerCut
+
+    return progress
+
+
+def test_each_part_finds_the_plant_as_the_part_before_left_it():
+    tank = Rusting()
+    log = hwsim.run(tank, Drain(), parts=4, rng=2)
+    np.testing.assert_array_equal(log.outcome.leak, leaks(2, 4))
+    assert tank == Rusting()
+
+
+def test_another_tick_stays():
+    assert hwsim.run(Rusting(), Drain(period=0.25), parts=2)["tap"].time.values[1] == 0.25
+
+
+@pytest.mark.parametrize("adapt", [None, Faster()], ids=["alone", "adapting"])
+def test_a_cut_series_is_resumed(tmp_path, adapt):
+    arguments = {"parts": 5, "rng": 3, "adapt": adapt}
+    with pytest.raises(PowerCut):
+        hwsim.run(Rusting(), Drain(), **arguments, journal=tmp_path / "run.db", progress=cut_after(3))
+    resumed = hwsim.run(Rusting(), Drain(), **arguments, journal=tmp_path / "run.db")
+    assert same(resumed, hwsim.run(Rusting(), Drain(), **arguments))
+
+
+def test_controllers_that_are_compared_have_a_plant_each():
+    log = hwsim.compare(Rusting(), {"slow": Drain(1.0), "fast": Drain(4.0)}, parts=3, rng=2)
+    np.testing.assert_array_equal(log.outcome.leak, [leaks(2, 3)] * 2)
+
+
+def test_series_begin_with_the_same_plant_on_any_number_of_workers():
+    with ThreadPoolExecutor(2) as executor:
+        outcome = hwsim.repeat(Rusting(), Drain(), series=3, parts=3, rng=5, executor=executor)
+    np.testing.assert_array_equal(outcome.leak, [leaks(rng, 3) for rng in children(5, 3)])
+
+
+def test_parts_in_parallel_are_refused():
+    with ThreadPoolExecutor(1) as executor:
+        for work in (hwsim.run, lambda plant, tap, executor: hwsim.compare(plant, {"tap": tap}, executor=executor)):
+            with pytest.raises(ValueError, match=r"executor must be None on a Rusting, which each part leaves changed"):
+                work(Rusting(), Drain(), executor=executor)
