@@ -1,0 +1,172 @@
+# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
+"""Run a tape: elementary operations on numbers, one after the other, packed in one flat array; see `_tape`."""
+
+import math
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+COUNTS = 4
+"""Numbers at the head of a tape: inputs, outputs, constants, operations."""
+Op = IntEnum(
+    "Op",
+    "ADD SUB MUL DIV NEG SQ TWICE INV SQRT CONSTPOW POW EXP LOG FABS "
+    "SIN COS TAN ASIN ACOS ATAN ATAN2 SINH COSH TANH ASINH ACOSH ATANH ERF LOG1P EXPM1 HYPOT "
+    "LT LE EQ NE NOT AND OR IF_ELSE_ZERO FMIN FMAX SIGN COPYSIGN FLOOR CEIL FMOD REMAINDER",
+    start=0,
+)
+"""What a tape can do: the name of each is that of CasADi's operation, without its ``OP_``."""
+
+
+@njit(**_OPTIONS)
+def work_size(tape):
+    """Numbers that `run` needs to work with."""
+    counts = tape[:COUNTS].view(np.int64)
+    return counts[0] + counts[2] + counts[3]
+
+
+@njit(**_OPTIONS)
+def run(tape, inputs, work, out):
+    """Evaluate a tape at `inputs` (flat) into `out` (flat, by columns), in the room of `work` (at least `work_size`).
+
+    `work` holds inputs, constants, then the result of each operation: none is ever overwritten.
+    """
+    code = tape.view(np.uint64)  # unsigned: an index that cannot be negative is not looked at twice
+    n_in, n_out, n_const, n_op = code[0], code[1], code[2], code[3]
+    for k in range(n_in):
+        work[k] = inputs[k]
+    for k in range(n_const):
+        work[n_in + k] = tape[COUNTS + k]
+    at, first = np.uint64(COUNTS) + n_const, n_in + n_const
+    for k in range(first, first + n_op):
+        work[k] = _apply(np.int64(code[at]), work[code[at + np.uint64(1)]], work[code[at + np.uint64(2)]])
+        at += np.uint64(3)
+    for k in range(n_out):
+        out[k] = work[code[at + k]]
+
+
+@njit(**_OPTIONS)
+def run_many(tape, inputs, out):
+    """Evaluate a tape at each row of `inputs` (k, n_in) into the rows of `out` (k, n_out)."""
+    work = np.empty(work_size(tape))
+    for k in range(len(inputs)):
+        run(tape, inputs[k], work, out[k])
+
+
+@njit(forceinline=True, **_OPTIONS)
+def _apply(op, x, y):
+    """What is met most stands here, the rest one call away."""
+    if op == Op.ADD:
+        return x + y
+    if op == Op.SUB:
+        return x - y
+    if op == Op.MUL:
+        return x * y
+    if op == Op.DIV:
+        return x / y
+    if op == Op.NEG:
+        return -x
+    if op == Op.SQ:
+        return x * x
+    if op == Op.TWICE:
+        return x + x
+    if op == Op.INV:
+        return 1.0 / x
+    if op == Op.SQRT:
+        return np.sqrt(x)
+    if op == Op.CONSTPOW or op == Op.POW:
+        return x**y
+    if op == Op.EXP:
+        return math.exp(x)
+    if op == Op.LOG:
+        return np.log(x)
+    if op == Op.FABS:
+        return abs(x)
+    return _smooth(op, x, y) if op < Op.LT else _choice(op, x, y)
+
+
+@njit(**_OPTIONS)
+def _smooth(op, x, y):
+    """Functions of angles and the like."""
+    if op == Op.SIN:
+        return math.sin(x)
+    if op == Op.COS:
+        return math.cos(x)
+    if op == Op.TAN:
+        return math.tan(x)
+    if op == Op.ASIN:
+        return np.arcsin(x)
+    if op == Op.ACOS:
+        return np.arccos(x)
+    if op == Op.ATAN:
+        return math.atan(x)
+    if op == Op.ATAN2:
+        return math.atan2(x, y)
+    if op == Op.SINH:
+        return np.sinh(x)
+    if op == Op.COSH:
+        return np.cosh(x)
+    if op == Op.TANH:
+        return math.tanh(x)
+    if op == Op.ASINH:
+        return np.arcsinh(x)
+    if op == Op.ACOSH:
+        return np.arccosh(x)
+    if op == Op.ATANH:
+        return np.arctanh(x)
+    if op == Op.ERF:
+        return math.erf(x)
+    if op == Op.LOG1P:
+        return np.log1p(x)
+    return np.expm1(x) if op == Op.EXPM1 else np.hypot(x, y)
+
+
+@njit(**_OPTIONS)
+def _choice(op, x, y):
+    """Comparisons, logic (what is not 0 is true, NaN as well), and functions with steps or corners."""
+    if op == Op.LT:
+        return 1.0 if x < y else 0.0
+    if op == Op.LE:
+        return 1.0 if x <= y else 0.0
+    if op == Op.EQ:
+        return 1.0 if x == y else 0.0
+    if op == Op.NE:
+        return 1.0 if x != y else 0.0
+    if op == Op.NOT:
+        return 1.0 if x == 0.0 else 0.0
+    if op == Op.AND:
+        return 1.0 if x != 0.0 and y != 0.0 else 0.0
+    if op == Op.OR:
+        return 1.0 if x != 0.0 or y != 0.0 else 0.0
+    if op == Op.IF_ELSE_ZERO:
+        return y if x != 0.0 else 0.0
+    if op == Op.FMIN:
+        return np.fmin(x, y)
+    if op == Op.FMAX:
+        return np.fmax(x, y)
+    if op == Op.SIGN:
+        return np.sign(x)
+    if op == Op.COPYSIGN:
+        return math.copysign(x, y)
+    if op == Op.FLOOR:
+        return np.floor(x)
+    if op == Op.CEIL:
+        return np.ceil(x)
+    return np.fmod(x, y) if op == Op.FMOD else _remainder(x, y)
+
+
+@njit(**_OPTIONS)
+def _remainder(x, y):
+    """What x is from the nearest multiple of y, from the even one of two that are as near (IEEE 754)."""
+    if np.isinf(y):
+        return x if np.isfinite(x) else np.nan
+    size = abs(y)
+    left = np.fmod(abs(x), 2.0 * size) if 2.0 * size != np.inf else abs(x)
+    if left - size > -left:
+        left -= size
+        if left - size >= -left:
+            left -= size
+    return left if x >= 0.0 else -left
