@@ -1,0 +1,75 @@
+"""Roughness of a ground surface by the chips and by how the wheel was dressed."""
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+_POSITIVE = {"roughness_max": "mm", "base": "mm", "chip_thickness": "mm", "exponent": "1", "lead": "mm", "lead_reference": "mm"}
+
+
+@stored("locus.roughness")
+@dataclass(frozen=True)
+class Roughness(Frozen):
+    """Roughness R_a = rho R_0 (s_d/s_ref)^(1/2) (a_d/a_ref)^(1/4) (h/h_ref)^gamma, h = Z'/V_s, and what it must stay under.
+
+    R_0 and gamma are the user's: no source prints them. rho, the state that the wheel was dressed into, is hidden.
+
+    Parameters
+    ----------
+    roughness_max : float
+        Greatest roughness R_a, mm: units.um(0.8).
+    base : float
+        R_0, roughness at the reference lead, depth and chip thickness and at rho = 1, mm.
+    exponent : float
+        gamma, unit 1.
+    chip_thickness : float
+        h_ref, equivalent chip thickness of `base`, mm.
+    lead : float
+        s_d, lead of dressing in a turn of the wheel where it is no control, mm.
+    lead_reference : float
+        s_ref, mm.
+    depth_ratio : float
+        a_d/a_ref, depth of dressing in units of that of `base`.
+
+    Raises
+    ------
+    ValueError
+        When a value is not positive, or smells of micrometres.
+
+    Examples
+    --------
+    >>> from sdpgrind import units
+    >>> law = Roughness(roughness_max=units.um(0.8), base=units.um(0.5), exponent=0.4)
+    >>> round(law.roughness(chip_thickness=2e-4, lead=0.1, state=1.0), 7)  # mm
+    0.0006598
+    """
+
+    _: KW_ONLY
+    roughness_max: float
+    base: float
+    exponent: float
+    chip_thickness: float = 1e-4
+    lead: float = 0.1
+    lead_reference: float = 0.1
+    depth_ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, unit in _POSITIVE.items():
+            checks.positive(name, getattr(self, name), unit)
+        checks.positive("depth_ratio", self.depth_ratio)
+        for name in ("roughness_max", "base"):
+            if getattr(self, name) >= 0.1:
+                raise ValueError(f"{name} must be in mm, < 0.1; units.um(...) for micrometres; got {getattr(self, name)!r}")
+
+    def roughness(self, chip_thickness: Any, lead: Any, state: Any) -> Any:
+        """Return R_a (mm) of an equivalent chip thickness Z'/V_s (mm), a dressing lead (mm) and a dressing state (unit 1)."""
+        dressed = (lead / self.lead_reference) ** 0.5 * self.depth_ratio**0.25
+        return state * self.base * dressed * (chip_thickness / self.chip_thickness) ** self.exponent
+
+    def chip_thickness_max(self, lead: Any, state: Any) -> Any:
+        """Return the chip thickness Z'/V_s (mm) of the greatest roughness at a dressing lead (mm) and state (unit 1)."""
+        room = self.roughness_max / self.roughness(self.chip_thickness, lead, state)
+        return self.chip_thickness * room ** (1 / self.exponent)
