@@ -1,0 +1,108 @@
+# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
+"""Look up a table of values and exact slopes, packed in one flat array; see `_table`."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+INSIDE, BELOW, ABOVE, NO_KEY = range(4)
+"""What a look-up says of its key: in the table, below or above it (the end is given), or NaN."""
+HEAD = 5
+"""Numbers at the head: nodes, columns, cells of the guide (all by their bits), least key, cells per unit of the key."""
+
+
+@njit(**_OPTIONS)
+def packed_size(n_node, n_column, n_cell):
+    """Numbers of a packed table: head, keys, values and slopes node by node, guide."""
+    return HEAD + n_node * (1 + 2 * n_column) + n_cell + 1
+
+
+@njit(**_OPTIONS)
+def pack(key, columns, slopes, n_cell):
+    """Pack a table whose key rises: the guide says of each cell of equal width which interval its start lies in."""
+    n_node, n_column = columns.shape
+    packed = np.empty(packed_size(n_node, n_column, n_cell))
+    whole = packed.view(np.int64)
+    whole[0], whole[1], whole[2] = n_node, n_column, n_cell
+    scale = n_cell / (key[-1] - key[0])
+    packed[3], packed[4] = key[0], scale if scale < np.inf else 0.0  # where all is closer than numbers can tell: one cell
+    packed[HEAD : HEAD + n_node] = key
+    rows = packed[HEAD + n_node : HEAD + n_node * (1 + 2 * n_column)].reshape((n_node, 2, n_column))
+    rows[:, 0], rows[:, 1] = columns, slopes
+    guide = whole[HEAD + n_node * (1 + 2 * n_column) :]
+    at = 0
+    for cell in range(n_cell + 1):
+        while at < n_node - 2 and _cell(packed, key[at + 1]) < cell:
+            at += 1
+        guide[cell] = at
+    guide[n_cell] = n_node - 2
+    return packed
+
+
+@njit(forceinline=True, **_OPTIONS)
+def _cell(packed, key):
+    """The cell of a key; rounding is the same for nodes and for what is looked up, so that the guide never misleads."""
+    return np.int64((key - packed[3]) * packed[4])
+
+
+@njit(forceinline=True, **_OPTIONS)
+def locate(packed, key):
+    """Index of the interval that a key of the table lies in: from the guide, then by halving what the cell leaves."""
+    whole = packed.view(np.int64)
+    n_node, n_column = whole[0], whole[1]
+    guide = HEAD + n_node * (1 + 2 * n_column)
+    cell = min(_cell(packed, key), whole[2] - 1)
+    low, high = whole[guide + cell], whole[guide + cell + 1] + 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if key < packed[HEAD + middle]:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+@njit(**_OPTIONS)
+def look_up(packed, key, out):
+    """Put the columns at a key into `out` and say where the key is; outside the table: those of the end; NaN: nothing."""
+    whole = packed.view(np.int64)
+    n_node, n_column = whole[0], whole[1]
+    rows = HEAD + n_node
+    if packed[HEAD] < key < packed[rows - 1]:
+        _interpolate(packed, locate(packed, key), key, out)
+        return INSIDE
+    if np.isnan(key):
+        return NO_KEY
+    below = key <= packed[HEAD]
+    end = 0 if below else n_node - 1
+    for j in range(n_column):  # nodes to the last bit: an end may be a limit
+        out[j] = packed[rows + 2 * n_column * end + j]
+    if key == packed[HEAD + end]:
+        return INSIDE
+    return BELOW if below else ABOVE
+
+
+@njit(forceinline=True, **_OPTIONS)
+def _interpolate(packed, k, key, out):
+    """The cubic of interval k."""
+    whole = packed.view(np.int64)
+    n_node, n_column = whole[0], whole[1]
+    width = packed[HEAD + k + 1] - packed[HEAD + k]
+    t = (key - packed[HEAD + k]) / width
+    at = HEAD + n_node + 2 * n_column * k
+    for j in range(n_column):
+        value, rise = packed[at + j], packed[at + 2 * n_column + j] - packed[at + j]
+        start, end = width * packed[at + n_column + j], width * packed[at + 3 * n_column + j]
+        out[j] = value + t * (start + t * (3.0 * rise - 2.0 * start - end + t * (start + end - 2.0 * rise)))
+
+
+@njit(**_OPTIONS)
+def look_up_many(packed, keys, out):
+    """Look up many keys (k,) into `out` (k, columns) and return the index of the first that is NaN, -1 if none is."""
+    bad = -1
+    for k in range(keys.size - 1, -1, -1):
+        if look_up(packed, keys[k], out[k]) == NO_KEY:
+            bad = k
+    return bad
