@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
 
 if TYPE_CHECKING:
     from sdpgrind.locus._system import System
@@ -77,6 +78,7 @@ class Process(Protocol):
         """Return what is minimised, of hidden states and controls (units: see `units`)."""
 
 
+@stored("locus.problem")
 @dataclass(frozen=True)
 class Problem(Frozen):
     """Least cost within limits that drift with hidden states.
@@ -161,16 +163,22 @@ class Problem(Frozen):
 
     def unit(self, name: str) -> str:
         """Unit of a control, a hidden state or a response; empty where none is known."""
-        of_model = {} if self.model is None else self.model.units
-        responses = {one.name: one.unit for one in self.varying}
-        return {**of_model, **responses, **self.units}.get(name, "")
+        units = {one.name: one.unit for one in self.varying}
+        if self.model is not None:
+            units.update(self.model.units)
+        units.update(self.units)
+        return units.get(name, "")
 
     @cached_property
     def system(self) -> "System":
         """The problem as expressions with exact derivatives; made once."""
+        return self.system_with(tie=False)
+
+    def system_with(self, tie: bool) -> "System":
+        """The same; with `tie`, of many points of least cost the one of the most slack is the best."""
         from sdpgrind.locus._system import System
 
-        return System(self)
+        return System(self, tie)
 
 
 def _ranges(owner: str, given: object) -> dict[str, tuple[float, float]]:

@@ -1,0 +1,310 @@
+"""The optimal locus of a problem with one hidden state: pieces, events, jumps; the best point for a state or a measurement."""
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from sdpgrind.base import checks, records
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus import _trace_kernels as kernels
+from sdpgrind.locus._kkt_kernels import GOOD
+from sdpgrind.locus._pieces import Columns, Piece, point_of
+from sdpgrind.locus._problem import Problem
+from sdpgrind.locus._system import System
+from sdpgrind.locus._trace import Tracer
+
+if TYPE_CHECKING:
+    from sdpgrind.locus._stretch import Stretch
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens at one value of the hidden state.
+
+    Attributes
+    ----------
+    kind : str
+        "<constraint> active" or "inactive", "<control> least", "greatest" or "released", as the hidden state rises; "fold",
+        "jump", "infeasible", "branch point".
+    hidden : float
+        Where, in the unit of the hidden state.
+    controls : dict
+        The controls there.
+    """
+
+    kind: str
+    hidden: float
+    controls: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A best point (units of the problem).
+
+    Attributes
+    ----------
+    hidden : dict
+        The hidden states.
+    controls : dict
+        The best controls.
+    cost : float
+        Least cost.
+    multipliers : dict
+        Of each constraint: cost for a unit of it.
+    response, limit : float or dict
+        P_c and P_b; by name where there are several constraints.
+    slope : dict
+        Of each control, by the hidden state.
+    margin : float
+        Least curvature of the Lagrangian in directions left free, for controls over their whole ranges; inf where none is left.
+    kind : str
+        That of the piece: "interior", "locus", "bound" or "vertex".
+    clamped : bool
+        Whether a state or a measurement beyond the range was taken to its end.
+    """
+
+    hidden: dict[str, float]
+    controls: dict[str, float]
+    cost: float
+    multipliers: dict[str, float]
+    response: Any
+    limit: Any
+    slope: dict[str, float]
+    margin: float
+    kind: str
+    clamped: bool = False
+
+
+class Locus:
+    """All best points of a problem with one hidden state; immutable.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was planned.
+    pieces : tuple of Piece
+        The global ones and those that are only the best nearby, branch by branch.
+    degenerate : bool
+        Whether many points were as good: then the one of the most slack was taken.
+    """
+
+    def __init__(self, problem: Problem, system: System, table: Columns, pieces: tuple[Piece, ...], degenerate: bool = False):
+        self.problem, self.system, self._table, self.pieces, self.degenerate = problem, system, table, pieces, degenerate
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the controls."""
+        return self.problem.names
+
+    @property
+    def hidden_name(self) -> str:
+        """Of the hidden state."""
+        return self.problem.hidden_names[0]
+
+    @property
+    def responses(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return tuple(one.name for one in self.problem.varying)
+
+    @property
+    def error(self) -> float:
+        """Largest residual of the conditions of a best point, in scaled form (unit 1), over all points of the table."""
+        return float(np.max(self._table.residual))
+
+    @cached_property
+    def best(self) -> tuple[Piece, ...]:
+        """The global pieces, by rising hidden state."""
+        return tuple(sorted((piece for piece in self.pieces if piece.is_global), key=lambda piece: piece.range))
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """What happens along the global pieces, and where those end that are only the best nearby."""
+        found: dict[tuple[str, float], Event] = {}
+        for piece in self.pieces:
+            for kind, k in ((piece.start, 0), (piece.end, -1)):
+                x = float(piece.table.hidden[k])
+                if kind not in ("", "range"):
+                    found.setdefault((kind, round(x, 12)), Event(kind, x, self._named(piece.table.controls[k])))
+        return tuple(sorted(found.values(), key=lambda event: event.hidden))
+
+    @property
+    def folds(self) -> tuple[Event, ...]:
+        """Where a branch turns back."""
+        return tuple(event for event in self.events if event.kind == "fold")
+
+    @property
+    def jumps(self) -> tuple[Event, ...]:
+        """Where another branch becomes cheaper, or the cheapest one ends."""
+        return tuple(event for event in self.events if event.kind == "jump")
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """Least and greatest hidden state with a best point, in its unit."""
+        return self.best[0].range[0], self.best[-1].range[1]
+
+    @cached_property
+    def _ends(self) -> Floats:
+        return np.array([piece.range[1] for piece in self.best])
+
+    def _named(self, values: Iterable[float]) -> dict[str, float]:
+        return dict(zip(self.names, map(float, values), strict=True))
+
+    def at(self, *, throw: bool = False, **hidden: float) -> Point:
+        """Return the best point for a hidden state, exact.
+
+        Parameters
+        ----------
+        **hidden : float
+            The hidden state by its name, in its unit.
+        throw : bool
+            Whether a state beyond the range is an error; False: the end of the range is taken, and the point says so.
+
+        Raises
+        ------
+        ValueError
+            When the state is not finite, of another name, or has no feasible point.
+        """
+        name = self.hidden_name
+        if set(hidden) != {name}:
+            raise ValueError(f"the hidden state must be {name!r}; got {sorted(hidden)}")
+        x = checks.number(name, hidden[name], self.problem.unit(name))
+        low, high = self.range
+        if throw and not low <= x <= high:
+            raise checks.refuse(name, f"in [{low:g}, {high:g}]", x, self.problem.unit(name))
+        return self._at(min(max(x, low), high), clamped=not low <= x <= high)
+
+    def _at(self, x: float, clamped: bool = False) -> Point:
+        piece = self._piece(x)
+        return self._point(x, self.point_at(piece, x), piece.kind, clamped)
+
+    def point_at(self, piece: Piece, x: float) -> Columns:
+        """What is known at one hidden state on a piece, exact."""
+        table, n, m = piece.table, self.system.n, self.system.m
+        place = self.system.scaled(np.array([x]), n)
+        k = int(np.clip(np.searchsorted(table.hidden, x), 1, len(table.hidden) - 1))
+        share = (x - table.hidden[k - 1]) / (table.hidden[k] - table.hidden[k - 1])
+        point = table.points[k - 1] + share * (table.points[k] - table.points[k - 1])
+        point[-1] = place[0]
+        near = k - 1 if share < 0.5 else k
+        kkt, hidden = self.system.kkt_tape, np.zeros(1)
+        left = kernels.settle_at(kkt, n, m, 1, hidden, 0, piece.held, point, 20)
+        if not left <= GOOD:  # at the end of what is feasible, where multipliers grow without limit
+            point = table.points[near].copy()
+        return point_of(Tracer(self.system, hidden), piece.held, point, table.along[near])
+
+    def _piece(self, x: float) -> Piece:
+        k = min(int(np.searchsorted(self._ends, x)), len(self.best) - 1)
+        piece = self.best[k]
+        if x < piece.range[0]:
+            before = self.best[k - 1].range[1]
+            gap = f"between {before:.6g} and {piece.range[0]:.6g} none is known"
+            raise ValueError(f"{self.hidden_name} must have a feasible point: {gap}; got {x:g}")
+        return piece
+
+    def _point(self, x: float, row: Columns, kind: str, clamped: bool) -> Point:
+        several = len(self.responses) != 1
+
+        def by_name(values: Floats) -> Any:
+            named = dict(zip(self.responses, map(float, values), strict=True))
+            return named if several else next(iter(named.values()))
+
+        return Point(
+            {self.hidden_name: x},
+            self._named(row.controls[0]),
+            float(row.cost[0]),
+            dict(zip(self.responses, map(float, row.multipliers[0]), strict=True)),
+            by_name(row.response[0]),
+            by_name(row.limit[0]),
+            self._named(row.slope[0]),
+            float(row.margin[0]),
+            kind,
+            clamped,
+        )
+
+    def retrieve(self, *, throw: bool = False, **measured: float) -> Point:
+        """Return the best point for what is measured at any point: the hidden state is inverted from it first.
+
+        Parameters
+        ----------
+        **measured : float
+            All controls, where the response was measured, and one response, by name.
+        throw : bool
+            Whether a measurement that no hidden state explains is an error; False: the nearest end is taken, and told.
+
+        Raises
+        ------
+        ValueError
+            When a name is missing or unknown, a value is not finite, or the response tells nothing of the hidden state there.
+        """
+        responses = [name for name in self.responses if name in measured]
+        if set(measured) != {*self.names, *responses} or len(responses) != 1:
+            needed = f"all of {', '.join(self.names)} and one of {', '.join(self.responses)}"
+            raise ValueError(f"measured must be {needed}; got {', '.join(sorted(measured))}")
+        values = {name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()}
+        controls = np.array([values[name] for name in self.names])
+        x, inside = self._inverted(controls, self.responses.index(responses[0]), values[responses[0]])
+        if throw and not inside:
+            raise checks.refuse(responses[0], "what some hidden state in its range explains", values[responses[0]])
+        low, high = self.range
+        return self._at(min(max(x, low), high), clamped=not inside or not low <= x <= high)
+
+    def _inverted(self, controls: Floats, j: int, measured: float) -> tuple[float, bool]:
+        from sdpgrind.locus._inversion_kernels import inverted
+
+        low, high = self.problem.hidden[self.hidden_name]
+        x, clamped = inverted(self.system.response_tape, controls, j, self.system.m, measured, low, high)
+        if np.isnan(x):
+            raise ValueError(f"{self.responses[j]} must tell something of {self.hidden_name}; at these controls it tells nothing")
+        return float(x), not clamped
+
+    def stretch(self, along: str, x: tuple[float, float] | None = None) -> "Stretch":
+        """Return the part on which a controller may walk, by one coordinate; see `Stretch`."""
+        from sdpgrind.locus._walkable import stretch
+
+        return stretch(self, along, x)
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """All points as labelled arrays with units."""
+        from sdpgrind.locus._record import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the locus to a NetCDF file at `path`; functions of one's own go with it, as expressions."""
+        records.write(self.dataset, path, "locus.curve")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Locus":
+        """Read the locus that `save` wrote to `path`."""
+        from sdpgrind.locus._record import restored
+
+        return restored(records.read(path))
+
+    def plot(self) -> Any:
+        """Draw controls, cost and constraints over the hidden state, and the locus between the controls; return the figure."""
+        from sdpgrind.locus._plots import picture
+
+        return picture(self)
+
+    @property
+    def status(self) -> str:
+        """One sentence: what was found, and what stands in the way."""
+        low, high = self.range
+        told = f"{len(self.best)} pieces over {self.hidden_name} = {low:.6g} to {high:.6g}, residual {self.error:.1g}"
+        if self.jumps:
+            told += f"; jumps at {', '.join(f'{event.hidden:.6g}' for event in self.jumps)}"
+        if self.folds:
+            told += f"; folds at {', '.join(f'{event.hidden:.6g}' for event in self.folds)}"
+        first, last = self.problem.hidden[self.hidden_name]
+        if max(low - first, last - high) > 1e-9 * (last - first):
+            told += f"; no best point was found elsewhere in {first:g} to {last:g}"
+        return told + ("; many points are as good, the one of the most slack was taken" if self.degenerate else "")
+
+    def __repr__(self) -> str:
+        return f"Locus({self.status})"

@@ -1,0 +1,122 @@
+"""Plan: all best points of a problem, over the whole range of its hidden states."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.locus._locus import Locus
+from sdpgrind.locus._pieces import counts, pieces, tabulate
+from sdpgrind.locus._problem import Problem
+from sdpgrind.locus._system import System
+from sdpgrind.locus._trace import Branch, Tracer
+
+POINTS = 200
+SIGN = 1e-9
+"""Of a slope by the hidden state, relative to the largest: what is less has no sign."""
+
+
+def plan(problem: Problem, *, points: int = POINTS) -> Locus:
+    """Find all best points over the range of the hidden state, Koren (11)-(13).
+
+    Best points are looked for at several hidden states, from all the least points of a lattice; each is followed along its
+    branch by pseudo-arclength, with exact derivatives, through every change of what is active, to the fold or the end of what is
+    feasible where it ends. Of branches that lie above each other the cheapest is marked global; where another takes over there is
+    a jump.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is to be run at its best, in the user's units.
+    points : int
+        About how many points the table has.
+
+    Returns
+    -------
+    Locus
+        Exact at its points: the scaled residual of the conditions of a best point is `error`, at most 1e-10.
+
+    Raises
+    ------
+    ValueError
+        When there are more hidden states than measured constraints, the slope of a constraint by the hidden state changes its
+        sign, or there is no feasible point.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> problem = locus.Problem(
+    ...     controls={"u": (0.0, 5.0), "v": (0.0, 10.0)},
+    ...     hidden={"x": (0.2, 20.0)},
+    ...     cost=lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2,
+    ...     constraints=[
+    ...         locus.Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)
+    ...     ],
+    ... )
+    >>> curve = locus.plan(problem)
+    >>> for piece in curve.pieces:
+    ...     print(piece)
+    Piece(interior: nothing active; 0.2 to 0.5; range to response active)
+    Piece(locus: response; 0.5 to 20; response active to range)
+    >>> point = curve.at(x=1.0)
+    >>> {name: round(value, 9) for name, value in point.controls.items()}, round(point.response, 9)
+    ({'u': 2.0, 'v': 3.0}, 7.0)
+    """
+    checks.kind("problem", problem, Problem, " (see locus.preset)")
+    checks.count("points", points, 2)
+    _check_counts(problem)
+    system = problem.system
+    _check_signs(problem, system)
+    tracer = Tracer(system, np.zeros(1))
+    branches, degenerate = tracer.branches(), False
+    if tracer.flat:
+        system = problem.system_with(tie=True)
+        tracer = Tracer(system, np.zeros(1))
+        branches, degenerate = tracer.branches(), True
+    if not branches:
+        raise ValueError(_nowhere(problem))
+    runs = list(marked(tracer, branches))
+    sizes = counts([run for run, _ in runs], points)
+    table = tabulate(tracer, [run for run, _ in runs], sizes)
+    return Locus(problem, system, table, pieces(problem, runs, table, sizes), degenerate)
+
+
+def marked(tracer: Tracer, branches: list[Branch]) -> Any:
+    """Every run with whether it is the cheapest, cut where it no longer is."""
+    parts = tracer.cheapest(branches)
+    for b, branch in enumerate(branches):
+        own = [(low, high) for low, high, best in parts if best == b]
+        ends = sorted({end for part in own for end in part})
+        for run in branch:
+            for piece in tracer.cut(run, [end for end in ends if run.low < end < run.high]):
+                middle = 0.5 * (piece.low + piece.high)
+                yield piece, any(low <= middle <= high for low, high in own)
+
+
+def _check_counts(problem: Problem) -> None:
+    h, m = len(problem.hidden), len(problem.varying)
+    if h > m:
+        raise ValueError(
+            f"hidden must be no more states than there are measured constraints, {m}: no measurement tells more apart; got"
+            f" {h}: {', '.join(problem.hidden)}"
+        )
+
+
+def _check_signs(problem: Problem, system: System) -> None:
+    """What is measured must tell the hidden state: the slope of the constraint by it must not change its sign."""
+    for name, slopes in system.slopes_by_hidden():
+        small = SIGN * np.max(np.abs(slopes))
+        if np.any(slopes > small) and np.any(slopes < -small):
+            raise ValueError(
+                f"hidden states must move a constraint one way all over the ranges; response - limit of {name} rises with"
+                f" {problem.hidden_names[0]} at some controls and falls at others: narrow the ranges, or split the problem"
+            )
+        if not np.any(np.abs(slopes) > 0):
+            raise ValueError(
+                f"hidden states must be seen in what is measured; {name} does not depend on {problem.hidden_names[0]}"
+            )
+
+
+def _nowhere(problem: Problem) -> str:
+    given = ", ".join(f"{name} = {low:g} to {high:g}" for name, (low, high) in problem.hidden.items())
+    return f"constraints must leave a feasible point at some hidden state; none was found over {given}"

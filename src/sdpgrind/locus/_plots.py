@@ -1,0 +1,71 @@
+"""Pictures of a locus."""
+
+from typing import TYPE_CHECKING, Any
+
+from sdpgrind.base import checks
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from sdpgrind.locus._locus import Locus
+
+COLOURS = {"interior": "#8a8a8a", "locus": "#4878a8", "bound": "#b08a3a", "vertex": "#7a5aa0"}
+"""Of the kinds of pieces."""
+
+
+def picture(curve: "Locus") -> Any:
+    """The locus between two controls beside controls, and measurement, over the hidden state."""
+    plt = need("matplotlib.pyplot", "plot")
+    n = len(curve.names)
+    figure, axes = plt.subplots(n + 1, 2 if n > 1 else 1, figsize=(10, 2.1 * (n + 1)), layout="constrained", squeeze=False)
+    right = axes[:, -1]
+    for k, name in enumerate(curve.names):
+        _over_hidden(right[k], curve, [piece.table.controls[:, k] for piece in curve.pieces])
+        right[k].set(ylabel=_label(curve, name), xticklabels=[])
+    for j, name in enumerate(curve.responses):
+        _over_hidden(right[n], curve, [piece.table.response[:, j] for piece in curve.pieces])
+        right[n].set(ylabel=_label(curve, name), xlabel=_label(curve, curve.hidden_name))
+    if n > 1:
+        for axis in axes[1:, 0]:
+            axis.remove()
+        axes[0, 0].remove()
+        _between(figure.add_subplot(axes[0, 0].get_gridspec()[:, 0]), curve)
+    figure.suptitle(curve.status, fontsize=9)
+    return figure
+
+
+def _over_hidden(axis: Any, curve: "Locus", columns: list[checks.Floats]) -> None:
+    for piece, column in zip(curve.pieces, columns, strict=True):
+        style = "-" if piece.is_global else ":"
+        axis.plot(piece.table.hidden, column, style, color=COLOURS[piece.kind], lw=1.6 if piece.is_global else 1.0)
+    for event in curve.events:
+        axis.axvline(event.hidden, color="0.85", lw=0.7, zorder=0)
+    low, high = curve.problem.hidden[curve.hidden_name]
+    if low > 0 and high > 20 * low:
+        axis.set_xscale("log")
+
+
+def _between(axis: Any, curve: "Locus") -> None:
+    """The first two controls, with values of the hidden state along the way."""
+    first, second = curve.names[:2]
+    seen = set()
+    for piece in curve.pieces:
+        style = "-" if piece.is_global else ":"
+        label = None if piece.kind in seen else piece.kind
+        seen.add(piece.kind)
+        marker = "o" if piece.kind == "interior" and len(set(map(tuple, piece.table.controls.round(9)))) == 1 else None
+        x, y = piece.table.controls[:, 0], piece.table.controls[:, 1]
+        axis.plot(x, y, style, marker=marker, ms=5, color=COLOURS[piece.kind], lw=1.8 if piece.is_global else 1.0, label=label)
+    for piece in curve.best:
+        for k in range(0, len(piece.table.hidden), max(1, len(piece.table.hidden) // 6)):
+            place = piece.table.controls[k, 0], piece.table.controls[k, 1]
+            axis.annotate(
+                f"{piece.table.hidden[k]:.3g}", place, xytext=(4, 4), textcoords="offset points", fontsize=7, color="0.4"
+            )
+    axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
+    axis.set_title(f"numbers: {_label(curve, curve.hidden_name)}", fontsize=8, color="0.4")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _label(curve: "Locus", name: str) -> str:
+    unit = curve.problem.unit(name)
+    return f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " ")

@@ -1,0 +1,106 @@
+"""A locus as labelled arrays, and back."""
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+import numpy as np
+import xarray as xr
+
+from sdpgrind.base import stored
+from sdpgrind.locus._locus import Locus
+from sdpgrind.locus._pieces import Columns, Piece
+from sdpgrind.locus._problem import Function, Problem, Varying
+
+if TYPE_CHECKING:
+    from types import SimpleNamespace
+
+_WIDE = {"controls": "control", "slope": "control", "bound_multipliers": "control"}
+_TALL = {"multipliers": "constraint", "response": "constraint", "limit": "constraint"}
+_NARROW = ("cost", "margin", "residual")
+_TOLD = {
+    "controls": "best control",
+    "slope": "of the best control, by the hidden state",
+    "bound_multipliers": "cost for a unit by which the bound of a control would give way",
+    "multipliers": "cost for a unit of the constraint",
+    "response": "what would be measured",
+    "limit": "what it must stay under",
+    "cost": "least cost",
+    "margin": "least curvature in the directions left free",
+    "residual": "of the conditions of a best point, scaled",
+}
+
+
+def dataset(curve: Locus) -> xr.Dataset:
+    """All points, piece after piece; scaled ones too, so that a look-up goes on from them."""
+    columns = [piece.table for piece in curve.pieces]
+    rows = {name: np.concatenate([getattr(table, name) for table in columns]) for name in Columns.__dataclass_fields__}
+    variables: dict[str, Any] = {name: (("point", "unknown"), rows[name]) for name in ("points", "along")}
+    for name, second in (_WIDE | _TALL).items():
+        variables[name] = (("point", second), rows[name], {"long_name": _TOLD[name]})
+    for name in _NARROW:
+        variables[name] = (("point",), rows[name], {"long_name": _TOLD[name]})
+    unit = curve.problem.unit(curve.hidden_name)
+    variables["piece"] = (("point",), np.repeat(np.arange(len(columns)), [len(table.hidden) for table in columns]))
+    variables[curve.hidden_name] = (("point",), rows["hidden"], {"units": unit, "long_name": "hidden state"})
+    held = np.array([piece.held for piece in curve.pieces])
+    variables["held"] = (("pieces", "set"), held, {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"})
+    units = {name: curve.problem.unit(name) for name in (*curve.names, *curve.responses)}
+    attrs = {"problem": _written(curve), "pieces": json.dumps(_described(curve)), "units": json.dumps(units)}
+    coords = {"control": list(curve.names), "constraint": list(curve.responses)}
+    return xr.Dataset(variables, coords, attrs | {"degenerate": int(curve.degenerate)})
+
+
+def _described(curve: Locus) -> list[list[Any]]:
+    return [[p.kind, list(p.active), p.bounds, p.is_global, p.start, p.end] for p in curve.pieces]
+
+
+def _written(curve: Locus) -> str:
+    """The problem as text: a built-in one by its numbers, one's own by its expressions."""
+    problem = curve.problem
+    if problem.model is not None:
+        return stored.encode(problem)
+    ranges = {"controls": dict(problem.controls), "hidden": dict(problem.hidden), "units": dict(problem.units)}
+    named = [[one.name, one.unit] for one in problem.varying]
+    return json.dumps({"function": curve.system.function.serialize(), "constraints": named, **ranges})
+
+
+def restored(data: xr.Dataset) -> Locus:
+    """The locus that `dataset` gave."""
+    problem = _problem(data.attrs["problem"])
+    hidden = problem.hidden_names[0]
+    rows = {name: data[hidden if name == "hidden" else name].values for name in Columns.__dataclass_fields__}
+    table = Columns(**rows)
+    pieces = []
+    for k, (kind, active, bounds, best, start, end) in enumerate(json.loads(data.attrs["pieces"])):
+        own = np.flatnonzero(data.piece.values == k)
+        part = table.part(slice(int(own[0]), int(own[-1]) + 1))
+        held = data.held.values[k].astype(np.int64)
+        pieces.append(Piece(kind, tuple(active), bounds, best, start, end, part, held))
+    return Locus(
+        problem, problem.system_with(bool(data.attrs["degenerate"])), table, tuple(pieces), bool(data.attrs["degenerate"])
+    )
+
+
+def _problem(text: str) -> Problem:
+    known = json.loads(text)
+    if "function" not in known:
+        problem: Problem = stored.decode(text)
+        return problem
+    function = ca.Function.deserialize(known["function"])
+    names, hidden = tuple(known["controls"]), tuple(known["hidden"])
+    m = len(known["constraints"])
+
+    def part(k: int) -> Function:
+        def value(s: "SimpleNamespace", c: "SimpleNamespace") -> Any:
+            given = [[getattr(c, name) for name in names], [getattr(s, name) for name in hidden]]
+            return function(*(ca.vertcat(*values) for values in given))[k]
+
+        return value
+
+    constraints = [
+        Varying(response=part(1 + j), limit=part(1 + m + j), name=name, unit=unit)
+        for j, (name, unit) in enumerate(known["constraints"])
+    ]
+    ranges = {key: {name: tuple(ends) for name, ends in known[key].items()} for key in ("controls", "hidden")}
+    return Problem(**ranges, cost=part(0), constraints=constraints, units=known["units"])

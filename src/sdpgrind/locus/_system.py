@@ -1,0 +1,199 @@
+"""A problem as expressions: what it costs and what limits it, with exact derivatives, as tapes that compiled code runs."""
+
+import warnings
+from collections.abc import Iterator
+from functools import cached_property
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._tape import tape
+from sdpgrind.locus._tape_kernels import run_many
+
+if TYPE_CHECKING:
+    from sdpgrind.locus._problem import Function, Problem
+
+SPREAD = (0.003, 0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97, 0.997)
+"""Places in a range at which scales are taken and searches begin: closer at the ends, where best points often are."""
+
+TIE = 1e-6
+"""Weight of the sum of slacks where many points are of least cost."""
+
+
+class System:
+    """Tapes of a problem, in the user's units and with every range scaled to 0..1 (logarithmic where it is positive).
+
+    `value_tape`: of controls and hidden states: cost, responses, limits. `response_tape`: responses, and their slopes by the
+    hidden states, row by row. `kkt_tape`, scaled: what `_kkt_kernels` reads, in its order. With `tie`, of many points of least
+    cost the one of the most slack is the best.
+    """
+
+    def __init__(self, problem: "Problem", tie: bool = False):
+        ranges = np.array([*problem.controls.values(), *problem.hidden.values()], dtype=float)
+        self.responses = tuple(one.name for one in problem.varying)
+        self.n, self.h, self.m = len(problem.controls), len(problem.hidden), len(problem.varying)
+        self.low, self.high = ranges.T.copy()
+        self.logarithmic = self.low > 0
+        z, x = ca.SX.sym("z", self.n), ca.SX.sym("x", self.h)
+        states = SimpleNamespace(**dict(zip(problem.hidden_names, ca.vertsplit(x), strict=True)))
+        controls = SimpleNamespace(**dict(zip(problem.names, ca.vertsplit(z), strict=True)))
+        self._z, self._x = z, x
+        self._cost = _expression("cost", problem.objective, states, controls)
+        pairs = [(one.response, one.limit) for one in problem.varying]
+        self._response = ca.vertcat(
+            *(_expression(f"constraints[{j}].response", f, states, controls) for j, (f, _) in enumerate(pairs))
+        )
+        self._limit = ca.vertcat(*(_expression(f"constraints[{j}].limit", f, states, controls) for j, (_, f) in enumerate(pairs)))
+        self.value_tape = self._tape(self._cost, self._response, self._limit)
+        self.response_tape = self._tape(self._response, ca.vec(ca.jacobian(self._response, x).T))
+        self.cost_varies = bool(ca.depends_on(self._cost, x))
+        self.cost_scale, self.scales = self._scales()
+        self.kkt_tape, self.first_tape = self._scaled_tapes(TIE if tie else 0.0)
+
+    def _tape(self, *outputs: Any) -> Floats:
+        return tape(ca.Function("f", [self._z, self._x], [ca.densify(ca.vertcat(*outputs))]))
+
+    def values(self, controls: Any, hidden: Any) -> tuple[Floats, Floats, Floats]:
+        """Cost (...), responses and limits (..., m) of controls (..., n) and hidden states (..., h), in the user's units."""
+        z, x = np.asarray(controls, dtype=float), np.asarray(hidden, dtype=float)
+        shape = np.broadcast_shapes(z.shape[:-1], x.shape[:-1])
+        inputs = np.concatenate([np.broadcast_to(z, (*shape, self.n)), np.broadcast_to(x, (*shape, self.h))], axis=-1)
+        out = np.empty((int(np.prod(shape)), 1 + 2 * self.m))
+        run_many(self.value_tape, inputs.reshape(-1, self.n + self.h), out)
+        found = out.reshape(*shape, -1)
+        return found[..., 0], found[..., 1 : 1 + self.m], found[..., 1 + self.m :]
+
+    @property
+    def function(self) -> Any:
+        """Cost, responses and limits as one function of CasADi."""
+        return ca.Function("f", [self._z, self._x], [ca.vertcat(self._cost, self._response, self._limit)])
+
+    def slopes(self, controls: Floats, hidden: Floats, direction: Floats) -> tuple[Floats, Floats]:
+        """Slopes (k, m) of responses and limits along a direction of the controls (k, n), at fixed hidden states."""
+        out = np.empty((len(controls), 2 * self.m))
+        run_many(self._slope_tape, np.hstack([controls, hidden, direction]), out)
+        return out[:, : self.m], out[:, self.m :]
+
+    @cached_property
+    def _slope_tape(self) -> Floats:
+        direction = ca.SX.sym("d", self.n)
+        slopes = [ca.jtimes(f, self._z, direction) for f in (self._response, self._limit)]
+        return tape(ca.Function("f", [self._z, self._x, direction], [ca.densify(ca.vertcat(*slopes))]))
+
+    @property
+    def limit_varies(self) -> bool:
+        """Whether a limit depends on a hidden state."""
+        return bool(ca.depends_on(self._limit, self._x))
+
+    def scaled(self, values: Any, first: int = 0) -> Floats:
+        """Where values (..., k) of controls, or from index `first` on of hidden states, stand in their ranges, 0..1."""
+        x = np.asarray(values, dtype=float)
+        part = slice(first, first + x.shape[-1])
+        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.log(x / low) / np.log(high / low)
+        places: Floats = np.where(logarithmic, ratio, (x - low) / (high - low))
+        return places
+
+    def unscaled(self, places: Any, first: int = 0) -> Floats:
+        """Values of places (..., k) in the ranges of controls, or from index `first` on of hidden states."""
+        q = np.asarray(places, dtype=float)
+        part = slice(first, first + q.shape[-1])
+        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        safe = np.where(logarithmic, low, 1.0)
+        grown = low * (np.where(logarithmic, high, 1.0) / safe) ** q
+        values: Floats = np.where(logarithmic, grown, low + q * (high - low))
+        return values
+
+    def unscaled_slope(self, places: Any, first: int = 0) -> Floats:
+        """Slope of the value by the place."""
+        q = np.asarray(places, dtype=float)
+        part = slice(first, first + q.shape[-1])
+        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        safe = np.where(logarithmic, low, 1.0)
+        grow = np.log(np.where(logarithmic, high, np.e) / safe)
+        slopes: Floats = np.where(logarithmic, self.unscaled(q, first) * grow, high - low)
+        return slopes
+
+    def lattice(self, places: int) -> Floats:
+        """Points of a lattice over all controls and hidden states, scaled (k, n + h)."""
+        ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, places).round().astype(int)]
+        return np.stack(np.meshgrid(*[ticks] * (self.n + self.h), indexing="ij"), axis=-1).reshape(-1, self.n + self.h)
+
+    def on_lattice(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Points of a lattice, scaled, with cost, responses and limits there."""
+        total = self.n + self.h
+        points = self.lattice(max(3, min(11, int(2000 ** (1 / total)))))
+        values = self.unscaled(points)
+        return points, *self.values(values[:, : self.n], values[:, self.n :])
+
+    def _scales(self) -> tuple[float, Floats]:
+        """How far cost and slack spread over the ranges: what small means."""
+        _, cost, response, limit = self.on_lattice()
+        return _spread("cost", cost), np.array([_spread(f"constraints[{j}]", e) for j, e in enumerate((response - limit).T)])
+
+    def slopes_by_hidden(self) -> Iterator[tuple[str, Floats]]:
+        """Name of each constraint, and its slope by the first hidden state over a lattice, where it is finite."""
+        points = self.lattice(5)
+        by_hidden = ca.jacobian(self._response - self._limit, self._x[0])
+        slopes = np.empty((len(points), self.m))
+        run_many(self._tape(by_hidden), self.unscaled(points), slopes)
+        for name, column in zip(self.responses, slopes.T, strict=True):
+            yield name, column[np.isfinite(column)]
+
+    def _scaled_tapes(self, tie: float) -> tuple[Floats, Floats]:
+        n, h = self.n, self.h
+        y = ca.SX.sym("y", n + h)
+        values = [_unscaled(y[k], self.low[k], self.high[k], self.logarithmic[k]) for k in range(n + h)]
+        given = [ca.vertcat(*values[:n]), ca.vertcat(*values[n:])]
+        whole = ca.Function("f", [self._z, self._x], [self._cost, self._response - self._limit])
+        cost, slack = whole(*given)
+        slack = slack / ca.DM(self.scales)
+        cost = cost / self.cost_scale + tie * ca.sum1(slack)
+        parts = [cost, slack, *_by_controls([cost, *ca.vertsplit(slack)], y[:n], y[n:])]
+        first = ca.vertcat(cost, slack)
+        return tuple(tape(ca.Function("f", [y], [ca.densify(ca.vertcat(*out))])) for out in (parts, [first]))  # type: ignore[return-value]
+
+
+def _by_controls(functions: list[Any], q: Any, p: Any) -> list[Any]:
+    """Gradients, Hessians, slopes of gradients by hidden states, and slopes by hidden states, of every function, row by row."""
+    gradients = [ca.gradient(f, q) for f in functions]
+    hessians = [ca.vec(ca.hessian(f, q)[0]) for f in functions]
+    mixed = [ca.vec(ca.jacobian(g, p).T) for g in gradients]
+    slopes = [ca.vec(ca.jacobian(f, p)) for f in functions]
+    return [*gradients, *hessians, *mixed, *slopes]
+
+
+def _unscaled(place: Any, low: float, high: float, logarithmic: bool) -> Any:
+    return low * ca.exp(place * np.log(high / low)) if logarithmic else low + place * (high - low)
+
+
+def _expression(name: str, function: "Function", states: SimpleNamespace, controls: SimpleNamespace) -> Any:
+    """The expression that a user's function gives for symbols."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # of numpy's functions on symbols, which do what is wanted
+        try:
+            found = function(states, controls)
+        except AttributeError as error:
+            raise ValueError(f"{name} must use the names of controls and hidden states; {error}") from None
+        except Exception as error:
+            raise ValueError(f"{name} must be made of operators, ** and functions that take symbols; {error}") from error
+    try:
+        value = ca.SX(found)
+    except (NotImplementedError, TypeError):
+        raise TypeError(f"{name} must give a number for each point; got {type(found).__name__}") from None
+    if value.shape != (1, 1):
+        raise ValueError(f"{name} must give one number for each point; got shape {value.shape}")
+    return value
+
+
+def _spread(name: str, values: Floats) -> float:
+    """Of finite values, without the outermost; 1 where they are all the same."""
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
+        raise ValueError(f"{name} must be finite somewhere in the ranges of controls and hidden states; it is nowhere")
+    low, high = np.quantile(finite, (0.1, 0.9))
+    return float(high - low) if high > low else max(1.0, abs(float(high)))

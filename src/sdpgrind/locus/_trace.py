@@ -1,0 +1,266 @@
+"""All branches of best points over the range of one hidden state, cut where a set changes or another branch is better."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from scipy import optimize
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus import _trace_kernels as kernels
+from sdpgrind.locus._kkt_kernels import GOOD
+from sdpgrind.locus._seed_kernels import best_point, lattice_minima
+from sdpgrind.locus._system import SPREAD, System
+
+Ints: TypeAlias = npt.NDArray[np.int64]
+PLACES = (0.0, 1.0, 0.5, 0.25, 0.75)
+"""In the range of the hidden state, where best points are looked for."""
+MOST = 2000
+"""Nodes of a branch to one side."""
+TICKS = {1: 11, 2: 11, 3: 7, 4: 5}
+"""Of the lattice, for each control; 3 where there are more."""
+SAME = 1e-6
+"""Places of controls that are no further apart are one point."""
+ROUNDING = 1e-9
+"""By which ends of runs are off."""
+COMPARED = 33
+"""Places at which the costs of two branches are compared, between ends of branches."""
+KINDS = {
+    kernels.NONE: "",
+    kernels.LOW: "least",
+    kernels.HIGH: "greatest",
+    kernels.RELEASE: "released",
+    kernels.DROP: "inactive",
+    kernels.ADD: "active",
+    kernels.RANGE: "range",
+    kernels.INFEASIBLE: "infeasible",
+    kernels.FOLD: "fold",
+    kernels.BRANCH: "branch point",
+    kernels.LOST: "lost",
+    kernels.FULL: "lost",
+}
+"""Names of what happens where a piece ends."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """Part of a branch with one set: nodes (k, n + m + 2) with unit tangents, by rising place; what happens at its ends."""
+
+    nodes: Floats
+    tangents: Floats
+    held: Ints
+    start: tuple[str, int]
+    end: tuple[str, int]
+
+    @property
+    def low(self) -> float:
+        """Least place of the hidden state."""
+        return float(self.nodes[0, -1])
+
+    @property
+    def high(self) -> float:
+        """Greatest place."""
+        return float(self.nodes[-1, -1])
+
+
+Branch: TypeAlias = list[Run]
+
+
+@dataclass(frozen=True)
+class Tracer:
+    """Traces over the t-th hidden state; `hidden` are the places of all of them."""
+
+    system: System
+    hidden: Floats
+    t: int = 0
+    flat: list[float] = field(default_factory=list)
+    """Places at which many points were as good."""
+
+    @property
+    def _sizes(self) -> tuple[int, int, int]:
+        return self.system.n, self.system.m, self.system.h
+
+    def seeds(self, place: float) -> Iterator[tuple[Floats, Ints]]:
+        """Best points at one place of the hidden state, from the least points of a lattice."""
+        n, m, h = self._sizes
+        ticks = TICKS.get(n, 3)
+        spread = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, ticks).round().astype(int)]
+        lattice = np.stack(np.meshgrid(*[spread] * n, indexing="ij"), axis=-1).reshape(-1, n)
+        hidden = self.hidden.copy()
+        hidden[self.t] = place
+        first, kkt = self.system.first_tape, self.system.kkt_tape
+        strides = ticks ** np.arange(n - 1, -1, -1)
+        for k in lattice_minima(first, n, m, hidden, lattice, strides, ticks):
+            point, held = np.zeros(n + m + 2), np.zeros(n + m, dtype=np.int64)
+            curvature = best_point(kkt, first, n, m, h, hidden, self.t, lattice[k], point, held)
+            if curvature > 0:
+                yield point, held
+            elif curvature == 0:
+                self.flat.append(place)
+
+    def follow(self, point: Floats, held: Ints, rising: float, low: float = 0.0, high: float = 1.0) -> list[Run]:
+        """Runs to one side of a best point, in the order in which they are met."""
+        n, m, h = self._sizes
+        nodes, tangents = np.empty((MOST, n + m + 2)), np.empty((MOST, n + m + 2))
+        sets, events = np.empty((MOST, n + m), dtype=np.int64), np.zeros((MOST, 2), dtype=np.int64)
+        count = kernels.follow(
+            self.system.kkt_tape, n, m, h, self.hidden, self.t, point, held, rising, low, high, nodes, tangents, sets, events
+        )
+        return list(_runs(nodes[:count], tangents[:count], sets[:count], events[:count]))
+
+    def grow(self, point: Floats, held: Ints) -> Branch:
+        """The whole branch through a best point."""
+        down, up = self.follow(point, held, -1.0), self.follow(point, held, 1.0)
+        backward = [_reversed(run) for run in reversed(down)]
+        last, first = backward[-1], up[0]
+        joined = Run(
+            np.concatenate([last.nodes, first.nodes[1:]]),
+            np.concatenate([last.tangents, first.tangents[1:]]),
+            held,
+            last.start,
+            first.end,
+        )
+        return _rising([run for run in [*backward[:-1], joined, *up[1:]] if run.high > run.low], self.system.n)
+
+    def at(self, run: Run, place: float) -> Floats | None:
+        """The point of a run at a place of the hidden state; None where it cannot be found."""
+        point = interpolated(run, place)
+        n, m, h = self._sizes
+        left = kernels.settle_at(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, point, 12)
+        return point if left <= GOOD else None
+
+    def cost(self, branch: Branch, place: float) -> float:
+        """Cost of a branch at a place of the hidden state; inf where there is none."""
+        run = run_at(branch, place)
+        point = None if run is None else self.at(run, place)
+        if point is None:
+            return np.inf
+        hidden = self.hidden.copy()
+        hidden[self.t] = place
+        n = self.system.n
+        return float(self.system.values(self.system.unscaled(point[:n]), self.system.unscaled(hidden, n))[0])
+
+    def branches(self) -> list[Branch]:
+        """Every branch that is found from the places, and from beside the ends of those that were found."""
+        found: list[Branch] = []
+        for place in PLACES:
+            self._add(found, place)
+        for place in {end for branch in found for end in (branch[0].low, branch[-1].high)}:
+            for beside in (place - 0.01, place + 0.01):
+                if 0 < place < 1 and 0 < beside < 1:
+                    self._add(found, beside)
+        return sorted(found, key=lambda branch: branch[0].low)
+
+    def _add(self, found: list[Branch], place: float) -> None:
+        for point, held in self.seeds(place):
+            if not any(self._holds(branch, point) for branch in found):
+                found.append(self.grow(point, held))
+
+    def _holds(self, branch: Branch, point: Floats) -> bool:
+        run = run_at(branch, float(point[-1]))
+        there = None if run is None else self.at(run, float(point[-1]))
+        n = self.system.n
+        return there is not None and bool(np.max(np.abs(there[:n] - point[:n])) < SAME)
+
+    def cheapest(self, branches: list[Branch]) -> list[tuple[float, float, int]]:
+        """Parts of the range, (low, high, which branch is of least cost there); where there is none, none."""
+        ends = sorted({end for branch in branches for end in (branch[0].low, branch[-1].high)})
+        parts: list[tuple[float, float, int]] = []
+        for low, high in pairwise(ends):
+            alive = [b for b, branch in enumerate(branches) if branch[0].low <= low and branch[-1].high >= high]
+            for part in self._cheapest_between(branches, alive, low, high):
+                if parts and parts[-1][2] == part[2] and parts[-1][1] == part[0]:
+                    parts[-1] = (parts[-1][0], part[1], part[2])
+                else:
+                    parts.append(part)
+        return parts
+
+    def _cheapest_between(
+        self, branches: list[Branch], alive: list[int], low: float, high: float
+    ) -> Iterator[tuple[float, float, int]]:
+        if len(alive) < 2:
+            yield from ((low, high, b) for b in alive)
+            return
+        places = np.linspace(low, high, COMPARED)[1:-1]
+        costs = np.array([[self.cost(branches[b], place) for b in alive] for place in places])
+        best, since = np.argmin(costs, axis=1), low
+        for k in np.flatnonzero(np.diff(best)):
+            old, new = branches[alive[best[k]]], branches[alive[best[k + 1]]]
+
+            def gap(place: float, old: Branch = old, new: Branch = new) -> float:
+                return self.cost(old, place) - self.cost(new, place)
+
+            jump = float(optimize.brentq(gap, places[k], places[k + 1], xtol=1e-15))
+            yield since, jump, alive[best[k]]
+            since = jump
+        yield since, high, alive[best[-1]]
+
+    def cut(self, run: Run, places: list[float]) -> Iterator[Run]:
+        """A run in parts, cut at places between its ends where another branch takes over."""
+        rest = run
+        for place in sorted(places):
+            point = self.at(rest, place)
+            if point is None or not rest.low < place < rest.high:
+                continue
+            k = int(np.searchsorted(rest.nodes[:, -1], place))
+            tangent = np.empty_like(point)
+            self._tangent(point, rest, k, tangent)
+            head, tail = rest.nodes[:k], rest.nodes[k:]
+            yield replace(rest, nodes=np.vstack([head, point]), tangents=np.vstack([rest.tangents[:k], tangent]), end=("jump", 0))
+            rest = replace(
+                rest, nodes=np.vstack([point, tail]), tangents=np.vstack([tangent, rest.tangents[k:]]), start=("jump", 0)
+            )
+        yield rest
+
+    def _tangent(self, point: Floats, run: Run, k: int, out: Floats) -> None:
+        n, m, h = self._sizes
+        kernels.tangent_of(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, point, run.tangents[k], out)
+
+
+def run_at(branch: Branch, place: float) -> Run | None:
+    """The run of a branch at a place of the hidden state."""
+    for run in branch:
+        if run.low - ROUNDING <= place <= run.high + ROUNDING:
+            return run
+    return None
+
+
+def interpolated(run: Run, place: float) -> Floats:
+    """Near the point of a run at a place: straight between nodes."""
+    places = run.nodes[:, -1]
+    k = int(np.clip(np.searchsorted(places, place), 1, len(places) - 1))
+    share = (place - places[k - 1]) / (places[k] - places[k - 1]) if places[k] > places[k - 1] else 0.0
+    point: Floats = run.nodes[k - 1] + share * (run.nodes[k] - run.nodes[k - 1])
+    point[-1] = place
+    return point
+
+
+def _runs(nodes: Floats, tangents: Floats, sets: Ints, events: Ints) -> Iterator[Run]:
+    """Cut what was followed where something happens."""
+    since, start = 0, ("", 0)
+    for k in np.flatnonzero(events[:, 0] != kernels.NONE):
+        end = (KINDS[int(events[k, 0])], int(events[k, 1]))
+        yield Run(nodes[since : k + 1], tangents[since : k + 1], sets[k], start, end)
+        since, start = int(k) + 1, end
+
+
+def _rising(branch: Branch, n: int) -> Branch:
+    """Name what happens between runs as it does when the hidden state rises."""
+    for k, (before, after) in enumerate(pairwise(branch)):
+        event = _change(before.held, after.held, n)
+        branch[k], branch[k + 1] = replace(before, end=event), replace(after, start=event)
+    return branch
+
+
+def _change(before: Ints, after: Ints, n: int) -> tuple[str, int]:
+    i = int(np.flatnonzero(before != after)[0])
+    if i < n:
+        return ("released" if after[i] == 0 else "least" if after[i] < 0 else "greatest"), i
+    return ("active" if after[i] else "inactive"), i - n
+
+
+def _reversed(run: Run) -> Run:
+    return Run(run.nodes[::-1], -run.tangents[::-1], run.held, run.end, run.start)
