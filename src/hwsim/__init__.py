@@ -20,12 +20,14 @@ from hwsim._loop import run
 from hwsim._side_by_side import compare, repeat
 
 if TYPE_CHECKING:
+    from hwsim.plants._adaptive import AdaptiveGrinder
     from hwsim.plants._force_table import ForceTableStand
     from hwsim.plants._force_table_truth import CoefficientScatter, Motor
     from hwsim.plants._plunge import GrinderNoise, PlungeGrinder
     from hwsim.plants._weldbead import WeldBeadStand
 
 __all__ = [
+    "AdaptiveGrinder",
     "CoefficientScatter",
     "ForceTableStand",
     "GrinderNoise",
@@ -43,6 +45,7 @@ __all__ = [
 ]
 
 _PLANTS = {
+    "AdaptiveGrinder": "_adaptive",
     "CoefficientScatter": "_force_table_truth",
     "ForceTableStand": "_force_table",
     "GrinderNoise": "_plunge",
