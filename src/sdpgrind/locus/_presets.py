@@ -40,7 +40,7 @@ def _turning() -> Problem:
         breaking_exponent=0.5,
     )
     speeds = (_m_per_min(60.0), _m_per_min(350.0))
-    return Problem(model=model, controls={"cutting_speed": speeds, "feed": (0.02, 0.5)}, hidden={"flank_wear": (0.0, 0.6)})
+    return Problem(model=model, controls={"cutting_speed": speeds, "feed": (0.02, 0.5)}, hidden={"flank_wear": (0.0, 0.58)})
 
 
 def _milling() -> Problem:
