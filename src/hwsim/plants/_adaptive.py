@@ -7,7 +7,7 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 
 from hwsim.devices import Gauge
-from hwsim.plants._adaptive_machine import AdaptivePart
+from hwsim.plants._adaptive_machine import AdaptivePart, Rig
 from hwsim.plants._adaptive_truth import Ranges
 from sdpgrind.base import checks, stored
 from sdpgrind.base.frozen import Frozen
@@ -184,7 +184,7 @@ class AdaptiveGrinder(Frozen):
         of_truth, of_noise = rng.spawn(2)
         truth = self.problem.model if self.truth is None else self.truth
         process = truth if isinstance(truth, Grinding) else _check_process("truth(rng)", truth(of_truth))
-        return AdaptivePart(self, process, self._ranges, of_noise)
+        return AdaptivePart(Rig(*(getattr(self, name) for name in Rig._fields)), process, self._ranges, of_noise)
 
 
 def _check_problem(problem: Problem) -> None:

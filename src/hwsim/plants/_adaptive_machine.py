@@ -2,18 +2,16 @@
 
 from collections.abc import Mapping
 from math import ceil, exp, inf, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hwsim._clock import Clock, exact
+from hwsim.devices import Gauge
 from hwsim.plants._adaptive_truth import Ranges, best_rates
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import Grinding
-
-if TYPE_CHECKING:
-    from hwsim.plants._adaptive import AdaptiveGrinder
 
 SETTLED = 0.05  # of the best rate: so near is converged
 SKIN = 1e-6  # W by which rounding may be below the limit
@@ -22,6 +20,21 @@ _NODES, _WEIGHTS = (_LEGENDRE[0] + 1) / 2, _LEGENDRE[1] / 2
 _FORGOTTEN = 40.0  # lags after which nothing is left of a reading: e^-40
 _SHORT = 2.0  # lags in one piece of the quadrature
 _GONE = 1e-12  # of the stock: so little is left by rounding alone
+
+
+class Rig(NamedTuple):
+    """Machine and wheel at the start of a part; as the fields of `AdaptiveGrinder`."""
+
+    wear_flat_area: float
+    dulling: float
+    stock: float
+    infeed_lag: float
+    power_lag: float
+    power_gauge: Gauge
+    idle_error: float
+    touch_in: float
+    max_time: float
+    tick: float
 
 
 class _Course(NamedTuple):
@@ -43,15 +56,15 @@ class _Course(NamedTuple):
 class AdaptivePart:
     """A live part; see `hwsim.protocols.Machine`."""
 
-    def __init__(self, plant: "AdaptiveGrinder", process: Grinding, ranges: Ranges, rng: np.random.Generator) -> None:
+    def __init__(self, rig: Rig, process: Grinding, ranges: Ranges, rng: np.random.Generator) -> None:
         self.time, self.done, self.event = 0, False, False
-        self._plant, self._process, self._ranges, self._rng = plant, process, ranges, rng
-        self._clock = Clock(exact("tick", plant.tick))
-        self._most = ceil(plant.max_time / plant.tick * (1 - 1e-12))
+        self._rig, self._process, self._ranges, self._rng = rig, process, ranges, rng
+        self._clock = Clock(exact("tick", rig.tick))
+        self._most = ceil(rig.max_time / rig.tick * (1 - 1e-12))
         self._command, self._rotation = 0.0, nan
         self._rate = self._removed = self._power = 0.0  # of the slide, of the work, in the monitor
         self._slack = self._part_slack = inf
-        self._samples = [(0.0, 0.0, float(plant.wear_flat_area), 0.0, 0.0)]  # time, rate, area, power, burning power
+        self._samples = [(0.0, 0.0, float(rig.wear_flat_area), 0.0, 0.0)]  # time, rate, area, power, burning power
         self._seen = self._read()
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
@@ -81,7 +94,7 @@ class AdaptivePart:
 
     def _grind(self, ticks: int) -> None:
         """Advance with what is commanded; nothing moves for ever where nothing is fed."""
-        wheel = _Course(self._command, self._rate - self._command, self._plant.infeed_lag, self._removed)
+        wheel = _Course(self._command, self._rate - self._command, self._rig.infeed_lag, self._removed)
         left = self._most - self.time
         fed = self._command > 0 or self._rate > 0
         if not fed and ticks > self._most:
@@ -91,15 +104,15 @@ class AdaptivePart:
         if fed:
             self._feel(wheel, lasts)
         else:
-            self._power *= exp(-lasts / self._plant.power_lag) if self._plant.power_lag else 0.0
+            self._power *= exp(-lasts / self._rig.power_lag) if self._rig.power_lag else 0.0
         self.time += ticks
         self._rate, self._removed = float(wheel.rate(lasts)), float(wheel.depth(lasts))
         self._sample()
-        self.done = self._removed >= self._plant.stock * (1 - _GONE) or self.time >= self._most
+        self.done = self._removed >= self._rig.stock * (1 - _GONE) or self.time >= self._most
 
     def _until_gone(self, wheel: _Course, ticks: int) -> int:
         """Ticks until the stock is gone, or all of them; depth never falls."""
-        stock = self._plant.stock * (1 - _GONE)
+        stock = self._rig.stock * (1 - _GONE)
         if wheel.depth(self._clock.seconds(ticks)) < stock:
             return ticks
         low, high = 0, ticks
@@ -114,12 +127,12 @@ class AdaptivePart:
         In every piece of time the nodes crowd at its start like squares: the power of a wheel that begins to cut rises like the
         root of time, which is then no harder than a straight line.
         """
-        cuts = _pieces(lasts, self._plant.infeed_lag, self._plant.power_lag)
+        cuts = _pieces(lasts, self._rig.infeed_lag, self._rig.power_lag)
         width = np.diff(cuts)[:, np.newaxis]
         times = (cuts[:-1, np.newaxis] + width * _NODES**2).ravel()
         power, burning = self._powers(wheel, np.concatenate([times, [0.0, lasts]]))
         self._judge(np.concatenate([times, [0.0, lasts]]), burning - power)
-        lag = self._plant.power_lag
+        lag = self._rig.power_lag
         if lag:
             weights = (width * _WEIGHTS * 2 * _NODES).ravel() * np.exp((times - lasts) / lag) / lag
             self._power = self._power * exp(-lasts / lag) + float(weights @ power[:-2])
@@ -134,12 +147,12 @@ class AdaptivePart:
         return power, self._process.burning_power(rate, self._rotation)
 
     def _area(self, removed: Any) -> Any:
-        return self._plant.wear_flat_area + self._plant.dulling * removed
+        return self._rig.wear_flat_area + self._rig.dulling * removed
 
     def _judge(self, times: Floats, slack: Floats) -> None:
         """Keep the least slack; the touch-in is told apart."""
         self._part_slack = min(self._part_slack, float(slack.min()))
-        judged = self._clock.seconds(self.time) + times >= self._plant.touch_in
+        judged = self._clock.seconds(self.time) + times >= self._rig.touch_in
         if judged.any():
             self._slack = min(self._slack, float(slack[judged].min()))
 
@@ -152,7 +165,7 @@ class AdaptivePart:
         self._samples.append((self._clock.seconds(self.time), self._rate, area, power, burning))
 
     def _read(self) -> dict[str, float]:
-        power = self._plant.power_gauge.read(self._power + self._plant.idle_error, float(self._rng.standard_normal()))
+        power = self._rig.power_gauge.read(self._power + self._rig.idle_error, float(self._rng.standard_normal()))
         return {"grinding_power": power, "infeed_rate": self._rate, "removed": self._removed}
 
     def outcome(self) -> dict[str, Any]:
@@ -169,8 +182,8 @@ class AdaptivePart:
             "burned": float(slack < -SKIN),
             "convergence_time": _settled(time, np.abs(rate - best) <= SETTLED * best),
             "removal_rate": float(volume / lasted) if lasted else 0.0,
-            "remaining": max(0.0, self._plant.stock - self._removed),
-            "timed_out": float(self._removed < self._plant.stock * (1 - _GONE)),
+            "remaining": max(0.0, self._rig.stock - self._removed),
+            "timed_out": float(self._removed < self._rig.stock * (1 - _GONE)),
             "true_wear_flat_area": float(area[-1]),
             "sample_time": time,
             "true_infeed_rate": rate,
