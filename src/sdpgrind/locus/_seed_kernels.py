@@ -7,15 +7,15 @@ from numba import njit
 from sdpgrind.locus._kkt_kernels import _OPTIONS, GOOD, curvature, evaluate, gradient_row, newton, sizes, solve
 from sdpgrind.locus._tape_kernels import run, work_size
 
-STAGES, FIRST, SHRINK = 11, 0.1, 0.1
-"""Of the barrier: its weight goes down from 0.1 to 1e-11."""
+STAGES, FIRST, SHRINK = 8, 0.1, 0.03
+"""Of the barrier: its weight goes down from 0.1 to 2e-12."""
 FLAT = 1e-8
 """Curvature that is none."""
 
 
 @njit(**_OPTIONS)
-def lattice_minima(first, n, m, hidden, lattice, strides, ticks):
-    """Indices of feasible points of a lattice that are no worse than their neighbours along each control."""
+def lattice_minima(first, n, m, hidden, lattice, ticks):
+    """Indices of feasible points of a lattice that are no worse than all their neighbours, along controls and across."""
     count = lattice.shape[0]
     given, out, work = np.empty(n + hidden.size), np.empty(1 + m), np.empty(work_size(first))
     given[n:] = hidden
@@ -30,14 +30,22 @@ def lattice_minima(first, n, m, hidden, lattice, strides, ticks):
             cost[k] = out[0]
     chosen = np.zeros(count, dtype=np.bool_)
     for k in range(count):
-        chosen[k] = cost[k] < np.inf
-        for i in range(n):
-            place = (k // strides[i]) % ticks
-            if place > 0 and cost[k - strides[i]] < cost[k]:
-                chosen[k] = False
-            if place < ticks - 1 and cost[k + strides[i]] < cost[k]:
-                chosen[k] = False
+        chosen[k] = cost[k] < np.inf and not _has_better_neighbour(cost, k, n, ticks)
     return np.flatnonzero(chosen)
+
+
+@njit(**_OPTIONS)
+def _has_better_neighbour(cost, k, n, ticks):
+    for step in range(3**n):
+        other, inside, stride, code, rest = k, True, 1, step, k
+        for _ in range(n):
+            place, move = rest % ticks, code % 3 - 1
+            inside = inside and 0 <= place + move < ticks
+            other += move * stride
+            stride, code, rest = stride * ticks, code // 3, rest // ticks
+        if inside and (cost[other] < cost[k] or (cost[other] == cost[k] and other < k)):
+            return True
+    return False
 
 
 @njit(**_OPTIONS)

@@ -92,8 +92,7 @@ class Tracer:
         hidden = self.hidden.copy()
         hidden[self.t] = place
         first, kkt = self.system.first_tape, self.system.kkt_tape
-        strides = ticks ** np.arange(n - 1, -1, -1)
-        for k in lattice_minima(first, n, m, hidden, lattice, strides, ticks):
+        for k in lattice_minima(first, n, m, hidden, lattice, ticks):
             point, held = np.zeros(n + m + 2), np.zeros(n + m, dtype=np.int64)
             curvature = best_point(kkt, first, n, m, h, hidden, self.t, lattice[k], point, held)
             if curvature > 0:
