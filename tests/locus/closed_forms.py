@@ -98,6 +98,21 @@ def fastest_removal(grinding, area, speeds=(12.0, 1890.0)):
     return -found.fun, math.exp(found.x)
 
 
+def last_area(grinding, work_speed):
+    """Area beyond which everything burns at a work speed (mm/s): where the least excess power is 0."""
+
+    def least(area):
+        found = minimize_scalar(
+            lambda root: excess_power(grinding, root**4, work_speed, area),
+            bounds=(1e-3, 3.0),
+            method="bounded",
+            options={"xatol": 1e-11},
+        )
+        return found.fun
+
+    return brentq(least, 1e-4, 0.5, xtol=1e-15)
+
+
 def dressed_point(process, dullness, state):
     """Z' (mm^2/s), work speed (mm/s) and lead (mm) of dressed grinding where both limits are active."""
     grinding = process.grinding
