@@ -20,7 +20,7 @@ LEAST_DENSITY = 0.05
 class Table:
     """Columns by a key that rises or falls strictly, with their exact slopes by the key.
 
-    `packed` is all of it in one flat array, for compiled code: ``look_up(table.packed, key, out)``.
+    `packed` is all of it in one flat array, for compiled code: ``look_up(table.packed, key, out)``, with `width` columns.
 
     Parameters
     ----------
@@ -48,6 +48,7 @@ class Table:
     columns: Floats
     slopes: Floats
     packed: Floats = field(init=False, repr=False)
+    width: int = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         key = checks.finite_array("key", self.key)
@@ -61,6 +62,7 @@ class Table:
             raise checks.refuse("slopes", f"of shape {columns.shape}", slopes.shape)
         rising = slice(None, None, 1 if key[-1] > key[0] else -1)
         rows = [part[rising].copy() for part in (key, columns, slopes)]
+        object.__setattr__(self, "width", columns.shape[1])
         object.__setattr__(self, "packed", pack(*rows, CELLS * key.size))
         for name, array in (("key", key), ("columns", columns), ("slopes", slopes)):
             object.__setattr__(self, name, _fixed(array))
@@ -92,12 +94,12 @@ class Table:
             When a key is NaN.
         """
         if type(key) is float:  # in a loop of control: nothing but the look-up
-            one = np.empty(self.columns.shape[1])
+            one = np.empty(self.width)
             if look_up(self.packed, key, one) == NO_KEY:
                 raise _no_key("key", key)
             return one
         keys = np.asarray(key, dtype=float)
-        out = np.empty((keys.size, self.columns.shape[1]))
+        out = np.empty((keys.size, self.width))
         bad = look_up_many(self.packed, np.ascontiguousarray(keys.ravel()), out)
         if bad >= 0:
             raise _no_key(f"key[{bad}]" if keys.ndim else "key", keys.ravel()[bad])
@@ -120,7 +122,7 @@ class Table:
         With 2 nodes nothing can be told: infinity.
         """
         if self.key.size == 2:
-            return np.full(self.columns.shape[1], np.inf)
+            return np.full(self.width, np.inf)
         widths = np.abs(np.diff(self.key))
         found: Floats = np.max(widths[:, None] ** 4 / 384.0 * self._fourth(), axis=0)
         return found
