@@ -4,15 +4,15 @@ Keys are the names of the Python interface; numbers are in the library's units (
 Every fault is one line that names the key.
 """
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from hwsim._physics_toml import burning, flag, power
 from hwsim._plunge_jobs import Job
 from hwsim._toml import Table
 from hwsim._toml import read as read_toml
 from hwsim.plants._plunge import GrinderNoise, PlungeGrinder
-from sdpgrind import physics, plunge
+from sdpgrind import plunge
 
 _CYCLE = {"stock": "mm", "command_rate_max": "mm/s", "roundness_max": "mm"}
 _SAMPLED = {"time_constant": "s", "sample_time": "s"}
@@ -30,12 +30,7 @@ _MODEL = {
     "roundness_gain": "",
 }
 _LINEAR = {"linear_time_constant": "s"}
-_POWER = {"specific_energy": "J/mm^3", "ploughing_force": "N/mm"}
 _WEAR = {"exponent": "", "reference_rate": "mm/s"}
-_SLIDING: Mapping[str, tuple[Callable[..., physics.SlidingLaw], Mapping[str, str]]] = {
-    "dong": (physics.DongSliding, {"coefficient": "N/mm^2.7", "exponent": ""}),
-    "malkin": (physics.MalkinSliding, {"pressure": "N/mm^2", "curvature_pressure": "N/mm"}),
-}
 _SETTINGS = {
     "safety_margin": "mm",
     "roundness_margin": "mm",
@@ -71,23 +66,13 @@ def _job(file: Table) -> Job:
 
 
 def _model(table: Table) -> plunge.PlungeModel:
-    options: dict[str, Any] = {"internal": _flag(table, "internal")} if table.has("internal") else {}
+    options: dict[str, Any] = {"internal": flag(table, "internal")} if table.has("internal") else {}
     if table.has("wear"):
         options["wear"] = _wear(table.table("wear"))
-    burning = table.table("burning")
-    limit = burning.made(physics.BurningLimit, burning.number("u0", "J/mm^3"), burning.number("B", "J/(mm^2 s^(1/2))"))
-    burning.done()
-    power, numbers = _power(table.table("power")), table.numbers(_MODEL) | table.given(_LINEAR)
+    limit, law = burning(table.table("burning")), power(table.table("power"))
+    numbers = table.numbers(_MODEL) | table.given(_LINEAR)
     table.done()
-    return table.made(plunge.PlungeModel, power=power, burning=limit, **numbers, **options)
-
-
-def _power(table: Table) -> physics.GrindingPower:
-    make, units = _SLIDING[table.text("sliding", _SLIDING)]
-    law = table.made(make, **table.given(units))
-    power = table.made(physics.GrindingPower, sliding=law, **table.given(_POWER))
-    table.done()
-    return power
+    return table.made(plunge.PlungeModel, power=law, burning=limit, **numbers, **options)
 
 
 def _wear(table: Table) -> plunge.Wear:
@@ -101,7 +86,7 @@ def _settings(table: Table) -> dict[str, Any]:
     settings: dict[str, Any] = {**table.given(_SETTINGS)}
     if table.has("sparkout"):
         settings["sparkout"] = table.take("sparkout")
-    settings |= {key: _flag(table, key) for key in ("online", "no_burn") if table.has(key)}
+    settings |= {key: flag(table, key) for key in ("online", "no_burn") if table.has(key)}
     table.done()
     return settings
 
@@ -111,7 +96,7 @@ def _grinder(problem: plunge.CycleProblem, table: Table) -> PlungeGrinder:
     if table.has("dynamics"):
         options["dynamics"] = table.take("dynamics")
     if table.has("size_delay"):
-        options["size_delay"] = _flag(table, "size_delay")
+        options["size_delay"] = flag(table, "size_delay")
     if table.has("noise"):
         options["noise"] = _noise(table.table("noise"))
     if table.has("truth"):
@@ -133,10 +118,3 @@ def _truth(model: plunge.PlungeModel, table: Table) -> plunge.PlungeModel:
         changes["wear"] = _wear(table.table("wear"))
     table.done()
     return table.made(model.replace, **changes)
-
-
-def _flag(table: Table, key: str) -> bool:
-    value = table.take(key)
-    if not isinstance(value, bool):
-        raise ValueError(f"{table.path(key)} must be true or false; got {value!r}")
-    return value
