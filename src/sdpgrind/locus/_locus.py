@@ -12,14 +12,20 @@ import xarray as xr
 from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import _trace_kernels as kernels
+from sdpgrind.locus._inversion_kernels import find_state
 from sdpgrind.locus._kkt_kernels import GOOD
 from sdpgrind.locus._pieces import Columns, Piece, point_of
+from sdpgrind.locus._point import Point, named_point
 from sdpgrind.locus._problem import Problem
 from sdpgrind.locus._system import System
+from sdpgrind.locus._table_kernels import INSIDE
+from sdpgrind.locus._tape_kernels import run, work_size
 from sdpgrind.locus._trace import Tracer
 
 if TYPE_CHECKING:
+    from sdpgrind.locus._inversion import Inversion
     from sdpgrind.locus._stretch import Stretch
+    from sdpgrind.locus._table import Table
 
 
 @dataclass(frozen=True)
@@ -40,44 +46,6 @@ class Event:
     kind: str
     hidden: float
     controls: dict[str, float]
-
-
-@dataclass(frozen=True)
-class Point:
-    """A best point (units of the problem).
-
-    Attributes
-    ----------
-    hidden : dict
-        The hidden states.
-    controls : dict
-        The best controls.
-    cost : float
-        Least cost.
-    multipliers : dict
-        Of each constraint: cost for a unit of it.
-    response, limit : float or dict
-        P_c and P_b; by name where there are several constraints.
-    slope : dict
-        Of each control, by the hidden state.
-    margin : float
-        Least curvature of the Lagrangian in directions left free, for controls over their whole ranges; inf where none is left.
-    kind : str
-        That of the piece: "interior", "locus", "bound" or "vertex".
-    clamped : bool
-        Whether a state or a measurement beyond the range was taken to its end.
-    """
-
-    hidden: dict[str, float]
-    controls: dict[str, float]
-    cost: float
-    multipliers: dict[str, float]
-    response: Any
-    limit: Any
-    slope: dict[str, float]
-    margin: float
-    kind: str
-    clamped: bool = False
 
 
 class Locus:
@@ -180,7 +148,7 @@ class Locus:
 
     def _at(self, x: float, clamped: bool = False) -> Point:
         piece = self._piece(x)
-        return self._point(x, self.point_at(piece, x), piece.kind, clamped)
+        return named_point(self.problem, {self.hidden_name: x}, self.point_at(piece, x), piece.kind, clamped)
 
     def point_at(self, piece: Piece, x: float) -> Columns:
         """What is known at one hidden state on a piece, exact."""
@@ -206,26 +174,6 @@ class Locus:
             raise ValueError(f"{self.hidden_name} must have a feasible point: {gap}; got {x:g}")
         return piece
 
-    def _point(self, x: float, row: Columns, kind: str, clamped: bool) -> Point:
-        several = len(self.responses) != 1
-
-        def by_name(values: Floats) -> Any:
-            named = dict(zip(self.responses, map(float, values), strict=True))
-            return named if several else next(iter(named.values()))
-
-        return Point(
-            {self.hidden_name: x},
-            self._named(row.controls[0]),
-            float(row.cost[0]),
-            dict(zip(self.responses, map(float, row.multipliers[0]), strict=True)),
-            by_name(row.response[0]),
-            by_name(row.limit[0]),
-            self._named(row.slope[0]),
-            float(row.margin[0]),
-            kind,
-            clamped,
-        )
-
     def retrieve(self, *, throw: bool = False, **measured: float) -> Point:
         """Return the best point for what is measured at any point: the hidden state is inverted from it first.
 
@@ -247,20 +195,61 @@ class Locus:
             raise ValueError(f"measured must be {needed}; got {', '.join(sorted(measured))}")
         values = {name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()}
         controls = np.array([values[name] for name in self.names])
-        x, inside = self._inverted(controls, self.responses.index(responses[0]), values[responses[0]])
+        x, inside = self._inverted(controls, responses[0], values[responses[0]])
         if throw and not inside:
             raise checks.refuse(responses[0], "what some hidden state in its range explains", values[responses[0]])
         low, high = self.range
         return self._at(min(max(x, low), high), clamped=not inside or not low <= x <= high)
 
-    def _inverted(self, controls: Floats, j: int, measured: float) -> tuple[float, bool]:
-        from sdpgrind.locus._inversion_kernels import inverted
+    def _inverted(self, controls: Floats, response: str, measured: float) -> tuple[float, bool]:
+        tape, (low, high) = self.system.response_tape, self.problem.hidden[self.hidden_name]
+        out, work = np.empty(2 * self.system.m), np.empty(work_size(tape))
+        inputs = np.append(controls, 0.5 * (low + high))
+        run(tape, inputs, work, out)
+        j, slope = self.responses.index(response), self.system.m + self.responses.index(response)
+        if not abs(out[slope]) > 0.0:
+            raise ValueError(f"{response} must tell something of {self.hidden_name}; at these controls it tells nothing")
+        places = (len(controls), j, slope)
+        flag = find_state(tape, inputs, places, low, high, np.sign(out[slope]), measured, work, out)
+        return float(inputs[-1]), flag == INSIDE
 
-        low, high = self.problem.hidden[self.hidden_name]
-        x, clamped = inverted(self.system.response_tape, controls, j, self.system.m, measured, low, high)
-        if np.isnan(x):
-            raise ValueError(f"{self.responses[j]} must tell something of {self.hidden_name}; at these controls it tells nothing")
-        return float(x), not clamped
+    def table(self, key: str | None = None, *, points: int = 200) -> "Table":
+        """Return the best controls by one number, as a compiled table: cubic with exact slopes.
+
+        Parameters
+        ----------
+        key : str, optional
+            The hidden state (if None), a control, or a response, on the locus where it equals its limit: Koren, Fig. 2.
+        points : int
+            About how many nodes.
+
+        Raises
+        ------
+        ValueError
+            When the key does not change one way along the locus.
+        """
+        from sdpgrind.locus._calibrate import table
+
+        return table(self, key, points)
+
+    def inversion(self, response: str | None = None, *, points: int = 200) -> "Inversion":
+        """Return the way from a response, measured at any controls, to the hidden state and the best controls: one compiled call.
+
+        Parameters
+        ----------
+        response : str, optional
+            Which, where there are several constraints.
+        points : int
+            About how many nodes the table has.
+
+        Raises
+        ------
+        ValueError
+            When the response does not move one way with the hidden state.
+        """
+        from sdpgrind.locus._calibrate import inversion
+
+        return inversion(self, response, points)
 
     def stretch(self, along: str, x: tuple[float, float] | None = None) -> "Stretch":
         """Return the part on which a controller may walk, by one coordinate; see `Stretch`."""

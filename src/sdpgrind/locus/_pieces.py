@@ -54,6 +54,15 @@ class Columns:
         """Some of the points."""
         return Columns(*(getattr(self, column.name)[piece] for column in fields(self)))
 
+    @classmethod
+    def joined(cls, tables: Sequence["Columns"]) -> "Columns":
+        """All points of several tables, one after the other."""
+        return cls(*(np.concatenate([getattr(table, column.name) for table in tables]) for column in fields(cls)))
+
+    def blank(self) -> "Columns":
+        """As many points, of which nothing is known."""
+        return Columns(*(np.full_like(getattr(self, column.name), np.nan) for column in fields(self)))
+
 
 @dataclass(frozen=True)
 class Piece:
@@ -147,17 +156,19 @@ def pieces(problem: Problem, runs: Sequence[tuple[Run, bool]], table: Columns, s
         active = tuple(name for j, name in enumerate(responses) if run.held[n + j])
         start, end = (_told(event, names, responses) for event in (run.start, run.end))
         part = table.part(slice(since, since + size))
-        found.append(Piece(_kind(bounds, active, n), active, bounds, best, start, end, part, run.held))
+        found.append(Piece(kind_of(run.held, n), active, bounds, best, start, end, part, run.held))
         since += size
     return tuple(found)
 
 
-def _kind(bounds: dict[str, str], active: tuple[str, ...], n: int) -> str:
-    if bounds:
+def kind_of(held: Ints, n: int) -> str:
+    """What a set is called."""
+    if np.any(held[:n]):
         return "bound"
+    active = int(np.sum(held[n:]))
     if not active:
         return "interior"
-    return "vertex" if len(active) == n else "locus"
+    return "vertex" if active == n else "locus"
 
 
 def _told(event: tuple[str, int], names: Sequence[str], responses: Sequence[str]) -> str:

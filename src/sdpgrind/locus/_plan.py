@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._area import area
 from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._pieces import counts, pieces, tabulate
 from sdpgrind.locus._problem import Problem
@@ -16,8 +18,8 @@ SIGN = 1e-9
 """Of a slope by the hidden state, relative to the largest: what is less has no sign."""
 
 
-def plan(problem: Problem, *, points: int = POINTS) -> Locus:
-    """Find all best points over the range of the hidden state, Koren (11)-(13).
+def plan(problem: Problem, *, points: int = POINTS) -> Any:
+    """Find all best points over the range of the hidden states, Koren (11)-(13).
 
     Best points are looked for at several hidden states, from all the least points of a lattice; each is followed along its
     branch by pseudo-arclength, with exact derivatives, through every change of what is active, to the fold or the end of what is
@@ -33,8 +35,9 @@ def plan(problem: Problem, *, points: int = POINTS) -> Locus:
 
     Returns
     -------
-    Locus
-        Exact at its points: the scaled residual of the conditions of a best point is `error`, at most 1e-10.
+    Locus or Area
+        A curve for one hidden state, an area for several. Exact at its points: the scaled residual of the conditions of a best
+        point is `error`, at most 1e-10.
 
     Raises
     ------
@@ -67,6 +70,8 @@ def plan(problem: Problem, *, points: int = POINTS) -> Locus:
     _check_counts(problem)
     system = problem.system
     _check_signs(problem, system)
+    if system.h > 1:
+        return area(problem)
     tracer = Tracer(system, np.zeros(1))
     branches, degenerate = tracer.branches(), False
     if tracer.flat:
@@ -74,7 +79,7 @@ def plan(problem: Problem, *, points: int = POINTS) -> Locus:
         tracer = Tracer(system, np.zeros(1))
         branches, degenerate = tracer.branches(), True
     if not branches:
-        raise ValueError(_nowhere(problem))
+        raise ValueError(nowhere(problem))
     runs = list(marked(tracer, branches))
     sizes = counts([run for run, _ in runs], points)
     table = tabulate(tracer, [run for run, _ in runs], sizes)
@@ -103,20 +108,26 @@ def _check_counts(problem: Problem) -> None:
 
 
 def _check_signs(problem: Problem, system: System) -> None:
-    """What is measured must tell the hidden state: the slope of the constraint by it must not change its sign."""
-    for name, slopes in system.slopes_by_hidden():
-        small = SIGN * np.max(np.abs(slopes))
-        if np.any(slopes > small) and np.any(slopes < -small):
-            raise ValueError(
-                f"hidden states must move a constraint one way all over the ranges; response - limit of {name} rises with"
-                f" {problem.hidden_names[0]} at some controls and falls at others: narrow the ranges, or split the problem"
-            )
-        if not np.any(np.abs(slopes) > 0):
-            raise ValueError(
-                f"hidden states must be seen in what is measured; {name} does not depend on {problem.hidden_names[0]}"
-            )
+    """What is measured must tell the hidden states: no slope of a constraint by one of them may change its sign."""
+    slopes = system.slopes_by_hidden()
+    for k, hidden in enumerate(problem.hidden_names):
+        for j, name in enumerate(system.responses):
+            _check_sign(name, hidden, slopes[:, j, k])
+        if not np.any(np.abs(slopes[:, :, k]) > 0):
+            raise ValueError(f"hidden states must be seen in what is measured; nothing of it depends on {hidden}")
 
 
-def _nowhere(problem: Problem) -> str:
+def _check_sign(name: str, hidden: str, slopes: Floats) -> None:
+    known = slopes[np.isfinite(slopes)]
+    small = SIGN * np.max(np.abs(known), initial=0.0)
+    if np.any(known > small) and np.any(known < -small):
+        raise ValueError(
+            f"hidden states must move a constraint one way all over the ranges; response - limit of {name} rises with {hidden} at"
+            " some controls and falls at others: narrow the ranges, or split the problem"
+        )
+
+
+def nowhere(problem: Problem) -> str:
+    """What to say where there is no feasible point."""
     given = ", ".join(f"{name} = {low:g} to {high:g}" for name, (low, high) in problem.hidden.items())
     return f"constraints must leave a feasible point at some hidden state; none was found over {given}"

@@ -6,6 +6,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
+    from sdpgrind.locus._area import Area
     from sdpgrind.locus._locus import Locus
 
 COLOURS = {"interior": "#8a8a8a", "locus": "#4878a8", "bound": "#b08a3a", "vertex": "#7a5aa0"}
@@ -66,6 +67,22 @@ def _between(axis: Any, curve: "Locus") -> None:
     axis.legend(frameon=False, fontsize=8)
 
 
-def _label(curve: "Locus", name: str) -> str:
+def area_picture(curve: "Area") -> Any:
+    """Each control over the first two hidden states, in the middle of the others."""
+    plt = need("matplotlib.pyplot", "plot")
+    first, second = curve.problem.hidden_names[:2]
+    data = curve.dataset
+    for name in curve.problem.hidden_names[2:]:
+        data = data.isel({name: data.sizes[name] // 2})
+    figure, axes = plt.subplots(1, len(curve.names), figsize=(4 * len(curve.names), 3.4), layout="constrained", squeeze=False)
+    for axis, name in zip(axes[0], curve.names, strict=True):
+        values = data.controls.sel(control=name).transpose(second, first)
+        drawn = axis.contourf(data[first], data[second], values, levels=16, cmap="viridis")
+        figure.colorbar(drawn, ax=axis, label=_label(curve, name))
+        axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
+    return figure
+
+
+def _label(curve: "Locus | Area", name: str) -> str:
     unit = curve.problem.unit(name)
     return f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " ")

@@ -33,41 +33,57 @@ _TOLD = {
 
 def dataset(curve: Locus) -> xr.Dataset:
     """All points, piece after piece; scaled ones too, so that a look-up goes on from them."""
-    columns = [piece.table for piece in curve.pieces]
-    rows = {name: np.concatenate([getattr(table, name) for table in columns]) for name in Columns.__dataclass_fields__}
-    variables: dict[str, Any] = {name: (("point", "unknown"), rows[name]) for name in ("points", "along")}
-    for name, second in (_WIDE | _TALL).items():
-        variables[name] = (("point", second), rows[name], {"long_name": _TOLD[name]})
-    for name in _NARROW:
-        variables[name] = (("point",), rows[name], {"long_name": _TOLD[name]})
+    tables = [piece.table for piece in curve.pieces]
+    table = Columns.joined(tables)
+    variables = columns_of(table, ("point",))
     unit = curve.problem.unit(curve.hidden_name)
-    variables["piece"] = (("point",), np.repeat(np.arange(len(columns)), [len(table.hidden) for table in columns]))
-    variables[curve.hidden_name] = (("point",), rows["hidden"], {"units": unit, "long_name": "hidden state"})
+    variables["piece"] = (("point",), np.repeat(np.arange(len(tables)), [len(one.hidden) for one in tables]))
+    variables[curve.hidden_name] = (("point",), table.hidden, {"units": unit, "long_name": "hidden state"})
     held = np.array([piece.held for piece in curve.pieces])
     variables["held"] = (("pieces", "set"), held, {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"})
-    units = {name: curve.problem.unit(name) for name in (*curve.names, *curve.responses)}
-    attrs = {"problem": _written(curve), "pieces": json.dumps(_described(curve)), "units": json.dumps(units)}
-    coords = {"control": list(curve.names), "constraint": list(curve.responses)}
-    return xr.Dataset(variables, coords, attrs | {"degenerate": int(curve.degenerate)})
+    attrs = {"problem": written(curve.problem), "pieces": json.dumps(_described(curve)), "degenerate": int(curve.degenerate)}
+    return xr.Dataset(variables, coordinates(curve.problem), attrs)
+
+
+def columns_of(table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (-1,)) -> dict[str, Any]:
+    """Variables of a table whose points lie on dimensions."""
+    found: dict[str, Any] = {}
+    for name, second in (_WIDE | _TALL | {"points": "unknown", "along": "unknown"}).items():
+        values = getattr(table, name)
+        found[name] = ((*dims, second), values.reshape(*shape, values.shape[1]), {"long_name": _TOLD.get(name, "scaled")})
+    for name in _NARROW:
+        found[name] = (dims, getattr(table, name).reshape(shape), {"long_name": _TOLD[name]})
+    return found
+
+
+def coordinates(problem: Problem) -> dict[str, Any]:
+    """Names of controls and constraints, with their units."""
+    names, responses = list(problem.names), [one.name for one in problem.varying]
+    units = {"control_unit": ("control", [problem.unit(name) for name in names])}
+    return {
+        "control": names,
+        "constraint": responses,
+        **units,
+        "constraint_unit": ("constraint", [problem.unit(r) for r in responses]),
+    }
 
 
 def _described(curve: Locus) -> list[list[Any]]:
     return [[p.kind, list(p.active), p.bounds, p.is_global, p.start, p.end] for p in curve.pieces]
 
 
-def _written(curve: Locus) -> str:
+def written(problem: Problem) -> str:
     """The problem as text: a built-in one by its numbers, one's own by its expressions."""
-    problem = curve.problem
     if problem.model is not None:
         return stored.encode(problem)
     ranges = {"controls": dict(problem.controls), "hidden": dict(problem.hidden), "units": dict(problem.units)}
     named = [[one.name, one.unit] for one in problem.varying]
-    return json.dumps({"function": curve.system.function.serialize(), "constraints": named, **ranges})
+    return json.dumps({"function": problem.system.function.serialize(), "constraints": named, **ranges})
 
 
 def restored(data: xr.Dataset) -> Locus:
     """The locus that `dataset` gave."""
-    problem = _problem(data.attrs["problem"])
+    problem = read_problem(data.attrs["problem"])
     hidden = problem.hidden_names[0]
     rows = {name: data[hidden if name == "hidden" else name].values for name in Columns.__dataclass_fields__}
     table = Columns(**rows)
@@ -82,7 +98,8 @@ def restored(data: xr.Dataset) -> Locus:
     )
 
 
-def _problem(text: str) -> Problem:
+def read_problem(text: str) -> Problem:
+    """The problem that `written` told of."""
     known = json.loads(text)
     if "function" not in known:
         problem: Problem = stored.decode(text)

@@ -1,7 +1,6 @@
 """A problem as expressions: what it costs and what limits it, with exact derivatives, as tapes that compiled code runs."""
 
 import warnings
-from collections.abc import Iterator
 from functools import cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -135,14 +134,20 @@ class System:
         _, cost, response, limit = self.on_lattice()
         return _spread("cost", cost), np.array([_spread(f"constraints[{j}]", e) for j, e in enumerate((response - limit).T)])
 
-    def slopes_by_hidden(self) -> Iterator[tuple[str, Floats]]:
-        """Name of each constraint, and its slope by the first hidden state over a lattice, where it is finite."""
+    def response_slopes(self) -> Floats:
+        """Slope (k, m) of each response by the first hidden state over a lattice, where it is finite."""
+        points, out = self.unscaled(self.lattice(5)), np.empty((len(self.lattice(5)), self.m * (1 + self.h)))
+        run_many(self.response_tape, points, out)
+        slopes: Floats = out[np.all(np.isfinite(out), axis=1), self.m :: self.h]
+        return slopes
+
+    def slopes_by_hidden(self) -> Floats:
+        """Slope of each constraint by each hidden state over a lattice: (k, m, h)."""
         points = self.lattice(5)
-        by_hidden = ca.jacobian(self._response - self._limit, self._x[0])
-        slopes = np.empty((len(points), self.m))
-        run_many(self._tape(by_hidden), self.unscaled(points), slopes)
-        for name, column in zip(self.responses, slopes.T, strict=True):
-            yield name, column[np.isfinite(column)]
+        slopes = np.empty((len(points), self.m * self.h))
+        by_hidden = ca.jacobian(self._response - self._limit, self._x)
+        run_many(self._tape(ca.vec(by_hidden.T)), self.unscaled(points), slopes)
+        return slopes.reshape(-1, self.m, self.h)
 
     def _scaled_tapes(self, tie: float) -> tuple[Floats, Floats]:
         n, h = self.n, self.h

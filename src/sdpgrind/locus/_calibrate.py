@@ -1,0 +1,87 @@
+"""A locus as a table by one number: the hidden state, a control, or what is measured; and the way from a measurement."""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._inversion import Inversion
+from sdpgrind.locus._pieces import Piece
+from sdpgrind.locus._table import Table
+
+if TYPE_CHECKING:
+    from sdpgrind.locus._locus import Locus
+
+FINER = 5
+"""Points traced for each that a table keeps."""
+
+
+def table(curve: "Locus", key: str | None, points: int) -> Table:
+    """Controls by the hidden state, one control, or a response where it equals its limit."""
+    name = curve.hidden_name if key is None else key
+    checks.one_of("key", name, (curve.hidden_name, *curve.names, *curve.responses))
+    checks.count("points", points, 2 * len(curve.best))
+    parts = [
+        _part(piece, *_keyed(curve, piece, name)) for piece in _fine(curve, points) if name == curve.hidden_name or piece.active
+    ]
+    if not parts:
+        raise ValueError(f"key must be {curve.hidden_name!r} where no measured constraint is ever active; got {name!r}")
+    spans = np.array([np.sum(np.sqrt(np.sum(np.diff(part.columns, axis=0) ** 2, axis=1))) for part in parts])
+    shares = points * spans / max(float(np.sum(spans)), 1e-300)
+    return _joined([part.thinned(max(2, round(share))) for part, share in zip(parts, shares, strict=True)], name)
+
+
+def inversion(curve: "Locus", response: str | None, points: int) -> Inversion:
+    """From a response measured anywhere to the hidden state, and the best controls for it."""
+    name = curve.responses[0] if response is None else checks.one_of("response", response, curve.responses)
+    j, m = curve.responses.index(name), len(curve.responses)
+    slopes = curve.system.response_slopes()[:, j]
+    if not (np.all(slopes >= 0) or np.all(slopes <= 0)) or not np.any(slopes):
+        raise ValueError(f"response must move one way with {curve.hidden_name} all over the ranges; {name} does not")
+    low, high = curve.problem.hidden[curve.hidden_name]
+    rising = bool(np.any(slopes > 0))
+    return Inversion(curve.system.response_tape, table(curve, None, points), low, high, rising=rising, count=m, index=j)
+
+
+def _fine(curve: "Locus", points: int) -> tuple[Piece, ...]:
+    from sdpgrind.locus._plan import plan
+
+    return plan(curve.problem, points=FINER * points).best  # type: ignore[no-any-return]
+
+
+def _keyed(curve: "Locus", piece: Piece, name: str) -> tuple[Floats, Floats]:
+    """The key along a piece, and its slope by the hidden state."""
+    rows = piece.table
+    if name == curve.hidden_name:
+        return rows.hidden, np.ones_like(rows.hidden)
+    if name in curve.names:
+        k = curve.names.index(name)
+        return rows.controls[:, k], rows.slope[:, k]
+    j = curve.responses.index(name)
+    limits = curve.system.slopes(rows.controls, rows.hidden[:, None], rows.slope)[1][:, j]
+    return rows.limit[:, j], limits
+
+
+def _part(piece: Piece, key: Floats, slope: Floats) -> Table:
+    known = np.isfinite(slope) & np.all(np.isfinite(piece.table.slope), axis=1)
+    if not (np.all(slope[known] > 0) or np.all(slope[known] < 0)):
+        raise ValueError("key must change one way along the locus, so that it belongs to one point; it turns, or stands still")
+    return Table(key[known], piece.table.controls[known], piece.table.slope[known] / slope[known, None])
+
+
+def _joined(parts: list[Table], name: str) -> Table:
+    """One table of several; where they meet, two nodes stand next to each other, each with the slopes of its own side."""
+    parts = sorted((_rising(part) for part in parts), key=lambda part: part.low)
+    keys = [part.key.copy() for part in parts]
+    for before, after in pairwise(keys):
+        if after[0] < before[-1] - 1e-9 * abs(before[-1]):
+            raise ValueError(f"key must belong to one point of the locus; {name} has two at {after[0]:.6g}")
+        after[0] = np.nextafter(max(before[-1], after[0]), np.inf)
+    columns, slopes = ([getattr(part, what) for part in parts] for what in ("columns", "slopes"))
+    return Table(np.concatenate(keys), np.concatenate(columns), np.concatenate(slopes))
+
+
+def _rising(part: Table) -> Table:
+    return part if part.key[-1] > part.key[0] else Table(part.key[::-1], part.columns[::-1], part.slopes[::-1])
