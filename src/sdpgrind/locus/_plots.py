@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sdpgrind.base import checks
 from sdpgrind.base.extras import need
 
@@ -11,6 +13,8 @@ if TYPE_CHECKING:
 
 COLOURS = {"interior": "#8a8a8a", "locus": "#4878a8", "bound": "#b08a3a", "vertex": "#7a5aa0"}
 """Of the kinds of pieces."""
+APART = 0.09
+"""Least distance of two numbers along the locus, in spans of the picture."""
 
 
 def picture(curve: "Locus") -> Any:
@@ -24,6 +28,8 @@ def picture(curve: "Locus") -> Any:
         right[k].set(ylabel=_label(curve, name), xticklabels=[])
     for j, name in enumerate(curve.responses):
         _over_hidden(right[n], curve, [piece.table.response[:, j] for piece in curve.pieces])
+        for piece in curve.best:
+            right[n].plot(piece.table.hidden, piece.table.limit[:, j], color="#b04a3a", lw=0.8, zorder=0)
         right[n].set(ylabel=_label(curve, name), xlabel=_label(curve, curve.hidden_name))
     if n > 1:
         for axis in axes[1:, 0]:
@@ -56,15 +62,23 @@ def _between(axis: Any, curve: "Locus") -> None:
         marker = "o" if piece.kind == "interior" and len(set(map(tuple, piece.table.controls.round(9)))) == 1 else None
         x, y = piece.table.controls[:, 0], piece.table.controls[:, 1]
         axis.plot(x, y, style, marker=marker, ms=5, color=COLOURS[piece.kind], lw=1.8 if piece.is_global else 1.0, label=label)
-    for piece in curve.best:
-        for k in range(0, len(piece.table.hidden), max(1, len(piece.table.hidden) // 6)):
-            place = piece.table.controls[k, 0], piece.table.controls[k, 1]
-            axis.annotate(
-                f"{piece.table.hidden[k]:.3g}", place, xytext=(4, 4), textcoords="offset points", fontsize=7, color="0.4"
-            )
+    for x, place in _numbered(curve):
+        axis.annotate(f"{x:.3g}", place, xytext=(4, 4), textcoords="offset points", fontsize=7, color="0.4")
     axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
     axis.set_title(f"numbers: {_label(curve, curve.hidden_name)}", fontsize=8, color="0.4")
     axis.legend(frameon=False, fontsize=8)
+
+
+def _numbered(curve: "Locus") -> list[tuple[float, checks.Floats]]:
+    """Hidden states along the way, with their places, so far apart that numbers can stand there."""
+    places = np.concatenate([piece.table.controls[:, :2] for piece in curve.best])
+    hidden = np.concatenate([piece.table.hidden for piece in curve.best])
+    span = np.maximum(np.ptp(places, axis=0), 1e-300)
+    kept: list[int] = []
+    for k in range(len(places)):
+        if all(np.hypot(*((places[k] - places[j]) / span)) > APART for j in kept):
+            kept.append(k)
+    return [(float(hidden[k]), places[k]) for k in kept]
 
 
 def area_picture(curve: "Area") -> Any:
