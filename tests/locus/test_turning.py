@@ -157,6 +157,8 @@ def test_refusals(changes, words):
 def test_refusals_of_closed_forms():
     with pytest.raises(ValueError, match="breaking_force must be given for strongest_feed"):
         _ = MILLING.model.strongest_feed
+    with pytest.raises(ValueError, match="power_max must be given for power_residual"):
+        TURNING.power_residual(3000.0, 0.2)
     with pytest.raises(ValueError, match="taylor_f_exp must be < taylor_v_exp = 4: else the least feed is the cheapest"):
         TURNING.replace(taylor_f_exp=4.0).onset_wear(0.5)
     with pytest.raises(ValueError, match="machine_rate must be > 0"):

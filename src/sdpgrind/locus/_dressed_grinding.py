@@ -71,13 +71,13 @@ class DressedGrinding(Frozen):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Of the controls and of the hidden states."""
+        """Units of the controls and of the hidden states."""
         return {
             "infeed_rate": "mm/s", "work_rotation": "rad/s", "dressing_lead": "mm", "dullness": "1", "dressing_state": "1",
         }  # fmt: skip
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return -Z', the specific removal rate with its sign changed, mm^2/s."""
+        """Return -Z' (mm^2/s) by the controls ``c``, the removal rate with its sign changed; no hidden state ``s`` is in it."""
         return self.grinding.cost(s, c)
 
     def wear_flat_area(self, dressing_lead: Any, dullness: Any) -> Any:
@@ -85,7 +85,7 @@ class DressedGrinding(Frozen):
         return self.area * (dressing_lead / self._law.lead_reference) ** -self.area_exponent * dullness
 
     def lead_at_roughness(self, infeed_rate: Any, dressing_state: Any) -> Any:
-        """Return the dressing lead (mm) at which the roughness is just the greatest one, at an infeed rate (mm/s)."""
+        """Return the dressing lead (mm) of the greatest roughness, at an infeed rate (mm/s) and dressing state (unit 1)."""
         law, reference = self._law, self._law.lead_reference
         chip = self.grinding.specific_removal_rate(infeed_rate) / self.grinding.wheel_speed
         return reference * (law.roughness_max / law.roughness(chip, reference, dressing_state)) ** 2

@@ -127,12 +127,12 @@ class Grinding(Frozen):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Of the controls and of the hidden states."""
+        """Units of the controls and of the hidden states."""
         of_all = {"infeed_rate": "mm/s", "work_rotation": "rad/s", "wear_flat_area": "1"}
         return of_all if self.roughness is None else {**of_all, "dressing_state": "1"}
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return -Z', the specific removal rate with its sign changed, mm^2/s."""
+        """Return -Z' (mm^2/s) by the controls ``c``, the removal rate with its sign changed; no hidden state ``s`` is in it."""
         return -self.specific_removal_rate(c.infeed_rate)
 
     def _power(self, s: Any, c: Any) -> Any:
@@ -164,15 +164,15 @@ class Grinding(Frozen):
         return specific_removal_rate / (pi * self.work_diameter)
 
     def work_speed(self, work_rotation: Any) -> Any:
-        """Return v_w = n_w d_w/2 (mm/s) of a rotation (rad/s)."""
+        """Return v_w = n_w d_w/2 (mm/s) of a work rotation (rad/s)."""
         return work_rotation * self.work_diameter / 2
 
     def work_rotation(self, work_speed: Any) -> Any:
-        """Return the rotation (rad/s) of a speed of the work's surface (mm/s)."""
+        """Return the rotation (rad/s) of a work speed (mm/s)."""
         return 2 * work_speed / self.work_diameter
 
     def grinding_power(self, infeed_rate: Any, work_rotation: Any, wear_flat_area: Any) -> Any:
-        """Return P_c over the whole width (W) at an infeed rate (mm/s), rotation (rad/s) and area (0..1)."""
+        """Return P_c over the whole width (W) at an infeed rate (mm/s), work rotation (rad/s) and wear flat area (0..1)."""
         return self.power.power(
             depth_of_cut=2 * pi * infeed_rate / work_rotation, work_speed=self.work_speed(work_rotation),
             wheel_speed=self.wheel_speed, equivalent_diameter=self.equivalent_diameter,
@@ -180,14 +180,14 @@ class Grinding(Frozen):
         )  # fmt: skip
 
     def burning_power(self, infeed_rate: Any, work_rotation: Any) -> Any:
-        """Return P_b over the whole width (W) at an infeed rate (mm/s) and rotation (rad/s): Koren (29) with exponent 1/4."""
+        """Return P_b over the whole width (W) at an infeed rate (mm/s) and work rotation (rad/s): Koren (29), with l = 1/4."""
         return self.burning.power(
             depth_of_cut=2 * pi * infeed_rate / work_rotation, work_speed=self.work_speed(work_rotation),
             equivalent_diameter=self.equivalent_diameter, width=self.width,
         )  # fmt: skip
 
     def burn_free_rates(self, work_rotation: float, wear_flat_area: float) -> tuple[float, float]:
-        """Return the infeed rates (mm/s) between which nothing burns at a rotation (rad/s) and an area (0..1).
+        """Return the infeed rates (mm/s) between which nothing burns, at a work rotation (rad/s) and wear flat area (0..1).
 
         Ploughing needs its power at any infeed rate while burning power goes to 0 with it: "an arbitrary small" rate burns. A
         controller is to start at the lower rate or above. Where the work burns at every rate: (inf, 0).
@@ -201,7 +201,7 @@ class Grinding(Frozen):
         return onset.lower * turns, onset.upper * turns
 
     def work_speed_on_locus(self, specific_removal_rate: npt.ArrayLike) -> Floats:
-        """Return v_w (mm/s) of the locus at a removal rate Z' (mm^2/s): the speed at which power is furthest below burning.
+        """Return v_w (mm/s) of the locus at a specific removal rate Z' (mm^2/s): there power is furthest below burning.
 
         With R = c3 v_w/(c2 V_s D_e) the area can be eliminated from power = burning power and its stationarity in v_w:
         B (D_e Z' v_w)^(1/4) (R - 3)/(2 (R - 1)) = (u_ch - u_b) Z' + F_pl V_s. Its left side rises with v_w, from 0 at R = 3.
@@ -215,9 +215,9 @@ class Grinding(Frozen):
         return unit_speed * _speed_ratio(2 * power / (self.burning.B * (self.equivalent_diameter * Z * unit_speed) ** 0.25))
 
     def wear_flat_area_on_locus(self, specific_removal_rate: npt.ArrayLike) -> Floats:
-        """Return the area A (0..1) at which Z' (mm^2/s) is optimal: the calibration of the locus; it falls strictly.
+        """Return the area A (0..1) at which a specific removal rate Z' (mm^2/s) is optimal: the calibration of the locus.
 
-        A = B (D_e Z' v_w)^(1/4)/[2 (R - 1) c2 V_s (D_e Z'/v_w)^(1/2)].
+        It falls strictly: A = B (D_e Z' v_w)^(1/4)/[2 (R - 1) c2 V_s (D_e Z'/v_w)^(1/2)].
         """
         Z = np.asarray(specific_removal_rate, dtype=float)
         speed, wide = self.work_speed_on_locus(Z), self.equivalent_diameter

@@ -52,16 +52,16 @@ class KorenExample(Frozen):
 
     @property
     def constraints(self) -> tuple[Varying, ...]:
-        """The one constraint: the response x v + 16 - 4 v, Koren (26), under the limit 17 + u - 4 v, (25)."""
+        """The one constraint: the response x v + 16 - 4 v, Koren (26), under the limit 17 + u - 4 v, (25); unit 1."""
         return (Varying(response=self._response, limit=self._limit),)
 
     @property
     def units(self) -> Mapping[str, str]:
-        """None: the example has no physical meaning."""
+        """No units: the example has no physical meaning."""
         return {}
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return (u - 1)^2 + (v - 4)^2, Koren (14)."""
+        """Return (u - 1)^2 + (v - 4)^2 of the controls ``c``, Koren (14), unit 1; the hidden state ``s`` is not in it."""
         return (c.u - 1) ** 2 + (c.v - 4) ** 2
 
     def _response(self, s: Any, c: Any) -> Any:
@@ -73,21 +73,23 @@ class KorenExample(Frozen):
     def point(self, x: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return u and v of the optimum at a hidden state: (x^2 + 4x - 1, 4 + 2x)/(1 + x^2), and (1, 4) where x < 1/2.
 
-        They solve (17) with P = 0 of (16). At another scale x is m x.
+        They solve (17) with P = 0 of (16). At another scale x is m x. Nothing has a unit.
         """
         y = np.maximum(self.scale * np.asarray(x, dtype=float), ONSET)
         return (y**2 + 4 * y - 1) / (1 + y**2), (4 + 2 * y) / (1 + y**2)
 
     def multiplier(self, x: npt.ArrayLike) -> Floats:
-        """Return the multiplier lambda = 2 (u - 1) of the constraint at the optimum, by Koren (9)."""
+        """Return the multiplier lambda = 2 (u - 1) (unit 1) of the constraint at the optimum of x, by Koren (9)."""
         return 2 * (self.point(x)[0] - 1)
 
     def hidden_state(self, v: npt.ArrayLike) -> Floats:
-        """Return the x at which v is optimal, (u + 1)/(m v): the calibration of the locus by x."""
+        """Return the x at which v is optimal, (u + 1)/(m v), unit 1: the calibration of the locus by x."""
         return (self.u_on_locus(v) + 1) / (self.scale * np.asarray(v, dtype=float))
 
     def u_on_locus(self, v: npt.ArrayLike) -> Floats:
-        """Return u of the locus at v in (0, 4]: + sqrt(5 - (v - 2)^2), Koren (18); above 4 the multiplier is negative.
+        """Return u of the locus at v in (0, 4]: + sqrt(5 - (v - 2)^2), Koren (18), unit 1.
+
+        Above 4 the multiplier is negative, and the circle is no locus.
 
         Raises
         ------
@@ -100,7 +102,7 @@ class KorenExample(Frozen):
         return np.asarray(np.sqrt(5 - (given - 2) ** 2))
 
     def loop_slope(self, x: npt.ArrayLike) -> Floats:
-        """Return e_v, the slope of limit - response by v along the locus, with x held at its value.
+        """Return e_v (unit 1), the slope of limit - response by v along the locus, with x held at its value.
 
         It is (2 - v)/u - x, or -(x^2 + 1)(x + 2)/(x^2 + 4x - 1): never 0 from x = 1/2 on, so that v leads the whole way.
 
@@ -113,15 +115,15 @@ class KorenExample(Frozen):
         return -(y**2 + 1) * (y + 2) / (y**2 + 4 * y - 1)
 
     def gain_max(self, x: npt.ArrayLike) -> Floats:
-        """Return the gain k below which v + k e comes to rest at the optimum: 2/|e_v|."""
+        """Return the gain k (unit 1) below which v + k e comes to rest at the optimum of x: 2/|e_v|."""
         return 2 / np.abs(self.loop_slope(x))
 
     def gain_without_overshoot(self, x: npt.ArrayLike) -> Floats:
-        """Return the gain k up to which v + k e never passes the optimum from below: 1/|e_v|, since e is concave in v."""
+        """Return the gain k (unit 1) up to which v + k e never passes the optimum of x from below: 1/|e_v|, as e is concave."""
         return 1 / np.abs(self.loop_slope(x))
 
     def retrieval_multiplier(self, x: npt.ArrayLike) -> Floats:
-        """Return the factor of the error when a response read at one point calls the next: (m x - 4)/((2 - v)/u - 4).
+        """Return what a response, read at one point to call the next, leaves of an error: (m x - 4)/((2 - v)/u - 4), unit 1.
 
         Beyond -1 the call of Koren's Fig. 2 runs away: from x = 6.92738 on.
         """

@@ -66,11 +66,11 @@ class MotorAxis(Frozen):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Of the controls and of the hidden state."""
+        """Units of the controls and of the hidden state."""
         return {"speed": "rad/s", "acceleration": "rad/s^2", "inertia": "kg mm^2"}
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return the time of the move, s: angle/omega + omega/acceleration."""
+        """Return the time of the move (s) by the controls ``c``, angle/omega + omega/acceleration; no state ``s`` is in it."""
         return self.angle / c.speed + c.speed / c.acceleration
 
     def _power(self, s: Any, c: Any) -> Any:
@@ -91,6 +91,6 @@ class MotorAxis(Frozen):
         return (self.angle * acceleration) ** 0.5
 
     def onset_inertia(self, speed_max: float) -> float:
-        """Return the inertia (kg mm^2) from which on the speed stays below the greatest one (rad/s)."""
+        """Return the inertia (kg mm^2) from which on the best speed stays below the greatest one, `speed_max` (rad/s)."""
         speed = checks.positive("speed_max", speed_max, "rad/s")
         return float(KG_MM2_PER_N_MM_S2 * self.torque_max * self.angle / speed**2 - self.inertia_base)

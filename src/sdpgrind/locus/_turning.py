@@ -158,11 +158,11 @@ class Turning(Frozen):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Of the controls and of the hidden state."""
+        """Units of the controls and of the hidden state."""
         return {"cutting_speed": "mm/s", "feed": "mm", "flank_wear": "mm"}
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return (1 + tau/T)/(v f), Koren (2): time for each mm^2 of surface, s/mm^2."""
+        """Return (1 + tau/T)/(v f) by the controls ``c``, Koren (2): s for each mm^2; no hidden state ``s`` is in it."""
         v, f = c.cutting_speed, c.feed
         return (1 + self.tool_change_time / self.tool_life(v, f)) / (v * f)
 
@@ -179,16 +179,16 @@ class Turning(Frozen):
         return self.power_max
 
     def tool_life(self, cutting_speed: Any, feed: Any) -> Any:
-        """Return the tool life (s) by Taylor's law with the feed, T v^n f^p = const; Koren (5) at one feed."""
+        """Return the tool life (s) of a cutting speed (mm/s) and a feed (mm): T v^n f^p = const; Koren (5) at one feed."""
         slower = (cutting_speed / self.life_speed) ** -self.taylor_v_exp
         return self.life * slower * (feed / self.life_feed) ** -self.taylor_f_exp
 
     def cutting_force(self, cutting_speed: Any, feed: Any, flank_wear: Any) -> Any:
-        """Return the force P_c = K_c f^q - C_v v + C_w W, N: Koren (30)."""
+        """Return the force (N) of a cutting speed (mm/s), feed (mm) and flank wear (mm): K_c f^q - C_v v + C_w W, Koren (30)."""
         return self.feed_force * feed**self.force_exponent - self.speed_force * cutting_speed + self.wear_force * flank_wear
 
     def breaking(self, feed: Any) -> Any:
-        """Return the force that breaks the tool, P_b = K_b f^nb, N: Koren (27)."""
+        """Return the force (N) that breaks the tool at a feed (mm): K_b f^nb, Koren (27)."""
         return self._breaks("breaking") * feed**self.breaking_exponent
 
     def taylor_speed(self, feed: Any) -> Any:
@@ -204,11 +204,13 @@ class Turning(Frozen):
         return float(ratio ** (1 / (self.force_exponent - self.breaking_exponent)))
 
     def wear_at_limit(self, cutting_speed: Any, feed: Any) -> Any:
-        """Return the flank wear (mm) at which the force is just the one that breaks the tool: Koren (34) solved for W."""
+        """Return the flank wear (mm) of which the tool breaks at a cutting speed (mm/s) and a feed (mm): (34) solved for W."""
         return (self.breaking(feed) - self.cutting_force(cutting_speed, feed, 0.0)) / self.wear_force
 
     def onset_wear(self, feed_max: float) -> float:
-        """Return the flank wear (mm) from which on the force limits a cut at the greatest feed (mm) and its Taylor speed.
+        """Return the flank wear (mm) from which on the force limits a cut at the greatest feed, `feed_max` (mm).
+
+        The speed is the Taylor speed of that feed.
 
         Raises
         ------
@@ -222,30 +224,32 @@ class Turning(Frozen):
         return float(self.wear_at_limit(self.taylor_speed(feed), feed))
 
     def end_wear(self, cutting_speed_max: float) -> float:
-        """Return the flank wear (mm) beyond which no feed keeps the tool whole, at the greatest speed (mm/s)."""
+        """Return the flank wear (mm) beyond which no feed keeps the tool whole, at the greatest speed `cutting_speed_max`, mm/s."""
         speed = checks.positive("cutting_speed_max", cutting_speed_max, "mm/s")
         return float(self.wear_at_limit(speed, self.strongest_feed))
 
     def force_residual(self, cutting_speed: Any, feed: Any) -> Any:
-        """Return left less right side (N) of Koren (35), which is 0 on the locus of the force; no wear is in it.
+        """Return left less right side (N) of Koren (35) at a cutting speed (mm/s) and feed (mm): 0 on the locus of the force.
 
-        [1 + (1 - n) tau/T] (nb P_b - q K_c f^q) - [1 + (1 - p) tau/T] C_v v. On it v is above the Taylor speed of its feed, as
-        force falls with speed: the optimum buys feed with speed.
+        No wear is in it: [1 + (1 - n) tau/T] (nb P_b - q K_c f^q) - [1 + (1 - p) tau/T] C_v v. On it v is above the Taylor
+        speed of its feed, as force falls with speed: the optimum buys feed with speed.
         """
         by_speed, by_feed = self._savings(cutting_speed, feed)
         gap = self.breaking_exponent * self.breaking(feed) - self._feed_slope(feed)
         return by_speed * gap - by_feed * self.speed_force * cutting_speed
 
     def power_residual(self, cutting_speed: Any, feed: Any) -> Any:
-        """Return what is 0 on the locus of the power, W: with P_c v = P_max put into stationarity, no wear is in it.
+        """Return what is 0 on the locus of the power (W), at a cutting speed (mm/s) and feed (mm).
 
-        [1 + (1 - n) tau/T] q K_c f^q v - [1 + (1 - p) tau/T] (P_max - C_v v^2). Where C_v is small it is nowhere 0: a spindle
-        at its limit wants the greatest feed, and the speed gives way.
+        With P_c v = P_max put into stationarity no wear is in it: [1 + (1 - n) tau/T] q K_c f^q v - [1 + (1 - p) tau/T]
+        (P_max - C_v v^2). Where C_v is small it is nowhere 0: a spindle at its limit wants the greatest feed, and the speed
+        gives way.
         """
+        if self.power_max is None:
+            raise ValueError("power_max must be given for power_residual; got None: the machine has power enough")
         by_speed, by_feed = self._savings(cutting_speed, feed)
-        power = self.power_max if self.power_max is not None else inf
         speed = cutting_speed / N_MM_S_PER_W
-        return by_speed * self._feed_slope(feed) * speed - by_feed * (power - self.speed_force * speed * cutting_speed)
+        return by_speed * self._feed_slope(feed) * speed - by_feed * (self.power_max - self.speed_force * speed * cutting_speed)
 
     def _savings(self, cutting_speed: Any, feed: Any) -> tuple[Any, Any]:
         """By how much the cost falls with speed and with feed, in shares of 1/(v f): the brackets of (35)."""
