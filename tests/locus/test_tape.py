@@ -195,6 +195,16 @@ def test_the_same_is_computed_once():
     np.testing.assert_array_equal(evaluated(twice, point), expected(twice, point))
 
 
+def test_equal_operations_stand_together():
+    powers = sum((X[k % 3] * 1.5 + 0.1 * k) ** (0.3 + 0.1 * k) for k in range(12))
+    function = casadi.Function("f", [X], [powers, casadi.gradient(powers, X)])
+    packed = tape(function)
+    n_op, n_run = packed[3:5].view(np.int64)
+    assert n_op > 60
+    assert n_run < n_op / 2
+    np.testing.assert_array_equal(evaluated(function, [0.2, 0.3, 0.5]), expected(function, [0.2, 0.3, 0.5]))
+
+
 def test_functions_of_matrices_are_expanded():
     x = casadi.MX.sym("x", 2)
     function = casadi.Function("f", [x], [casadi.mtimes(x, x.T), casadi.sumsqr(x)])

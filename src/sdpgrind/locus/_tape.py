@@ -14,12 +14,23 @@ _MADE_OF = "expressions: operators, ** and functions of numpy or CasADi that tak
 
 
 def tape(function: casadi.Function) -> Floats:
-    """Return the tape of a function: head, constants, three numbers an operation (what, of which two places), places of outputs.
+    """Return the tape of a function: head, constants, runs (operation, how many, a pair of places for each), places of outputs.
 
-    All inputs make one flat vector, and so do all outputs, dense and by columns. What is computed twice is computed once. Whole
-    numbers stand in the array by their bits, so that the loop that reads them need not convert.
+    All inputs make one flat vector, and so do all outputs, dense and by columns. What is computed twice is computed once. Equal
+    operations stand together, so that a loop does many of them without asking what they are. Whole numbers stand in the array by
+    their bits, so that nothing has to be converted.
     """
-    return _Packing(_expanded(function)).packed()
+    listing = _Listing(_expanded(function))
+    runs = _in_runs(list(listing.operations), listing.first)
+    order = [k for _, members in runs for k in members]
+    places = {listing.first + k: listing.first + now for now, k in enumerate(order)}
+    code = list(listing.operations)
+    packed: list[int] = []
+    for op, members in runs:
+        packed += [op, len(members), *(places.get(n, n) for k in members for n in code[k][1:])]
+    head = [listing.n_in, listing.n_out, len(listing.constants), len(code), len(runs)]
+    results = [places.get(n, n) for n in listing.results]
+    return np.concatenate([_bits(head), np.frombuffer(b"".join(listing.constants)), _bits(packed), _bits(results)])
 
 
 def _expanded(function: casadi.Function) -> casadi.Function:
@@ -37,8 +48,8 @@ def _refused(function: casadi.Function, what: int) -> ValueError:
     return ValueError(f"{function.name()} must be made of {_MADE_OF}; got {found}")
 
 
-class _Packing:
-    """A function while its operations are numbered: inputs, constants and each result have a place of their own."""
+class _Listing:
+    """The operations of a function, numbered: inputs, constants and each result have a place of their own."""
 
     def __init__(self, function: casadi.Function) -> None:
         self.function = function
@@ -47,25 +58,20 @@ class _Packing:
         self.constants: dict[bytes, int] = {}
         self.operations: dict[tuple[int, int, int], int] = {}
         self.held: dict[int, int] = {}  # CasADi's places, which it uses again and again, to ours
-
-    def packed(self) -> Floats:
-        """Number everything, and put it in one array."""
-        steps = range(self.function.n_instructions())
+        steps = range(function.n_instructions())
         for k in steps:  # constants first: results stand behind them
-            if self.function.instruction_id(k) == casadi.OP_CONST:
-                self.constant(self.function.instruction_constant(k))
-        results = [self.constant(0.0)] * self.n_out  # where the pattern of an output has nothing
+            if function.instruction_id(k) == casadi.OP_CONST:
+                self.constant(function.instruction_constant(k))
+        self.results = [self.constant(0.0)] * self.n_out  # where the pattern of an output has nothing
+        self.first = self.n_in + len(self.constants)
         for k in steps:
-            self.take(k, results)
-        head = [self.n_in, self.n_out, len(self.constants), len(self.operations)]
-        constants = np.frombuffer(b"".join(self.constants))
-        return np.concatenate([_bits(head), constants, _bits([n for one in self.operations for n in one]), _bits(results)])
+            self.take(k)
 
-    def take(self, k: int, results: list[int]) -> None:
+    def take(self, k: int) -> None:
         """Follow one of CasADi's instructions."""
         what, of, to = self.function.instruction_id(k), self.function.instruction_input(k), self.function.instruction_output(k)
         if what == casadi.OP_OUTPUT:
-            results[self.outputs[to[0]][to[1]]] = self.held[of[0]]
+            self.results[self.outputs[to[0]][to[1]]] = self.held[of[0]]
         elif what == casadi.OP_INPUT:
             self.held[to[0]] = self.inputs[of[0]][of[1]]
         elif what == casadi.OP_CONST:
@@ -86,8 +92,36 @@ class _Packing:
         op = _OPS[what]
         if op in _EITHER_WAY and first > second:
             first, second = second, first
-        before = self.n_in + len(self.constants)
-        return before + self.operations.setdefault((op, first, second), len(self.operations))
+        return self.first + self.operations.setdefault((op, first, second), len(self.operations))
+
+
+def _in_runs(code: list[tuple[int, int, int]], first: int) -> list[tuple[int, list[int]]]:
+    """Operations (what, of which places) as runs of equal ones, each after all that it needs: at every turn those, of all that
+    are ready, whose kind has the longest way to go.
+    """
+    users: list[list[int]] = [[] for _ in code]
+    lacking = [0] * len(code)
+    for k, (_, *places) in enumerate(code):
+        for place in {n - first for n in places if n >= first}:
+            users[place].append(k)
+            lacking[k] += 1
+    way = [0] * len(code)
+    for k in reversed(range(len(code))):
+        way[k] = 1 + max((way[user] for user in users[k]), default=0)
+    ready: dict[int, list[int]] = {}
+    for k, lacks in enumerate(lacking):
+        if not lacks:
+            ready.setdefault(code[k][0], []).append(k)
+    runs = []
+    while ready:
+        op = max(ready, key=lambda kind: (max(way[k] for k in ready[kind]), len(ready[kind])))
+        runs.append((op, ready.pop(op)))
+        for k in runs[-1][1]:
+            for user in users[k]:
+                lacking[user] -= 1
+                if not lacking[user]:
+                    ready.setdefault(code[user][0], []).append(user)
+    return runs
 
 
 def _positions(count: int, sparsity: Callable[[int], casadi.Sparsity]) -> tuple[list[list[int]], int]:

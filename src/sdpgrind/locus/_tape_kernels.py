@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
-COUNTS = 4
-"""Numbers at the head of a tape: inputs, outputs, constants, operations."""
+COUNTS = 5
+"""Numbers at the head of a tape: inputs, outputs, constants, results, runs of one operation."""
+_ONE, _TWO = np.uint64(1), np.uint64(2)  # unsigned: an index that cannot be negative is not looked at twice
 Op = IntEnum(
     "Op",
     "ADD SUB MUL DIV NEG SQ TWICE INV SQRT CONSTPOW POW EXP LOG FABS "
@@ -32,18 +33,39 @@ def work_size(tape):
 def run(tape, inputs, work, out):
     """Evaluate a tape at `inputs` (flat) into `out` (flat, by columns), in the room of `work` (at least `work_size`).
 
-    `work` holds inputs, constants, then the result of each operation: none is ever overwritten.
+    `work` holds inputs, constants, then the result of each operation: none is ever overwritten. A run of one operation is a loop
+    of its own; written out here, for a call with parts of arrays costs as much as a run.
     """
-    code = tape.view(np.uint64)  # unsigned: an index that cannot be negative is not looked at twice
-    n_in, n_out, n_const, n_op = code[0], code[1], code[2], code[3]
+    code = tape.view(np.uint64)
+    n_in, n_out, n_const, n_run = code[0], code[1], code[2], code[4]
     for k in range(n_in):
         work[k] = inputs[k]
     for k in range(n_const):
         work[n_in + k] = tape[COUNTS + k]
-    at, first = np.uint64(COUNTS) + n_const, n_in + n_const
-    for k in range(first, first + n_op):
-        work[k] = _apply(np.int64(code[at]), work[code[at + np.uint64(1)]], work[code[at + np.uint64(2)]])
-        at += np.uint64(3)
+    at, to = np.uint64(COUNTS) + n_const, n_in + n_const
+    for _ in range(n_run):
+        op, end = np.int64(code[at]), to + code[at + _ONE]
+        at += _TWO
+        if op == Op.MUL:
+            while to < end:
+                work[to] = work[code[at]] * work[code[at + _ONE]]
+                at, to = at + _TWO, to + _ONE
+        elif op == Op.ADD:
+            while to < end:
+                work[to] = work[code[at]] + work[code[at + _ONE]]
+                at, to = at + _TWO, to + _ONE
+        elif op == Op.SUB:
+            while to < end:
+                work[to] = work[code[at]] - work[code[at + _ONE]]
+                at, to = at + _TWO, to + _ONE
+        elif op == Op.DIV:
+            while to < end:
+                work[to] = work[code[at]] / work[code[at + _ONE]]
+                at, to = at + _TWO, to + _ONE
+        else:
+            while to < end:
+                work[to] = _apply(op, work[code[at]], work[code[at + _ONE]])
+                at, to = at + _TWO, to + _ONE
     for k in range(n_out):
         out[k] = work[code[at + k]]
 
@@ -58,15 +80,7 @@ def run_many(tape, inputs, out):
 
 @njit(forceinline=True, **_OPTIONS)
 def _apply(op, x, y):
-    """What is met most stands here, the rest one call away."""
-    if op == Op.ADD:
-        return x + y
-    if op == Op.SUB:
-        return x - y
-    if op == Op.MUL:
-        return x * y
-    if op == Op.DIV:
-        return x / y
+    """What is not in `run`; rare ones are one call away."""
     if op == Op.NEG:
         return -x
     if op == Op.SQ:
