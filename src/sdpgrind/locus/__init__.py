@@ -1,10 +1,17 @@
 """The best point of a process whose limit drifts with a state that nobody can measure (Koren 1989)."""
 
 from sdpgrind.locus._area import Area
+from sdpgrind.locus._batch import LoopRecord
+from sdpgrind.locus._calibration import Calibration
+from sdpgrind.locus._controller import LocusController
+from sdpgrind.locus._design import GainDesign
 from sdpgrind.locus._dressed_grinding import DressedGrinding
+from sdpgrind.locus._gains import design_gain
 from sdpgrind.locus._grinding import Grinding
 from sdpgrind.locus._koren_example import KorenExample
+from sdpgrind.locus._learned import LearnedStart
 from sdpgrind.locus._locus import Event, Locus
+from sdpgrind.locus._matrix_gains import design_gains, spectral_radius
 from sdpgrind.locus._motor import MotorAxis
 from sdpgrind.locus._pieces import Columns, Piece
 from sdpgrind.locus._plan import plan
@@ -12,25 +19,38 @@ from sdpgrind.locus._point import Point
 from sdpgrind.locus._presets import preset, presets
 from sdpgrind.locus._problem import Problem, Process, Varying
 from sdpgrind.locus._roughness import Roughness
+from sdpgrind.locus._schedule import GainSchedule
+from sdpgrind.locus._stretch import Stretch, StretchPoint
 from sdpgrind.locus._turning import Turning
 
 __all__ = [
     "Area",
+    "Calibration",
     "Columns",
     "DressedGrinding",
     "Event",
+    "GainDesign",
+    "GainSchedule",
     "Grinding",
     "KorenExample",
+    "LearnedStart",
     "Locus",
+    "LocusController",
+    "LoopRecord",
     "MotorAxis",
     "Piece",
     "Point",
     "Problem",
     "Process",
     "Roughness",
+    "Stretch",
+    "StretchPoint",
     "Turning",
     "Varying",
+    "design_gain",
+    "design_gains",
     "plan",
     "preset",
     "presets",
+    "spectral_radius",
 ]

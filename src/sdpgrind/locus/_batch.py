@@ -26,6 +26,16 @@ class LoopRecord:
         Hidden state at each reading, in its unit.
     limit, response : array, (..., steps)
         P_b and the true P_c there, in their unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sdpgrind import locus
+    >>> curve = locus.plan(locus.preset("koren-example"))
+    >>> controller = locus.LocusController(curve, along="v", gain=0.6, x=(0.76, 1.72), start=44 / 401)
+    >>> record = controller.simulate(np.full(6, 1.0))
+    >>> record.coordinate.round(4).tolist(), float(record.worst_violation)  # Koren's run, without units
+    ([0.1097, 1.3606, 2.4299, 2.8886, 2.9866, 2.9986], 0.0)
     """
 
     coordinate: Floats

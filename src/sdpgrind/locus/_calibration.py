@@ -7,7 +7,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._stretch import Stretch, strictly
+from sdpgrind.locus._single_valued import strictly
+from sdpgrind.locus._stretch import Stretch
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,14 @@ class Calibration:
     hidden : array, (K,)
         Hidden states of `rho`.
     usable : tuple of (float, float)
-        Ranges of the hidden state in which |rho| < 1: reading again and again converges there.
+        Ranges of the hidden state (in its unit) in which |rho| < 1: reading again and again converges there.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> found = locus.plan(locus.preset("koren-example")).stretch("v").calibrated()
+    >>> found.monotone, [round(x, 4) for x in found.usable[0]]
+    (True, [0.5, 6.9274])
     """
 
     monotone: bool

@@ -1,32 +1,28 @@
 """The controller that walks along the locus by one measurement: Koren's intelligent machining controller."""
 
 from collections.abc import Mapping
-from copy import copy
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from math import exp, isnan, nan
-from typing import Any, Self
+from math import exp
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.locus import _law_kernels as core
-from sdpgrind.locus._balance import balanced, hidden_of
 from sdpgrind.locus._batch import LoopRecord, simulate
 from sdpgrind.locus._design import GainDesign
 from sdpgrind.locus._gains import declared_range, design_gain, stretch_of
 from sdpgrind.locus._schedule import GainSchedule
 from sdpgrind.locus._stretch import Stretch
+from sdpgrind.locus._walking import Walking
 
 METHODS, PLACES, HOLDS, STARTS = ("feedback", "inversion"), ("command", "actual"), ("none", "settled"), ("feasible", "learned")
-SETTLED = 0.05
-"""Difference between actual and commanded coordinate, relative, at which a lag counts as settled."""
 
 
 @dataclass(frozen=True, eq=False)
-class LocusController(Frozen):
+class LocusController(Walking, Frozen):
     """Walk along the locus until what is measured meets its limit: Koren (1989), section 5 and (36).
 
     From sample to sample the coordinate s moves by ki e + kp (e - e') + kd (e - 2 e' + e''), with e = limit - margin - response,
@@ -36,8 +32,8 @@ class LocusController(Frozen):
 
     Where the coordinate lags behind its command, the limit must not be taken at the command: while the coordinate rises the
     response lags, slack is overstated, and the law runs too far. So, where the actual coordinate is measured (under its own name)
-    or its `lag` is known, the law goes on from the actual coordinate, and waits after each change until it has settled; Koren's
-    own form is ``at="command", hold="none"``.
+    or its `lag` is known, the limit is taken there, readings wait after each change until it has settled, and a scheduled gain
+    goes on from there; Koren's own form is ``at="command", hold="none"``.
 
     Parameters
     ----------
@@ -62,7 +58,7 @@ class LocusController(Frozen):
     lag : float
         Time constant of the coordinate behind its command, s; 0: none, or measured.
     at : {"command", "actual"}, optional
-        Where the limit is taken, and the law goes on from. None: the actual coordinate where it is known.
+        Where the limit is taken. None: at the actual coordinate where it is known.
     period : float, optional
         Between two samples, s; None: a sample at each event of the plant.
     method : {"feedback", "inversion"}
@@ -82,6 +78,16 @@ class LocusController(Frozen):
     -----
     UserWarning
         When the gain may step beyond the limit.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> curve = locus.plan(locus.preset("koren-example"))
+    >>> controller = locus.LocusController(curve, along="v", gain=0.6, x=(0.76, 1.72))
+    >>> round(controller.command["v"], 4)  # the start; no units in this example
+    1.8795
+    >>> round(controller.step(response=11.3)["v"], 4)
+    2.1283
     """
 
     curve: Any
@@ -132,6 +138,15 @@ class LocusController(Frozen):
             checks.one_of("gain", self.gain, ("schedule",))
         elif self.gain is not None and not isinstance(self.gain, GainSchedule):
             self.design.check(self.gain, kp=self.kp, kd=self.kd)
+            self._check_lag(self.gain)
+
+    def _check_lag(self, gain: float) -> None:
+        if not self.lag or self.period is None or self.hold == "settled":
+            return
+        at = self.at or "actual"
+        if self.design.radius(gain, kp=self.kp, kd=self.kd, lag=self.lag, period=self.period, at=at) >= 1:
+            rule = f"smaller, or hold 'settled', to be stable with a lag of {self.lag:g} s"
+            raise ValueError(f"gain must be {rule}; got {gain:g}")
 
     @cached_property
     def stretch(self) -> Stretch:
@@ -192,130 +207,6 @@ class LocusController(Frozen):
         if stretch.hidden_name in start:
             return stretch.coordinate_of(start[stretch.hidden_name])
         raise ValueError(f"start must name {stretch.along} or {stretch.hidden_name}; got {', '.join(map(str, start))}")
-
-    @cached_property
-    def state(self) -> Floats:
-        """State of the compiled core, in the user's units."""
-        state = np.zeros(core.STATES)
-        core.begin(state, self.start_place, 0.0 if self.lag else self.start_place)
-        return state
-
-    @cached_property
-    def _believed(self) -> Floats:
-        """Hidden state that readings told; NaN before."""
-        return np.full(1, nan)
-
-    def __deepcopy__(self, memo: object) -> Self:
-        """A controller in the same state; what never changes is shared."""
-        twin = copy(self)
-        for name in ("state", "_believed"):
-            if name in self.__dict__:
-                twin.__dict__[name] = self.__dict__[name].copy()
-        return twin
-
-    @property
-    def reads(self) -> Mapping[str, str]:
-        """Name of the measurement to its unit."""
-        return {self.stretch.response: self.stretch.units.get(self.stretch.response, "")}
-
-    @property
-    def commands(self) -> Mapping[str, str]:
-        """Names of the controls to their units."""
-        return {name: self.stretch.units.get(name, "") for name in self.stretch.names}
-
-    @property
-    def reports(self) -> Mapping[str, str]:
-        """Names of what it reports to their units."""
-        stretch = self.stretch
-        hidden, response = (stretch.units.get(name, "") for name in (stretch.hidden_name, stretch.response))
-        return {"coordinate": stretch.unit, stretch.hidden_name: hidden, "slack": response}
-
-    def reset(self) -> None:
-        """Begin the next run; a learned start is kept."""
-        place = float(self.state[core.PLACE]) if self.start == "learned" else self.start_place
-        core.begin(self.state, place, 0.0 if self.lag else place)
-        self._believed[:] = nan
-
-    @property
-    def command(self) -> dict[str, float]:
-        """The controls at the place where it is, in the user's units."""
-        return self._commanded(float(self.state[core.PLACE]))
-
-    def _commanded(self, place: float) -> dict[str, float]:
-        return dict(zip(self.stretch.names, self.stretch.rows(place)[: len(self.stretch.names)].tolist(), strict=True))
-
-    def step(self, **measurement: float) -> dict[str, float]:
-        """Return all controls for the next sample, in the user's units.
-
-        Parameters
-        ----------
-        **measurement : float
-            The response by its name, in its unit (NaN: no reading); the coordinate by its name, where it is measured. Others are
-            not used.
-
-        Raises
-        ------
-        ValueError
-            When the response is not among them.
-        """
-        name = self.stretch.response
-        if name not in measurement:
-            raise ValueError(f"measurement must have {name!r}; got {', '.join(measurement) or 'nothing'}")
-        core.follow(self.state, self.law)
-        actual = self._actual(measurement.get(self.stretch.along, nan))
-        if self._counts(actual):
-            base = float(self.state[core.PLACE]) if actual is None or self.at == "command" else actual
-            self._move(float(measurement[name]), base)
-        return self.command
-
-    def _actual(self, measured: float) -> float | None:
-        """The actual coordinate, measured or estimated; None: it is where it is commanded, for all that is known."""
-        if self.stretch.along in self.stretch.names and not isnan(measured):
-            return float(measured)
-        return float(self.state[core.ACTUAL]) if self.lag else None
-
-    def _counts(self, actual: float | None) -> bool:
-        """Whether this reading does."""
-        if isinstance(self.hold, str):
-            place = float(self.state[core.PLACE])
-            return self.hold == "none" or actual is None or abs(actual - place) <= SETTLED * abs(place)
-        assert self.period is not None
-        return float(self.state[core.SAMPLES] - 1) * self.period > self.hold + 1e-9 * self.period
-
-    def _move(self, reading: float, base: float) -> None:
-        place = float(self.state[core.PLACE])
-        row = self.stretch.rows(place)
-        n = len(self.stretch.names)
-        if self.method == "inversion":
-            self._invert(reading, self._controls(row[:n], base))
-        elif base == place:
-            core.advance(self.state, self.law, row[n + 1] - self.margin - reading, place)
-        else:
-            limit = self.stretch.values(self._controls(row[:n], base)[None], row[n : n + 1])[1]
-            core.advance(self.state, self.law, float(limit[0]) - self.margin - reading, base)
-
-    def _controls(self, controls: Floats, base: float) -> Floats:
-        """What is commanded, with the coordinate where it is."""
-        actual = controls.copy()
-        if self.stretch.along in self.stretch.names:
-            actual[self.stretch.names.index(self.stretch.along)] = base
-        return actual
-
-    def _invert(self, reading: float, controls: Floats) -> None:
-        if isnan(reading):
-            return
-        state = hidden_of(self.stretch.values, controls[None], np.array([reading]), self.stretch.x)
-        believed = self._believed
-        believed[:] = state if isnan(believed[0]) else believed + self.filter * (state - believed)
-        self.state[core.LAST] = 0.0
-        self.state[core.PLACE] = np.clip(balanced(self.stretch, believed, self.margin), *self._room)[0]
-
-    def report(self) -> dict[str, float]:
-        """Return its coordinate, the hidden state for which that is the optimum, and the slack that it saw last; user's units."""
-        place = float(self.state[core.PLACE])
-        hidden = float(self.stretch.rows(place)[len(self.stretch.names)])
-        slack = float(self.state[core.LAST]) + self.margin if self.state[core.UPDATES] else nan
-        return dict(zip(self.reports, (place, hidden, slack), strict=True))
 
     def simulate(self, hidden: Any, *, noise: Any = 0.0) -> LoopRecord:
         """Return what it does on the model itself, without lag, in many runs at once; the same numbers as `step`, bit for bit.

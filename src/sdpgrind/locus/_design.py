@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.locus._drift import Drift
 from sdpgrind.locus._least import least
-from sdpgrind.locus._loops import Pid, radius
+from sdpgrind.locus._loops import Lag, Pid, radius, sampled_radius
 from sdpgrind.locus._schedule import GainSchedule
 from sdpgrind.locus._stretch import Stretch
 
@@ -44,6 +44,18 @@ class GainDesign(Frozen):
         Coordinate of the start, which has slack for every hidden state of the range.
     x : (float, float)
         Range of the hidden state.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> curve = locus.plan(locus.preset("koren-example"))
+    >>> design = locus.design_gain(curve, along="v", x=(0.5, 20.0))
+    >>> [round(k, 4) for k in (design.stable, design.violation_free, design.gain)]  # dimensionless here
+    [0.1086, 0.0543, 0.0489]
+    >>> [(round(a, 3), round(b, 3)) for a, b in design.stable_range(0.6)]  # where Koren's gain is stable
+    [(0.5, 4.052)]
+    >>> round(design.drift_margin(0.01), 2)
+    0.42
     """
 
     stretch: Stretch
@@ -130,6 +142,42 @@ class GainDesign(Frozen):
         cuts = np.array([low, *(0.5 * (a + b)), high])
         kept = [sorted(self._hidden(cuts[k : k + 2])) for k in range(len(cuts) - 1) if inside[0] == (k % 2 == 0)]
         return tuple((a, b) for a, b in sorted(kept))
+
+    def radius(
+        self,
+        gain: float,
+        *,
+        kp: float = 0.0,
+        kd: float = 0.0,
+        lag: float = 0.0,
+        sensor_lag: float = 0.0,
+        period: float = 0.5,
+        at: str = "command",
+        x: float | None = None,
+    ) -> float:
+        """Return the largest modulus of the loop's poles, dimensionless; it is stable below 1.
+
+        Parameters
+        ----------
+        gain, kp, kd : float
+            Integral, proportional and derivative gain, in units of the coordinate over those of the response.
+        lag, sensor_lag : float
+            Time constants of the coordinate behind its command, and of the reading, s. What else is commanded follows at once.
+        period : float
+            Between two samples, s; of no matter without lag.
+        at : {"command", "actual"}
+            Where the limit is taken.
+        x : float, optional
+            One hidden state; else the worst of the range.
+        """
+        for name, time in (("lag", lag), ("sensor_lag", sensor_lag)):
+            checks.nonnegative(name, time, "s")
+        pid, delays = Pid(gain, kp, kd), Lag(lag, sensor_lag, checks.positive("period", period, "s"))
+        checks.one_of("at", at, ("command", "actual"))
+        s = np.linspace(*self._places, 33 if lag else 513) if x is None else np.array([self.stretch.coordinate_of(x)])
+        if not lag:
+            return float(self._radius(s, pid).max())
+        return max(sampled_radius(self.stretch, float(place), pid, delays, at) for place in s)
 
     def _radius(self, s: Floats, pid: Pid) -> Floats:
         return radius(self.slope_at(s), pid)

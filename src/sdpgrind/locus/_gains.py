@@ -42,6 +42,14 @@ def design_gain(
     ValueError
         When the range holds a fold or a jump, the coordinate is not single-valued, or the start has no slack for a hidden state
         of the range.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> curve = locus.plan(locus.preset("koren-example"))
+    >>> design = locus.design_gain(curve, along="v", x=(0.758, 1.721))
+    >>> round(design.violation_free, 3), round(design.gain, 3), round(design.start, 3)
+    (0.6, 0.54, 1.878)
     """
     stretch = stretch_of(curve, along, x)
     declared = declared_range(stretch, x)
@@ -67,6 +75,11 @@ def stretch_of(curve: Any, along: str | None, x: tuple[float, float] | None) -> 
     checks.able("curve", curve, "a locus, as locus.plan gives it, or a stretch of one", "stretch")
     if along is None:
         raise checks.refuse("along", "the name of a control or of the hidden state", along)
+    if x is not None:
+        try:  # the more there is to walk on, the further a controller may draw back
+            return checks.kind("curve.stretch(along)", curve.stretch(along), Stretch)
+        except ValueError:  # a fold or a jump elsewhere
+            pass
     return checks.kind("curve.stretch(along)", curve.stretch(along, x=x), Stretch)
 
 

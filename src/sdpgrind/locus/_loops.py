@@ -6,6 +6,10 @@ import numpy as np
 from scipy.linalg import expm
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.locus._stretch import Stretch
+
+SMALL = 1e-6
+"""Share of the stretch over which slopes by one control are taken."""
 
 
 class Pid(NamedTuple):
@@ -47,9 +51,13 @@ def lagged_map(limit: tuple[float, float], response: tuple[float, float], pid: P
     """
     A = np.zeros((3, 3))  # actual, reading, and the held command
     A[0] = np.array([-1.0, 0.0, 1.0]) / lag.coordinate
-    A[1] = np.array([response[0], -1.0, response[1]]) / lag.sensor
+    if lag.sensor > 0:
+        A[1] = np.array([response[0], -1.0, response[1]]) / lag.sensor
     step = expm(A * lag.period)
-    error = np.array([limit[0], -1.0, limit[1]]) @ step  # of the sample after the hold
+    if lag.sensor == 0:
+        step[1] = 0.0  # nothing is kept of a reading
+    seen = [0.0, 1.0, 0.0] if lag.sensor > 0 else [response[0], 0.0, response[1]]
+    error = (np.array([limit[0], 0.0, limit[1]]) - seen) @ step  # of the sample after the hold
     now, once, twice = pid.row()
     out = np.zeros((5, 5))
     out[:3, :3] = step
@@ -58,3 +66,18 @@ def lagged_map(limit: tuple[float, float], response: tuple[float, float], pid: P
     out[3, :3] = error
     out[4, 3] = 1.0
     return out
+
+
+def sampled_radius(stretch: Stretch, s: float, pid: Pid, lag: Lag, at: str) -> float:
+    """Largest modulus of the poles at a place where coordinate and reading lag; the other controls follow at once."""
+    row, n = stretch.rows(s), len(stretch.names)
+    k, x = stretch.names.index(stretch.along), row[n : n + 1]
+    small = SMALL * (stretch.high - stretch.low)
+    beside = np.array([row[:n], row[:n]])
+    beside[:, k] += [-small, small]
+    of_response, of_limit = (float(np.diff(values)[0]) / (2 * small) for values in stretch.values(beside, np.repeat(x, 2)))
+    total = float(np.diff(stretch.rows(np.array([s - small, s + small]))[:, n + 1])[0]) / (2 * small)
+    fixed = total - float(row[-1])  # slope of the response along the locus
+    limit = (of_limit, total - of_limit) if at == "actual" else (0.0, total)
+    map_ = lagged_map(limit, (of_response, fixed - of_response), pid, lag)
+    return float(np.abs(np.linalg.eigvals(map_)).max())

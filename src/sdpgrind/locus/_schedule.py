@@ -20,6 +20,13 @@ class GainSchedule(Frozen):
         Where the loop slope is read, per unit of the coordinate.
     theta : float
         Share of deadbeat, in (0, 1], dimensionless.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> stretch = locus.plan(locus.preset("koren-example")).stretch("v")
+    >>> round(locus.GainSchedule(stretch, theta=0.9)(3.0), 3)  # 0.9/1.5
+    0.6
     """
 
     stretch: Stretch
@@ -36,4 +43,5 @@ class GainSchedule(Frozen):
         s : float or array
             Coordinate.
         """
-        return self.theta / np.abs(self.stretch.rows(s)[..., -1])
+        k = self.theta / np.abs(self.stretch.rows(s)[..., -1])
+        return k if np.ndim(s) else float(k)

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._law_kernels import find_many
+from sdpgrind.locus._single_valued import check_hidden, check_single, told
 from sdpgrind.locus._table import Table
 
 if TYPE_CHECKING:
@@ -37,6 +38,13 @@ class StretchPoint:
         P_b there, which is the response there too.
     loop_slope : float or array
         e_s: by what the slack changes along the locus at this hidden state, per unit of the coordinate.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> point = locus.plan(locus.preset("koren-example")).stretch("v").at(3.0)
+    >>> round(point.controls["u"], 6), round(point.hidden, 6), round(point.limit, 6)  # without units
+    (2.0, 1.0, 7.0)
     """
 
     controls: dict[str, Any]
@@ -82,6 +90,15 @@ class Stretch:
     ------
     ValueError
         When tables do not fit each other, or the coordinate or the hidden state is not strictly monotone.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> stretch = locus.plan(locus.preset("koren-example")).stretch("v")
+    >>> stretch
+    Stretch(v from 0.109726 to 4, x from 0.5 to 20; ends: range, interior)
+    >>> round(stretch.coordinate_of(1.0), 6), round(stretch.at(3.0).loop_slope, 6), round(float(stretch.slack(3.0, 1.1)), 6)
+    (3.0, -1.5, -0.3)
     """
 
     along: str
@@ -107,8 +124,9 @@ class Stretch:
             checks.one_of("ends", end, ENDS)
         self._check_tables()
         if not np.all(np.diff(self.coordinate) > 0):
-            raise ValueError(f"coordinate {self.along!r} must rise strictly; {_others(self)}")
-        _check_monotone(self)
+            named = dict(zip((*self.names, self.hidden_name), (*self.controls.T, self.hidden), strict=True))
+            raise ValueError(f"coordinate {self.along!r} must rise strictly; {told(named)}")
+        check_hidden(self.hidden_name, self.hidden, self.hidden_slope)
 
     def _check_tables(self) -> None:
         rows = np.shape(self.coordinate)
@@ -163,17 +181,12 @@ class Stretch:
         ValueError
             When the coordinate is not single-valued; one that is gets named.
         """
-        by = dict(zip((*names, hidden_name), (*np.asarray(tangents[0]).T, tangents[1]), strict=True))
         place = dict(zip((*names, hidden_name), (*np.asarray(controls).T, hidden), strict=True))
+        by = dict(zip(place, (*np.asarray(tangents[0]).T, tangents[1]), strict=True))
         checks.one_of("along", along, place)
-        single = [name for name, column in place.items() if strictly(column)]
-        if along not in single:
-            raise ValueError(f"along must be single-valued on the locus; {along!r} is not, {_list(single)}")
-        speed = by[along]
-        if np.any(speed == 0):
-            raise ValueError(f"along must change all along the locus; {along!r} stands still somewhere, {_list(single)}")
-        order = slice(None, None, 1 if place[along][-1] > place[along][0] else -1)
-        slopes = [np.asarray(t)[order] / (speed[order][:, None] if np.ndim(t) == 2 else speed[order]) for t in tangents]
+        check_single(along, place, by)
+        speed, order = by[along], slice(None, None, 1 if place[along][-1] > place[along][0] else -1)
+        slopes = [(np.asarray(t).T / speed).T[order] for t in tangents]
         return cls(
             along=along,
             names=tuple(names),
@@ -315,27 +328,3 @@ class Stretch:
         from sdpgrind.locus._calibration import calibration
 
         return calibration(self)
-
-
-def strictly(column: Any) -> bool:
-    """Whether it rises or falls strictly."""
-    steps = np.diff(np.asarray(column))
-    return bool(np.all(steps > 0) or np.all(steps < 0))
-
-
-def _others(stretch: Stretch) -> str:
-    named = dict(zip((*stretch.names, stretch.hidden_name), (*stretch.controls.T, stretch.hidden), strict=True))
-    return _list([name for name, column in named.items() if strictly(column)])
-
-
-def _list(single: Sequence[str]) -> str:
-    return f"but {' and '.join(single)} {'are' if len(single) > 1 else 'is'}" if single else "and nothing else is"
-
-
-def _check_monotone(stretch: Stretch) -> None:
-    """The hidden state must change one way: the loop slope vanishes at a fold, and no gain works there."""
-    if not strictly(stretch.hidden):
-        raise ValueError(f"{stretch.hidden_name} must change strictly one way along the stretch; it turns, as at a fold")
-    sign = np.sign(stretch.hidden[-1] - stretch.hidden[0])
-    if np.any(sign * stretch.hidden_slope < 0):
-        raise ValueError(f"hidden_slope must have the sign of the change of {stretch.hidden_name} everywhere; it has not")

@@ -1,0 +1,36 @@
+"""What may serve as a coordinate along a locus: what rises or falls strictly."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+
+
+def strictly(column: Any) -> bool:
+    """Whether it rises or falls strictly."""
+    steps = np.diff(np.asarray(column))
+    return bool(np.all(steps > 0) or np.all(steps < 0))
+
+
+def told(columns: Mapping[str, Floats]) -> str:
+    """Which of the columns are single-valued, to end a sentence with."""
+    single = [name for name, column in columns.items() if strictly(column)]
+    return f"but {' and '.join(single)} {'are' if len(single) > 1 else 'is'}" if single else "and nothing else is"
+
+
+def check_single(along: str, columns: Mapping[str, Floats], slopes: Mapping[str, Floats]) -> None:
+    """Refuse a coordinate that turns, or stands still, along the curve that the columns follow."""
+    if not strictly(columns[along]):
+        raise ValueError(f"along must be single-valued on the locus; {along!r} is not, {told(columns)}")
+    if np.any(slopes[along] == 0):
+        raise ValueError(f"along must change all along the locus; {along!r} stands still somewhere, {told(columns)}")
+
+
+def check_hidden(name: str, hidden: Floats, slope: Floats) -> None:
+    """The hidden state must change one way: the loop slope vanishes at a fold, and no gain works there."""
+    if not strictly(hidden):
+        raise ValueError(f"{name} must change strictly one way along the stretch; it turns, as at a fold")
+    if np.any(np.sign(hidden[-1] - hidden[0]) * slope < 0):
+        raise ValueError(f"hidden_slope must have the sign of the change of {name} everywhere; it has not")
