@@ -224,7 +224,7 @@ class Turning(Frozen):
         return float(self.wear_at_limit(self.taylor_speed(feed), feed))
 
     def end_wear(self, cutting_speed_max: float) -> float:
-        """Return the flank wear (mm) beyond which no feed keeps the tool whole at the greatest speed, cutting speed max (mm/s)."""
+        """Return the flank wear (mm) that no feed stands, up to a greatest speed `cutting_speed_max` (mm/s)."""
         speed = checks.positive("cutting_speed_max", cutting_speed_max, "mm/s")
         return float(self.wear_at_limit(speed, self.strongest_feed))
 
