@@ -10,6 +10,8 @@ from closed_forms import (
     M_PER_MIN,
     ON_GRINDING_LOCUS,
     ON_TURNING_LOCUS,
+    dressed_point,
+    excess_power,
     fastest_removal,
     koren_run,
     last_area,
@@ -105,6 +107,11 @@ def test_example_at_one():
     point = traced("koren-example").at(x=1.0)
     found = [point.controls["u"], point.controls["v"], point.response, point.limit, point.multipliers["response"]]
     np.testing.assert_allclose(found, (2, 3, 7, 7, 2), atol=1e-9)
+
+
+def test_example_is_found_from_one_measurement():
+    retrieved = traced("koren-example").retrieve(u=2.1, v=2.8, response=2.8 + 16 - 4 * 2.8)  # what x = 1 gives there
+    np.testing.assert_allclose(list(retrieved.controls.values()), (2, 3), atol=1e-9)
 
 
 def test_example_is_a_circle_with_all_its_closed_forms():
@@ -293,3 +300,55 @@ def test_motor_leaves_its_greatest_speed_at_the_onset():
     best = axis.best_acceleration(inertia)
     np.testing.assert_allclose(controls[:, 1], best, rtol=1e-9)
     np.testing.assert_allclose(controls[:, 0], np.minimum(axis.speed_on_locus(best), 300.0), rtol=1e-9)
+
+
+# Two hidden states, two limits, three controls
+
+
+@pytest.mark.parametrize(("dullness", "state"), [(0.8, 0.7), (0.83, 1.37), (1.0, 1.0), (1.21, 0.93), (1.6, 0.7), (1.6, 1.4)])
+def test_dressed_grinding(dullness, state):
+    """Both limits are active, and the work speed is that of the locus of the area: against the closed form."""
+    area = traced("grinding-roughness")
+    process = area.problem.model
+    point = area.at(dullness=dullness, dressing_state=state)
+    found = (
+        process.grinding.specific_removal_rate(point.controls["infeed_rate"]),
+        process.grinding.work_speed(point.controls["work_rotation"]),
+        point.controls["dressing_lead"],
+    )
+    np.testing.assert_allclose(found, dressed_point(process, dullness, state), rtol=1e-9)
+    assert all(value > 0 for value in point.multipliers.values())
+    assert point.margin > 0
+    measured = {name: point.response[name] for name in area.responses}
+    again = area.retrieve(**point.controls, **measured)
+    for name, value in point.controls.items():
+        assert again.controls[name] == pytest.approx(value, rel=1e-6)
+    elsewhere = {name: 0.9 * value for name, value in point.controls.items()}
+    s, c = named(dullness=dullness, dressing_state=state), named(**elsewhere)
+    measured = {one.name: one.response(s, c) for one in area.problem.varying}
+    again = area.retrieve(**elsewhere, **measured)
+    for name, value in point.controls.items():
+        assert again.controls[name] == pytest.approx(value, rel=1e-6)
+
+
+def test_a_dressing_that_stays_leaves_the_work_speed_open():
+    """On the cap of Z' the speed of most burning power to spare is taken; where power limits, it is the locus of before."""
+    law, plain = locus.Roughness(roughness_max=4e-4, base=5e-4, exponent=0.4), locus.preset("grinding")
+    model = plain.model
+    rough = locus.Varying(
+        response=lambda s, c: law.roughness(model.specific_removal_rate(c.infeed_rate) / model.wheel_speed, law.lead, 1.0),
+        limit=lambda s, c: law.roughness_max,
+        name="roughness",
+    )
+    constraints = (*model.constraints, rough)
+    curve = locus.plan(locus.Problem(controls=plain.controls, hidden=plain.hidden, cost=model.cost, constraints=constraints))
+    assert curve.degenerate
+    cap = law.chip_thickness_max(law.lead, 1.0) * model.wheel_speed
+    onset = event(curve, "grinding_power active").hidden
+    assert onset == pytest.approx(float(model.wear_flat_area_on_locus(cap)), rel=1e-6)
+    capped, free = curve.at(wear_flat_area=0.006), curve.at(wear_flat_area=0.01)
+    assert -capped.cost == pytest.approx(cap, rel=1e-9)
+    speeds = np.geomspace(20, 1800, 20001)
+    spare = [-excess_power(model, cap, speed, 0.006) for speed in speeds]
+    assert model.work_speed(capped.controls["work_rotation"]) == pytest.approx(speeds[np.argmax(spare)], rel=1e-3)
+    assert -free.cost == pytest.approx(removal_rate_at(model, 0.01), rel=1e-6)
