@@ -1,5 +1,6 @@
 """Every compiled loop of plunge cycles against a slow twin: roots by Brent, motion by an integrator, the filter by matrices."""
 
+import itertools
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plunge_twins import Filter, Printed, Wheel, ground
+from scipy.optimize import brentq
 
 import hwsim
 from sdpgrind import physics, plunge
@@ -92,6 +94,54 @@ def test_rate_of_a_depth_of_damage(model, depth, high):
         assert found == high
     else:
         assert wheel.burn_depth(found) == pytest.approx(depth, abs=1e-12) and low <= found <= high
+
+
+@settings(max_examples=40, deadline=None)
+@given(model=wheels, scale=st.floats(0.5, 1.5), rate_max=st.floats(0.03, 0.2), share=st.floats(0.01, 1.0))
+def test_least_of_deflection_less_damage(model, scale, rate_max, share):
+    """Against a dense grid, whose least is too great by no more than an eighth of its second difference."""
+    wheel = Wheel(model)
+    low = wheel.burn_rate(rate_max)
+    assume(low is not None and low < 0.999 * rate_max)
+    high = low * (rate_max / low) ** share
+    over = np.array([scale * wheel.beyond(v) - wheel.burn_depth(v) for v in np.geomspace(low, high, 2001)])
+    between = float(np.abs(np.diff(over, 2)).max()) / 8
+    found = _kernels.least_over_burn(scale, low, high, model.core)
+    assert min(found, over[-1]) == pytest.approx(over.min(), abs=between + 1e-11)  # damage of both to 1e-9 of itself
+    assert found == math.inf or found in (pytest.approx(over[0], abs=1e-11), pytest.approx(turned(over), abs=between + 1e-11))
+    if np.diff(over).max() < 0:
+        assert found == math.inf
+
+
+def turned(over):
+    """Least value inside that is below both of its neighbours; infinite where there is none."""
+    inner = over[1:-1]
+    return float(np.min(inner[(inner <= over[:-2]) & (inner <= over[2:])], initial=np.inf))
+
+
+def test_a_turn_is_found_wherever_it_lies():
+    """In the first cell, in the last one, and just before the end; never at the end itself."""
+    model = MODEL.replace(wear_flat_area=0.015625, stiffness=4041.0, burning=physics.BurningLimit(6.205, 3.0), work_rotation=22.0)
+    turn = brentq(lambda v: _kernels.over_burn(v, 1.0, model.core)[1], 0.01, 0.06, xtol=1e-15)
+    least = Wheel(model).beyond(turn) - Wheel(model).burn_depth(turn)
+    for below, above in itertools.product((0.5, 1e-2, 1e-5), (1e-6, 1e-3, 0.05, 1.0)):
+        found = _kernels.least_over_burn(1.0, turn * (1 - below), turn * (1 + above), model.core)
+        assert found == pytest.approx(least, abs=1e-11)
+    for low, high in ((0.5, 1 - 1e-6), (1.0, 1.0)):
+        assert _kernels.least_over_burn(1.0, low * turn * (1 - 1e-6), high * turn * (1 - 1e-6), model.core) == math.inf
+    rising = _kernels.least_over_burn(1.0, 1.01 * turn, 2 * turn, model.core)
+    assert rising == pytest.approx(Wheel(model).beyond(1.01 * turn) - Wheel(model).burn_depth(1.01 * turn), abs=1e-11)
+
+
+@settings(max_examples=40, deadline=None)
+@given(model=wheels, scale=st.floats(0.5, 1.5), v=st.floats(1e-3, 0.1))
+def test_slope_of_deflection_less_damage(model, scale, v):
+    """By differences over a step h of the logarithm, of fourth order: wrong by h^4 and by rounding over h."""
+    wheel, h = Wheel(model), 1e-3
+    over = [scale * wheel.beyond(v * math.exp(k * h)) - wheel.burn_depth(v * math.exp(k * h)) for k in (-2, -1, 0, 1, 2)]
+    value, slope = _kernels.over_burn(v, scale, model.core)
+    assert value == pytest.approx(over[2], abs=1e-11)
+    assert slope == pytest.approx((over[0] - 8 * over[1] + 8 * over[3] - over[4]) / (12 * h), abs=1e-10, rel=1e-9)
 
 
 def test_wear_multiplies_sliding_alone():

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from sdpgrind.plunge._kernels import beyond, burn_depth, deflected, rate_near, rate_of_burn, worn
+from sdpgrind.plunge._kernels import beyond, burn_depth, deflected, least_over_burn, rate_near, rate_of_burn, worn
 from sdpgrind.plunge._law import (
     BALANCE,
     BALANCED,
@@ -183,19 +183,50 @@ def _final_rate(state, law):
 @njit(**_OPTIONS)
 def _balance(state, law, core):
     """Full rate until the damage would be deeper than the stock at the next sample, then just as deep."""
-    v, dt, scale = state[RATE], law.sample_time, state[SCALE]
-    reach = rate_near(state[Y] + (law.rate_max - v) * dt / scale, v, core)
+    v, dt = state[RATE], law.sample_time
+    reach = rate_near(state[Y] + (law.rate_max - v) * dt / state[SCALE], v, core)
     aim = _balanced_rate(state, law, core, 0.5 * (v + reach) * dt, reach)
     command = law.rate_max
     if aim < reach:
-        aim = _balanced_rate(state, law, core, 0.5 * (v + aim) * dt, reach)
-        needed = scale * (beyond(aim, core) - state[Y]) / dt + 0.5 * (v + aim)
-        command = min(max(needed, 0.0), law.rate_max)
+        removed = _removed(state, law, core, _to_rate(state, law, core, aim, 0.5 * (v + aim) * dt))
+        aim = _balanced_rate(state, law, core, removed, reach)
+        command = _to_rate(state, law, core, aim, removed)
+    command = min(command, max(_room(state, law, core), 0.0) / dt)
     if state[SECTION] == BALANCE:
         state[BALANCED] = 1.0 if state[TARGET] > 0.0 else 0.0
     elif command < law.rate_max and state[Y] > 0.0:
         state[SECTION] = BALANCE
     return command
+
+
+@njit(**_OPTIONS)
+def _removed(state, law, core, command):
+    """What a command (mm/s) removes in a sample, mm: by halves of both rates it would be 1e-6 too little, all of it damage."""
+    y, _ = deflected(state[Y], state[RATE], command, law.sample_time / state[SCALE], 1, core)
+    return command * law.sample_time - state[SCALE] * (y - state[Y])
+
+
+@njit(**_OPTIONS)
+def _to_rate(state, law, core, aim, removed):
+    """The command (mm/s) that comes to a rate at the next sample if so much is removed until then, mm."""
+    needed = (state[SCALE] * (beyond(aim, core) - state[Y]) + removed) / law.sample_time
+    return min(max(needed, 0.0), law.rate_max)
+
+
+@njit(**_OPTIONS)
+def _room(state, law, core):
+    """How much may be commanded (mm) so that no damage to come is too deep, even if nothing more is commanded then.
+
+    Deflection less stock grows by the command alone. It must stay below what the limit of burning leaves at all stock to come, the
+    running minimum of the exact plan. Where the limit falls down to the present stock, the aim at the next sample is that; else
+    it turns on the way, which is looked for here. Below the damage of the rate at which burning begins, nothing is ahead.
+    """
+    left = state[REMAINING] - law.safety_margin
+    if law.no_burn or state[BURNING] >= law.rate_max or left <= max(burn_depth(state[BURNING], core), 0.0):
+        return np.inf
+    top = rate_of_burn(left, state[BURNING], law.rate_max, core)
+    least = least_over_burn(state[SCALE], state[BURNING], top, core) - law.safety_margin
+    return least - (state[SCALE] * state[Y] - state[REMAINING])
 
 
 @njit(**_OPTIONS)

@@ -7,6 +7,10 @@ from numba import njit
 
 DECAY = 0.915
 """Of the peak temperature below a moving band, in units of sqrt(alpha l_c/v_w), where its Peclet number is 10 to 30."""
+PLACES = 12
+"""Rates at which it is asked whether deflection less depth of damage rises."""
+FLAT = 1e-12
+"""Slope (mm) by the logarithm of the rate that is none."""
 _OPTIONS: Any = {"cache": True, "nogil": True}
 
 
@@ -184,6 +188,56 @@ def rate_of_burn(depth, low, high, core):
         if abs(off) <= 1e-15 or high - low <= 1e-15 * high:
             break
     return v
+
+
+@njit(inline="always", **_OPTIONS)
+def over_burn(v, scale, core):
+    """Deflection, by its scale, less depth of damage (mm), and its slope by the logarithm of the rate (mm)."""
+    root, w = np.sqrt(np.sqrt(v)), v**core.p
+    heat = core.heat0 + core.heat1 * v + core.heat2 * w
+    depth = core.reach * root * np.log(heat / root)
+    y_slope = core.K1 * v + core.p * core.K2 * w
+    depth_slope = 0.25 * depth + core.reach * root * ((core.heat1 * v + core.p * core.heat2 * w) / heat - 0.25)
+    return scale * (core.K1 * v + core.K2 * w) - depth, scale * y_slope - depth_slope
+
+
+@njit(**_OPTIONS)
+def least_over_burn(scale, low, high, core):
+    """Least of deflection, by its scale, less depth of damage (mm) of all rates (mm/s) at which it turns from falling to rising.
+
+    Infinite where it does not from `low` to `high`. It turns at `low` where it rises from there, never at `high`. Slopes at the
+    ends of each cell tell of it: no turn hides in the first or the last one.
+    """
+    step = (high / low) ** (1.0 / (PLACES - 1))
+    v, (value, slope) = low, over_burn(low, scale, core)
+    least = value if slope >= 0.0 else np.inf
+    for _ in range(PLACES - 1):
+        before, falls = v, slope
+        v *= step
+        slope = over_burn(v, scale, core)[1]
+        if falls < 0.0 <= slope:
+            least = min(least, _turn(before, falls, v, slope, scale, core))
+    return least
+
+
+@njit(**_OPTIONS)
+def _turn(low, falls, high, rises, scale, core):
+    """The same (mm) where it turns between two rates, by the rule of Illinois: to `FLAT` times the logarithm of their ratio."""
+    side = 0
+    for _ in range(80):
+        v = (low * rises - high * falls) / (rises - falls)
+        value, slope = over_burn(v, scale, core)
+        if abs(slope) <= FLAT:
+            break
+        if slope > 0.0:
+            high, rises = v, slope
+            falls *= 0.5 if side > 0 else 1.0
+            side = 1
+        else:
+            low, falls = v, slope
+            rises *= 0.5 if side < 0 else 1.0
+            side = -1
+    return value
 
 
 @njit(**_OPTIONS)
