@@ -93,6 +93,20 @@ def test_slopes_are_differences_of_solved_points(name):
                 assert at.slope[control] == pytest.approx(difference, rel=1e-6, abs=1e-8 * at.controls[control] / (high - low))
 
 
+@pytest.mark.parametrize(
+    ("name", "along", "x"),
+    [("turning", "cutting_speed", (0.18, 0.58)), ("grinding", "infeed_rate", None), ("motor", "acceleration", (600.0, 1500.0))],
+)
+def test_reading_the_response_again_and_again_runs_away_on_every_physical_locus(name, along, x):
+    """Limit and slack move against each other along it: rho = 1 - e_s/P_b,s is above 1. Of the motor it is 3: 3/2 over 1/2."""
+    known = traced(name).stretch(along, x=x).calibrated()
+    assert known.monotone
+    assert np.all(known.rho > 1)
+    assert known.usable == ()
+    if name == "motor":
+        np.testing.assert_allclose(known.rho, 3.0, rtol=1e-9)
+
+
 # Koren's example
 
 
@@ -286,7 +300,6 @@ def test_grinding_loop_slope():
     assert 1e3 * at.controls["infeed_rate"] == pytest.approx(15.10, abs=5e-3)
     assert at.loop_slope * 1e-6 == pytest.approx(-0.01389, rel=1e-3)  # W s/mm to kW s/um
     assert np.all(walk.loop_slope < 0)
-    assert walk.calibrated().usable == ()  # burning power rises along it, power faster: reading again and again runs away
 
 
 # Motor
