@@ -135,7 +135,7 @@ class GainDesign(Frozen):
         inside = self._radius(s, pid) < 1
         turns = np.flatnonzero(np.diff(inside))
         a, b, first = s[turns], s[turns + 1], inside[turns]
-        for _ in range(50):
+        for _ in range(50 if turns.size else 0):
             middle = 0.5 * (a + b)
             same = (self._radius(middle, pid) < 1) == first
             a, b = np.where(same, middle, a), np.where(same, b, middle)
