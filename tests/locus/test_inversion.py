@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from sdpgrind.locus import _inversion_kernels as kernels
 from sdpgrind.locus._inversion import Inversion
-from sdpgrind.locus._inversion_kernels import find_state, retrieve, retrieve_at
+from sdpgrind.locus._inversion_kernels import find_state, retrieve
 from sdpgrind.locus._table import Table
 from sdpgrind.locus._table_kernels import ABOVE, BELOW, INSIDE, NO_KEY
 from sdpgrind.locus._tape import tape
@@ -176,12 +176,13 @@ def test_ways_to_ask_agree():
     outs = np.empty((2, 3))
     flags = [
         retrieve(inversion.packed, np.array([2.1, 2.8]), 7.0, outs[0]),
-        retrieve_at(inversion.packed, outs[1], 7.0, 2.1, 2.8),
+        retrieve(inversion.packed, (2.1, 2.8), 7.0, outs[1]),
     ]
     point, clamped = inversion.at(7.0, 2.1, 2.8)
     assert flags == [INSIDE, INSIDE]
     assert not clamped
     np.testing.assert_array_equal(outs, [point, point])
+    np.testing.assert_array_equal(inversion.at(7, 3, 2)[0], inversion.at(7.0, 3.0, 2.0)[0])
 
 
 def test_one_response_of_several_that_falls():

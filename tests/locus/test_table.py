@@ -100,6 +100,22 @@ def test_thinning_a_straight_line_and_falling_keys():
     np.testing.assert_allclose(line.at([0.0, 1.234, 5.0]), [[0, 0], [3.702, 0], [15, 0]], atol=1e-12)
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_kinks_stay_and_are_no_errors(way):
+    left, right = np.linspace(0, 1, 100), np.concatenate([[1 + 1e-13], np.linspace(1, 2, 80)[1:]])
+    key = np.concatenate([left, right])
+    columns = np.concatenate([np.sin(left), np.sin(1) + 3 * (right - 1)])[:, None]
+    slopes = np.concatenate([np.cos(left), np.full(80, 3.0)])[:, None]
+    table = Table(key[::way], columns[::way], slopes[::way])
+    np.testing.assert_allclose(table.errors(), np.sin(1) / 99**4 / 384, rtol=0.1)
+    thin = table.thinned(20)
+    assert {1.0, 1 + 1e-13, 0.0, 2.0} <= set(thin.key)
+    at = np.linspace(0, 2, 2001)
+    exact = np.where(at < 1, np.sin(at), np.sin(1) + 3 * (at - 1))
+    np.testing.assert_allclose(thin.at(at)[:, 0], exact, rtol=0, atol=1e-7)  # (1/15)^4/384 is 5e-8
+    np.testing.assert_array_equal(Table(key[98:102], columns[98:102], slopes[98:102]).errors(), [np.inf])
+
+
 def test_a_falling_key_gives_the_same():
     key, columns, slopes = koren(np.geomspace(0.5, 20, 30))
     one, other = Table(key, columns, slopes), Table(key[::-1], columns[::-1], slopes[::-1])

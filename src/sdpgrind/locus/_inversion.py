@@ -7,7 +7,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._inversion_kernels import CONTROLS, DIRECTION, GUESS, HEAD, HIGH, LOW, RESPONSE, SLOPE, TAPE, retrieve_at
+from sdpgrind.locus._inversion_kernels import CONTROLS, DIRECTION, GUESS, HEAD, HIGH, LOW, RESPONSE, SLOPE, TAPE, retrieve
 from sdpgrind.locus._table import Table
 from sdpgrind.locus._table_kernels import INSIDE, NO_KEY
 
@@ -16,7 +16,7 @@ from sdpgrind.locus._table_kernels import INSIDE, NO_KEY
 class Inversion:
     """Solves response(controls, state) = measured for the state, and looks up the table there.
 
-    `packed` is all of it in one flat array: ``retrieve(packed, controls, measured, out)``.
+    `packed` is all of it in one flat array, for compiled code: ``retrieve(packed, controls, measured, out)``.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class Inversion:
             When the measurement is NaN, or the response has no value at the controls.
         """
         out = np.empty(self.places)
-        flag = retrieve_at(self.packed, out, measured, *controls)
+        flag = retrieve(self.packed, tuple(map(float, controls)), float(measured), out)
         if flag == NO_KEY:
             raise self._nothing(measured, controls)
         return out, flag != INSIDE

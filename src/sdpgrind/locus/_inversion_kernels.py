@@ -71,7 +71,9 @@ def _newton(miss, slope):
 
 @njit(**_OPTIONS)
 def retrieve(packed, controls, measured, out):
-    """Put the hidden state that a measurement at `controls` tells of, and the columns of the table for it, into `out`."""
+    """Put the hidden state that a measurement at `controls` (array, or tuple of floats) tells of, and the columns of the table
+    for it, into `out`; say whether they are inside.
+    """
     counts = packed.view(np.int64)
     n, end = counts[CONTROLS], HEAD + counts[TAPE]
     tape = packed[HEAD:end]
@@ -86,9 +88,3 @@ def retrieve(packed, controls, measured, out):
     out[0] = inputs[n]
     outside = look_up(packed[end:], inputs[n], out[1:])
     return flag if flag != INSIDE else outside
-
-
-@njit(**_OPTIONS)
-def retrieve_at(packed, out, measured, *controls):
-    """The same with the controls one by one: from Python, numbers are handed over sooner than an array."""
-    return retrieve(packed, controls, measured, out)

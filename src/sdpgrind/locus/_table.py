@@ -15,6 +15,9 @@ CELLS = 2
 LEAST_DENSITY = 0.05
 """Of nodes, over the mean: where hardly anything bends there are still some."""
 
+KINK = 1e-9
+"""Of the range of the key: nodes that are closer stand for one place with two slopes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Table:
@@ -119,10 +122,8 @@ class Table:
     def errors(self) -> Floats:
         """Return what each column (n,) errs by between nodes, at most: h^4/384 |f''''|, from how f''' changes.
 
-        With 2 nodes nothing can be told: infinity.
+        Infinity where nothing can be told: with 2 nodes, or 2 between kinks (nodes next to each other, each with a slope).
         """
-        if self.key.size == 2:
-            return np.full(self.width, np.inf)
         widths = np.abs(np.diff(self.key))
         found: Floats = np.max(widths[:, None] ** 4 / 384.0 * self._fourth(), axis=0)
         return found
@@ -130,35 +131,45 @@ class Table:
     def thinned(self, count: int) -> "Table":
         """Return a table of about `count` of the nodes, so chosen that all intervals err alike, each column over its span.
 
+        Ends and kinks always stay.
+
         Parameters
         ----------
         count : int
-            Nodes, at least 2; at most as many are kept, and the ends always.
+            Nodes, at least 2.
         """
         checks.count("count", count, at_least=2)
         if count >= self.key.size:
             return self
         span = np.ptp(self.columns, axis=0)
-        weights = (self._fourth() / np.where(span > 0, span, 1.0)).max(axis=1) ** 0.25 * np.abs(np.diff(self.key))
+        bends = (self._fourth() / np.where(span > 0, span, 1.0)).max(axis=1)
+        weights = np.where(np.isinf(bends), 0.0, bends) ** 0.25 * np.abs(np.diff(self.key))
         shares = np.cumsum(weights + LEAST_DENSITY * weights.mean() + np.finfo(float).tiny)
         edges = np.concatenate([[0.0], shares / shares[-1]])
-        kept = _nearest(edges, count)
+        kinks = np.flatnonzero(self._kinks())
+        kept = np.unique(np.concatenate([_nearest(edges, count), kinks, kinks + 1]))
         return Table(self.key[kept], self.columns[kept], self.slopes[kept])
 
+    def _kinks(self) -> Any:
+        """Which intervals are so narrow that they only join two smooth parts."""
+        return np.abs(np.diff(self.key)) < KINK * (self.high - self.low)
+
     def _fourth(self) -> Floats:
-        """|f''''| (K - 1, n), the greater of what is found at both nodes of an interval."""
-        widths, rises = np.diff(self.key)[:, None], np.diff(self.columns, axis=0)
+        """|f''''| (K - 1, n), the greater of what is found at both nodes of an interval; none across a kink."""
+        widths, rises, kinks = np.diff(self.key)[:, None], np.diff(self.columns, axis=0), self._kinks()
         third = 6.0 * (widths * (self.slopes[:-1] + self.slopes[1:]) - 2.0 * rises) / widths**3
+        third[kinks] = np.nan
         inner = np.abs(np.diff(third, axis=0) / (0.5 * (widths[:-1] + widths[1:])))
-        found: Floats = np.maximum(np.vstack([inner[:1], inner]), np.vstack([inner, inner[-1:]]))
-        return found
+        unknown = np.full((1, self.width), np.nan)
+        found: Floats = np.fmax(np.vstack([unknown, inner]), np.vstack([inner, unknown]))
+        return np.where(kinks[:, None], 0.0, np.where(np.isnan(found), np.inf, found))
 
 
 def _nearest(edges: Floats, count: int) -> Any:
     """Indices of the edges that are nearest to equal shares."""
     wanted = np.linspace(0.0, 1.0, count)
     after = np.clip(np.searchsorted(edges, wanted), 1, edges.size - 1)
-    return np.unique(np.where(wanted - edges[after - 1] < edges[after] - wanted, after - 1, after))
+    return np.where(wanted - edges[after - 1] < edges[after] - wanted, after - 1, after)
 
 
 def _check_monotone(key: Floats) -> None:
