@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 COLOURS = {"interior": "#8a8a8a", "locus": "#4878a8", "bound": "#b08a3a", "vertex": "#7a5aa0"}
 """Of the kinds of pieces."""
-APART = 0.09
+APART = 0.13
 """Least distance of two numbers along the locus, in spans of the picture."""
 
 

@@ -56,7 +56,7 @@ class Varying(Frozen):
 
 
 class Process(Protocol):
-    """A built-in process: what it costs, what limits it, and in which units.
+    """A built-in process: what it costs, what limits it, and in which units; it may `check` the ranges too.
 
     Attributes
     ----------
@@ -139,6 +139,8 @@ class Problem(Frozen):
             _check_function("cost", self.cost)
         elif self.cost is not None or self.constraints:
             raise ValueError("cost and constraints must be left out where a model is given, which brings them; got both")
+        elif hasattr(self.model, "check"):
+            self.model.check(self.controls, self.hidden)
         checks.unique("names of constraints", [one.name for one in self.varying])
 
     @property

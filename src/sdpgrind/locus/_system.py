@@ -183,7 +183,8 @@ def _expression(name: str, function: "Function", states: SimpleNamespace, contro
         try:
             found = function(states, controls)
         except AttributeError as error:
-            raise ValueError(f"{name} must use the names of controls and hidden states; {error}") from None
+            known = ", ".join([*vars(states), *vars(controls)])
+            raise ValueError(f"{name} must use names of hidden states and controls, {known}; got {error.name!r}") from None
         except Exception as error:
             raise ValueError(f"{name} must be made of operators, ** and functions that take symbols; {error}") from error
     try:
