@@ -1,0 +1,62 @@
+"""What ``hwsim locus`` prints: the first parts, and the best on the curve beside what came of it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim._report import parts_table, summary_head, summary_line
+
+if TYPE_CHECKING:
+    from hwsim._log import Log
+
+_SHORT = {"convergence_time": "converged", "removal_rate": "removal", "true_wear_flat_area": "wear flats"}
+_COLUMNS = (
+    ("time", ".2f"), ("convergence_time", ".1f"), ("slack", ".2f"), ("burned", "d"), ("removal_rate", ".2f"),
+    ("true_wear_flat_area", ".5f"),
+)  # fmt: skip
+_UM = 1000.0
+
+
+def report(title: str, log: "Log", plan: Any, job: Any) -> str:
+    """Return the whole report as text."""
+    lines = parts_table(log, "part", _COLUMNS, _SHORT)
+    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job)])
+
+
+def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
+    stand, controller = job.stand, job.controller(plan)
+    low, high = plan.problem.controls["work_rotation"]
+    limits = f"infeed up to {_UM * plan.problem.controls['infeed_rate'][1]:g} um/s, work {low:g} to {high:g} rad/s"
+    yield f"{title}: {stand.stock:g} mm of stock, {limits}"
+    area = stand.wear_flat_area
+    best = plan.at(wear_flat_area=area).controls
+    point = f"{_UM * best['infeed_rate']:.3f} um/s, {best['work_rotation']:.3f} rad/s"
+    yield f"curve: {plan.status}; best at {area:g}: {point}"
+    yield f"controller: {controller.stretch.along} from {controller.start_place:.4g}, margin {controller.margin:g} W"
+
+
+def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
+    outcome, stand = log.outcome, job.stand
+    best = best_rates(log, plan, job)
+    process = plan.problem.model
+    across = np.pi * process.work_diameter * process.width
+    yield summary_head(log, "part")
+    yield summary_line("time (s)", outcome.time.values, ".3f", float(np.mean(stand.stock / best)))
+    yield summary_line("removal rate (mm^3/s)", outcome.removal_rate.values, ".3f", float(across * np.mean(best)))
+    yield summary_line("least slack (W)", outcome.slack.values, ".2f", job.controller(plan).margin)
+    yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
+    converged = outcome.convergence_time.values
+    if np.isfinite(converged).any():
+        yield summary_line("converged (s)", converged[np.isfinite(converged)], ".2f")
+    if not np.isfinite(converged).all():
+        yield summary_line("never converged (%)", 100.0 * np.isnan(converged), ".1f", 0.0)
+    if outcome.timed_out.values.any():
+        yield summary_line("broken off (%)", 100.0 * outcome.timed_out.values, ".1f", 0.0)
+
+
+def best_rates(log: "Log", plan: Any, job: Any) -> Any:
+    """Infeed rates (mm/s) of the curve at the wear flat area in the middle of each part: nothing is faster."""
+    ends = np.concatenate([[job.stand.wear_flat_area], log.outcome.true_wear_flat_area.values])
+    middles = 0.5 * (ends[:-1] + ends[1:])
+    return np.array([plan.at(wear_flat_area=float(area)).controls["infeed_rate"] for area in middles])
