@@ -217,9 +217,9 @@ def _to_rate(state, law, core, aim, removed):
 def _room(state, law, core):
     """How much may be commanded (mm) so that no damage to come is too deep, even if nothing more is commanded then.
 
-    Deflection less stock grows by the command alone. It must stay below what the limit of burning leaves at all stock to come, the
-    running minimum of the exact plan. Where the limit falls down to the present stock, the aim at the next sample is that; else
-    it turns on the way, which is looked for here. Below the damage of the rate at which burning begins, nothing is ahead.
+    Deflection less stock grows by the command alone. It must stay below what the limit of burning leaves at all stock to come,
+    the running minimum of the exact plan. Where the limit falls down to the present stock, the aim at the next sample is that;
+    else it turns on the way, which is looked for here. Below the damage of the rate at which burning begins, nothing is ahead.
     """
     left = state[REMAINING] - law.safety_margin
     if law.no_burn or state[BURNING] >= law.rate_max or left <= max(burn_depth(state[BURNING], core), 0.0):
