@@ -48,13 +48,14 @@ class LocusController(Walking, Frozen):
         Range of the hidden state for which it shall hold, in its unit; else that of the stretch.
     start : "feasible", "learned", float or mapping
         Coordinate of the start; "feasible": the optimum of the tightest hidden state; "learned": that, and after `reset` the last
-        point; a mapping gives the coordinate or the hidden state by name.
+        point (parts that `hwsim` runs are told by `LearnedStart`); a mapping gives the coordinate or the hidden state by name.
     margin : float
         By how much the limit is backed off, in its unit; see `GainDesign.drift_margin`.
     kp, kd : float
         Proportional and derivative gain, in the unit of `gain`.
     hold : "none", "settled" or float
-        When readings count: always; while the actual coordinate is within 5 % of its command; or so long after the start, s.
+        When readings count: always; while the actual coordinate is within 5 % of its command, or after 20 samples of waiting; or
+        so long after the start, s.
     lag : float
         Time constant of the coordinate behind its command, s; 0: none, or measured.
     at : {"command", "actual"}, optional

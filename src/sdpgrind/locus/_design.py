@@ -11,7 +11,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.locus._drift import Drift
+from sdpgrind.locus._drift import ROOM, Drift
 from sdpgrind.locus._least import least
 from sdpgrind.locus._loops import Lag, Pid, radius, sampled_radius
 from sdpgrind.locus._schedule import GainSchedule
@@ -231,7 +231,7 @@ class GainDesign(Frozen):
             margin += 1.02 * left
         if not np.isfinite(margin):
             raise ValueError(f"rate must be so small that the loop keeps up with it; got {rate:g}")
-        return margin
+        return ROOM * margin
 
     def _by_place(self, gain: float | GainSchedule | None) -> Callable[[Floats], Floats]:
         if isinstance(gain, GainSchedule):

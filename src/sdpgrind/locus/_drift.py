@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._balance import balanced
@@ -16,11 +17,11 @@ from sdpgrind.locus._stretch import Stretch
 
 PHASES = 48
 """Parts of a step in which the ramp is begun; what lies between is covered by its ends."""
-LONGEST = 2000
+LONGEST = 1000
 """Steps of a ramp that is played; slower ones are bounded state by state."""
 LATTICE, STATES = 65, 257
-ROOM = 1.001
-"""For what lies between the places of a lattice."""
+ROOM = 1.002
+"""For what lies between the places of a lattice; a margin is so much greater."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,6 @@ class Drift:
             low, high = high, high + 2 * (high - low)
         else:
             return np.inf
-        for _ in range(25):
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if excess(middle) <= 0 else (middle, high)
-        return float(high + (ROOM - 1) * (high + margin))
+        if excess(low) > 0:
+            high = brentq(excess, low, high, xtol=1e-4 * (high - low), rtol=1e-6)
+        return float(high)

@@ -10,9 +10,10 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.locus._table_kernels import look_up
 
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
-PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL = range(6)
-"""State: coordinate, last two errors, updates since one was missing, samples since the start, estimated actual coordinate."""
-STATES = 6
+PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL, WAITED = range(7)
+"""State: coordinate, last two errors, updates since one was missing, samples since the start, estimated actual coordinate,
+samples that were waited for it."""
+STATES = 7
 
 
 class Law(NamedTuple):

@@ -15,6 +15,8 @@ from sdpgrind.locus._stretch import Stretch
 
 SETTLED = 0.05
 """Difference between actual and commanded coordinate, relative, at which a lag counts as settled."""
+PATIENCE = 20
+"""Samples that are waited at most: a coordinate that never gets there must not stop the control of power."""
 
 
 class Walking:
@@ -128,8 +130,10 @@ class Walking:
     def _counts(self, actual: float | None) -> bool:
         """Whether this reading does."""
         if isinstance(self.hold, str):
-            place = float(self.state[core.PLACE])
-            return self.hold == "none" or actual is None or abs(actual - place) <= SETTLED * abs(place)
+            place, waited = float(self.state[core.PLACE]), float(self.state[core.WAITED])
+            settled = self.hold == "none" or actual is None or abs(actual - place) <= SETTLED * abs(place) or waited >= PATIENCE
+            self.state[core.WAITED] = 0.0 if settled else waited + 1.0
+            return settled
         assert self.period is not None
         return float(self.state[core.SAMPLES] - 1) * self.period > self.hold + 1e-9 * self.period
 
