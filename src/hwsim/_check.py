@@ -16,6 +16,7 @@ _MACHINES = {"CycleProblem": "PlungeGrinder", "PassProblem": "ForceTableStand"} 
 # Plan -> what follows it: what a user may have meant who hands over the plan itself.
 _FOLLOWERS = {
     "CyclePlan": "plunge.CycleController(plan.problem) comes near it",
+    "Locus": "locus.LocusController(curve, along=...) follows it",
     "SequencePolicy": "weldbead.SequenceController(policy) follows it, or weldbead.Hierarchy(policy, disc, loop)",
     "PassPlan": "force.ForceController(plan, loop) follows it",
     "Policy": "write a class with period, reset and step, which looks up policy.action",
