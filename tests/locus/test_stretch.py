@@ -127,3 +127,22 @@ def test_refused(call, said):
 def test_a_clamped_state():
     assert KOREN.coordinate_of(0.3, clamp=True) == KOREN.high
     assert KOREN.coordinate_of(np.array([30.0, 0.1]), clamp=True).tolist() == [KOREN.low, KOREN.high]
+
+
+def test_pieces_that_meet_at_a_kink():
+    """Where pieces meet a point stands twice, with the slopes of either side: cos t goes over into a straight line."""
+    t = np.concatenate([np.linspace(0.0, 1.0, 41), np.linspace(1.0, 2.0, 21)])
+    second = np.arange(62) > 40
+    x = np.where(second, np.cos(1.0) - 3 * (t - 1), np.cos(t))
+    dx = np.where(second, -3.0, -np.sin(t))
+    dx[0] = -1e-3
+    given = {"names": ("s",), "hidden_name": "x", "limit": 2 * t, "ends": ("range", "range"), "values": values}
+    made = {}
+    for sign in (1, -1):  # tangents may point either way
+        tangents = sign * np.ones((62, 1)), sign * dx, sign * 2 + 0 * t, sign * np.where(second, 5.0, 3.0)
+        made[sign] = Stretch.of_curve("s", controls=t[:, None], hidden=x, tangents=tangents, **given)
+    at = np.array([0.3, 0.77, 0.999, 1.001, 1.5])
+    point = made[1].at(at)
+    np.testing.assert_allclose(point.hidden, np.where(at > 1, np.cos(1.0) - 3 * (at - 1), np.cos(at)), atol=1e-6)
+    np.testing.assert_allclose(point.loop_slope, np.where(at > 1, -3.0, -1.0), atol=1e-9)
+    np.testing.assert_allclose(made[-1].at(at).hidden, point.hidden, atol=1e-12)

@@ -20,8 +20,9 @@ from sdpgrind.locus._presets import preset, presets
 from sdpgrind.locus._problem import Problem, Process, Varying
 from sdpgrind.locus._roughness import Roughness
 from sdpgrind.locus._schedule import GainSchedule
-from sdpgrind.locus._stretch import Stretch, StretchPoint
-from sdpgrind.locus._turning import Turning
+from sdpgrind.locus._stretch import Stretch
+from sdpgrind.locus._stretch_point import StretchPoint
+from sdpgrind.locus._turning import Turning, tool_change_time
 
 __all__ = [
     "Area",
@@ -53,4 +54,5 @@ __all__ = [
     "preset",
     "presets",
     "spectral_radius",
+    "tool_change_time",
 ]

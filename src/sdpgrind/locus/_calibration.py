@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.locus._segments import bends
 from sdpgrind.locus._single_valued import strictly
 from sdpgrind.locus._stretch import Stretch
 
@@ -49,8 +50,8 @@ def calibration(stretch: Stretch) -> Calibration:
 
 def _converging(stretch: Stretch) -> tuple[tuple[float, float], ...]:
     """Where |P_c,s| < |P_b,s|, from splines of the two slopes; the ends are found by halving."""
-    s = stretch.coordinate
-    both = CubicSpline(s, np.column_stack([stretch.response_slope, stretch.limit_slope]))
+    s, slopes = stretch.coordinate, np.column_stack([stretch.response_slope, stretch.limit_slope])
+    both = CubicHermiteSpline(s, slopes, bends(s, slopes))
 
     def room(at: Floats) -> Floats:
         response, limit = both(at).T

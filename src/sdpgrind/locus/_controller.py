@@ -151,7 +151,7 @@ class LocusController(Walking, Frozen):
 
     @cached_property
     def stretch(self) -> Stretch:
-        """Where it walks."""
+        """Where it walks, in the units of the problem."""
         return stretch_of(self.curve, self.along, self.x)
 
     @cached_property
@@ -181,7 +181,7 @@ class LocusController(Walking, Frozen):
 
     @cached_property
     def start_place(self) -> float:
-        """Coordinate of the start."""
+        """Coordinate of the start, in its unit."""
         stretch, start = self.stretch, self.start
         if isinstance(start, str):
             checks.one_of("start", start, STARTS)

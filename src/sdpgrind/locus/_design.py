@@ -39,7 +39,9 @@ class GainDesign(Frozen):
     deadbeat : float
         1/max |e_s|: no overshoot near the optimum up to it.
     theta : float
-        The same share of the largest `schedule` without violation, dimensionless.
+        The same share of `theta_free`, dimensionless.
+    theta_free : float
+        Up to it no step of a `schedule` goes beyond the optimum of a hidden state that stands still, dimensionless.
     start : float
         Coordinate of the start, which has slack for every hidden state of the range.
     x : (float, float)

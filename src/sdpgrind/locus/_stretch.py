@@ -6,12 +6,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._law_kernels import find_many
+from sdpgrind.locus._segments import apart, bends
 from sdpgrind.locus._single_valued import check_hidden, check_single, told
+from sdpgrind.locus._stretch_point import StretchPoint
 from sdpgrind.locus._table import Table
 
 if TYPE_CHECKING:
@@ -22,35 +23,6 @@ Values: TypeAlias = Callable[[Floats, Floats], tuple[Floats, Floats]]
 ENDS = ("range", "interior", "bound", "fold", "jump")
 OUTSIDE = 1e-9
 """Share of the range by which a place may lie outside by rounding."""
-
-
-@dataclass(frozen=True)
-class StretchPoint:
-    """A point of a stretch, or many of them.
-
-    Attributes
-    ----------
-    controls : dict
-        Name of each control to its value.
-    hidden : float or array
-        Hidden state for which the point is the best one.
-    limit : float or array
-        P_b there, which is the response there too.
-    loop_slope : float or array
-        e_s: by what the slack changes along the locus at this hidden state, per unit of the coordinate.
-
-    Examples
-    --------
-    >>> from sdpgrind import locus
-    >>> point = locus.plan(locus.preset("koren-example")).stretch("v").at(3.0)
-    >>> round(point.controls["u"], 6), round(point.hidden, 6), round(point.limit, 6)  # without units
-    (2.0, 1.0, 7.0)
-    """
-
-    controls: dict[str, Any]
-    hidden: Any
-    limit: Any
-    loop_slope: Any
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,9 +153,10 @@ class Stretch:
         ValueError
             When the coordinate is not single-valued; one that is gets named.
         """
-        place = dict(zip((*names, hidden_name), (*np.asarray(controls).T, hidden), strict=True))
+        checks.one_of("along", along, (*names, hidden_name))
+        controls, hidden, limit = apart([*names, hidden_name].index(along), (controls, hidden, limit), tangents)
+        place = dict(zip((*names, hidden_name), (*controls.T, hidden), strict=True))
         by = dict(zip(place, (*np.asarray(tangents[0]).T, tangents[1]), strict=True))
-        checks.one_of("along", along, place)
         check_single(along, place, by)
         speed, order = by[along], slice(None, None, 1 if place[along][-1] > place[along][0] else -1)
         slopes = [(np.asarray(t).T / speed).T[order] for t in tangents]
@@ -207,43 +180,43 @@ class Stretch:
 
     @property
     def low(self) -> float:
-        """Least coordinate."""
+        """Least coordinate, in its unit."""
         return float(self.coordinate[0])
 
     @property
     def high(self) -> float:
-        """Greatest coordinate."""
+        """Greatest coordinate, in its unit."""
         return float(self.coordinate[-1])
 
     @cached_property
     def x(self) -> tuple[float, float]:
-        """Least and greatest hidden state."""
+        """Least and greatest hidden state, in its unit."""
         return float(self.hidden.min()), float(self.hidden.max())
 
     @cached_property
     def loop_slope(self) -> Floats:
-        """e_s (K,): slope of the slack along the locus at fixed hidden state; zero at a fold."""
+        """e_s (K,): slope of the slack along the locus at fixed hidden state (units of response over coordinate)."""
         return self.limit_slope - self.response_slope
 
     @cached_property
     def table(self) -> Table:
-        """Controls, hidden state, limit, loop slope: n + 3 columns by the coordinate."""
+        """Controls, hidden state, limit, loop slope in their units: n + 3 columns by the coordinate."""
         values = np.column_stack([self.controls, self.hidden, self.limit, self.loop_slope])
         slopes = np.column_stack([self.controls_slope, self.hidden_slope, self.limit_slope, self._bend])
         return Table(self.coordinate, values, slopes)
 
     @cached_property
     def slopes(self) -> Table:
-        """The loop slope alone, by the coordinate."""
+        """The loop slope alone by the coordinate, in its unit."""
         return Table(self.coordinate, self.loop_slope[:, None], self._bend[:, None])
 
     @cached_property
     def _bend(self) -> Floats:
         """Slope of the loop slope."""
-        return np.asarray(CubicSpline(self.coordinate, self.loop_slope).derivative()(self.coordinate))
+        return bends(self.coordinate, self.loop_slope)
 
     def rows(self, s: Any) -> Floats:
-        """Columns of `table` (..., n + 3) at coordinates (...,), clamped to the stretch."""
+        """Return the columns of `table` (..., n + 3) at coordinates `s` (...,), clamped to the stretch, in their units."""
         out = self.table.at(s)
         if self.along in self.names:
             out[..., self.names.index(self.along)] = np.clip(s, self.low, self.high)

@@ -33,7 +33,7 @@ class Walking:
 
     @property
     def stretch(self) -> Stretch:
-        """Where it walks, in the user's units."""
+        """Where it walks, in the units of its user."""
         raise AttributeError
 
     @property
