@@ -12,6 +12,7 @@ PACKAGES = (
     "sdpgrind",
     "sdpgrind.control",
     "sdpgrind.identify",
+    "sdpgrind.locus",
     "sdpgrind.physics",
     "sdpgrind.plunge",
     "sdpgrind.sdp",
@@ -24,7 +25,9 @@ PACKAGES = (
     "hwsim.protocols",
 )
 """Public packages. `test_every_public_package_is_here` keeps the list whole."""
-MADE_HERE = ("Distribution", "Log", "Policy", "Risk", "Runs", "SequenceAction", "PresetInfo", "Moments")
+MADE_HERE = (
+    "Area", "Columns", "Distribution", "Locus", "Log", "Moments", "Policy", "PresetInfo", "Risk", "Runs", "SequenceAction",
+)  # fmt: skip
 """Results: made by the library, never by its users; their attributes are documented, not their constructors."""
 
 

@@ -16,7 +16,7 @@ UNIT = re.compile(r"(?<![\w.'])(?:" + "|".join(sorted(map(re.escape, UNITS), key
 NO_QUANTITY = {
     "files": r"\.(save|from_file|from_dataset|dataset|close|path)$|^sdpgrind\.load$",
     "pictures": r"\.plot$",
-    "yes or no, status, words": r"\.(ok|done|event|problems|notes|message|convex|zero|tiers|identity|names|policy)$",
+    "yes or no, status, words": r"\.(ok|done|event|problems|notes|message|convex|zero|tiers|identity|names|hidden_names|policy)$",
     "resetting a state": r"\.reset$",
     "whole structures": r"\.(replace|updated|next|estimate)$",
     "bookkeeping of moves": r"^sdpgrind\.sdp\.Move\.(level_name|levels|lists|choices)$|\.stop_axis$",

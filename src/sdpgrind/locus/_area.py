@@ -23,7 +23,7 @@ NODES = {2: 17, 3: 7}
 
 
 class Area:
-    """All best points of a problem with several hidden states; immutable.
+    """All best points of a problem with several hidden states, in the units of the problem; immutable.
 
     A grid of exact points is kept; between them `at` follows from the nearest ones, through every change of what is active, and
     takes the cheapest.
@@ -39,17 +39,17 @@ class Area:
 
     @property
     def system(self) -> System:
-        """The problem as expressions."""
+        """The problem as expressions; private to this package."""
         return self.problem.system
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the controls."""
+        """Names of the controls."""
         return self.problem.names
 
     @property
     def responses(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of what is measured; `Problem.unit` tells the units."""
         return tuple(one.name for one in self.problem.varying)
 
     @cached_property
@@ -58,7 +58,7 @@ class Area:
 
     @property
     def known(self) -> Any:
-        """Whether a best point is known, at each node of the grid."""
+        """Whether a best point is known at each node of the grid: equal steps of the scaled hidden states (unit 1)."""
         return np.isfinite(self._residual)
 
     @property
@@ -125,7 +125,7 @@ class Area:
         Parameters
         ----------
         **measured : float
-            All controls, and as many responses as there are hidden states, or more, by name.
+            All controls, and as many responses as there are hidden states, or more, by name, in their units.
 
         Raises
         ------
@@ -162,17 +162,17 @@ class Area:
 
     @property
     def points(self) -> Floats:
-        """Scaled unknowns at each node of the grid."""
+        """Scaled unknowns at each node of the grid; private to this package."""
         return self._points
 
     @property
     def held(self) -> Ints:
-        """What is held and active at each node."""
+        """What is held and active at each node; private to this package."""
         return self._held
 
     @property
     def residual(self) -> Floats:
-        """Residual at each node; NaN where no best point is known."""
+        """Residual at each node; NaN where no best point is known; private to this package."""
         return self._residual
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -194,7 +194,7 @@ class Area:
 
     @property
     def status(self) -> str:
-        """One sentence: what was found."""
+        """One sentence: what was found (residual in unit 1)."""
         share = np.mean(self.known)
         return f"{self.known.sum()} exact points, {100 * share:.0f} % of the grid, residual {self.error:.1g}"
 

@@ -20,7 +20,7 @@ from sdpgrind.locus._problem import Problem
 from sdpgrind.locus._system import System
 from sdpgrind.locus._table_kernels import INSIDE
 from sdpgrind.locus._tape_kernels import run, work_size
-from sdpgrind.locus._trace import Tracer
+from sdpgrind.locus._trace import ROUNDING, Tracer
 
 if TYPE_CHECKING:
     from sdpgrind.locus._inversion import Inversion
@@ -49,7 +49,7 @@ class Event:
 
 
 class Locus:
-    """All best points of a problem with one hidden state; immutable.
+    """All best points of a problem with one hidden state, in the units of the problem; immutable.
 
     Attributes
     ----------
@@ -66,17 +66,17 @@ class Locus:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the controls."""
+        """Names of the controls."""
         return self.problem.names
 
     @property
     def hidden_name(self) -> str:
-        """Of the hidden state."""
+        """Name of the hidden state; `Problem.unit` tells its unit."""
         return self.problem.hidden_names[0]
 
     @property
     def responses(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of what is measured; `Problem.unit` tells the units."""
         return tuple(one.name for one in self.problem.varying)
 
     @property
@@ -86,12 +86,12 @@ class Locus:
 
     @cached_property
     def best(self) -> tuple[Piece, ...]:
-        """The global pieces, by rising hidden state."""
+        """The global pieces, by rising hidden state (units of the problem)."""
         return tuple(sorted((piece for piece in self.pieces if piece.is_global), key=lambda piece: piece.range))
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """What happens along the global pieces, and where those end that are only the best nearby."""
+        """What happens along all pieces, by rising hidden state (units of the problem)."""
         found: dict[tuple[str, float], Event] = {}
         for piece in self.pieces:
             for kind, k in ((piece.start, 0), (piece.end, -1)):
@@ -102,12 +102,12 @@ class Locus:
 
     @property
     def folds(self) -> tuple[Event, ...]:
-        """Where a branch turns back."""
+        """Where a branch turns back (units of the problem)."""
         return tuple(event for event in self.events if event.kind == "fold")
 
     @property
     def jumps(self) -> tuple[Event, ...]:
-        """Where another branch becomes cheaper, or the cheapest one ends."""
+        """Where another branch becomes cheaper, or the cheapest one ends (units of the problem)."""
         return tuple(event for event in self.events if event.kind == "jump")
 
     @cached_property
@@ -142,16 +142,22 @@ class Locus:
             raise ValueError(f"the hidden state must be {name!r}; got {sorted(hidden)}")
         x = checks.number(name, hidden[name], self.problem.unit(name))
         low, high = self.range
-        if throw and not low <= x <= high:
+        beyond = self._beyond(x)
+        if throw and beyond:
             raise checks.refuse(name, f"in [{low:g}, {high:g}]", x, self.problem.unit(name))
-        return self._at(min(max(x, low), high), clamped=not low <= x <= high)
+        return self._at(min(max(x, low), high), beyond)
+
+    def _beyond(self, x: float) -> bool:
+        """Whether a hidden state lies outside the range, by more than its ends are off."""
+        low, high = self.range
+        return max(low - x, x - high) > ROUNDING * (high - low)
 
     def _at(self, x: float, clamped: bool = False) -> Point:
         piece = self._piece(x)
         return named_point(self.problem, {self.hidden_name: x}, self.point_at(piece, x), piece.kind, clamped)
 
     def point_at(self, piece: Piece, x: float) -> Columns:
-        """What is known at one hidden state on a piece, exact."""
+        """What is known at one hidden state on a piece, exact; private to this package."""
         table, n, m = piece.table, self.system.n, self.system.m
         place = self.system.scaled(np.array([x]), n)
         k = int(np.clip(np.searchsorted(table.hidden, x), 1, len(table.hidden) - 1))
@@ -180,7 +186,7 @@ class Locus:
         Parameters
         ----------
         **measured : float
-            All controls, where the response was measured, and one response, by name.
+            All controls, where the response was measured, and one response, by name, in their units.
         throw : bool
             Whether a measurement that no hidden state explains is an error; False: the nearest end is taken, and told.
 
@@ -199,7 +205,7 @@ class Locus:
         if throw and not inside:
             raise checks.refuse(responses[0], "what some hidden state in its range explains", values[responses[0]])
         low, high = self.range
-        return self._at(min(max(x, low), high), clamped=not inside or not low <= x <= high)
+        return self._at(min(max(x, low), high), clamped=not inside or self._beyond(x))
 
     def _inverted(self, controls: Floats, response: str, measured: float) -> tuple[float, bool]:
         tape, (low, high) = self.system.response_tape, self.problem.hidden[self.hidden_name]
@@ -219,7 +225,8 @@ class Locus:
         Parameters
         ----------
         key : str, optional
-            The hidden state (if None), a control, or a response, on the locus where it equals its limit: Koren, Fig. 2.
+            The hidden state (if None), a control, or a response, on the locus where it equals its limit: Koren, Fig. 2; in its
+            unit.
         points : int
             About how many nodes.
 
@@ -238,7 +245,7 @@ class Locus:
         Parameters
         ----------
         response : str, optional
-            Which, where there are several constraints.
+            Which, where there are several constraints; all numbers in the units of the problem.
         points : int
             About how many nodes the table has.
 
@@ -252,7 +259,20 @@ class Locus:
         return inversion(self, response, points)
 
     def stretch(self, along: str, x: tuple[float, float] | None = None) -> "Stretch":
-        """Return the part on which a controller may walk, by one coordinate; see `Stretch`."""
+        """Return the part on which a controller may walk; see `Stretch`.
+
+        Parameters
+        ----------
+        along : str
+            The coordinate: a control, or the hidden state, that is single-valued there.
+        x : (float, float), optional
+            Least and greatest hidden state to reckon with, in its unit; else the range of the problem.
+
+        Raises
+        ------
+        ValueError
+            When a fold, a jump, or a part without an active constraint lies between, or the coordinate is not single-valued.
+        """
         from sdpgrind.locus._walkable import stretch
 
         return stretch(self, along, x)
@@ -283,7 +303,7 @@ class Locus:
 
     @property
     def status(self) -> str:
-        """One sentence: what was found, and what stands in the way."""
+        """One sentence: what was found, and what stands in the way (units of the problem)."""
         low, high = self.range
         told = f"{len(self.best)} pieces over {self.hidden_name} = {low:.6g} to {high:.6g}, residual {self.error:.1g}"
         if self.jumps:

@@ -51,16 +51,16 @@ class Columns:
     residual: Floats
 
     def part(self, piece: slice) -> "Columns":
-        """Some of the points."""
+        """Some of the points; private to this package."""
         return Columns(*(getattr(self, column.name)[piece] for column in fields(self)))
 
     @classmethod
     def joined(cls, tables: Sequence["Columns"]) -> "Columns":
-        """All points of several tables, one after the other."""
+        """All points of several tables, one after the other; private to this package."""
         return cls(*(np.concatenate([getattr(table, column.name) for table in tables]) for column in fields(cls)))
 
     def blank(self) -> "Columns":
-        """As many points, of which nothing is known."""
+        """As many points, of which nothing is known; private to this package."""
         return Columns(*(np.full_like(getattr(self, column.name), np.nan) for column in fields(self)))
 
 

@@ -11,7 +11,7 @@ from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._pieces import counts, pieces, tabulate
 from sdpgrind.locus._problem import Problem
 from sdpgrind.locus._system import System
-from sdpgrind.locus._trace import Branch, Tracer
+from sdpgrind.locus._trace import ROUNDING, Branch, Tracer
 
 POINTS = 200
 SIGN = 1e-9
@@ -93,7 +93,7 @@ def marked(tracer: Tracer, branches: list[Branch]) -> Any:
         own = [(low, high) for low, high, best in parts if best == b]
         ends = sorted({end for part in own for end in part})
         for run in branch:
-            for piece in tracer.cut(run, [end for end in ends if run.low < end < run.high]):
+            for piece in tracer.cut(run, [end for end in ends if run.low + ROUNDING < end < run.high - ROUNDING]):
                 middle = 0.5 * (piece.low + piece.high)
                 yield piece, any(low <= middle <= high for low, high in own)
 
@@ -109,7 +109,7 @@ def _check_counts(problem: Problem) -> None:
 
 def _check_signs(problem: Problem, system: System) -> None:
     """What is measured must tell the hidden states: no slope of a constraint by one of them may change its sign."""
-    slopes = system.slopes_by_hidden()
+    slopes = system.slopes_by_hidden
     for k, hidden in enumerate(problem.hidden_names):
         for j, name in enumerate(system.responses):
             _check_sign(name, hidden, slopes[:, j, k])

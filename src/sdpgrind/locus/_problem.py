@@ -68,14 +68,14 @@ class Process(Protocol):
 
     @property
     def constraints(self) -> tuple[Varying, ...]:
-        """All varying constraints."""
+        """All varying constraints, with their units."""
 
     @property
     def units(self) -> Mapping[str, str]:
         """Unit of each control and hidden state."""
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return what is minimised, of hidden states and controls (units: see `units`)."""
+        """Return what is minimised, of hidden states ``s`` and controls ``c`` (units: see `units`)."""
 
 
 @stored("locus.problem")
@@ -145,26 +145,26 @@ class Problem(Frozen):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the controls."""
+        """Names of the controls."""
         return tuple(self.controls)
 
     @property
     def hidden_names(self) -> tuple[str, ...]:
-        """Of the hidden states."""
+        """Names of the hidden states."""
         return tuple(self.hidden)
 
     @property
     def varying(self) -> tuple[Varying, ...]:
-        """The constraints: the model's, or one's own."""
+        """The constraints, the model's or one's own, with their units."""
         return tuple(self.constraints) if self.model is None else tuple(self.model.constraints)
 
     @property
     def objective(self) -> Function:
-        """The cost: the model's, or one's own."""
+        """The cost, the model's or one's own (any unit)."""
         return self.model.cost if self.model is not None else self.cost  # type: ignore[return-value]
 
     def unit(self, name: str) -> str:
-        """Unit of a control, a hidden state or a response; empty where none is known."""
+        """Return the unit of a control, a hidden state or a response by its name; empty where none is known."""
         units = {one.name: one.unit for one in self.varying}
         if self.model is not None:
             units.update(self.model.units)
@@ -173,11 +173,11 @@ class Problem(Frozen):
 
     @cached_property
     def system(self) -> "System":
-        """The problem as expressions with exact derivatives; made once."""
+        """The problem as expressions with exact derivatives; made once; private to this package."""
         return self.system_with(tie=False)
 
     def system_with(self, tie: bool) -> "System":
-        """The same; with `tie`, of many points of least cost the one of the most slack is the best."""
+        """The same; with `tie`, of many points of least cost the one of the most slack is best; private to this package."""
         from sdpgrind.locus._system import System
 
         return System(self, tie)

@@ -1,7 +1,7 @@
 """A problem as expressions: what it costs and what limits it, with exact derivatives, as tapes that compiled code runs."""
 
 import warnings
-from functools import cached_property
+from functools import cache, cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +17,18 @@ if TYPE_CHECKING:
 
 SPREAD = (0.003, 0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97, 0.997)
 """Places in a range at which scales are taken and searches begin: closer at the ends, where best points often are."""
+TICKS = {1: 11, 2: 11, 3: 7, 4: 5}
+"""Of the lattice of places where searches begin, for each control; 3 where there are more."""
 
 TIE = 1e-6
 """Weight of the sum of slacks where many points are of least cost."""
+
+
+@cache
+def starts_of(n: int) -> Floats:
+    """Places of n controls where searches begin: a lattice (k, n)."""
+    ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, TICKS.get(n, 3)).round().astype(int)]
+    return np.stack(np.meshgrid(*[ticks] * n, indexing="ij"), axis=-1).reshape(-1, n)
 
 
 class System:
@@ -141,6 +150,7 @@ class System:
         slopes: Floats = out[np.all(np.isfinite(out), axis=1), self.m :: self.h]
         return slopes
 
+    @cached_property
     def slopes_by_hidden(self) -> Floats:
         """Slope of each constraint by each hidden state over a lattice: (k, m, h)."""
         points = self.lattice(5)
@@ -189,7 +199,7 @@ def _expression(name: str, function: "Function", states: SimpleNamespace, contro
             raise ValueError(f"{name} must be made of operators, ** and functions that take symbols; {error}") from error
     try:
         value = ca.SX(found)
-    except (NotImplementedError, TypeError):
+    except (RuntimeError, TypeError):  # what CasADi raises for what it cannot hold
         raise TypeError(f"{name} must give a number for each point; got {type(found).__name__}") from None
     if value.shape != (1, 1):
         raise ValueError(f"{name} must give one number for each point; got shape {value.shape}")
