@@ -141,18 +141,15 @@ class Locus:
         if set(hidden) != {name}:
             raise ValueError(f"the hidden state must be {name!r}; got {sorted(hidden)}")
         x = checks.number(name, hidden[name], self.problem.unit(name))
-        low, high = self.range
-        beyond = self._beyond(x)
-        if throw and beyond:
+        point, (low, high) = self._at(x), self.range
+        if throw and point.clamped:
             raise checks.refuse(name, f"in [{low:g}, {high:g}]", x, self.problem.unit(name))
-        return self._at(min(max(x, low), high), beyond)
-
-    def _beyond(self, x: float) -> bool:
-        """Whether a hidden state lies outside the range, by more than its ends are off."""
-        low, high = self.range
-        return max(low - x, x - high) > ROUNDING * (high - low)
+        return point
 
     def _at(self, x: float, clamped: bool = False) -> Point:
+        low, high = self.range
+        clamped = clamped or max(low - x, x - high) > ROUNDING * (high - low)  # by more than the ends are off
+        x = min(max(x, low), high)
         piece = self._piece(x)
         return named_point(self.problem, {self.hidden_name: x}, self.point_at(piece, x), piece.kind, clamped)
 
@@ -204,8 +201,7 @@ class Locus:
         x, inside = self._inverted(controls, responses[0], values[responses[0]])
         if throw and not inside:
             raise checks.refuse(responses[0], "what some hidden state in its range explains", values[responses[0]])
-        low, high = self.range
-        return self._at(min(max(x, low), high), clamped=not inside or self._beyond(x))
+        return self._at(x, clamped=not inside)
 
     def _inverted(self, controls: Floats, response: str, measured: float) -> tuple[float, bool]:
         tape, (low, high) = self.system.response_tape, self.problem.hidden[self.hidden_name]

@@ -7,8 +7,10 @@ from numba import njit
 from sdpgrind.locus._kkt_kernels import _OPTIONS, GOOD, curvature, evaluate, gradient_row, newton, sizes, solve
 from sdpgrind.locus._tape_kernels import run, work_size
 
-STAGES, FIRST, SHRINK = 8, 0.1, 0.03
-"""Of the barrier: its weight goes down from 0.1 to 2e-12."""
+FIRST, SHRINK, LAST = 0.1, 0.03, 2e-12
+"""Of the barrier: its weight goes down from 0.1 of the room around the start to 2e-12."""
+LONGEST = 0.15
+"""Step: a longer one may leave the valley."""
 FLAT = 1e-8
 """Curvature that is none."""
 
@@ -16,11 +18,32 @@ FLAT = 1e-8
 @njit(**_OPTIONS)
 def lattice_minima(first, n, m, hidden, lattice, ticks):
     """Indices of feasible points of a lattice that are no worse than all their neighbours, along controls and across."""
-    count = lattice.shape[0]
+    cost = _costs(first, n, m, hidden, lattice)
+    chosen = np.zeros(cost.size, dtype=np.bool_)
+    for k in range(cost.size):
+        chosen[k] = cost[k] < np.inf and not _has_better_neighbour(cost, k, n, ticks)
+    return np.flatnonzero(chosen)
+
+
+@njit(**_OPTIONS)
+def lattice_best(first, n, m, hidden, t, places, lattice):
+    """For each place of the t-th hidden state, index and cost of the cheapest feasible point of a lattice; inf: none."""
+    found, costs, all_hidden = np.zeros(places.size, dtype=np.int64), np.empty(places.size), hidden.copy()
+    for k in range(places.size):
+        all_hidden[t] = places[k]
+        cost = _costs(first, n, m, all_hidden, lattice)
+        found[k] = np.argmin(cost)
+        costs[k] = cost[found[k]]
+    return found, costs
+
+
+@njit(**_OPTIONS)
+def _costs(first, n, m, hidden, lattice):
+    """At all points of a lattice; inf where one is not feasible."""
     given, out, work = np.empty(n + hidden.size), np.empty(1 + m), np.empty(work_size(first))
     given[n:] = hidden
-    cost = np.full(count, np.inf)
-    for k in range(count):
+    cost = np.full(lattice.shape[0], np.inf)
+    for k in range(cost.size):
         given[:n] = lattice[k]
         run(first, given, work, out)
         feasible = np.isfinite(out[0])
@@ -28,10 +51,7 @@ def lattice_minima(first, n, m, hidden, lattice, ticks):
             feasible = feasible and out[1 + j] < 0.0
         if feasible:
             cost[k] = out[0]
-    chosen = np.zeros(count, dtype=np.bool_)
-    for k in range(count):
-        chosen[k] = cost[k] < np.inf and not _has_better_neighbour(cost, k, n, ticks)
-    return np.flatnonzero(chosen)
+    return cost
 
 
 @njit(**_OPTIONS)
@@ -108,13 +128,14 @@ def descend(kkt, first, n, m, h, hidden, t, start):
     given[:n], given[n:] = start, hidden
     trial[n:] = hidden
     hessian, gradient, step, point = np.empty((n, n)), np.empty(n), np.empty(n), np.zeros(n + m + 2)
-    weight = FIRST
-    for stage in range(STAGES):
+    weight = FIRST * _room(first, n, m, given, work_first, out)
+    while True:
         for _ in range(30):
             point[:n], point[n + m + 1] = given[:n], hidden[t]
             evaluate(kkt, n, h, point, hidden, t, work, d)
             _barrier_system(d, given, n, m, weight, hessian, gradient)
             _downhill(hessian, gradient, step)
+            step *= min(1.0, LONGEST / max(np.max(np.abs(step)), 1e-300))
             before, slope = _merit(first, n, m, given, weight, work_first, out), np.sum(step * gradient)
             length = 1.0
             for _ in range(50):
@@ -127,9 +148,21 @@ def descend(kkt, first, n, m, h, hidden, t, start):
             given[:n] = trial[:n]
             if length == 1.0 and -slope < 1e-3 * weight:
                 break
-        if stage < STAGES - 1:
-            weight *= SHRINK
-    return given[:n].copy(), weight
+        if weight <= LAST:
+            return given[:n].copy(), weight
+        weight = max(weight * SHRINK, LAST)
+
+
+@njit(**_OPTIONS)
+def _room(first, n, m, given, work, out):
+    """Least distance to a bound or a limit, at most 1: a barrier of more weight would push a start out of its valley."""
+    run(first, given, work, out)
+    least = 1.0
+    for i in range(n):
+        least = min(least, given[i], 1.0 - given[i])
+    for j in range(m):
+        least = min(least, -out[1 + j])
+    return max(least, 1e-6)
 
 
 @njit(**_OPTIONS)

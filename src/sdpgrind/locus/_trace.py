@@ -1,6 +1,6 @@
 """All branches of best points over the range of one hidden state, cut where a set changes or another branch is better."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TypeAlias
@@ -12,16 +12,16 @@ from scipy import optimize
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import _trace_kernels as kernels
 from sdpgrind.locus._kkt_kernels import GOOD
-from sdpgrind.locus._seed_kernels import best_point, lattice_minima
-from sdpgrind.locus._system import SPREAD, System
+from sdpgrind.locus._seed_kernels import best_point, lattice_best, lattice_minima
+from sdpgrind.locus._system import TICKS, System, starts_of
 
 Ints: TypeAlias = npt.NDArray[np.int64]
 PLACES = (0.0, 1.0, 0.5, 0.25, 0.75)
 """In the range of the hidden state, where best points are looked for."""
+BETWEEN = np.setdiff1d(np.arange(1, 16), [4, 8, 12]) / 16.0
+"""Places where only points of the lattice are compared with the branches that were found."""
 MOST = 2000
 """Nodes of a branch to one side."""
-TICKS = {1: 11, 2: 11, 3: 7, 4: 5}
-"""Of the lattice, for each control; 3 where there are more."""
 SAME = 1e-6
 """Places of controls that are no further apart are one point."""
 ROUNDING = 1e-9
@@ -83,18 +83,15 @@ class Tracer:
     def _sizes(self) -> tuple[int, int, int]:
         return self.system.n, self.system.m, self.system.h
 
-    def seeds(self, place: float) -> Iterator[tuple[Floats, Ints]]:
-        """Best points at one place of the hidden state, from the least points of a lattice."""
+    def seeds(self, place: float, starts: Ints | None = None) -> Iterator[tuple[Floats, Ints]]:
+        """Best points at one place of the hidden state, from the least points of a lattice, or from points of it."""
         n, m, h = self._sizes
-        ticks = TICKS.get(n, 3)
-        spread = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, ticks).round().astype(int)]
-        lattice = np.stack(np.meshgrid(*[spread] * n, indexing="ij"), axis=-1).reshape(-1, n)
         hidden = self.hidden.copy()
         hidden[self.t] = place
         first, kkt = self.system.first_tape, self.system.kkt_tape
-        for k in lattice_minima(first, n, m, hidden, lattice, ticks):
+        for k in lattice_minima(first, n, m, hidden, starts_of(n), TICKS.get(n, 3)) if starts is None else starts:
             point, held = np.zeros(n + m + 2), np.zeros(n + m, dtype=np.int64)
-            curvature = best_point(kkt, first, n, m, h, hidden, self.t, lattice[k], point, held)
+            curvature = best_point(kkt, first, n, m, h, hidden, self.t, starts_of(n)[k], point, held)
             if curvature > 0:
                 yield point, held
             elif curvature == 0:
@@ -135,12 +132,13 @@ class Tracer:
         """Cost of a branch at a place of the hidden state; inf where there is none."""
         run = run_at(branch, place)
         point = None if run is None else self.at(run, place)
-        if point is None:
-            return np.inf
-        hidden = self.hidden.copy()
-        hidden[self.t] = place
-        n = self.system.n
-        return float(self.system.values(self.system.unscaled(point[:n]), self.system.unscaled(hidden, n))[0])
+        return np.inf if point is None else float(self._costs(point[None])[0])
+
+    def _costs(self, points: Floats) -> Floats:
+        """Cost (k,) at points (k, n + m + 2)."""
+        hidden, n = np.repeat(self.hidden[None], len(points), axis=0), self.system.n
+        hidden[:, self.t] = points[:, -1]
+        return self.system.values(self.system.unscaled(points[:, :n]), self.system.unscaled(hidden, n))[0]
 
     def branches(self) -> list[Branch]:
         """Every branch that is found from the places, and from beside the ends of those that were found."""
@@ -151,10 +149,27 @@ class Tracer:
             for beside in (place - 0.01, place + 0.01):
                 if 0 < place < 1 and 0 < beside < 1:
                     self._add(found, beside)
+        self._challenge(found)
         return sorted(found, key=lambda branch: branch[0].low)
 
-    def _add(self, found: list[Branch], place: float) -> None:
-        for point, held in self.seeds(place):
+    def _challenge(self, found: list[Branch]) -> None:
+        """Between the places, look for better ones where a point of the lattice is cheaper than every branch."""
+        n, m, _ = self._sizes
+        best, costs = lattice_best(self.system.first_tape, n, m, self.hidden, self.t, BETWEEN, starts_of(n))
+        known = np.min([self._about(branch) for branch in found], axis=0, initial=np.inf)
+        for place, start, cheaper in zip(BETWEEN, best, costs < known, strict=True):
+            if cheaper:
+                self._add(found, float(place), np.array([start]))
+
+    def _about(self, branch: Branch) -> Floats:
+        """Cost of a branch between the places, scaled: straight between its nodes; inf where it is not."""
+        nodes = np.concatenate([run.nodes for run in branch])
+        scaled = self._costs(nodes) / self.system.cost_scale
+        about: Floats = np.interp(BETWEEN, nodes[:, -1], scaled, left=np.inf, right=np.inf)
+        return about
+
+    def _add(self, found: list[Branch], place: float, starts: Ints | None = None) -> None:
+        for point, held in self.seeds(place, starts):
             if not any(self._holds(branch, point) for branch in found):
                 found.append(self.grow(point, held))
 
@@ -166,10 +181,11 @@ class Tracer:
 
     def cheapest(self, branches: list[Branch]) -> list[tuple[float, float, int]]:
         """Parts of the range, (low, high, which branch is of least cost there); where there is none, none."""
-        ends = sorted({end for branch in branches for end in (branch[0].low, branch[-1].high)})
         parts: list[tuple[float, float, int]] = []
-        for low, high in pairwise(ends):
-            alive = [b for b, branch in enumerate(branches) if branch[0].low <= low and branch[-1].high >= high]
+        for low, high in pairwise(_distinct(end for branch in branches for end in (branch[0].low, branch[-1].high))):
+            alive = [
+                b for b, branch in enumerate(branches) if branch[0].low <= low + ROUNDING and branch[-1].high >= high - ROUNDING
+            ]
             for part in self._cheapest_between(branches, alive, low, high):
                 if parts and parts[-1][2] == part[2] and parts[-1][1] == part[0]:
                     parts[-1] = (parts[-1][0], part[1], part[2])
@@ -219,6 +235,15 @@ class Tracer:
         kernels.tangent_of(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, point, run.tangents[k], out)
 
 
+def _distinct(places: Iterable[float]) -> list[float]:
+    """By rising place, without those that are the same but for rounding."""
+    found: list[float] = []
+    for place in sorted(places):
+        if not found or place > found[-1] + ROUNDING:
+            found.append(place)
+    return found
+
+
 def run_at(branch: Branch, place: float) -> Run | None:
     """The run of a branch at a place of the hidden state."""
     for run in branch:
@@ -255,7 +280,9 @@ def _rising(branch: Branch, n: int) -> Branch:
 
 
 def _change(before: Ints, after: Ints, n: int) -> tuple[str, int]:
-    i = int(np.flatnonzero(before != after)[0])
+    changed = np.flatnonzero(before != after)
+    new = changed[after[changed] != 0]  # at a corner one gives way to another: that is told
+    i = int([*new, *changed][0])
     if i < n:
         return ("released" if after[i] == 0 else "least" if after[i] < 0 else "greatest"), i
     return ("active" if after[i] else "inactive"), i - n

@@ -4,6 +4,7 @@
 import numpy as np
 from numba import njit
 
+from sdpgrind.locus._exchange_kernels import exchange
 from sdpgrind.locus._kkt_kernels import (
     _OPTIONS,
     GOOD,
@@ -185,18 +186,27 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         kind, index = event_of(failed, held, n, m)
         if kind == FOLD and point[n] < 1e-6:
             kind = INFEASIBLE
+        if kind == RANGE:  # exactly, so that all branches end at one place
+            point[size - 1] = low if failed == 2 * n + m else high
         count = _record(points, tangents, sets, events, count, point, tangent, held, kind, index)
         if kind >= RANGE:
             return count
         was = held[index] if index < n else 0
         switch(kind, index, held, n)
-        if curvature(d, point, held, n, m) <= 0.0:
+        bent, exchanged = curvature(d, point, held, n, m), False
+        if bent == -np.inf and kind in (LOW, HIGH, ADD):
+            exchanged = exchange(d, point, held, n + index if kind == ADD else index, n, m, h, t) >= 0
+            if not exchanged:
+                events[count - 1, 0] = INFEASIBLE
+                return count
+            bent = curvature(d, point, held, n, m)
+        if bent <= 0.0:
             events[count - 1, 0] = FOLD
             return count
         along[:] = 0.0
         along[size - 1] = rising
         determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
-        if determinant == 0.0 or away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0:
+        if determinant == 0.0 or (not exchanged and away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0):
             events[count - 1, 0] = FOLD
             return count
         signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, old_signs)
