@@ -377,6 +377,13 @@ def test_a_gain_that_may_violate_is_warned_of():
         LocusController(KOREN, gain=0.06)
 
 
+def test_a_schedule_that_may_violate_is_warned_of():
+    with pytest.warns(
+        UserWarning, match=r"theta 1 may step beyond the limit .*: it never does up to 0\.91"
+    ):
+        LocusController(KOREN, gain=locus.GainSchedule(KOREN, 1.0))
+
+
 def test_traced_and_closed_form_agree():
     """The same controller on the traced locus; u and, in grinding, the work's rotation are refused as coordinates."""
     curve = locus.plan(locus.preset("koren-example"))

@@ -218,6 +218,21 @@ def test_a_slow_drift_is_that_of_spec():
     assert WHOLE.drift_margin(1e-4) < WHOLE.drift_margin(1e-3) < WHOLE.drift_margin(1e-2) < WHOLE.drift_margin(0.1)
 
 
+def test_turning_walks_back_as_the_tool_wears():
+    """A coordinate against which the slack rises, over a kink where a bound is left: the same bounds hold."""
+    curve = locus.plan(locus.preset("turning"))
+    design = locus.design_gain(curve, along="cutting_speed")
+    assert design.start == pytest.approx(design.stretch.high) and design.gain > 0
+    low, high = design.x
+    for rate in (3e-4, 3e-3):
+        margin = design.drift_margin(rate)
+        controller = locus.LocusController(curve, along="cutting_speed", gain=design.gain, x=design.x)
+        x = adversaries(rate, 300, 600, np.random.default_rng(6), low, high)
+        worst = controller.simulate(x).worst_violation.max()
+        assert worst <= margin <= 1.5 * worst
+        assert controller.replace(margin=margin).simulate(x).worst_violation.max() < 1e-6
+
+
 # Several gains --------------------------------------------------------------------------------------------------------------
 
 
@@ -229,6 +244,7 @@ def test_pid_poles_against_jury():
     assert 2 / (k1 + 2 * k2) == pytest.approx(0.1439, abs=1e-4)
 
 
+@settings(deadline=None)
 @given(st.floats(0.01, 2.0), st.floats(0.0, 1.0), st.floats(0.0, 0.5), st.floats(0.01, 2.0))
 def test_pid_poles_against_a_run(ki, kp, kd, g):
     """The linear loop, played."""

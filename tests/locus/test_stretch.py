@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from koren_stretch import koren, loop_slope_of, u_of, v_of, values
 
@@ -15,6 +15,7 @@ KOREN = koren()
 STATES = st.floats(0.5, 20.0)
 
 
+@settings(deadline=None)
 @given(STATES)
 def test_a_stretch_is_the_closed_form(x):
     s = KOREN.coordinate_of(x)
@@ -26,6 +27,7 @@ def test_a_stretch_is_the_closed_form(x):
     assert point.loop_slope == pytest.approx(loop_slope_of(x), rel=1e-5)
 
 
+@settings(deadline=None)
 @given(STATES, st.floats(-0.05, 0.05))
 def test_the_loop_slope_is_that_of_the_slack(x, off):
     """Two ways: from the tables, and by differences of what the model says at fixed hidden state."""

@@ -124,7 +124,7 @@ class LocusController(Walking, Frozen):
             checks.within("floor", self.floor, stretch.low, stretch.high, stretch.unit)
         if self.method == "feedback":
             self._check_gain()
-        _ = self.start_place
+        _ = self.start_place, self.law
 
     def _check_hold(self) -> None:
         if isinstance(self.hold, str):
@@ -137,7 +137,9 @@ class LocusController(Walking, Frozen):
     def _check_gain(self) -> None:
         if isinstance(self.gain, str):
             checks.one_of("gain", self.gain, ("schedule",))
-        elif self.gain is not None and not isinstance(self.gain, GainSchedule):
+        elif isinstance(self.gain, GainSchedule):
+            self.design.check_schedule(self.gain)
+        elif self.gain is not None:
             self.design.check(self.gain, kp=self.kp, kd=self.kd)
             self._check_lag(self.gain)
 

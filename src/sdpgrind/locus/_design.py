@@ -19,6 +19,8 @@ from sdpgrind.locus._stretch import Stretch
 
 FACTOR = 0.9
 """Share of the largest gain without violation that is recommended: the rest is for a model that is a little wrong."""
+ROUNDING = 1e-6
+"""Share by which a gain may be above what is free of violation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +59,7 @@ class GainDesign(Frozen):
     >>> [(round(a, 3), round(b, 3)) for a, b in design.stable_range(0.6)]  # where Koren's gain is stable
     [(0.5, 4.052)]
     >>> round(design.drift_margin(0.01), 2)
-    0.42
+    0.43
     """
 
     stretch: Stretch
@@ -273,12 +275,23 @@ class GainDesign(Frozen):
             ranges = " and ".join(f"{c:.4g}..{d:.4g}" for c, d in self.stable_range(gain, kp=kp, kd=kd)) or "nothing of it"
             rule = f"< {self.stable:.4g}" if kp == kd == 0 else "smaller with these kp and kd"
             raise ValueError(f"gain must be {rule} to be stable for {name} in {a:g}..{b:g}; got {gain:g}, stable for {ranges}")
-        if warn and gain + kp > self.violation_free * (1 + 1e-6):
-            message = (
-                f"gain {gain + kp:g} may step beyond the limit from the start at {self.stretch.along} = {self.start:.6g}:"
-                f" it never does up to {self.violation_free:.4g}"
-            )
-            warnings.warn(message, stacklevel=3)
+        if warn and gain + kp > self.violation_free * (1 + ROUNDING):
+            self._warn(f"gain {gain + kp:g}", self.violation_free)
+
+    def check_schedule(self, schedule: GainSchedule) -> None:
+        """Warn of a schedule that may violate the limit on its way from the start.
+
+        Parameters
+        ----------
+        schedule : GainSchedule
+            Its share `theta` counts, dimensionless.
+        """
+        if checks.kind("schedule", schedule, GainSchedule).theta > self.theta_free * (1 + ROUNDING):
+            self._warn(f"theta {schedule.theta:g}", self.theta_free)
+
+    def _warn(self, what: str, most: float) -> None:
+        where = f"the start at {self.stretch.along} = {self.start:.6g}"
+        warnings.warn(f"{what} may step beyond the limit from {where}: it never does up to {most:.4g}", stacklevel=5)
 
 
 def tight_end(stretch: Stretch, x: tuple[float, float]) -> float:
