@@ -57,6 +57,6 @@ def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
 
 def best_rates(log: "Log", plan: Any, job: Any) -> Any:
     """Infeed rates (mm/s) of the curve at the wear flat area in the middle of each part: nothing is faster."""
-    ends = np.concatenate([[job.stand.wear_flat_area], log.outcome.true_wear_flat_area.values])
-    middles = 0.5 * (ends[:-1] + ends[1:])
+    outcome, stand = log.outcome, job.stand
+    middles = outcome.true_wear_flat_area.values - 0.5 * stand.dulling * (stand.stock - outcome.remaining.values)
     return np.array([plan.at(wear_flat_area=float(area)).controls["infeed_rate"] for area in middles])

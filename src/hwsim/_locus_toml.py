@@ -23,6 +23,8 @@ _WORDS_OR = {"gain": "mm/(s W)", "start": "mm/s", "hold": "s"}  # a number with 
 _GRINDER = {
     "wear_flat_area": "",
     "dulling": "1/mm",
+    "dress_at": "",
+    "dressed_area": "",
     "stock": "mm",
     "infeed_lag": "s",
     "power_lag": "s",

@@ -288,6 +288,12 @@ def test_a_cut_series_is_resumed_with_the_dull_wheel(tmp_path):
     assert same(hwsim.run(plant, Printed(), **arguments, journal=tmp_path / "run.db"), whole)
 
 
+def test_a_dull_wheel_is_dressed_between_parts():
+    plant = GRINDER.replace(wear_flat_area=0.0062, dress_at=0.00635, dressed_area=0.0061)
+    areas = hwsim.run(plant, Printed(), parts=6, adapt=Learned()).outcome.true_wear_flat_area
+    np.testing.assert_allclose(areas, [0.0063, 0.0064, 0.0062, 0.0063, 0.0064, 0.0062], rtol=3e-5)
+
+
 def test_a_log_is_saved_and_read_back(tmp_path, nominal):
     nominal.save(tmp_path / "run.nc")
     assert same(sdpgrind.load(tmp_path / "run.nc"), nominal)
@@ -390,6 +396,8 @@ def test_controllers_are_compared_in_a_picture(pyplot):
         ({"idle_error": np.nan}, r"idle_error must be finite \(W\); got nan"),
         ({"max_time": 0.0}, r"max_time must be > 0 \(s\); got 0.0"),
         ({"tick": 0.0}, r"tick must be > 0 \(s\); got 0.0"),
+        ({"dress_at": 0.006}, r"dress_at must be > dressed_area = 0.006; got 0.006"),
+        ({"dressed_area": 6.0}, r"dressed_area must be in \(0, 1\]; got 6.0"),
     ],
 )
 def test_values_out_of_range(options, message):
@@ -437,6 +445,14 @@ def test_a_truth_that_draws_something_else():
 def test_commands_that_cannot_be_done(command, message):
     with pytest.raises(ValueError, match=message):
         started().step(command, 1)
+
+
+def test_a_controller_for_another_wheel_is_refused():
+    class Other(Printed):
+        job = {"wheel_diameter": (400.0, "mm"), "width": (9.3, "mm")}  # noqa: RUF012
+
+    with pytest.raises(ValueError, match=r"its wheel_diameter is 400.0 mm, that of the plant 300.0 mm"):
+        hwsim.run(GRINDER, Other())
 
 
 def test_a_controller_in_other_units_is_refused():

@@ -187,8 +187,8 @@ def test_the_example_is_the_preset_on_another_machine():
         np.testing.assert_allclose(list(ours.values()), list(its.values()), rtol=1e-14)
     assert dict(job.settings) == {"margin": 6.0}
     truth = PROBLEM.model.replace(burning=physics.BurningLimit(u0=6.2, B=7.17))
-    stand = hwsim.AdaptiveGrinder(job.problem, truth=truth, power_gauge=Gauge(noise_sd=1.0), dulling=3.3333e-4)
-    assert job.stand == stand
+    wheel = {"dulling": 3.3333e-4, "dress_at": 0.0075, "dressed_area": 0.006}
+    assert job.stand == hwsim.AdaptiveGrinder(job.problem, truth=truth, power_gauge=Gauge(noise_sd=1.0), **wheel)
 
 
 def test_koren_s_own_settings_stand_in_the_example(tmp_path):

@@ -30,7 +30,7 @@ class AdaptiveGrinder(Frozen):
     of a reading.
 
     A part begins with the slide at rest and ends when the stock is gone, to a tick. What it takes off dulls the wheel, which the
-    next part of the series finds so: parts go one after the other.
+    next part of the series finds so, unless it is dressed in between: parts go one after the other.
 
     Outcome of a part: ``time`` (s); ``slack`` (W, the least burning power less grinding power at the true infeed, after the
     touch-in; the part is ``burned`` where it is negative) and ``part_slack`` (W, the same with the touch-in: a wheel that begins
@@ -50,6 +50,8 @@ class AdaptiveGrinder(Frozen):
         Of the wheel before the first part, 0..1.
     dulling : float
         What is added to it for each mm of radius ground off, 1/mm.
+    dress_at, dressed_area : float
+        A wheel that a part leaves with an area of `dress_at` or more is dressed, and has `dressed_area` then, 0..1. None: never.
     stock : float
         To be ground off a part, mm of radius.
     infeed_lag, power_lag : float
@@ -91,6 +93,8 @@ class AdaptiveGrinder(Frozen):
     truth: Truth = None
     wear_flat_area: float = 0.006
     dulling: float = 1e-4 / 0.3
+    dress_at: float | None = None
+    dressed_area: float = 0.006
     stock: float = 0.3
     infeed_lag: float = 1.25
     power_lag: float = 0.2
@@ -110,6 +114,9 @@ class AdaptiveGrinder(Frozen):
             if 0 < getattr(self, name) < _SHORTEST:
                 raise checks.refuse(name, f"0 or >= {_SHORTEST:g}", getattr(self, name), "s")
         checks.share("wear_flat_area", self.wear_flat_area)
+        checks.share("dressed_area", self.dressed_area)
+        if self.dress_at is not None and not checks.number("dress_at", self.dress_at) > self.dressed_area:
+            raise checks.refuse("dress_at", f"> dressed_area = {self.dressed_area:g}", self.dress_at)
         checks.number("idle_error", self.idle_error, "W")
         checks.kind("power_gauge", self.power_gauge, Gauge, " (see hwsim.devices)")
         if self.truth is not None and not callable(self.truth):
@@ -144,6 +151,13 @@ class AdaptiveGrinder(Frozen):
             return plain
 
     @property
+    def job(self) -> Mapping[str, object]:
+        """Wheel and work (mm, mm/s); `truth` may differ, as nobody knows it."""
+        process = self.problem.model
+        lengths = {name: (float(getattr(process, name)), "mm") for name in ("wheel_diameter", "work_diameter", "width")}
+        return {**lengths, "wheel_speed": (float(process.wheel_speed), "mm/s"), "internal": bool(process.internal)}
+
+    @property
     def _ranges(self) -> Ranges:
         low, high = self.problem.controls["work_rotation"]
         return Ranges(float(self.problem.controls["infeed_rate"][1]), float(low), float(high))
@@ -159,14 +173,16 @@ class AdaptiveGrinder(Frozen):
         return self.replace(tick=tick)
 
     def after(self, outcome: Mapping[str, Any]) -> Self:
-        """Return the plant as a part left it, with a wheel that is duller.
+        """Return the plant as a part left it, with a wheel that is duller, or dressed.
 
         Parameters
         ----------
         outcome : mapping
             What the part became; see the class.
         """
-        return self.replace(wear_flat_area=min(1.0, float(outcome["true_wear_flat_area"])))
+        area = min(1.0, float(outcome["true_wear_flat_area"]))
+        dressed = self.dress_at is not None and area >= self.dress_at
+        return self.replace(wear_flat_area=self.dressed_area if dressed else area)
 
     def start(self, rng: np.random.Generator) -> AdaptivePart:
         """Draw the truth of the next part and return it, at time 0.
