@@ -378,9 +378,7 @@ def test_a_gain_that_may_violate_is_warned_of():
 
 
 def test_a_schedule_that_may_violate_is_warned_of():
-    with pytest.warns(
-        UserWarning, match=r"theta 1 may step beyond the limit .*: it never does up to 0\.91"
-    ):
+    with pytest.warns(UserWarning, match=r"theta 1 may step beyond the limit .*: it never does up to 0\.91"):
         LocusController(KOREN, gain=locus.GainSchedule(KOREN, 1.0))
 
 

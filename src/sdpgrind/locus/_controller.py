@@ -212,7 +212,9 @@ class LocusController(Walking, Frozen):
         raise ValueError(f"start must name {stretch.along} or {stretch.hidden_name}; got {', '.join(map(str, start))}")
 
     def simulate(self, hidden: Any, *, noise: Any = 0.0) -> LoopRecord:
-        """Return what it does on the model itself, without lag, in many runs at once; the same numbers as `step`, bit for bit.
+        """Return what it does on the model itself in many runs at once, with the numbers of `step`, bit for bit.
+
+        There are no lags there, and nothing is waited for.
 
         Parameters
         ----------
