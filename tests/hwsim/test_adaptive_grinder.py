@@ -4,16 +4,16 @@ import copy
 
 import numpy as np
 import pytest
-from adaptive_fakes import NOMINAL, PROBLEM, Learned, Printed, best_rate, burning, needed, rotation_on_locus
+from adaptive_fakes import NOMINAL, PROBLEM, Learned, Printed, best_rate, burning, needed
 from scipy.integrate import solve_ivp
 
 import hwsim
 import sdpgrind
 from hwsim._log import same
 from hwsim.devices import Gauge
-from hwsim.plants._adaptive_truth import Ranges, best_point, best_rates
+from hwsim.plants._adaptive_truth import Ranges
 from hwsim.protocols import FOREVER
-from sdpgrind import locus, physics
+from sdpgrind import physics
 
 GRINDER = hwsim.AdaptiveGrinder(PROBLEM)
 RANGES = Ranges(0.05, 0.4, 63.0)
@@ -190,37 +190,6 @@ def test_another_tick():
     np.testing.assert_allclose(times[:4], [0, 1 / 3, 2 / 3, 1], rtol=1e-12)
 
 
-# The best point -------------------------------------------------------------------------------------------------------
-
-
-def test_the_best_point_is_on_the_locus():
-    for area in (0.0055, 0.006, 0.0075, 0.0099):
-        rate, rotation = best_point(NOMINAL, RANGES, area)
-        assert rate == pytest.approx(best_rate(area), rel=1e-10)
-        assert rotation == pytest.approx(rotation_on_locus(best_rate(area)), rel=1e-5)
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.4, 8.0), (14.0, 63.0)])
-def test_the_best_point_at_an_end_of_the_range(low, high):
-    rate, rotation = best_point(NOMINAL, Ranges(0.1, low, high), 0.006)
-    assert rotation == pytest.approx(min(max(rotation_on_locus(best_rate(0.006)), low), high), rel=1e-6)
-    assert burning(rate, rotation) == pytest.approx(needed(rate, rotation, 0.006), rel=1e-6)
-
-
-def test_the_best_point_of_another_sliding_law_by_brute_force():
-    process = NOMINAL.replace(power=physics.GrindingPower(sliding=physics.DongSliding()))
-    rates, rotations = np.meshgrid(np.geomspace(1e-3, 0.1, 2001), np.geomspace(0.4, 63.0, 201))
-    free = process.grinding_power(rates, rotations, 0.02) < process.burning_power(rates, rotations)
-    assert best_point(process, RANGES, 0.02)[0] == pytest.approx(min(rates[free].max(), 0.05), rel=5e-3)
-
-
-def test_there_may_be_no_best_point():
-    assert best_point(NOMINAL, RANGES, 0.05)[0] == 0.0
-    assert np.isnan(best_rates(NOMINAL, RANGES, np.array([0.005, 0.05]))).all()
-    assert np.isnan(best_rates(NOMINAL, RANGES, np.array([0.05, 0.05]))).all()
-    assert best_point(NOMINAL, RANGES._replace(infeed_rate_max=0.002), 0.006)[0] == 0.002
-
-
 # Truth and gauges -----------------------------------------------------------------------------------------------------
 
 
@@ -303,169 +272,3 @@ def test_the_plant_fits_its_protocol():
     report = hwsim.check(GRINDER, Printed())
     assert report, str(report)
     assert isinstance(GRINDER, hwsim.protocols.Plant)
-
-
-# The picture ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def pyplot():
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    pyplot.switch_backend("agg")
-    yield pyplot
-    pyplot.close("all")
-
-
-def labelled(axis):
-    return {line.get_label(): line for line in axis.lines}
-
-
-def test_the_picture_shows_what_the_log_holds(nominal, pyplot):
-    figure = nominal.plot()
-    axes = {axis.get_ylabel(): axis for axis in figure.axes}
-    assert list(axes) == ["slack [W]", "infeed rate [um/s]", "power [W]", "work speed [mm/s]", "least slack [W]", "converged [s]"]
-    out = nominal.outcome
-    first = np.isfinite(out.sample_time.values[0])
-    rate = labelled(axes["infeed rate [um/s]"])["true infeed"]
-    np.testing.assert_array_equal(rate.get_ydata(), 1e3 * out.true_infeed_rate.values[0][first])
-    np.testing.assert_array_equal(axes["converged [s]"].lines[0].get_ydata(), out.convergence_time)
-    np.testing.assert_array_equal(axes["least slack [W]"].lines[0].get_ydata(), out.slack)
-    slack = labelled(axes["slack [W]"])["burning less grinding power"].get_ydata()
-    np.testing.assert_allclose(slack, (out.burning_power - out.true_grinding_power).values[0][first][1:])
-    begins = [line.get_xdata()[0] for line in axes["infeed rate [um/s]"].lines if line.get_linestyle() == "--"]
-    np.testing.assert_allclose(begins, [0, *np.cumsum(out.time.values)[:-1]], atol=1e-9)
-    assert figure.get_suptitle() == "5 parts: 25.1 s each, 4 burned; wear flat area 0.0065 in the end"
-
-
-def test_commands_lie_on_the_locus_that_is_drawn(nominal, pyplot):
-    axis = next(axis for axis in nominal.plot().axes if axis.get_ylabel().startswith("work speed"))
-    lines = labelled(axis)
-    order = np.argsort(lines["command"].get_xdata())
-    x, y = lines["command"].get_xdata()[order], lines["command"].get_ydata()[order]
-    np.testing.assert_allclose(y, np.interp(x, lines["locus"].get_xdata(), lines["locus"].get_ydata()), rtol=5e-3)
-
-
-def test_what_burns_is_shaded(nominal, pyplot):
-    slack = nominal.plot().axes[0]
-    lowest = [path.vertices[:, 1].min() for shade in slack.collections for path in shade.get_paths()]
-    assert min(lowest) == pytest.approx(nominal.outcome.slack.values.min(), abs=0.1) and len(lowest) == 4
-    assert slack.get_ylim()[0] < nominal.outcome.slack.values.min()
-
-
-def test_another_law_and_a_part_without_commands_are_drawn_too(pyplot):
-    class Mine(physics.DongSliding):
-        pass
-
-    class Rest:
-        period = 1.0
-
-        def reset(self):
-            pass
-
-        def step(self, **measured):
-            return {}
-
-    process = NOMINAL.replace(power=physics.GrindingPower(sliding=Mine()))
-    for problem in (PROBLEM, PROBLEM.replace(model=process)):
-        log = hwsim.run(hwsim.AdaptiveGrinder(problem, max_time=5.0), Rest())
-        assert log.outcome.timed_out.values == 1.0 and log.plot()
-    known = NOMINAL.replace(power=physics.GrindingPower(sliding=physics.DongSliding()))
-    log = hwsim.run(hwsim.AdaptiveGrinder(PROBLEM.replace(model=known), wear_flat_area=0.02), Printed(0.01, factor=0.0), parts=6)
-    assert "locus" not in labelled(log.plot().axes[3])
-    assert any(axis.get_title("left") == "The first 5 parts" for axis in log.plot().axes)
-
-
-def test_controllers_are_compared_in_a_picture(pyplot):
-    log = hwsim.compare(GRINDER, {"hold": Printed(0.0145), "none": Printed(0.0145, hold=0.0)}, parts=2)
-    assert any("slack" in axis.get_title() for axis in log.plot().axes)
-    np.testing.assert_allclose(log.outcome.true_wear_flat_area, [[0.0061, 0.0062]] * 2, rtol=2e-5)
-
-
-# Refusals -------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"stock": 0.0}, r"stock must be > 0 \(mm\); got 0.0"),
-        ({"wear_flat_area": 6.0}, r"wear_flat_area must be in \(0, 1\]; got 6.0"),
-        ({"wear_flat_area": 0.0}, r"wear_flat_area must be in \(0, 1\]; got 0.0"),
-        ({"dulling": -1e-4}, r"dulling must be >= 0 \(1/mm\); got -0.0001"),
-        ({"infeed_lag": -1.0}, r"infeed_lag must be >= 0 \(s\); got -1.0"),
-        ({"power_lag": 1e-9}, r"power_lag must be 0 or >= 0.0001 \(s\); got 1e-09"),
-        ({"idle_error": np.nan}, r"idle_error must be finite \(W\); got nan"),
-        ({"max_time": 0.0}, r"max_time must be > 0 \(s\); got 0.0"),
-        ({"tick": 0.0}, r"tick must be > 0 \(s\); got 0.0"),
-        ({"dress_at": 0.006}, r"dress_at must be > dressed_area = 0.006; got 0.006"),
-        ({"dressed_area": 6.0}, r"dressed_area must be in \(0, 1\]; got 6.0"),
-    ],
-)
-def test_values_out_of_range(options, message):
-    with pytest.raises(ValueError, match=message):
-        GRINDER.replace(**options)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"truth": 3.0}, r"truth must be a Grinding \(see locus.Grinding\); got 3.0"),
-        ({"power_gauge": 2.0}, r"power_gauge must be a Gauge \(see hwsim.devices\); got 2.0"),
-        ({"problem": NOMINAL}, r'problem must be a Problem \(see locus.preset\("grinding"\)\); got a Grinding'),
-    ],
-)
-def test_things_of_another_kind(options, message):
-    with pytest.raises(TypeError, match=message):
-        GRINDER.replace(**options)
-
-
-def test_problems_of_another_machine():
-    with pytest.raises(TypeError, match=r"problem.model must be a Grinding \(see locus.Grinding\); got None"):
-        hwsim.AdaptiveGrinder(locus.Problem(controls={"u": (0, 1)}, hidden={"x": (0, 1)}, cost=lambda s, c: c.u, constraints=()))
-    with pytest.raises(ValueError, match=r"problem.controls must be infeed_rate and work_rotation; got 'infeed_rate'"):
-        hwsim.AdaptiveGrinder(PROBLEM.replace(controls={"infeed_rate": (0.0, 0.1)}))
-    with pytest.raises(ValueError, match=r'problem.controls\["work_rotation"\]\[0\] must be > 0 \(rad/s\); got 0.0'):
-        hwsim.AdaptiveGrinder(PROBLEM.replace(controls={"infeed_rate": (0.0, 0.1), "work_rotation": (0.0, 60.0)}))
-
-
-def test_a_truth_that_draws_something_else():
-    with pytest.raises(TypeError, match=r"truth\(rng\) must be a Grinding \(see locus.Grinding\); got None") as caught:
-        hwsim.run(GRINDER.replace(truth=lambda rng: None), Printed())
-    assert caught.value.__notes__ == ["in part 0"]
-
-
-@pytest.mark.parametrize(
-    ("command", "message"),
-    [
-        ({"infeed_rate": -0.01}, r"infeed_rate must be >= 0 \(mm/s\); got -0.01"),
-        ({"infeed_rate": 1.0}, r"infeed_rate must be <= 0.05 \(mm/s\); got 1.0"),
-        ({"work_rotation": 300.0}, r"work_rotation must be in \[0.4, 63\] \(rad/s\); got 300.0"),
-        ({"infeed_rate": 0.01}, r"work_rotation must be commanded with the first infeed_rate; got none \(rad/s\)"),
-    ],
-)
-def test_commands_that_cannot_be_done(command, message):
-    with pytest.raises(ValueError, match=message):
-        started().step(command, 1)
-
-
-def test_a_controller_for_another_wheel_is_refused():
-    class Other(Printed):
-        job = {"wheel_diameter": (400.0, "mm"), "width": (9.3, "mm")}  # noqa: RUF012
-
-    with pytest.raises(ValueError, match=r"its wheel_diameter is 400.0 mm, that of the plant 300.0 mm"):
-        hwsim.run(GRINDER, Other())
-
-
-def test_a_controller_in_other_units_is_refused():
-    class Minutes(Printed):
-        commands = {"infeed_rate": "mm/min", "work_rotation": "rad/s"}  # noqa: RUF012
-
-    with pytest.raises(ValueError, match="controller commands infeed_rate in mm/min, the plant accepts it in mm/s"):
-        hwsim.run(GRINDER, Minutes())
-
-
-def test_a_limit_of_roughness_is_another_machine():
-    rough = NOMINAL.replace(roughness=locus.Roughness(roughness_max=8e-4, base=5e-4, exponent=0.4))
-    with pytest.raises(ValueError, match=r"truth.roughness must be None: this machine has no gauge of roughness; got"):
-        GRINDER.replace(truth=rough)
-    with pytest.raises(TypeError, match=r"problem.model must be a Grinding \(see locus.Grinding\); got a DressedGrinding"):
-        hwsim.AdaptiveGrinder(locus.preset("grinding-roughness"))
