@@ -393,6 +393,18 @@ def test_traced_and_closed_form_agree():
         LocusController(curve)
 
 
+def test_what_the_process_says_of_the_machine_is_passed_on(curve):
+    class Known(locus.Grinding):
+        @property
+        def job(self):
+            return {"width": (self.width, "mm")}
+
+    given = {name: getattr(GRINDING.model, name) for name in ("wheel_diameter", "work_diameter", "width", "wheel_speed")}
+    problem = GRINDING.replace(model=Known(**given))
+    assert LocusController(locus.plan(problem, points=200), along="infeed_rate").job == {"width": (9.3, "mm")}
+    assert LocusController(KOREN).job == {}
+
+
 def test_grinding_has_one_coordinate(curve):
     with pytest.raises(ValueError, match="'work_rotation' is not, but infeed_rate and wear_flat_area are"):
         LocusController(curve, along="work_rotation")

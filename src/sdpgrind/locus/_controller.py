@@ -195,6 +195,12 @@ class LocusController(Walking, Frozen):
         return checks.within("start", start, *self._room, stretch.unit)
 
     @property
+    def job(self) -> Mapping[str, object]:
+        """What the machine must have set up, in the units given there: what the process says of itself, where it does."""
+        model = getattr(getattr(self.curve, "problem", None), "model", None)
+        return dict(getattr(model, "job", {}))
+
+    @property
     def _falls(self) -> bool:
         """Whether the slack falls as the coordinate rises."""
         return bool(self.stretch.loop_slope[0] < 0)
