@@ -162,6 +162,8 @@ sys.modules.setdefault("kill", kill)
 _SPEC.loader.exec_module(kill)
 
 
+@pytest.mark.timeout(180)  # where nothing was compiled before, this process and the other one compile first
+@pytest.mark.usefixtures("finished")
 def test_killed_in_the_middle_and_resumed(tmp_path, capsys):
     """The journal holds whole parts; the same command gives the log of an uninterrupted run."""
     arguments = [str(EXAMPLE), "--parts", "100", "--rng", "3", "--no-pictures", "--out"]
