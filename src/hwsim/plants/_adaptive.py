@@ -153,9 +153,7 @@ class AdaptiveGrinder(Frozen):
     @property
     def job(self) -> Mapping[str, object]:
         """Wheel and work (mm, mm/s); `truth` may differ, as nobody knows it."""
-        process = self.problem.model
-        lengths = {name: (float(getattr(process, name)), "mm") for name in ("wheel_diameter", "work_diameter", "width")}
-        return {**lengths, "wheel_speed": (float(process.wheel_speed), "mm/s"), "internal": bool(process.internal)}
+        return dict(self.problem.model.job)
 
     @property
     def _ranges(self) -> Ranges:

@@ -11,15 +11,12 @@ from scipy import optimize
 
 from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._kkt_kernels import GOOD
-from sdpgrind.locus._pieces import Columns, kind_of, point_of
+from sdpgrind.locus._grid import Grid
+from sdpgrind.locus._pieces import kind_of, point_of
 from sdpgrind.locus._point import Point, named_point
 from sdpgrind.locus._problem import Problem
 from sdpgrind.locus._system import System
-from sdpgrind.locus._trace import Ints, Run, Tracer, run_at
-
-NODES = {2: 17, 3: 7}
-"""Of the grid, for each hidden state; 5 where there are more."""
+from sdpgrind.locus._trace import Run, Tracer
 
 
 class Area:
@@ -32,15 +29,19 @@ class Area:
     ----------
     problem : Problem
         What was planned.
+    system : System
+        The problem as expressions.
+    grid : Grid
+        The points that are known, at equal steps of the scaled hidden states.
     """
 
-    def __init__(self, problem: Problem, points: Floats, held: Ints, residual: Floats):
-        self.problem, self._points, self._held, self._residual = problem, points, held, residual
+    def __init__(self, problem: Problem, system: System, grid: Grid):
+        self.problem, self.system, self.grid = problem, system, grid
 
     @property
-    def system(self) -> System:
-        """The problem as expressions; private to this package."""
-        return self.problem.system
+    def degenerate(self) -> bool:
+        """Whether many points were as good (yes or no, no unit): then the one of the most slack was taken."""
+        return self.grid.degenerate
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -54,17 +55,17 @@ class Area:
 
     @cached_property
     def _places(self) -> Floats:
-        return np.linspace(0.0, 1.0, self._points.shape[0])
+        return np.linspace(0.0, 1.0, self.grid.points.shape[0])
 
     @property
     def known(self) -> Any:
         """Whether a best point is known at each node of the grid: equal steps of the scaled hidden states (unit 1)."""
-        return np.isfinite(self._residual)
+        return np.isfinite(self.grid.residual)
 
     @property
     def error(self) -> float:
         """Largest residual of the conditions of a best point, in scaled form (unit 1), over the grid."""
-        return float(np.max(self._residual[self.known]))
+        return float(np.max(self.grid.residual[self.known]))
 
     def at(self, **hidden: float) -> Point:
         """Return the best point for hidden states, exact.
@@ -104,7 +105,7 @@ class Area:
 
     def _followed(self, corner: tuple[int, ...], place: Floats) -> Run | None:
         """From a node of the grid, one hidden state after the other, to a place; the last run, or None where the way ends."""
-        point, held = self._points[corner].copy(), self._held[corner]
+        point, held = self.grid.points[corner].copy(), self.grid.held[corner]
         hidden = self._places[list(corner)].copy()
         run = Run(point[None], np.eye(1, len(point), len(point) - 1), held, ("", 0), ("range", 0))
         for t in (*range(1, len(place)), 0):
@@ -160,21 +161,6 @@ class Area:
 
         return dataset(self)
 
-    @property
-    def points(self) -> Floats:
-        """Scaled unknowns at each node of the grid; private to this package."""
-        return self._points
-
-    @property
-    def held(self) -> Ints:
-        """What is held and active at each node; private to this package."""
-        return self._held
-
-    @property
-    def residual(self) -> Floats:
-        """Residual at each node; NaN where no best point is known; private to this package."""
-        return self._residual
-
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the area to a NetCDF file at `path`; functions of one's own go with it, as expressions."""
         records.write(self.dataset, path, "locus.area")
@@ -196,47 +182,8 @@ class Area:
     def status(self) -> str:
         """One sentence: what was found (residual in unit 1)."""
         share = np.mean(self.known)
-        return f"{self.known.sum()} exact points, {100 * share:.0f} % of the grid, residual {self.error:.1g}"
+        told = f"{self.known.sum()} exact points, {100 * share:.0f} % of the grid, residual {self.error:.1g}"
+        return told + ("; many points are as good, the one of the most slack was taken" if self.degenerate else "")
 
     def __repr__(self) -> str:
         return f"Area({self.status})"
-
-
-def area(problem: Problem) -> Area:
-    """Trace lines of the first hidden state at a grid of the others, and keep the cheapest points."""
-    system = problem.system
-    nodes = NODES.get(system.h, 5)
-    places = np.linspace(0.0, 1.0, nodes)
-    shape = (nodes,) * system.h
-    points = np.full((*shape, system.n + system.m + 2), np.nan)
-    held, residual = np.zeros((*shape, system.n + system.m), dtype=np.int64), np.full(shape, np.nan)
-    for others in itertools.product(range(nodes), repeat=system.h - 1):
-        tracer = Tracer(system, np.array([0.0, *places[list(others)]]))
-        branches = tracer.branches()
-        for k, place in enumerate(places):
-            costs = [tracer.cost(branch, place) for branch in branches]
-            if not costs or not np.isfinite(min(costs)):
-                continue
-            run = run_at(branches[int(np.argmin(costs))], place)
-            point = None if run is None else tracer.at(run, place)
-            if run is not None and point is not None:
-                known = point_of(tracer, run.held, point, run.tangents[0])
-                points[(k, *others)], held[(k, *others)], residual[(k, *others)] = known.points[0], run.held, known.residual[0]
-    if not np.any(residual <= GOOD):
-        from sdpgrind.locus._plan import nowhere
-
-        raise ValueError(nowhere(problem))
-    return Area(problem, points, held, residual)
-
-
-def table_of(curve: Area) -> Columns:
-    """What is known at the nodes, one after the other; rows of NaN where nothing is."""
-    size = curve.points.shape[-1]
-    flat, held = curve.points.reshape(-1, size), curve.held.reshape(len(curve.points.reshape(-1, size)), -1)
-    grid = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, curve.points.shape[0])] * curve.system.h, indexing="ij"), axis=-1)
-    rows = []
-    for point, own, place in zip(flat, held, grid.reshape(-1, curve.system.h), strict=True):
-        known = np.isfinite(point[0])
-        row = point_of(Tracer(curve.system, place), own, point if known else np.full(size, 0.5), np.eye(1, size, size - 1)[0])
-        rows.append(row if known else row.blank())
-    return Columns.joined(rows)

@@ -3,23 +3,30 @@
 import numpy as np
 import xarray as xr
 
-from sdpgrind.locus._area import Area, table_of
+from sdpgrind.locus._area import Area
+from sdpgrind.locus._grid import Grid
 from sdpgrind.locus._record import columns_of, coordinates, read_problem, written
 
 
 def dataset(curve: Area) -> xr.Dataset:
     """The grid, with hidden states as coordinates."""
     problem, system = curve.problem, curve.system
-    dims, shape = problem.hidden_names, curve.residual.shape
+    dims, shape = problem.hidden_names, curve.grid.residual.shape
     places = np.linspace(0.0, 1.0, shape[0])
     states = system.unscaled(np.repeat(places[:, None], system.h, axis=1), system.n)
     along = {name: (name, states[:, k], {"units": problem.unit(name)}) for k, name in enumerate(dims)}
-    variables = columns_of(table_of(curve), dims, shape)
-    variables["held"] = ((*dims, "set"), curve.held, {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"})
-    return xr.Dataset(variables, coordinates(problem) | along, {"problem": written(problem)})
+    variables = columns_of(curve.grid.table(system), dims, shape)
+    variables["held"] = (
+        (*dims, "set"),
+        curve.grid.held,
+        {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"},
+    )
+    return xr.Dataset(variables, coordinates(problem) | along, {"problem": written(problem), "degenerate": int(curve.degenerate)})
 
 
 def restored(data: xr.Dataset) -> Area:
     """The area that `dataset` gave."""
     problem = read_problem(data.attrs["problem"])
-    return Area(problem, data.points.values, data.held.values.astype(np.int64), data.residual.values)
+    degenerate = bool(data.attrs["degenerate"])
+    grid = Grid(data.points.values, data.held.values.astype(np.int64), data.residual.values, degenerate)
+    return Area(problem, problem.system_with(degenerate), grid)

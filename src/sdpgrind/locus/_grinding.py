@@ -150,6 +150,12 @@ class Grinding(Frozen):
         return law.roughness_max
 
     @property
+    def job(self) -> Mapping[str, object]:
+        """Wheel and work (mm, mm/s), which a controller's plan and a machine must share; nothing that is estimated."""
+        lengths = {name: (float(getattr(self, name)), "mm") for name in ("wheel_diameter", "work_diameter", "width")}
+        return {**lengths, "wheel_speed": (float(self.wheel_speed), "mm/s"), "internal": bool(self.internal)}
+
+    @property
     def equivalent_diameter(self) -> float:
         """Diameter D_e of a wheel that meets a plane in the same contact, mm: Koren's Fig. 7."""
         sign = -1.0 if self.internal else 1.0

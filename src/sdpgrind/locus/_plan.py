@@ -6,7 +6,9 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._area import area
+from sdpgrind.locus._area import Area
+from sdpgrind.locus._compare import cheapest, is_degenerate
+from sdpgrind.locus._grid import trace_grid
 from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._pieces import counts, pieces, tabulate
 from sdpgrind.locus._problem import Problem
@@ -71,24 +73,35 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
     system = problem.system
     _check_signs(problem, system)
     if system.h > 1:
-        return area(problem)
+        return _area(problem)
     tracer = Tracer(system, np.zeros(1))
     branches, degenerate = tracer.branches(), False
-    if tracer.flat:
+    if is_degenerate(tracer, branches):
         system = problem.system_with(tie=True)
         tracer = Tracer(system, np.zeros(1))
         branches, degenerate = tracer.branches(), True
     if not branches:
-        raise ValueError(nowhere(problem))
+        raise ValueError(_nowhere(problem))
     runs = list(marked(tracer, branches))
     sizes = counts([run for run, _ in runs], points)
     table = tabulate(tracer, [run for run, _ in runs], sizes)
     return Locus(problem, system, table, pieces(problem, runs, table, sizes), degenerate)
 
 
+def _area(problem: Problem) -> Area:
+    system = problem.system
+    grid, flat = trace_grid(system)
+    if flat:
+        system = problem.system_with(tie=True)
+        grid, _ = trace_grid(system, degenerate=True)
+    if not np.any(np.isfinite(grid.residual)):
+        raise ValueError(_nowhere(problem))
+    return Area(problem, system, grid)
+
+
 def marked(tracer: Tracer, branches: list[Branch]) -> Any:
     """Every run with whether it is the cheapest, cut where it no longer is."""
-    parts = tracer.cheapest(branches)
+    parts = cheapest(tracer, branches)
     for b, branch in enumerate(branches):
         own = [(low, high) for low, high, best in parts if best == b]
         ends = sorted({end for part in own for end in part})
@@ -127,7 +140,7 @@ def _check_sign(name: str, hidden: str, slopes: Floats) -> None:
         )
 
 
-def nowhere(problem: Problem) -> str:
+def _nowhere(problem: Problem) -> str:
     """What to say where there is no feasible point."""
     given = ", ".join(f"{name} = {low:g} to {high:g}" for name, (low, high) in problem.hidden.items())
     return f"constraints must leave a feasible point at some hidden state; none was found over {given}"
