@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from sdpgrind.locus._table import Table
 
 
+FAR = 0.1
+"""From where a point is looked for: it is another one."""
+
+
 @dataclass(frozen=True)
 class Event:
     """Something that happens at one value of the hidden state.
@@ -161,10 +165,10 @@ class Locus:
         share = (x - table.hidden[k - 1]) / (table.hidden[k] - table.hidden[k - 1])
         point = table.points[k - 1] + share * (table.points[k] - table.points[k - 1])
         point[-1] = place[0]
-        near = k - 1 if share < 0.5 else k
+        guess, near = point.copy(), k - 1 if share < 0.5 else k
         kkt, hidden = self.system.kkt_tape, np.zeros(1)
         left = kernels.settle_at(kkt, n, m, 1, hidden, 0, piece.held, point, 20)
-        if not left <= GOOD:  # at the end of what is feasible, where multipliers grow without limit
+        if not left <= GOOD or np.max(np.abs(point - guess)) > FAR:  # at an end, where multipliers or slopes have no limit
             point = table.points[near].copy()
         return point_of(Tracer(self.system, hidden), piece.held, point, table.along[near])
 

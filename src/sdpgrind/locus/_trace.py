@@ -1,13 +1,12 @@
 """All branches of best points over the range of one hidden state, cut where a set changes or another branch is better."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import _trace_kernels as kernels
@@ -26,8 +25,6 @@ SAME = 1e-6
 """Places of controls that are no further apart are one point."""
 ROUNDING = 1e-9
 """By which ends of runs are off."""
-COMPARED = 33
-"""Places at which the costs of two branches are compared, between ends of branches."""
 KINDS = {
     kernels.NONE: "",
     kernels.LOW: "least",
@@ -76,8 +73,8 @@ class Tracer:
     system: System
     hidden: Floats
     t: int = 0
-    flat: list[float] = field(default_factory=list)
-    """Places at which many points were as good."""
+    flat: list[tuple[float, float]] = field(default_factory=list)
+    """Places at which many points were as good, with their cost."""
 
     @property
     def _sizes(self) -> tuple[int, int, int]:
@@ -95,7 +92,7 @@ class Tracer:
             if curvature > 0:
                 yield point, held
             elif curvature == 0:
-                self.flat.append(place)
+                self.flat.append((place, float(self._costs(point[None])[0])))
 
     def follow(self, point: Floats, held: Ints, rising: float, low: float = 0.0, high: float = 1.0) -> list[Run]:
         """Runs to one side of a best point, in the order in which they are met."""
@@ -119,7 +116,7 @@ class Tracer:
             last.start,
             first.end,
         )
-        return _rising([run for run in [*backward[:-1], joined, *up[1:]] if run.high > run.low], self.system.n)
+        return _rising([run for run in [*backward[:-1], joined, *up[1:]] if run.high > run.low + ROUNDING], self.system.n)
 
     def at(self, run: Run, place: float) -> Floats | None:
         """The point of a run at a place of the hidden state; None where it cannot be found."""
@@ -170,48 +167,14 @@ class Tracer:
 
     def _add(self, found: list[Branch], place: float, starts: Ints | None = None) -> None:
         for point, held in self.seeds(place, starts):
-            if not any(self._holds(branch, point) for branch in found):
-                found.append(self.grow(point, held))
+            if not any(self._holds(branch, point) for branch in found) and (grown := self.grow(point, held)):
+                found.append(grown)
 
     def _holds(self, branch: Branch, point: Floats) -> bool:
         run = run_at(branch, float(point[-1]))
         there = None if run is None else self.at(run, float(point[-1]))
         n = self.system.n
         return there is not None and bool(np.max(np.abs(there[:n] - point[:n])) < SAME)
-
-    def cheapest(self, branches: list[Branch]) -> list[tuple[float, float, int]]:
-        """Parts of the range, (low, high, which branch is of least cost there); where there is none, none."""
-        parts: list[tuple[float, float, int]] = []
-        for low, high in pairwise(_distinct(end for branch in branches for end in (branch[0].low, branch[-1].high))):
-            alive = [
-                b for b, branch in enumerate(branches) if branch[0].low <= low + ROUNDING and branch[-1].high >= high - ROUNDING
-            ]
-            for part in self._cheapest_between(branches, alive, low, high):
-                if parts and parts[-1][2] == part[2] and parts[-1][1] == part[0]:
-                    parts[-1] = (parts[-1][0], part[1], part[2])
-                else:
-                    parts.append(part)
-        return parts
-
-    def _cheapest_between(
-        self, branches: list[Branch], alive: list[int], low: float, high: float
-    ) -> Iterator[tuple[float, float, int]]:
-        if len(alive) < 2:
-            yield from ((low, high, b) for b in alive)
-            return
-        places = np.linspace(low, high, COMPARED)[1:-1]
-        costs = np.array([[self.cost(branches[b], place) for b in alive] for place in places])
-        best, since = np.argmin(costs, axis=1), low
-        for k in np.flatnonzero(np.diff(best)):
-            old, new = branches[alive[best[k]]], branches[alive[best[k + 1]]]
-
-            def gap(place: float, old: Branch = old, new: Branch = new) -> float:
-                return self.cost(old, place) - self.cost(new, place)
-
-            jump = float(optimize.brentq(gap, places[k], places[k + 1], xtol=1e-15))
-            yield since, jump, alive[best[k]]
-            since = jump
-        yield since, high, alive[best[-1]]
 
     def cut(self, run: Run, places: list[float]) -> Iterator[Run]:
         """A run in parts, cut at places between its ends where another branch takes over."""
@@ -233,15 +196,6 @@ class Tracer:
     def _tangent(self, point: Floats, run: Run, k: int, out: Floats) -> None:
         n, m, h = self._sizes
         kernels.tangent_of(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, point, run.tangents[k], out)
-
-
-def _distinct(places: Iterable[float]) -> list[float]:
-    """By rising place, without those that are the same but for rounding."""
-    found: list[float] = []
-    for place in sorted(places):
-        if not found or place > found[-1] + ROUNDING:
-            found.append(place)
-    return found
 
 
 def run_at(branch: Branch, place: float) -> Run | None:

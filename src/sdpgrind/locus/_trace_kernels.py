@@ -21,6 +21,8 @@ from sdpgrind.locus._tape_kernels import work_size
 NONE, LOW, HIGH, RELEASE, DROP, ADD, RANGE, INFEASIBLE, FOLD, BRANCH, LOST, FULL = range(12)
 """What happens at a node. Up to ADD the set changes; from RANGE on the branch ends."""
 LONGEST, SHORTEST = 0.1, 1e-9
+NEAREST = 1e-6
+"""Step with which a crossing of branches is near enough."""
 SLACKEN = 1e-10
 """How far a sign may be wrong by rounding."""
 COSINE = 0.966
@@ -94,8 +96,9 @@ def away(kind, index, was, d, point, tangent, n, m, h, t):
 
 @njit(**_OPTIONS)
 def _locate(
-    kkt, n, m, h, hidden, t, held, low, high, rising, start, direction, k, left, right, span, point, tangent, work, d, found
-):
+    kkt, n, m, h, hidden, t, held, low, high, rising, orientation, start, direction, k, left, right, span,
+    point, tangent, work, d, found,
+):  # fmt: skip
     """Where sign k fails between two lengths of arc, by the Illinois rule; leaves point and tangent there, gives the length."""
     a, b, fa, fb = 0.0, span, left, right
     s, side = span, 0
@@ -107,7 +110,7 @@ def _locate(
         point[:] = guess
         newton(kkt, n, m, h, hidden, t, held, guess, direction, 8, point, work, d)
         determinant = tangent_at(d, point, held, n, m, h, t, direction, tangent)
-        signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, found)
+        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
         if abs(found[k]) <= 1e-15 or b - a <= 1e-15:
             break
         if found[k] > 0.0:
@@ -142,11 +145,10 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
     along[size - 1] = rising
     evaluate(kkt, n, h, point, hidden, t, work, d)
     determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
-    signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, old_signs)
     orientation = 1.0 if determinant > 0.0 else -1.0
-    old_signs[-1] *= orientation
+    signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
     count = _record(points, tangents, sets, events, 0, point, tangent, held, NONE, 0)
-    step = 0.02
+    step, suspected = 0.02, LOST
     while count < points.shape[0] - 2:
         old[:], along[:] = point, tangent
         guess = old + step * along
@@ -158,10 +160,9 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
             step *= 0.4
             point[:], tangent[:] = old, along
             if step < SHORTEST:
-                return _record(points, tangents, sets, events, count, point, tangent, held, LOST, 0)
+                return _record(points, tangents, sets, events, count, point, tangent, held, suspected, 0)
             continue
-        signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, found)
-        found[-1] *= orientation
+        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
         failed, earliest, span = -1, np.inf, np.sum((point - old) * along)
         for k in range(found.size):
             if found[k] < -SLACKEN * (1.0 if k < found.size - 1 else 0.0):
@@ -169,8 +170,8 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
                     where = 0.0
                 else:
                     where = _locate(
-                        kkt, n, m, h, hidden, t, held, low, high, rising, old, along, k, old_signs[k], found[k], span,
-                        guess, tangent, work, d, ahead,
+                        kkt, n, m, h, hidden, t, held, low, high, rising, orientation, old, along, k, old_signs[k], found[k],
+                        span, guess, tangent, work, d, ahead,
                     )  # fmt: skip
                 if where < earliest:
                     failed, earliest = k, where
@@ -184,6 +185,13 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         newton(kkt, n, m, h, hidden, t, held, guess, along, 8, point, work, d)
         determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
         kind, index = event_of(failed, held, n, m)
+        if kind in (FOLD, BRANCH) and step > NEAREST and np.sum(tangent * along) < COSINE:
+            step *= 0.4  # where branches cross, Newton's method may leave for another one: nearer, it does not
+            point[:], tangent[:] = old, along
+            suspected = kind
+            continue
+        if kind in (FOLD, BRANCH) and np.sum(tangent * along) < COSINE:
+            point[:], tangent[:] = old, along
         if kind == FOLD and point[n] < 1e-6:
             kind = INFEASIBLE
         if kind == RANGE:  # exactly, so that all branches end at one place
@@ -209,9 +217,8 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         if determinant == 0.0 or (not exchanged and away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0):
             events[count - 1, 0] = FOLD
             return count
-        signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, old_signs)
         orientation = 1.0 if determinant > 0.0 else -1.0
-        old_signs[-1] *= orientation
+        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
         count = _record(points, tangents, sets, events, count, point, tangent, held, NONE, 0)
         step = 0.02
     return _record(points, tangents, sets, events, count, point, tangent, held, FULL, 0)
