@@ -29,13 +29,12 @@ def sizes(kkt, n, m, h):
 @njit(**_OPTIONS)
 def evaluate(kkt, n, h, point, hidden, t, work, out):
     """Run the tape at a point: `hidden` are the places of all hidden states, of which the t-th is the point's own."""
-    given = np.empty(n + h)
     for i in range(n):
-        given[i] = point[i]
+        work[i] = point[i]
     for k in range(h):
-        given[n + k] = hidden[k]
-    given[n + t] = point[point.size - 1]
-    run(kkt, given, work, out)
+        work[n + k] = hidden[k]
+    work[n + t] = point[point.size - 1]
+    run(kkt, work, work, out)
 
 
 @njit(**_OPTIONS)
@@ -205,15 +204,15 @@ def free_directions(d, held, n, m, basis):
 @njit(**_OPTIONS)
 def _orthonormal(basis, k, n, least):
     """Make row k orthogonal to those above and of length 1; says whether enough was left."""
-    before = np.sqrt(np.sum(basis[k] ** 2))
-    for _ in range(2):
+    before = _length(basis, k, n)
+    for _ in range(2 if k else 0):
         for r in range(k):
             dot = 0.0
             for i in range(n):
                 dot += basis[k, i] * basis[r, i]
             for i in range(n):
                 basis[k, i] -= dot * basis[r, i]
-    after = np.sqrt(np.sum(basis[k] ** 2))
+    after = _length(basis, k, n)
     if not after > least * before:
         return False
     for i in range(n):
@@ -222,25 +221,37 @@ def _orthonormal(basis, k, n, least):
 
 
 @njit(**_OPTIONS)
+def _length(basis, k, n):
+    total = 0.0
+    for i in range(n):
+        total += basis[k, i] * basis[k, i]
+    return np.sqrt(total)
+
+
+@njit(**_OPTIONS)
 def curvature(d, point, held, n, m):
     """Least curvature of the Lagrangian in directions that active gradients leave free; inf: none is left."""
-    f = 1 + m
     basis = np.zeros((n + m + 1, n))
     active, free = free_directions(d, held, n, m, basis)
     if free < 0:
         return -np.inf
     if free == 0:
         return np.inf
-    hess = f * (1 + n)
+    if free == 1:
+        return _curved(d, point, basis, active, active, n, m)
     reduced = np.zeros((free, free))
     for a in range(free):
         for b in range(free):
-            total = 0.0
-            for j in range(f):
-                for i in range(n):
-                    for k in range(n):
-                        total += point[n + j] * basis[active + a, i] * d[hess + (j * n + i) * n + k] * basis[active + b, k]
-            reduced[a, b] = total / point[n]
-    if free == 1:
-        return reduced[0, 0]
+            reduced[a, b] = _curved(d, point, basis, active + a, active + b, n, m)
     return np.linalg.eigvalsh(0.5 * (reduced + reduced.T))[0]
+
+
+@njit(**_OPTIONS)
+def _curved(d, point, basis, a, b, n, m):
+    """Second derivative of the Lagrangian along rows a and b, for a unit of the cost."""
+    hess, total = (1 + m) * (1 + n), 0.0
+    for j in range(1 + m):
+        for i in range(n):
+            for k in range(n):
+                total += point[n + j] * basis[a, i] * d[hess + (j * n + i) * n + k] * basis[b, k]
+    return total / point[n]

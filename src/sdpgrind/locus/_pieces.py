@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus import _trace_kernels as kernels
 from sdpgrind.locus._problem import Problem
+from sdpgrind.locus._spread_kernels import spread
 from sdpgrind.locus._trace import Ints, Run, Tracer
 
 
@@ -119,7 +119,7 @@ def tabulate(tracer: Tracer, runs: Sequence[Run], sizes: Sequence[int]) -> Colum
     since = 0
     for run, size in zip(runs, sizes, strict=True):
         part = slice(since, since + size)
-        kernels.spread(
+        spread(
             system.kkt_tape, n, m, h, tracer.hidden, tracer.t, run.held, run.nodes, run.tangents,
             points[part], along[part], pulls[part], residual[part], curvature[part],
         )  # fmt: skip
@@ -129,14 +129,15 @@ def tabulate(tracer: Tracer, runs: Sequence[Run], sizes: Sequence[int]) -> Colum
 
 def columns(tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residual: Floats, curvature: Floats) -> Columns:
     system, n, m = tracer.system, tracer.system.n, tracer.system.m
-    whole = np.broadcast_to(tracer.hidden, (len(points), system.h)).copy()
-    whole[:, tracer.t] = points[:, -1]
-    hidden, controls, stretch = system.unscaled(whole, n), system.unscaled(points[:, :n]), system.unscaled_slope(points[:, :n])
+    places = np.empty((len(points), n + system.h))
+    places[:, :n], places[:, n:], places[:, n + tracer.t] = points[:, :n], tracer.hidden, points[:, -1]
+    values = system.unscaled(places)
+    controls, hidden, stretch = values[:, :n], values[:, n:], system.stretch(values)
     cost, response, limit = system.values(controls, hidden)
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = along[:, :n] / along[:, -1:] * stretch / system.unscaled_slope(whole, n)[:, tracer.t, None]
+        slope = along[:, :n] / along[:, -1:] * stretch[:, :n] / stretch[:, n + tracer.t, None]
         multipliers = points[:, n + 1 : n + 1 + m] / points[:, n, None] * (system.cost_scale / system.scales)
-    pulls = np.abs(pulls) * system.cost_scale / stretch
+    pulls = np.abs(pulls) * system.cost_scale / stretch[:, :n]
     margin = np.nan_to_num(curvature * system.cost_scale, nan=0.0, posinf=np.inf, neginf=-np.inf)
     known = controls, slope, hidden[:, tracer.t], multipliers, pulls, cost, response, limit, margin, residual
     return Columns(points, along, *known)

@@ -126,6 +126,16 @@ class System:
         slopes: Floats = np.where(logarithmic, self.unscaled(q, first) * grow, high - low)
         return slopes
 
+    def stretch(self, values: Floats) -> Floats:
+        """Slopes (..., n + h) of controls and hidden states by their places, where they have these values."""
+        return np.where(self.logarithmic, values * self._growth, self.high - self.low)
+
+    @cached_property
+    def _growth(self) -> Floats:
+        """Logarithm of the greatest over the least value, where that is positive."""
+        growth: Floats = np.log(np.where(self.logarithmic, self.high, 1.0) / np.where(self.logarithmic, self.low, 1.0))
+        return growth
+
     def lattice(self, places: int) -> Floats:
         """Points of a lattice over all controls and hidden states, scaled (k, n + h)."""
         ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, places).round().astype(int)]

@@ -7,6 +7,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._tape_kernels import Op
+from sdpgrind.locus._tape_powers import cheaper_powers
 
 _OPS: dict[int, int] = {getattr(casadi, f"OP_{op.name}"): int(op) for op in Op}
 _EITHER_WAY = {Op.ADD, Op.MUL, Op.EQ, Op.NE, Op.AND, Op.OR}
@@ -21,15 +22,15 @@ def tape(function: casadi.Function) -> Floats:
     their bits, so that nothing has to be converted.
     """
     listing = _Listing(_expanded(function))
-    runs = _in_runs(list(listing.operations), listing.first)
+    code, results = cheaper_powers(list(listing.operations), listing.results, listing.first, listing.values)
+    runs = _in_runs(code, listing.first)
     order = [k for _, members in runs for k in members]
     places = {listing.first + k: listing.first + now for now, k in enumerate(order)}
-    code = list(listing.operations)
     packed: list[int] = []
     for op, members in runs:
         packed += [op, len(members), *(places.get(n, n) for k in members for n in code[k][1:])]
     head = [listing.n_in, listing.n_out, len(listing.constants), len(code), len(runs)]
-    results = [places.get(n, n) for n in listing.results]
+    results = [places.get(n, n) for n in results]
     return np.concatenate([_bits(head), np.frombuffer(b"".join(listing.constants)), _bits(packed), _bits(results)])
 
 
@@ -66,6 +67,11 @@ class _Listing:
         self.first = self.n_in + len(self.constants)
         for k in steps:
             self.take(k)
+
+    @property
+    def values(self) -> dict[int, float]:
+        """Constants by their places."""
+        return {self.n_in + k: float(np.frombuffer(one)[0]) for k, one in enumerate(self.constants)}
 
     def take(self, k: int) -> None:
         """Follow one of CasADi's instructions."""

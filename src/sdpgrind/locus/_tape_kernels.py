@@ -11,6 +11,8 @@ from numba import njit
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 COUNTS = 5
 """Numbers at the head of a tape: inputs, outputs, constants, results, runs of one operation."""
+BLOCK = 32
+"""Points at which a tape is run at once: what it works on stays near the processor."""
 _ONE, _TWO = np.uint64(1), np.uint64(2)  # unsigned: an index that cannot be negative is not looked at twice
 Op = IntEnum(
     "Op",
@@ -71,11 +73,74 @@ def run(tape, inputs, work, out):
 
 
 @njit(**_OPTIONS)
+def room(tape, count):
+    """Where `run_block` works on as many points at once: a row for each number, one after the other, constants filled in."""
+    counts = tape[:COUNTS].view(np.int64)
+    work = np.empty(work_size(tape) * count)
+    for k in range(counts[2]):
+        first = (counts[0] + k) * count
+        work[first : first + count] = tape[COUNTS + k]
+    return work
+
+
+@njit(**_OPTIONS)
+def run_block(tape, work, out):
+    """Evaluate a tape at as many points as `out` (points, outputs) has rows; inputs are the first rows of `work`, see `room`.
+
+    Operation by operation for many points: what each is has to be asked once, and a processor does several numbers at a time.
+    """
+    code, size = tape.view(np.uint64), np.uint64(out.shape[0])
+    n_out, n_const = code[1], code[2]
+    at, to = np.uint64(COUNTS) + n_const, (code[0] + n_const) * size
+    for _ in range(code[4]):
+        op, count = np.int64(code[at]), code[at + _ONE]
+        at += _TWO
+        for _ in range(count):
+            _row(op, work, code[at] * size, code[at + _ONE] * size, to, size)
+            at, to = at + _TWO, to + size
+    for k in range(n_out):
+        first = code[at + k] * size
+        for i in range(size):
+            out[i, k] = work[first + i]
+
+
+@njit(forceinline=True, **_OPTIONS)
+def _row(op, work, x, y, to, size):
+    """Do one operation on the numbers from `x` and from `y` on: what is met most in loops of its own."""
+    if op == Op.MUL:
+        for k in range(size):
+            work[to + k] = work[x + k] * work[y + k]
+    elif op == Op.ADD:
+        for k in range(size):
+            work[to + k] = work[x + k] + work[y + k]
+    elif op == Op.SUB:
+        for k in range(size):
+            work[to + k] = work[x + k] - work[y + k]
+    elif op == Op.DIV:
+        for k in range(size):
+            work[to + k] = work[x + k] / work[y + k]
+    elif op == Op.SQRT:
+        for k in range(size):
+            work[to + k] = np.sqrt(work[x + k])
+    else:
+        for k in range(size):
+            work[to + k] = _apply(op, work[x + k], work[y + k])
+
+
+@njit(**_OPTIONS)
 def run_many(tape, inputs, out):
     """Evaluate a tape at each row of `inputs` (k, n_in) into the rows of `out` (k, n_out)."""
-    work = np.empty(work_size(tape))
-    for k in range(len(inputs)):
-        run(tape, inputs[k], work, out[k])
+    whole = len(inputs) // BLOCK * BLOCK
+    if whole:
+        work = room(tape, BLOCK)
+        for since in range(0, whole, BLOCK):
+            for i in range(inputs.shape[1]):
+                for k in range(BLOCK):
+                    work[i * BLOCK + k] = inputs[since + k, i]
+            run_block(tape, work, out[since : since + BLOCK])
+    single = np.empty(work_size(tape))
+    for k in range(whole, len(inputs)):
+        run(tape, inputs[k], single, out[k])
 
 
 @njit(forceinline=True, **_OPTIONS)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import _trace_kernels as kernels
 from sdpgrind.locus._kkt_kernels import GOOD
-from sdpgrind.locus._seed_kernels import best_point, lattice_best, lattice_minima
+from sdpgrind.locus._seed_kernels import best_points, lattice_best, lattice_minima
 from sdpgrind.locus._system import TICKS, System, starts_of
 
 Ints: TypeAlias = npt.NDArray[np.int64]
@@ -85,10 +85,10 @@ class Tracer:
         n, m, h = self._sizes
         hidden = self.hidden.copy()
         hidden[self.t] = place
-        first, kkt = self.system.first_tape, self.system.kkt_tape
-        for k in lattice_minima(first, n, m, hidden, starts_of(n), TICKS.get(n, 3)) if starts is None else starts:
-            point, held = np.zeros(n + m + 2), np.zeros(n + m, dtype=np.int64)
-            curvature = best_point(kkt, first, n, m, h, hidden, self.t, starts_of(n)[k], point, held)
+        kkt, first, lattice = self.system.kkt_tape, self.system.first_tape, starts_of(n)
+        chosen = lattice_minima(first, n, m, hidden, lattice, TICKS.get(n, 3)) if starts is None else starts
+        found = best_points(kkt, first, n, m, h, hidden, self.t, lattice[chosen])
+        for point, held, curvature in zip(*found, strict=True):
             if curvature > 0:
                 yield point, held
             elif curvature == 0:
@@ -120,9 +120,9 @@ class Tracer:
 
     def at(self, run: Run, place: float) -> Floats | None:
         """The point of a run at a place of the hidden state; None where it cannot be found."""
-        point = interpolated(run, place)
         n, m, h = self._sizes
-        left = kernels.settle_at(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, point, 12)
+        point = np.empty(n + m + 2)
+        left = kernels.reach(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, run.nodes, place, point)
         return point if left <= GOOD else None
 
     def cost(self, branch: Branch, place: float) -> float:
@@ -243,4 +243,4 @@ def _change(before: Ints, after: Ints, n: int) -> tuple[str, int]:
 
 
 def _reversed(run: Run) -> Run:
-    return Run(run.nodes[::-1], -run.tangents[::-1], run.held, run.end, run.start)
+    return Run(run.nodes[::-1].copy(), -run.tangents[::-1], run.held, run.end, run.start)

@@ -20,7 +20,7 @@ from sdpgrind.locus._tape_kernels import work_size
 
 NONE, LOW, HIGH, RELEASE, DROP, ADD, RANGE, INFEASIBLE, FOLD, BRANCH, LOST, FULL = range(12)
 """What happens at a node. Up to ADD the set changes; from RANGE on the branch ends."""
-LONGEST, SHORTEST = 0.1, 1e-9
+LONGEST, SHORTEST = 0.06, 1e-9
 NEAREST = 1e-6
 """Step with which a crossing of branches is near enough."""
 SLACKEN = 1e-10
@@ -234,33 +234,18 @@ def settle_at(kkt, n, m, h, hidden, t, held, point, most):
 
 
 @njit(**_OPTIONS)
-def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls, residuals, curvatures):
-    """Fill a table of `points` along nodes of one set: equal lengths of arc, guessed by cubics, made exact by Newton's method.
-
-    `along` are unit tangents; `pulls` slopes of the Lagrangian by controls (0 where they are free), over the weight of the cost.
-    """
-    size, count, last = n + m + 2, points.shape[0], nodes.shape[0] - 1
-    work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
-    arc = np.zeros(last + 1)
-    for k in range(last):
-        arc[k + 1] = arc[k] + np.sqrt(np.sum((nodes[k + 1] - nodes[k]) ** 2))
-    guess, row, segment = np.empty(size), np.empty(size), 0
-    for k in range(count):
-        s = arc[last] * k / max(count - 1, 1)
-        while segment < last - 1 and s > arc[segment + 1]:
-            segment += 1
-        span = arc[segment + 1] - arc[segment]
-        u = (s - arc[segment]) / span if span > 0.0 else 0.0
-        a, b, c, e = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2 * span, u * u * (3 - 2 * u), u * u * (u - 1) * span
-        for i in range(size):
-            guess[i] = a * nodes[segment, i] + b * tangents[segment, i] + c * nodes[segment + 1, i] + e * tangents[segment + 1, i]
-            row[i] = (1 - u) * tangents[segment, i] + u * tangents[segment + 1, i]
-        points[k] = guess
-        residuals[k] = newton(kkt, n, m, h, hidden, t, held, guess, row, 6, points[k], work, d)[1]
-        tangent_at(d, points[k], held, n, m, h, t, row, along[k])
-        curvatures[k] = curvature(d, points[k], held, n, m)
-        for i in range(n):
-            pulls[k, i] = gradient_row(d, points[k], i, n, m, h, t, row) / points[k, n] if held[i] != 0 else 0.0
+def reach(kkt, n, m, h, hidden, t, held, nodes, place, point):
+    """The point of a run at a place of the hidden state, in place: straight between nodes, then exact; gives the residual."""
+    last = nodes.shape[1] - 1
+    k = 1
+    while k < nodes.shape[0] - 1 and nodes[k, last] < place:
+        k += 1
+    span = nodes[k, last] - nodes[k - 1, last]
+    share = (place - nodes[k - 1, last]) / span if span > 0.0 else 0.0
+    for i in range(last):
+        point[i] = nodes[k - 1, i] + share * (nodes[k, i] - nodes[k - 1, i])
+    point[last] = place
+    return settle_at(kkt, n, m, h, hidden, t, held, point, 12)
 
 
 @njit(**_OPTIONS)
