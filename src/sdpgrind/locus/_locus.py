@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from sdpgrind.locus._table import Table
 
 
-FAR = 0.1
-"""From where a point is looked for: it is another one."""
+NEAR, FAR = 1e-6, 0.25
+"""A point that is farther from where it is looked for, scaled, and over the distance of its neighbours, is another one."""
 
 
 @dataclass(frozen=True)
@@ -162,14 +162,13 @@ class Locus:
         table, n, m = piece.table, self.system.n, self.system.m
         place = self.system.scaled(np.array([x]), n)
         k = int(np.clip(np.searchsorted(table.hidden, x), 1, len(table.hidden) - 1))
-        share = (x - table.hidden[k - 1]) / (table.hidden[k] - table.hidden[k - 1])
-        point = table.points[k - 1] + share * (table.points[k] - table.points[k - 1])
-        point[-1] = place[0]
-        guess, near = point.copy(), k - 1 if share < 0.5 else k
-        kkt, hidden = self.system.kkt_tape, np.zeros(1)
+        point, near = np.empty_like(table.points[0]), k - (table.hidden[k] - x > x - table.hidden[k - 1])
+        ends = (table.points[k - 1], table.points[k], table.along[k - 1], table.along[k])
+        length = kernels.between(*ends, place[0], point)
+        guess, kkt, hidden = point.copy(), self.system.kkt_tape, np.zeros(1)
         left = kernels.settle_at(kkt, n, m, 1, hidden, 0, piece.held, point, 20)
-        if not left <= GOOD or np.max(np.abs(point - guess)) > FAR:  # at an end, where multipliers or slopes have no limit
-            point = table.points[near].copy()
+        if not left <= GOOD or np.max(np.abs(point - guess)) > max(NEAR, FAR * length):
+            point = guess  # at an end, where multipliers or slopes have no limit
         return point_of(Tracer(self.system, hidden), piece.held, point, table.along[near])
 
     def _piece(self, x: float) -> Piece:
@@ -177,6 +176,8 @@ class Locus:
         piece = self.best[k]
         if x < piece.range[0]:
             before = self.best[k - 1].range[1]
+            if piece.range[0] - before <= NEAR * (self.range[1] - self.range[0]):  # where branches part
+                return piece
             gap = f"between {before:.6g} and {piece.range[0]:.6g} none is known"
             raise ValueError(f"{self.hidden_name} must have a feasible point: {gap}; got {x:g}")
         return piece

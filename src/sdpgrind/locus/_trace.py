@@ -207,12 +207,10 @@ def run_at(branch: Branch, place: float) -> Run | None:
 
 
 def interpolated(run: Run, place: float) -> Floats:
-    """Near the point of a run at a place: straight between nodes."""
-    places = run.nodes[:, -1]
-    k = int(np.clip(np.searchsorted(places, place), 1, len(places) - 1))
-    share = (place - places[k - 1]) / (places[k] - places[k - 1]) if places[k] > places[k - 1] else 0.0
-    point: Floats = run.nodes[k - 1] + share * (run.nodes[k] - run.nodes[k - 1])
-    point[-1] = place
+    """Near the point of a run at a place: cubic between nodes."""
+    k = int(np.clip(np.searchsorted(run.nodes[:, -1], place), 1, len(run.nodes) - 1))
+    point = np.empty_like(run.nodes[0])
+    kernels.between(run.nodes[k - 1], run.nodes[k], run.tangents[k - 1], run.tangents[k], place, point)
     return point
 
 

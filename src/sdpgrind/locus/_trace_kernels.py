@@ -182,16 +182,16 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
             continue
         guess = old + earliest * along
         point[:] = guess
-        newton(kkt, n, m, h, hidden, t, held, guess, along, 8, point, work, d)
+        left = newton(kkt, n, m, h, hidden, t, held, guess, along, 8, point, work, d)[1]
         determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
         kind, index = event_of(failed, held, n, m)
-        if kind in (FOLD, BRANCH) and step > NEAREST and np.sum(tangent * along) < COSINE:
-            step *= 0.4  # where branches cross, Newton's method may leave for another one: nearer, it does not
+        if left > GOOD or np.max(np.abs(point - guess)) > step or not np.sum(tangent * along) >= COSINE:
             point[:], tangent[:] = old, along
-            suspected = kind
-            continue
-        if kind in (FOLD, BRANCH) and np.sum(tangent * along) < COSINE:
-            point[:], tangent[:] = old, along
+            if step > NEAREST:  # Newton's method may leave for another branch, where two cross or come near: nearer, it does not
+                step *= 0.4
+                suspected = kind if kind in (FOLD, BRANCH) else LOST
+                continue
+            evaluate(kkt, n, h, point, hidden, t, work, d)
         if kind == FOLD and point[n] < 1e-6:
             kind = INFEASIBLE
         if kind == RANGE:  # exactly, so that all branches end at one place
@@ -246,6 +246,23 @@ def reach(kkt, n, m, h, hidden, t, held, nodes, place, point):
         point[i] = nodes[k - 1, i] + share * (nodes[k, i] - nodes[k - 1, i])
     point[last] = place
     return settle_at(kkt, n, m, h, hidden, t, held, point, 12)
+
+
+@njit(**_OPTIONS)
+def between(left, right, along_left, along_right, place, point):
+    """Where a cubic between two nodes has a place of the hidden state, into `point`; gives the length between the nodes."""
+    last = left.size - 1
+    span, low, high = np.sqrt(np.sum((right - left) ** 2)), 0.0, 1.0
+    for _ in range(54):
+        u = 0.5 * (low + high)
+        a, b, c, e = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2 * span, u * u * (3 - 2 * u), u * u * (u - 1) * span
+        if a * left[last] + b * along_left[last] + c * right[last] + e * along_right[last] < place:
+            low = u
+        else:
+            high = u
+    point[:] = a * left + b * along_left + c * right + e * along_right
+    point[last] = place
+    return span
 
 
 @njit(**_OPTIONS)
