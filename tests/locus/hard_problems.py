@@ -98,7 +98,7 @@ PROBLEMS = {
     ),
     "tiny-state": Problem(
         controls={"u": (1.0, 2.0), "v": (1e-5, 1e-2)}, hidden={"x": (2e-9, 3e-7)},
-        cost=lambda s, c: -c.u * c.v, 
+        cost=lambda s, c: -c.u * c.v,
         constraints=[one(lambda s, c: s.x * 1e7 + 300 * c.v + c.u**2 * 0.2, lambda s, c: 2 + 0.3 * c.u)],
     ),
     "huge-state": problem(

@@ -16,6 +16,8 @@ from sdpgrind.locus._tape_kernels import run
 
 CLOSE = 1e-13
 """Residual at which Newton's method stops; what it cannot better any more is good enough at `GOOD`."""
+STILL = 1e-8
+"""Last step of such a point: where branches cross, a residual is small far away."""
 GOOD = 1e-10
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 
@@ -151,7 +153,7 @@ def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
     """
     size = point.size
     a, b = np.empty((size, size)), np.empty(size)
-    before = np.inf
+    before, moved = np.inf, np.inf
     for step in range(most + 1):
         evaluate(kkt, n, h, point, hidden, t, work, d)
         conditions(d, point, held, n, m, h, t, b, a)
@@ -165,13 +167,14 @@ def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
             left = max(left, abs(b[k]))
             if not np.isfinite(b[k]):
                 return step, np.inf
-        if left <= CLOSE or step == most or (left <= GOOD and left > 0.1 * before):
+        if left <= CLOSE or step == most or (left <= GOOD and left > 0.1 * before and moved <= STILL):
             return step, left
-        before = left
+        before, moved = left, 0.0
         if solve(a, b) == 0.0:
             return step, np.inf
         for k in range(size):
             point[k] -= b[k]
+            moved = max(moved, abs(b[k]))
     return most, left
 
 

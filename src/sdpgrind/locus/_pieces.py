@@ -10,6 +10,9 @@ from sdpgrind.locus._problem import Problem
 from sdpgrind.locus._spread_kernels import spread
 from sdpgrind.locus._trace import Ints, Run, Tracer
 
+NONE = 1e-12
+"""Weight of the cost that is none: its multipliers have no limit."""
+
 
 @dataclass(frozen=True)
 class Columns:
@@ -136,7 +139,10 @@ def columns(tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residu
     cost, response, limit = system.values(controls, hidden)
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = along[:, :n] / along[:, -1:] * stretch[:, :n] / stretch[:, n + tracer.t, None]
-        multipliers = points[:, n + 1 : n + 1 + m] / points[:, n, None] * (system.cost_scale / system.scales)
+        weights = np.where(points[:, n, None] > NONE, points[:, n, None], 0.0)  # 0 where feasibility ends
+        multipliers = np.nan_to_num(
+            points[:, n + 1 : n + 1 + m] / weights * (system.cost_scale / system.scales), nan=0.0, posinf=np.inf
+        )
     pulls = np.abs(pulls) * system.cost_scale / stretch[:, :n]
     margin = np.nan_to_num(curvature * system.cost_scale, nan=0.0, posinf=np.inf, neginf=-np.inf)
     known = controls, slope, hidden[:, tracer.t], multipliers, pulls, cost, response, limit, margin, residual

@@ -135,7 +135,8 @@ class Tracer:
         """Cost (k,) at points (k, n + m + 2)."""
         hidden, n = np.repeat(self.hidden[None], len(points), axis=0), self.system.n
         hidden[:, self.t] = points[:, -1]
-        return self.system.values(self.system.unscaled(points[:, :n]), self.system.unscaled(hidden, n))[0]
+        values: tuple[Floats, ...] = self.system.values(self.system.unscaled(points[:, :n]), self.system.unscaled(hidden, n))
+        return values[0]
 
     def branches(self) -> list[Branch]:
         """Every branch that is found from the places, and from beside the ends of those that were found."""
