@@ -81,7 +81,7 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
         tracer = Tracer(system, np.zeros(1))
         branches, degenerate = tracer.branches(), True
     if not branches:
-        raise ValueError(_nowhere(problem))
+        raise ValueError(_alike(problem) if degenerate else _nowhere(problem))
     runs = list(marked(tracer, branches))
     sizes = counts([run for run, _ in runs], points)
     table = tabulate(tracer, [run for run, _ in runs], sizes)
@@ -138,6 +138,11 @@ def _check_sign(name: str, hidden: str, slopes: Floats) -> None:
             f"hidden states must move a constraint one way all over the ranges; response - limit of {name} rises with {hidden} at"
             " some controls and falls at others: narrow the ranges, or split the problem"
         )
+
+
+def _alike(problem: Problem) -> str:
+    """What to say where not even the slack tells the best points apart."""
+    return f"cost must single out a point: over {', '.join(problem.names)} many cost the same, and leave the same slack"
 
 
 def _nowhere(problem: Problem) -> str:

@@ -251,6 +251,7 @@ def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
             if found > FLAT and (last or (moved <= NEAR and _pulled(d, point, held, n, m, h, t) > 0.1 * np.sqrt(weight))):
                 return found
             if last:
+                point[:n] = given[:n]  # the middle of all that are as good
                 return 0.0 if found > -FLAT or (flat and found == -np.inf) else -np.inf
         weight = max(weight * SHRINK, LAST)
 

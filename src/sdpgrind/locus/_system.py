@@ -220,6 +220,9 @@ def _spread(name: str, values: Floats) -> float:
     """Of finite values, without the outermost; 1 where they are all the same."""
     finite = values[np.isfinite(values)]
     if finite.size == 0:
-        raise ValueError(f"{name} must be finite somewhere in the ranges of controls and hidden states; it is nowhere")
+        raise ValueError(
+            f"{name} must be finite somewhere in the ranges of controls and hidden states; it is nowhere: functions of math do"
+            " not take symbols, ** and those of numpy do"
+        )
     low, high = np.quantile(finite, (0.1, 0.9))
     return float(high - low) if high > low else max(1.0, abs(float(high)))
