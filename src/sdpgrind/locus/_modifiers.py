@@ -64,7 +64,7 @@ class ModifierController(Frozen):
 
     It reaches the optimum of a plant that differs from the model in kind, which no locus of that model does; it pays for that
     with a dither along the limit, and with an answer that waits for slopes. Measured are the response and, where the model may
-    be wrong about it, the cost.
+    be wrong about it, the cost. Each reading must be of a plant that has settled: no lag is known of.
 
     Parameters
     ----------
