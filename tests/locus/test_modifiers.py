@@ -8,7 +8,8 @@ import pytest
 from scipy.optimize import minimize
 
 from sdpgrind import locus
-from sdpgrind.locus._modifiers import ModifierController, pattern
+from sdpgrind.locus._adaptation import pattern
+from sdpgrind.locus._modifiers import ModifierController
 from sdpgrind.locus._robust import robust_locus
 
 

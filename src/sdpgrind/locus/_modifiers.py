@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from math import isnan, nan
+from math import isnan
 from typing import Self
 
 import numpy as np
@@ -25,37 +25,13 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
+from sdpgrind.locus._adaptation import Adaptation, pattern
 from sdpgrind.locus._modified import Modified
 from sdpgrind.locus._problem import Problem
 
 FEEDBACK = ("state", "bias")
 STILL = 0.5
 """Share of the dither: a direction in which the point moves by less says little about slopes."""
-
-
-def pattern(n: int) -> Floats:
-    """Signs (2^(n+1), n) for n directions: columns are orthogonal to each other, to their products and to a trend.
-
-    Column i is the product of the signs of binary digits i to n + 1 of the row; the first is the sequence of Thue and Morse.
-    """
-    rows = np.arange(2 ** (n + 1))
-    digits = np.array([1.0 - 2.0 * (rows >> (n - j) & 1) for j in range(n + 1)])
-    return np.array([np.prod(digits[i:], axis=0) for i in range(n)]).T
-
-
-class _Adaptation:
-    """What changes from sample to sample."""
-
-    def __init__(self, n: int, hidden: float, center: Floats):
-        self.hidden, self.bias, self.center = hidden, 0.0, center
-        self.constraint, self.cost, self.reference = np.zeros(n), np.zeros(n), np.zeros(n)
-        self.units, self.directions, self.signs, self.row = np.eye(n), np.empty((n, 0)), np.empty((0, 0)), 0
-        self.rows: list[tuple[float, ...]] = []
-        self.slack, self.failures, self.command, self.believed = nan, 0, center, hidden
-
-    def modifiers(self) -> Floats:
-        """As `Modified` takes them."""
-        return np.concatenate([[self.hidden, self.bias - self.constraint @ self.reference], self.constraint, self.cost])
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,13 +137,13 @@ class ModifierController(Frozen):
         return Modified(self.problem)
 
     @cached_property
-    def state(self) -> _Adaptation:
+    def state(self) -> Adaptation:
         """What it has learned."""
         n = self._modified.n
         modifiers = np.append(self.start_hidden, np.zeros(1 + 2 * n))
         if not self._modified.begin(modifiers):
             raise ValueError(f"hidden must be a state with a feasible point; {self.start_hidden:g} has none")
-        state = _Adaptation(n, self.start_hidden, self._modified.point[:n].copy())
+        state = Adaptation(n, self.start_hidden, self._modified.point[:n].copy())
         self._begin(state)
         self._move(state)
         return state
@@ -293,7 +269,7 @@ class ModifierController(Frozen):
         given = np.vstack([rows[:, :2], np.zeros((others, 2))])
         return np.asarray(np.linalg.lstsq(np.vstack([planes, still]), given, rcond=None)[0][:k] / self.dither)
 
-    def _begin(self, state: _Adaptation) -> None:
+    def _begin(self, state: Adaptation) -> None:
         """Directions of the next pattern: along the limit of the corrected model, and across it where that is asked for."""
         model, n = self._modified.model, self._modified.n
         z = model.unscaled(state.center)
@@ -317,7 +293,7 @@ class ModifierController(Frozen):
             room, step = max(self.dither, self.across), np.clip(best - state.center, -self.trust, self.trust)
             state.center = np.clip(state.center + step, room, 1 - room)
 
-    def _move(self, state: _Adaptation) -> None:
+    def _move(self, state: Adaptation) -> None:
         state.command = self._modified.model.unscaled(state.center + state.directions @ state.signs[state.row])
 
     def report(self) -> dict[str, float]:
