@@ -18,44 +18,33 @@ FLAT = 1e-8
 
 
 @njit(**_OPTIONS)
-def lattice_minima(first, n, m, hidden, lattice, ticks):
+def lattice_minima(cost, n, ticks):
     """Indices of feasible points of a lattice that are no worse than all their neighbours, along controls and across."""
-    cost = _costs(first, n, m, hidden, lattice)
     chosen = np.zeros(cost.size, dtype=np.bool_)
     for k in range(cost.size):
         chosen[k] = cost[k] < np.inf and not _has_better_neighbour(cost, k, n, ticks)
-    return np.flatnonzero(chosen)
+    return chosen
 
 
 @njit(**_OPTIONS)
-def lattice_best(first, n, m, hidden, t, places, lattice):
-    """For each place of the t-th hidden state, index and cost of the cheapest feasible point of a lattice; inf: none."""
-    found, costs, all_hidden = np.zeros(places.size, dtype=np.int64), np.empty(places.size), hidden.copy()
-    for k in range(places.size):
-        all_hidden[t] = places[k]
-        cost = _costs(first, n, m, all_hidden, lattice)
-        found[k] = np.argmin(cost)
-        costs[k] = cost[found[k]]
-    return found, costs
-
-
-@njit(**_OPTIONS)
-def _costs(first, n, m, hidden, lattice):
-    """At all points of a lattice; inf where one is not feasible."""
+def lattice_costs(first, n, m, hidden, t, places, lattice):
+    """Costs (places, points) at points of a lattice, for places of the t-th hidden state; inf where one is not feasible."""
     given, out = np.empty((len(lattice), n + hidden.size)), np.empty((len(lattice), 1 + m))
-    given[:, :n], given[:, n:] = lattice, hidden
-    run_many(first, given, out)
-    cost = out[:, 0].copy()
-    for k in range(cost.size):
-        feasible = np.isfinite(cost[k])
-        for j in range(m):
-            feasible = feasible and out[k, 1 + j] < 0.0
-        if not feasible:
-            cost[k] = np.inf
-    return cost
+    costs = np.empty((places.size, len(lattice)))
+    for i in range(places.size):
+        for k in range(len(lattice)):
+            given[k, :n], given[k, n:] = lattice[k], hidden
+            given[k, n + t] = places[i]
+        run_many(first, given, out)
+        for k in range(len(lattice)):
+            feasible = np.isfinite(out[k, 0])
+            for j in range(m):
+                feasible = feasible and out[k, 1 + j] < 0.0
+            costs[i, k] = out[k, 0] if feasible else np.inf
+    return costs
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _has_better_neighbour(cost, k, n, ticks):
     for step in range(3**n):
         other, inside, stride, code, rest = k, True, 1, step, k
@@ -86,7 +75,7 @@ def _merit(first, n, m, given, weight, work, out):
     return total if np.isfinite(total) else np.inf
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _barrier_system(d, q, n, m, weight, hessian, gradient):
     f = 1 + m
     for i in range(n):
@@ -102,7 +91,7 @@ def _barrier_system(d, q, n, m, weight, hessian, gradient):
                 hessian[i, k] += force * (d[f * (1 + n) + (j * n + i) * n + k] + d[f + j * n + i] * d[f + j * n + k] / -d[j])
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _downhill(hessian, gradient, factor, step):
     """Newton's step, or one as if the curvature were greater where it does not lead down."""
     extra = 0.0
@@ -133,7 +122,7 @@ def _factored(a, extra, factor):
     return True
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _solved(factor, b):
     """Solve with a factor, in place."""
     n = b.size
@@ -147,7 +136,7 @@ def _solved(factor, b):
         b[i] /= factor[i, i]
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d, work_first, out):
     """Down to the least cost with a barrier of this weight, from `given`, in place."""
     hessian, factor, gradient, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
@@ -176,7 +165,7 @@ def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d
             return
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _guess(d, q, weight, n, m, held, point):
     """Set and multipliers where the barrier ended."""
     near = np.sqrt(weight)
@@ -191,7 +180,7 @@ def _guess(d, q, weight, n, m, held, point):
     point[n : n + f] /= np.sqrt(np.sum(point[n : n + f] ** 2))
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _mended(d, point, held, n, m, h, t):
     """Drop what pulls the wrong way, add what is violated; says whether anything was wrong."""
     row, worst, index = np.empty(point.size), -1e-9, -1
@@ -223,7 +212,7 @@ def best_points(kkt, first, n, m, h, hidden, t, starts):
     return points, sets, curvatures
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     """A best point below a feasible start, into `point` and `held`.
 
@@ -256,7 +245,7 @@ def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
         weight = max(weight * SHRINK, LAST)
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _pulled(d, point, held, n, m, h, t):
     """Least pull at what is held or active; where there is hardly any, many points may be as good, and this is only one end."""
     row, least = np.empty(point.size), np.inf
@@ -269,7 +258,7 @@ def _pulled(d, point, held, n, m, h, t):
     return least
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _room(first, n, m, given, work, out):
     """Least distance to a bound or a limit, at most 1: a barrier of more weight would push a start out of its valley."""
     run(first, given, work, out)
@@ -281,11 +270,11 @@ def _room(first, n, m, given, work, out):
     return max(least, 1e-6)
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
     """Solve the conditions from a guess of point and set, and mend the set; gives the curvature, -inf if that leads nowhere."""
     for _ in range(2 * (n + m) + 2):
-        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, 12, point, work, d)[1]
+        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(12), point, work, d)[1]
         if not left <= GOOD:
             return -np.inf
         if not _mended(d, point, held, n, m, h, t):
