@@ -155,9 +155,9 @@ def test_plans_that_cannot_be(given, told):
 
 
 def test_a_plan_is_of_a_problem():
-    with pytest.raises(TypeError, match="problem must be .*Problem.*locus.preset.*; got 3"):
+    with pytest.raises(TypeError, match=r"problem must be .*Problem.*locus.preset.*; got 3"):
         locus.plan(3)
-    with pytest.raises(ValueError, match="points must be .*got 1"):
+    with pytest.raises(ValueError, match=r"points must be .*got 1"):
         locus.plan(PROBLEMS["koren"], points=1)
 
 
@@ -203,13 +203,13 @@ def test_look_ups(call, told):
 
 def test_area_that_is_given_in_percent():
     """More than the whole wheel is no fraction."""
-    with pytest.raises(ValueError, match="wear_flat_area.*(fraction|1)"):
+    with pytest.raises(ValueError, match=r"wear_flat_area.*(fraction|1)"):
         locus.preset("grinding").replace(hidden={"wear_flat_area": (0.4, 1.2)})
 
 
 def test_a_controller_over_a_jump_or_beyond_a_fold_is_refused():
     jump = locus.plan(PROBLEMS["jump"])
-    with pytest.raises(ValueError, match="x must not span a jump: at x = -0.54"):
+    with pytest.raises(ValueError, match=r"x must not span a jump: at x = -0.54"):
         jump.stretch("u", x=(-0.9, 0.99))
     wave = problem(
         lambda s, c: (c.u - 3) ** 2 + 0.1 * c.v**2,

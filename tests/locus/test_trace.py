@@ -255,6 +255,22 @@ def test_feasibility_ends_where_the_disc_is_a_point():
         curve.at(x=1.5, throw=True)
 
 
+@pytest.mark.parametrize("steep", [4e4, 4e6])
+def test_a_sliver_between_all_points_of_the_lattice(steep):
+    """Least squares lead into it: it was told as empty once."""
+    narrow = problem(
+        lambda s, c: (c.u - 0.7) ** 2 + (c.v - 0.1) ** 2,
+        one(lambda s, c: s.x + steep * (c.u - 0.37 * c.v - 0.123) ** 2 + c.u, lambda s, c: 1.4),
+        x=(0.8, 1.2), u=(0.0, 1.0), v=(0.0, 1.0),
+    )  # fmt: skip
+    curve = locus.plan(narrow)
+    for x in (0.83, 1.1):
+        u, v = cost_at(curve, x)[1]
+        assert abs(u - 0.37 * v - 0.123) <= np.sqrt((1.4 - x) / steep)
+        best = min((0.123 + 0.37 * w - 0.7) ** 2 + (w - 0.1) ** 2 for w in np.linspace(0, 1, 10001))
+        assert curve.at(x=x).cost == pytest.approx(best, abs=2 / np.sqrt(steep))
+
+
 def test_ends_of_the_range_are_within():
     """Whatever rounding does to them."""
     for ends in ((0.1, 0.7), (1 / 3, 2 / 3), (1e-3, 0.3), (-0.3, 0.1), (0.2, 20.0), (1e-9, 1e9)):

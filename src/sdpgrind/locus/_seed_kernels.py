@@ -18,33 +18,44 @@ FLAT = 1e-8
 
 
 @njit(**_OPTIONS)
-def lattice_minima(cost, n, ticks):
+def lattice_minima(first, n, m, hidden, lattice, ticks):
     """Indices of feasible points of a lattice that are no worse than all their neighbours, along controls and across."""
+    cost = _costs(first, n, m, hidden, lattice)
     chosen = np.zeros(cost.size, dtype=np.bool_)
     for k in range(cost.size):
         chosen[k] = cost[k] < np.inf and not _has_better_neighbour(cost, k, n, ticks)
-    return chosen
+    return np.flatnonzero(chosen)
 
 
 @njit(**_OPTIONS)
-def lattice_costs(first, n, m, hidden, t, places, lattice):
-    """Costs (places, points) at points of a lattice, for places of the t-th hidden state; inf where one is not feasible."""
+def lattice_best(first, n, m, hidden, t, places, lattice):
+    """For each place of the t-th hidden state, index and cost of the cheapest feasible point of a lattice; inf: none."""
+    found, costs, all_hidden = np.zeros(places.size, dtype=np.int64), np.empty(places.size), hidden.copy()
+    for k in range(places.size):
+        all_hidden[t] = places[k]
+        cost = _costs(first, n, m, all_hidden, lattice)
+        found[k] = np.argmin(cost)
+        costs[k] = cost[found[k]]
+    return found, costs
+
+
+@njit(**_OPTIONS)
+def _costs(first, n, m, hidden, lattice):
+    """At all points of a lattice; inf where one is not feasible."""
     given, out = np.empty((len(lattice), n + hidden.size)), np.empty((len(lattice), 1 + m))
-    costs = np.empty((places.size, len(lattice)))
-    for i in range(places.size):
-        for k in range(len(lattice)):
-            given[k, :n], given[k, n:] = lattice[k], hidden
-            given[k, n + t] = places[i]
-        run_many(first, given, out)
-        for k in range(len(lattice)):
-            feasible = np.isfinite(out[k, 0])
-            for j in range(m):
-                feasible = feasible and out[k, 1 + j] < 0.0
-            costs[i, k] = out[k, 0] if feasible else np.inf
-    return costs
+    given[:, :n], given[:, n:] = lattice, hidden
+    run_many(first, given, out)
+    cost = out[:, 0].copy()
+    for k in range(cost.size):
+        feasible = np.isfinite(cost[k])
+        for j in range(m):
+            feasible = feasible and out[k, 1 + j] < 0.0
+        if not feasible:
+            cost[k] = np.inf
+    return cost
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _has_better_neighbour(cost, k, n, ticks):
     for step in range(3**n):
         other, inside, stride, code, rest = k, True, 1, step, k
@@ -75,7 +86,7 @@ def _merit(first, n, m, given, weight, work, out):
     return total if np.isfinite(total) else np.inf
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _barrier_system(d, q, n, m, weight, hessian, gradient):
     f = 1 + m
     for i in range(n):
@@ -91,7 +102,7 @@ def _barrier_system(d, q, n, m, weight, hessian, gradient):
                 hessian[i, k] += force * (d[f * (1 + n) + (j * n + i) * n + k] + d[f + j * n + i] * d[f + j * n + k] / -d[j])
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _downhill(hessian, gradient, factor, step):
     """Newton's step, or one as if the curvature were greater where it does not lead down."""
     extra = 0.0
@@ -122,7 +133,7 @@ def _factored(a, extra, factor):
     return True
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _solved(factor, b):
     """Solve with a factor, in place."""
     n = b.size
@@ -136,7 +147,7 @@ def _solved(factor, b):
         b[i] /= factor[i, i]
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d, work_first, out):
     """Down to the least cost with a barrier of this weight, from `given`, in place."""
     hessian, factor, gradient, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
@@ -165,7 +176,7 @@ def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d
             return
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _guess(d, q, weight, n, m, held, point):
     """Set and multipliers where the barrier ended."""
     near = np.sqrt(weight)
@@ -180,7 +191,7 @@ def _guess(d, q, weight, n, m, held, point):
     point[n : n + f] /= np.sqrt(np.sum(point[n : n + f] ** 2))
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _mended(d, point, held, n, m, h, t):
     """Drop what pulls the wrong way, add what is violated; says whether anything was wrong."""
     row, worst, index = np.empty(point.size), -1e-9, -1
@@ -212,7 +223,7 @@ def best_points(kkt, first, n, m, h, hidden, t, starts):
     return points, sets, curvatures
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     """A best point below a feasible start, into `point` and `held`.
 
@@ -245,7 +256,7 @@ def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
         weight = max(weight * SHRINK, LAST)
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _pulled(d, point, held, n, m, h, t):
     """Least pull at what is held or active; where there is hardly any, many points may be as good, and this is only one end."""
     row, least = np.empty(point.size), np.inf
@@ -258,7 +269,7 @@ def _pulled(d, point, held, n, m, h, t):
     return least
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _room(first, n, m, given, work, out):
     """Least distance to a bound or a limit, at most 1: a barrier of more weight would push a start out of its valley."""
     run(first, given, work, out)
@@ -270,11 +281,11 @@ def _room(first, n, m, given, work, out):
     return max(least, 1e-6)
 
 
-@njit(inline="always", **_OPTIONS)
+@njit(**_OPTIONS)
 def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
     """Solve the conditions from a guess of point and set, and mend the set; gives the curvature, -inf if that leads nowhere."""
     for _ in range(2 * (n + m) + 2):
-        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(12), point, work, d)[1]
+        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, 12, point, work, d)[1]
         if not left <= GOOD:
             return -np.inf
         if not _mended(d, point, held, n, m, h, t):

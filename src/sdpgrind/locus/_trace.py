@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,8 @@ import numpy.typing as npt
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import _trace_kernels as kernels
 from sdpgrind.locus._kkt_kernels import GOOD
-from sdpgrind.locus._seed_kernels import best_points, lattice_costs, lattice_minima
+from sdpgrind.locus._reach_kernels import reach
+from sdpgrind.locus._seed_kernels import best_points, lattice_best, lattice_minima
 from sdpgrind.locus._system import TICKS, System, starts_of
 
 Ints: TypeAlias = npt.NDArray[np.int64]
@@ -80,17 +81,13 @@ class Tracer:
     def _sizes(self) -> tuple[int, int, int]:
         return self.system.n, self.system.m, self.system.h
 
-    def seeds(self, place: float, starts: Ints | None = None) -> Iterator[tuple[Floats, Ints]]:
-        """Best points at one place of the hidden state, from the least points of a lattice, or from points of it."""
+    def seeds(self, place: float, starts: Floats | None = None) -> Iterator[tuple[Floats, Ints]]:
+        """Best points at one place of the hidden state, from the least points of a lattice, or from feasible points given."""
         n, m, h = self._sizes
-        hidden = self.hidden.copy()
-        hidden[self.t] = place
+        hidden = self._hidden_at(place)
         kkt, first, lattice = self.system.kkt_tape, self.system.first_tape, starts_of(n)
-        chosen: Any = starts
-        if starts is None:
-            costs = lattice_costs(first, n, m, hidden, self.t, np.array([place]), lattice)[0]
-            chosen = lattice_minima(costs, n, TICKS.get(n, 3))
-        found = best_points(kkt, first, n, m, h, hidden, self.t, lattice[chosen])
+        chosen = lattice[lattice_minima(first, n, m, hidden, lattice, TICKS.get(n, 3))] if starts is None else starts
+        found = best_points(kkt, first, n, m, h, hidden, self.t, chosen)
         for point, held, curvature in zip(*found, strict=True):
             if curvature > 0:
                 yield point, held
@@ -146,6 +143,8 @@ class Tracer:
         found: list[Branch] = []
         for place in PLACES:
             self._add(found, place)
+        if not found:
+            self._reach(found)
         for place in {end for branch in found for end in (branch[0].low, branch[-1].high)}:
             for beside in (place - 0.01, place + 0.01):
                 if 0 < place < 1 and 0 < beside < 1:
@@ -153,14 +152,27 @@ class Tracer:
         self._challenge(found)
         return sorted(found, key=lambda branch: branch[0].low)
 
+    def _reach(self, found: list[Branch]) -> None:
+        """Begin where the limits leave too little room for a point of the lattice."""
+        n, m, h = self._sizes
+        for place in PLACES:
+            start = reach(self.system.kkt_tape, n, m, h, self._hidden_at(place), self.t, starts_of(n))
+            if np.all(np.isfinite(start)):
+                self._add(found, place, start[None])
+
+    def _hidden_at(self, place: float) -> Floats:
+        hidden = self.hidden.copy()
+        hidden[self.t] = place
+        return hidden
+
     def _challenge(self, found: list[Branch]) -> None:
         """Between the places, look for better ones where a point of the lattice is cheaper than every branch."""
         n, m, _ = self._sizes
-        costs = lattice_costs(self.system.first_tape, n, m, self.hidden, self.t, BETWEEN, starts_of(n))
+        best, costs = lattice_best(self.system.first_tape, n, m, self.hidden, self.t, BETWEEN, starts_of(n))
         known = np.min([self._about(branch) for branch in found], axis=0, initial=np.inf)
-        for place, start, cheaper in zip(BETWEEN, np.argmin(costs, axis=1), np.min(costs, axis=1) < known, strict=True):
+        for place, start, cheaper in zip(BETWEEN, best, costs < known, strict=True):
             if cheaper:
-                self._add(found, float(place), np.array([start]))
+                self._add(found, float(place), starts_of(n)[start][None])
 
     def _about(self, branch: Branch) -> Floats:
         """Cost of a branch between the places, scaled: straight between its nodes; inf where it is not."""
@@ -169,7 +181,7 @@ class Tracer:
         about: Floats = np.interp(BETWEEN, nodes[:, -1], scaled, left=np.inf, right=np.inf)
         return about
 
-    def _add(self, found: list[Branch], place: float, starts: Ints | None = None) -> None:
+    def _add(self, found: list[Branch], place: float, starts: Floats | None = None) -> None:
         for point, held in self.seeds(place, starts):
             if not any(self._holds(branch, point) for branch in found) and (grown := self.grow(point, held)):
                 found.append(grown)
