@@ -12,12 +12,14 @@ from sdpgrind.locus._koren_example import KorenExample
 from sdpgrind.locus._learned import LearnedStart
 from sdpgrind.locus._locus import Event, Locus
 from sdpgrind.locus._matrix_gains import design_gains, spectral_radius
+from sdpgrind.locus._modifiers import ModifierController
 from sdpgrind.locus._motor import MotorAxis
 from sdpgrind.locus._pieces import Columns, Piece
 from sdpgrind.locus._plan import plan
 from sdpgrind.locus._point import Point
 from sdpgrind.locus._presets import preset, presets
 from sdpgrind.locus._problem import Problem, Process, Varying
+from sdpgrind.locus._robust import RobustLocus, robust_locus
 from sdpgrind.locus._roughness import Roughness
 from sdpgrind.locus._schedule import GainSchedule
 from sdpgrind.locus._stretch import Stretch
@@ -38,11 +40,13 @@ __all__ = [
     "Locus",
     "LocusController",
     "LoopRecord",
+    "ModifierController",
     "MotorAxis",
     "Piece",
     "Point",
     "Problem",
     "Process",
+    "RobustLocus",
     "Roughness",
     "Stretch",
     "StretchPoint",
@@ -53,6 +57,7 @@ __all__ = [
     "plan",
     "preset",
     "presets",
+    "robust_locus",
     "spectral_radius",
     "tool_change_time",
 ]
