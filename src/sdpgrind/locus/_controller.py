@@ -15,6 +15,7 @@ from sdpgrind.locus._batch import LoopRecord, simulate
 from sdpgrind.locus._design import GainDesign
 from sdpgrind.locus._gains import declared_range, design_gain, stretch_of
 from sdpgrind.locus._schedule import GainSchedule
+from sdpgrind.locus._single_valued import placed
 from sdpgrind.locus._stretch import Stretch
 from sdpgrind.locus._walking import Walking
 
@@ -192,7 +193,7 @@ class LocusController(Walking, Frozen):
             return float(np.clip(ends.min() if self._falls else ends.max(), *self._room))
         if isinstance(start, Mapping):
             start = self._named(start)
-        return checks.within("start", start, *self._room, stretch.unit)
+        return placed("start", start, *self._room, stretch.unit)
 
     @property
     def job(self) -> Mapping[str, object]:

@@ -9,6 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._design import GainDesign, tight_end
 from sdpgrind.locus._least import least
+from sdpgrind.locus._single_valued import placed
 from sdpgrind.locus._stretch import Stretch
 
 NEAR = 0.999
@@ -115,7 +116,7 @@ def _start(stretch: Stretch, x: tuple[float, float], start: Any) -> float:
         return float(stretch.coordinate_of(tight_end(stretch, x)))
     if isinstance(start, str):
         raise checks.refuse("start", '"feasible" or a coordinate', start)
-    place = checks.within("start", start, stretch.low, stretch.high, stretch.unit)
+    place = placed("start", start, stretch.low, stretch.high, stretch.unit)
     states = np.linspace(*x, 257)
     slack = stretch.slack(place, states)
     worst = int(np.argmin(slack))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 
@@ -34,3 +35,9 @@ def check_hidden(name: str, hidden: Floats, slope: Floats) -> None:
         raise ValueError(f"{name} must change strictly one way along the stretch; it turns, as at a fold")
     if np.any(np.sign(hidden[-1] - hidden[0]) * slope < 0):
         raise ValueError(f"hidden_slope must have the sign of the change of {name} everywhere; it has not")
+
+
+def placed(name: str, value: object, low: float, high: float, unit: str) -> float:
+    """A place between ends that are known but for rounding."""
+    rounding = 1e-12 * (high - low)
+    return float(np.clip(checks.within(name, value, low - rounding, high + rounding, unit), low, high))
