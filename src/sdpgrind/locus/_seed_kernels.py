@@ -86,7 +86,7 @@ def _merit(first, n, m, given, weight, work, out):
     return total if np.isfinite(total) else np.inf
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _barrier_system(d, q, n, m, weight, hessian, gradient):
     f = 1 + m
     for i in range(n):
@@ -102,7 +102,7 @@ def _barrier_system(d, q, n, m, weight, hessian, gradient):
                 hessian[i, k] += force * (d[f * (1 + n) + (j * n + i) * n + k] + d[f + j * n + i] * d[f + j * n + k] / -d[j])
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _downhill(hessian, gradient, factor, step):
     """Newton's step, or one as if the curvature were greater where it does not lead down."""
     extra = 0.0
@@ -133,7 +133,7 @@ def _factored(a, extra, factor):
     return True
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _solved(factor, b):
     """Solve with a factor, in place."""
     n = b.size
@@ -176,7 +176,7 @@ def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d
             return
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _guess(d, q, weight, n, m, held, point):
     """Set and multipliers where the barrier ended."""
     near = np.sqrt(weight)
@@ -256,7 +256,7 @@ def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
         weight = max(weight * SHRINK, LAST)
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _pulled(d, point, held, n, m, h, t):
     """Least pull at what is held or active; where there is hardly any, many points may be as good, and this is only one end."""
     row, least = np.empty(point.size), np.inf
@@ -269,7 +269,7 @@ def _pulled(d, point, held, n, m, h, t):
     return least
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _room(first, n, m, given, work, out):
     """Least distance to a bound or a limit, at most 1: a barrier of more weight would push a start out of its valley."""
     run(first, given, work, out)
@@ -285,7 +285,7 @@ def _room(first, n, m, given, work, out):
 def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
     """Solve the conditions from a guess of point and set, and mend the set; gives the curvature, -inf if that leads nowhere."""
     for _ in range(2 * (n + m) + 2):
-        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, 12, point, work, d)[1]
+        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(12), point, work, d)[1]
         if not left <= GOOD:
             return -np.inf
         if not _mended(d, point, held, n, m, h, t):

@@ -39,7 +39,7 @@ def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls,
             curvatures[place] = curvature(d[k], points[place], held, n, m)
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _lengths(nodes):
     """Length of the polygon up to each node."""
     arc = np.zeros(len(nodes))
@@ -51,7 +51,7 @@ def _lengths(nodes):
     return arc
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _cubic(nodes, tangents, arc, k, s, point, row):
     """Near the point at length s, in segment k; and near the tangent there."""
     span = arc[k + 1] - arc[k]
@@ -75,7 +75,7 @@ def _run(kkt, n, h, hidden, t, points, work, d):
     run_block(kkt, work, d)
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _step(d, point, row, held, n, m, h, t, a, b):
     """One step of Newton's method across the curve."""
     conditions(d, point, held, n, m, h, t, b, a)
@@ -97,7 +97,7 @@ def _largest(values):
     return largest
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _finish(kkt, d, point, row, held, n, m, h, hidden, t, a, b, work, tangent, pulls):
     """Residual of a point, after further steps where it is too large; its tangent, and how bounds are pulled at."""
     last = point.size - 1
@@ -105,7 +105,7 @@ def _finish(kkt, d, point, row, held, n, m, h, hidden, t, a, b, work, tangent, p
     b[last] = 0.0
     left = _largest(b)
     if not left <= EXACT:
-        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, 6, point, work, d)[1]
+        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(6), point, work, d)[1]
         conditions(d, point, held, n, m, h, t, b, a)
     a[last, :], b[:], b[last] = row, 0.0, 1.0
     solve(a, b)

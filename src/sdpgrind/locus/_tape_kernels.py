@@ -143,7 +143,7 @@ def run_many(tape, inputs, out):
         run(tape, inputs[k], single, out[k])
 
 
-@njit(forceinline=True, **_OPTIONS)
+@njit(**_OPTIONS)
 def _apply(op, x, y):
     """What is not in `run`; rare ones are one call away."""
     if op == Op.NEG:

@@ -50,7 +50,7 @@ def signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, f
     found[k + 2], found[k + 3], found[k + 4] = point[n], rising * tangent[point.size - 1], determinant
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def event_of(k, held, n, m):
     """Kind and index of the sign that failed."""
     if k < 2 * n:
@@ -64,7 +64,7 @@ def event_of(k, held, n, m):
     return (RANGE, RANGE, INFEASIBLE, FOLD, BRANCH)[k - 2 * n - m], k - 2 * n - m
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def switch(kind, index, held, n):
     """Change the set."""
     if kind == LOW:
@@ -79,7 +79,7 @@ def switch(kind, index, held, n):
         held[n + index] = 1
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def away(kind, index, was, d, point, tangent, n, m, h, t):
     """How fast what has changed moves along the tangent into what is allowed; negative: the tangent points the wrong way."""
     row = np.empty(point.size)
@@ -108,7 +108,7 @@ def _locate(
             s = 0.5 * (a + b)
         guess = start + s * direction
         point[:] = guess
-        newton(kkt, n, m, h, hidden, t, held, guess, direction, 8, point, work, d)
+        newton(kkt, n, m, h, hidden, t, held, guess, direction, np.int64(8), point, work, d)
         determinant = tangent_at(d, point, held, n, m, h, t, direction, tangent)
         signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
         if abs(found[k]) <= 1e-15 or b - a <= 1e-15:
@@ -122,7 +122,7 @@ def _locate(
     return s
 
 
-@njit(**_OPTIONS)
+@njit(inline="always", **_OPTIONS)
 def _record(points, tangents, sets, events, count, point, tangent, held, kind, index):
     points[count], tangents[count], sets[count] = point, tangent, held
     events[count, 0], events[count, 1] = kind, index
@@ -153,7 +153,7 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         old[:], along[:] = point, tangent
         guess = old + step * along
         point[:] = guess
-        taken, left = newton(kkt, n, m, h, hidden, t, held, guess, along, STEPS, point, work, d)
+        taken, left = newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(STEPS), point, work, d)
         if left <= GOOD:
             determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
         if left > GOOD or determinant == 0.0 or np.sum(tangent * along) < COSINE or np.max(np.abs(point - guess)) > step:
@@ -182,7 +182,7 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
             continue
         guess = old + earliest * along
         point[:] = guess
-        left = newton(kkt, n, m, h, hidden, t, held, guess, along, 8, point, work, d)[1]
+        left = newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(8), point, work, d)[1]
         determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
         kind, index = event_of(failed, held, n, m)
         if left > GOOD or np.max(np.abs(point - guess)) > step or not np.sum(tangent * along) >= COSINE:
