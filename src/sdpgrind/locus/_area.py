@@ -15,7 +15,7 @@ from sdpgrind.locus._grid import Grid
 from sdpgrind.locus._pieces import kind_of, point_of
 from sdpgrind.locus._point import Point, named_point
 from sdpgrind.locus._problem import Problem
-from sdpgrind.locus._system import System
+from sdpgrind.locus._system import System, system_of
 from sdpgrind.locus._trace import Run, Tracer
 
 
@@ -29,19 +29,17 @@ class Area:
     ----------
     problem : Problem
         What was planned.
-    system : System
-        The problem as expressions.
-    grid : Grid
-        The points that are known, at equal steps of the scaled hidden states.
+    degenerate : bool
+        Whether many points were as good: then the one of the most slack was taken.
     """
 
-    def __init__(self, problem: Problem, system: System, grid: Grid):
-        self.problem, self.system, self.grid = problem, system, grid
+    def __init__(self, problem: Problem, grid: Grid, degenerate: bool = False):
+        self.problem, self.grid, self.degenerate = problem, grid, degenerate
 
     @property
-    def degenerate(self) -> bool:
-        """Whether many points were as good (yes or no, no unit): then the one of the most slack was taken."""
-        return self.grid.degenerate
+    def system(self) -> System:
+        """The problem as expressions; private to this package."""
+        return system_of(self.problem, self.degenerate)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -51,7 +49,7 @@ class Area:
     @property
     def responses(self) -> tuple[str, ...]:
         """Names of what is measured; `Problem.unit` tells the units."""
-        return tuple(one.name for one in self.problem.varying)
+        return self.problem.responses
 
     @cached_property
     def _places(self) -> Floats:
@@ -107,7 +105,7 @@ class Area:
         """From a node of the grid, one hidden state after the other, to a place; the last run, or None where the way ends."""
         point, held = self.grid.points[corner].copy(), self.grid.held[corner]
         hidden = self._places[list(corner)].copy()
-        run = Run(point[None], np.eye(1, len(point), len(point) - 1), held, ("", 0), ("range", 0))
+        run = Run(point[None], np.eye(1, len(point), len(point) - 1), held, end=("range", 0))
         for t in (*range(1, len(place)), 0):
             point[-1] = hidden[t]
             low, high = sorted((hidden[t], place[t]))
@@ -118,7 +116,7 @@ class Area:
                 point, held = run.nodes[-1].copy(), run.held
             hidden[t] = place[t]
         point[-1] = place[0]
-        return Run(point[None], np.eye(1, len(point), len(point) - 1), held, ("", 0), ("", 0))
+        return Run(point[None], np.eye(1, len(point), len(point) - 1), held)
 
     def retrieve(self, **measured: float) -> Point:
         """Return the best point for what is measured at any point: the hidden states are inverted from it first.

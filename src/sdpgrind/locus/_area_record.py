@@ -5,7 +5,8 @@ import xarray as xr
 
 from sdpgrind.locus._area import Area
 from sdpgrind.locus._grid import Grid
-from sdpgrind.locus._record import columns_of, coordinates, read_problem, written
+from sdpgrind.locus._problem_text import read_problem, written
+from sdpgrind.locus._record import columns_of, coordinates
 
 
 def dataset(curve: Area) -> xr.Dataset:
@@ -28,5 +29,5 @@ def restored(data: xr.Dataset) -> Area:
     """The area that `dataset` gave."""
     problem = read_problem(data.attrs["problem"])
     degenerate = bool(data.attrs["degenerate"])
-    grid = Grid(data.points.values, data.held.values.astype(np.int64), data.residual.values, degenerate)
-    return Area(problem, problem.system_with(degenerate), grid)
+    grid = Grid(data.points.values, data.held.values.astype(np.int64), data.residual.values)
+    return Area(problem, grid, degenerate)

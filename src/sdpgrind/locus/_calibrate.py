@@ -8,8 +8,9 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._inversion import Inversion
-from sdpgrind.locus._pieces import Piece
+from sdpgrind.locus._pieces import Columns, counts, tabulate
 from sdpgrind.locus._table import Table
+from sdpgrind.locus._trace import Run, Tracer
 
 if TYPE_CHECKING:
     from sdpgrind.locus._locus import Locus
@@ -23,9 +24,8 @@ def table(curve: "Locus", key: str | None, points: int) -> Table:
     name = curve.hidden_name if key is None else key
     checks.one_of("key", name, (curve.hidden_name, *curve.names, *curve.responses))
     checks.count("points", points, 2 * len(curve.best))
-    parts = [
-        _part(piece, *_keyed(curve, piece, name)) for piece in _fine(curve, points) if name == curve.hidden_name or piece.active
-    ]
+    pieces = zip(curve.best, _fine(curve, points), strict=True)
+    parts = [_part(rows, *_keyed(curve, rows, name)) for piece, rows in pieces if name == curve.hidden_name or piece.active]
     if not parts:
         raise ValueError(f"key must be {curve.hidden_name!r} where no measured constraint is ever active; got {name!r}")
     spans = np.array([np.sum(np.sqrt(np.sum(np.diff(part.columns, axis=0) ** 2, axis=1))) for part in parts])
@@ -45,15 +45,15 @@ def inversion(curve: "Locus", response: str | None, points: int) -> Inversion:
     return Inversion(curve.system.response_tape, table(curve, None, points), low, high, rising=rising, count=m, index=j)
 
 
-def _fine(curve: "Locus", points: int) -> tuple[Piece, ...]:
-    from sdpgrind.locus._plan import plan
+def _fine(curve: "Locus", points: int) -> list[Columns]:
+    """The global pieces with more points, by Newton's method from those that are known."""
+    tracer = Tracer(curve.system, np.zeros(1))
+    runs = [Run(piece.table.points, piece.table.along, piece.held) for piece in curve.best]
+    return [tabulate(tracer, [run], [size]) for run, size in zip(runs, counts(runs, FINER * points), strict=True)]
 
-    return plan(curve.problem, points=FINER * points).best  # type: ignore[no-any-return]
 
-
-def _keyed(curve: "Locus", piece: Piece, name: str) -> tuple[Floats, Floats]:
+def _keyed(curve: "Locus", rows: Columns, name: str) -> tuple[Floats, Floats]:
     """The key along a piece, and its slope by the hidden state."""
-    rows = piece.table
     if name == curve.hidden_name:
         return rows.hidden, np.ones_like(rows.hidden)
     if name in curve.names:
@@ -64,11 +64,11 @@ def _keyed(curve: "Locus", piece: Piece, name: str) -> tuple[Floats, Floats]:
     return rows.limit[:, j], limits
 
 
-def _part(piece: Piece, key: Floats, slope: Floats) -> Table:
-    known = np.isfinite(slope) & np.all(np.isfinite(piece.table.slope), axis=1)
+def _part(rows: Columns, key: Floats, slope: Floats) -> Table:
+    known = np.isfinite(slope) & np.all(np.isfinite(rows.slope), axis=1)
     if not (np.all(slope[known] > 0) or np.all(slope[known] < 0)):
         raise ValueError("key must change one way along the locus, so that it belongs to one point; it turns, or stands still")
-    return Table(key[known], piece.table.controls[known], piece.table.slope[known] / slope[known, None])
+    return Table(key[known], rows.controls[known], rows.slope[known] / slope[known, None])
 
 
 def _joined(parts: list[Table], name: str) -> Table:

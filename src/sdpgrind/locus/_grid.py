@@ -21,7 +21,6 @@ class Grid:
     points: Floats
     held: Ints
     residual: Floats
-    degenerate: bool = False
 
     @property
     def places(self) -> Floats:
@@ -41,7 +40,7 @@ class Grid:
         return Columns.joined(rows)
 
 
-def trace_grid(system: System, degenerate: bool = False) -> tuple[Grid, bool]:
+def trace_grid(system: System) -> tuple[Grid, bool]:
     """The cheapest points at a grid; and whether there were places at which many points were as good."""
     nodes = NODES.get(system.h, 5)
     shape, flat = (nodes,) * system.h, False
@@ -53,7 +52,7 @@ def trace_grid(system: System, degenerate: bool = False) -> tuple[Grid, bool]:
         for k, known, own in _line(tracer, places):
             points[(k, *others)], held[(k, *others)], residual[(k, *others)] = known.points[0], own, known.residual[0]
         flat = flat or bool(tracer.flat)
-    return Grid(points, held, residual, degenerate), flat
+    return Grid(points, held, residual), flat
 
 
 def _line(tracer: Tracer, places: Floats) -> list[tuple[int, Columns, Ints]]:

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,7 @@ from sdpgrind.locus._kkt_kernels import GOOD
 from sdpgrind.locus._pieces import Columns, Piece, point_of
 from sdpgrind.locus._point import Point, named_point
 from sdpgrind.locus._problem import Problem
-from sdpgrind.locus._system import System
+from sdpgrind.locus._system import System, system_of
 from sdpgrind.locus._table_kernels import INSIDE
 from sdpgrind.locus._tape_kernels import run, work_size
 from sdpgrind.locus._trace import ROUNDING, Tracer
@@ -65,8 +65,16 @@ class Locus:
         Whether many points were as good: then the one of the most slack was taken.
     """
 
-    def __init__(self, problem: Problem, system: System, table: Columns, pieces: tuple[Piece, ...], degenerate: bool = False):
-        self.problem, self.system, self._table, self.pieces, self.degenerate = problem, system, table, pieces, degenerate
+    def __init__(self, problem: Problem, table: Columns, pieces: tuple[Piece, ...], degenerate: bool = False):
+        self.problem, self._table, self.pieces, self.degenerate = problem, table, pieces, degenerate
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # nothing in it changes
+
+    @property
+    def system(self) -> System:
+        """The problem as expressions; private to this package."""
+        return system_of(self.problem, self.degenerate)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,7 +89,7 @@ class Locus:
     @property
     def responses(self) -> tuple[str, ...]:
         """Names of what is measured; `Problem.unit` tells the units."""
-        return tuple(one.name for one in self.problem.varying)
+        return self.problem.responses
 
     @property
     def error(self) -> float:

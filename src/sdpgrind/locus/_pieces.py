@@ -151,12 +151,12 @@ def columns(tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residu
 
 def point_of(tracer: Tracer, held: Ints, point: Floats, along: Floats) -> Columns:
     """What is known at one exact point; `along` is a tangent near it."""
-    return tabulate(tracer, [Run(np.vstack([point, point]), np.vstack([along, along]), held, ("", 0), ("", 0))], [1])
+    return tabulate(tracer, [Run(np.vstack([point, point]), np.vstack([along, along]), held)], [1])
 
 
 def pieces(problem: Problem, runs: Sequence[tuple[Run, bool]], table: Columns, sizes: Sequence[int]) -> tuple[Piece, ...]:
     """Name what the runs are, with their points."""
-    names, responses = problem.names, [one.name for one in problem.varying]
+    names, responses = problem.names, list(problem.responses)
     n, found, since = len(names), [], 0
     for (run, best), size in zip(runs, sizes, strict=True):
         bounds = {names[i]: "least" if run.held[i] < 0 else "greatest" for i in range(n) if run.held[i] != 0}

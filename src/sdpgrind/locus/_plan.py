@@ -12,7 +12,7 @@ from sdpgrind.locus._grid import trace_grid
 from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._pieces import counts, pieces, tabulate
 from sdpgrind.locus._problem import Problem
-from sdpgrind.locus._system import System
+from sdpgrind.locus._system import System, system_of
 from sdpgrind.locus._trace import ROUNDING, Branch, Tracer
 
 POINTS = 200
@@ -70,14 +70,14 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
     checks.kind("problem", problem, Problem, " (see locus.preset)")
     checks.count("points", points, 2)
     _check_counts(problem)
-    system = problem.system
+    system = system_of(problem)
     _check_signs(problem, system)
     if system.h > 1:
         return _area(problem)
     tracer = Tracer(system, np.zeros(1))
     branches, degenerate = tracer.branches(), False
     if is_degenerate(tracer, branches):
-        system = problem.system_with(tie=True)
+        system = system_of(problem, tie=True)
         tracer = Tracer(system, np.zeros(1))
         branches, degenerate = tracer.branches(), True
     if not branches:
@@ -85,18 +85,18 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
     runs = list(marked(tracer, branches))
     sizes = counts([run for run, _ in runs], points)
     table = tabulate(tracer, [run for run, _ in runs], sizes)
-    return Locus(problem, system, table, pieces(problem, runs, table, sizes), degenerate)
+    return Locus(problem, table, pieces(problem, runs, table, sizes), degenerate)
 
 
 def _area(problem: Problem) -> Area:
-    system = problem.system
+    system = system_of(problem)
     grid, flat = trace_grid(system)
     if flat:
-        system = problem.system_with(tie=True)
-        grid, _ = trace_grid(system, degenerate=True)
+        system = system_of(problem, tie=True)
+        grid, _ = trace_grid(system)
     if not np.any(np.isfinite(grid.residual)):
         raise ValueError(_nowhere(problem))
-    return Area(problem, system, grid)
+    return Area(problem, grid, degenerate=flat)
 
 
 def marked(tracer: Tracer, branches: list[Branch]) -> Any:

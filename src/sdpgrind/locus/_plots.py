@@ -62,8 +62,8 @@ def _between(axis: Any, curve: "Locus") -> None:
         marker = "o" if piece.kind == "interior" and len(set(map(tuple, piece.table.controls.round(9)))) == 1 else None
         x, y = piece.table.controls[:, 0], piece.table.controls[:, 1]
         axis.plot(x, y, style, marker=marker, ms=5, color=COLOURS[piece.kind], lw=1.8 if piece.is_global else 1.0, label=label)
-    for x, place in _numbered(curve):
-        axis.annotate(f"{x:.3g}", place, xytext=(4, 4), textcoords="offset points", fontsize=7, color="0.4")
+    for state, place in _numbered(curve):
+        axis.annotate(f"{state:.3g}", place, xytext=(4, 4), textcoords="offset points", fontsize=7, color="0.4")
     axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
     axis.set_title(f"numbers: {_label(curve, curve.hidden_name)}", fontsize=8, color="0.4")
     axis.legend(frameon=False, fontsize=8)

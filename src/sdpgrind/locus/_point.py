@@ -48,7 +48,7 @@ class Point:
 
 def named_point(problem: Problem, hidden: dict[str, float], row: Columns, kind: str, clamped: bool) -> Point:
     """The one point of a table, by names."""
-    responses = [one.name for one in problem.varying]
+    responses = list(problem.responses)
 
     def by_name(values: Floats) -> Any:
         named = dict(zip(responses, map(float, values[0]), strict=True))

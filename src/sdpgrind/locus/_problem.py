@@ -2,8 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeAlias
 
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
@@ -141,7 +140,7 @@ class Problem(Frozen):
             raise ValueError("cost and constraints must be left out where a model is given, which brings them; got both")
         elif hasattr(self.model, "check"):
             self.model.check(self.controls, self.hidden)
-        checks.unique("names of constraints", [one.name for one in self.varying])
+        checks.unique("names of constraints", self.responses)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -171,16 +170,26 @@ class Problem(Frozen):
         units.update(self.units)
         return units.get(name, "")
 
-    @cached_property
+    @property
+    def responses(self) -> tuple[str, ...]:
+        """Names of what is measured; `unit` tells the units."""
+        return tuple(one.name for one in self.varying)
+
+    @property
     def system(self) -> "System":
         """The problem as expressions with exact derivatives; made once; private to this package."""
-        return self.system_with(tie=False)
+        from sdpgrind.locus._system import system_of
 
-    def system_with(self, tie: bool) -> "System":
-        """The same; with `tie`, of many points of least cost the one of the most slack is best; private to this package."""
-        from sdpgrind.locus._system import System
+        return system_of(self)
 
-        return System(self, tie)
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # nothing in it changes
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to other processes as text: expressions of CasADi cannot."""
+        from sdpgrind.locus._problem_text import read_problem, written
+
+        return read_problem, (written(self),)
 
 
 def _ranges(owner: str, given: object) -> dict[str, tuple[float, float]]:

@@ -1,19 +1,15 @@
 """A locus as labelled arrays, and back."""
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import casadi as ca
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import stored
 from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._pieces import Columns, Piece
-from sdpgrind.locus._problem import Function, Problem, Varying
-
-if TYPE_CHECKING:
-    from types import SimpleNamespace
+from sdpgrind.locus._problem import Problem
+from sdpgrind.locus._problem_text import read_problem, written
 
 _WIDE = {"controls": "control", "slope": "control", "bound_multipliers": "control"}
 _TALL = {"multipliers": "constraint", "response": "constraint", "limit": "constraint"}
@@ -58,7 +54,7 @@ def columns_of(table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (
 
 def coordinates(problem: Problem) -> dict[str, Any]:
     """Names of controls and constraints, with their units."""
-    names, responses = list(problem.names), [one.name for one in problem.varying]
+    names, responses = list(problem.names), list(problem.responses)
     units = {"control_unit": ("control", [problem.unit(name) for name in names])}
     return {
         "control": names,
@@ -70,15 +66,6 @@ def coordinates(problem: Problem) -> dict[str, Any]:
 
 def _described(curve: Locus) -> list[list[Any]]:
     return [[p.kind, list(p.active), p.bounds, p.is_global, p.start, p.end] for p in curve.pieces]
-
-
-def written(problem: Problem) -> str:
-    """The problem as text: a built-in one by its numbers, one's own by its expressions."""
-    if problem.model is not None:
-        return stored.encode(problem)
-    ranges = {"controls": dict(problem.controls), "hidden": dict(problem.hidden), "units": dict(problem.units)}
-    named = [[one.name, one.unit] for one in problem.varying]
-    return json.dumps({"function": problem.system.function.serialize(), "constraints": named, **ranges})
 
 
 def restored(data: xr.Dataset) -> Locus:
@@ -93,31 +80,4 @@ def restored(data: xr.Dataset) -> Locus:
         part = table.part(slice(int(own[0]), int(own[-1]) + 1))
         held = data.held.values[k].astype(np.int64)
         pieces.append(Piece(kind, tuple(active), bounds, best, start, end, part, held))
-    return Locus(
-        problem, problem.system_with(bool(data.attrs["degenerate"])), table, tuple(pieces), bool(data.attrs["degenerate"])
-    )
-
-
-def read_problem(text: str) -> Problem:
-    """The problem that `written` told of."""
-    known = json.loads(text)
-    if "function" not in known:
-        problem: Problem = stored.decode(text)
-        return problem
-    function = ca.Function.deserialize(known["function"])
-    names, hidden = tuple(known["controls"]), tuple(known["hidden"])
-    m = len(known["constraints"])
-
-    def part(k: int) -> Function:
-        def value(s: "SimpleNamespace", c: "SimpleNamespace") -> Any:
-            given = [[getattr(c, name) for name in names], [getattr(s, name) for name in hidden]]
-            return function(*(ca.vertcat(*values) for values in given))[k]
-
-        return value
-
-    constraints = [
-        Varying(response=part(1 + j), limit=part(1 + m + j), name=name, unit=unit)
-        for j, (name, unit) in enumerate(known["constraints"])
-    ]
-    ranges = {key: {name: tuple(ends) for name, ends in known[key].items()} for key in ("controls", "hidden")}
-    return Problem(**ranges, cost=part(0), constraints=constraints, units=known["units"])
+    return Locus(problem, table, tuple(pieces), bool(data.attrs["degenerate"]))

@@ -20,6 +20,8 @@ SPREAD = (0.003, 0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97, 0.997)
 TICKS = {1: 11, 2: 11, 3: 7, 4: 5}
 """Of the lattice of places where searches begin, for each control; 3 where there are more."""
 
+MADE = "_systems"
+"""Where a problem keeps what was made of it."""
 TIE = 1e-6
 """Weight of the sum of slacks where many points are of least cost."""
 
@@ -29,6 +31,14 @@ def starts_of(n: int) -> Floats:
     """Places of n controls where searches begin: a lattice (k, n)."""
     ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, TICKS.get(n, 3)).round().astype(int)]
     return np.stack(np.meshgrid(*[ticks] * n, indexing="ij"), axis=-1).reshape(-1, n)
+
+
+def system_of(problem: "Problem", tie: bool = False) -> "System":
+    """The problem as expressions with exact derivatives, made once; see `System`."""
+    made: dict[bool, System] = problem.__dict__.setdefault(MADE, {})
+    if tie not in made:
+        made[tie] = System(problem, tie)
+    return made[tie]
 
 
 class System:
@@ -41,7 +51,7 @@ class System:
 
     def __init__(self, problem: "Problem", tie: bool = False):
         ranges = np.array([*problem.controls.values(), *problem.hidden.values()], dtype=float)
-        self.responses = tuple(one.name for one in problem.varying)
+        self.responses = problem.responses
         self.n, self.h, self.m = len(problem.controls), len(problem.hidden), len(problem.varying)
         self.low, self.high = ranges.T.copy()
         self.logarithmic = self.low > 0

@@ -12,6 +12,8 @@ from sdpgrind.locus._table_kernels import NO_KEY, look_up, look_up_many, pack
 
 CELLS = 2
 """Cells of the guide for each node."""
+ROUNDING = 1e-12
+"""Of a column that does not change, over its size."""
 LEAST_DENSITY = 0.05
 """Of nodes, over the mean: where hardly anything bends there are still some."""
 
@@ -141,8 +143,9 @@ class Table:
         checks.count("count", count, at_least=2)
         if count >= self.key.size:
             return self
-        span = np.ptp(self.columns, axis=0)
-        bends = (self._fourth() / np.where(span > 0, span, 1.0)).max(axis=1)
+        span, size = np.ptp(self.columns, axis=0), np.max(np.abs(self.columns), axis=0)
+        changes = span > ROUNDING * size  # what only rounding changes bends nowhere
+        bends = (self._fourth() / np.where(changes, span, np.inf)).max(axis=1)
         weights = np.where(np.isinf(bends), 0.0, bends) ** 0.25 * np.abs(np.diff(self.key))
         shares = np.cumsum(weights + LEAST_DENSITY * weights.mean() + np.finfo(float).tiny)
         edges = np.concatenate([[0.0], shares / shares[-1]])

@@ -50,8 +50,8 @@ class Run:
     nodes: Floats
     tangents: Floats
     held: Ints
-    start: tuple[str, int]
-    end: tuple[str, int]
+    start: tuple[str, int] = ("", 0)
+    end: tuple[str, int] = ("", 0)
 
     @property
     def low(self) -> float:

@@ -1,5 +1,6 @@
 """From pieces of a locus to the stretch on which a controller may walk."""
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,8 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._pieces import Piece
-from sdpgrind.locus._stretch import Stretch, Values
+from sdpgrind.locus._problem import Problem
+from sdpgrind.locus._stretch import Stretch
 
 if TYPE_CHECKING:
     from sdpgrind.locus._locus import Locus
@@ -39,7 +41,7 @@ def stretch(curve: "Locus", along: str, x: tuple[float, float] | None) -> Stretc
         limit=columns[2],
         tangents=(columns[4], columns[3], columns[5], columns[6]),
         ends=_ends(chosen, low, high),
-        values=_values(curve, j),
+        values=_Model(curve.problem, j),
         response=curve.responses[j],
         units={name: curve.problem.unit(name) for name in (*curve.names, curve.hidden_name, curve.responses[j])},
     )
@@ -118,9 +120,13 @@ def _why(event: str) -> str:
     return {"fold": "fold", "jump": "jump", "range": "range"}.get(event, "bound")
 
 
-def _values(curve: "Locus", j: int) -> Values:
-    def values(controls: Floats, hidden: Floats) -> tuple[Floats, Floats]:
-        _, response, limit = curve.system.values(controls, np.asarray(hidden)[..., None])
-        return response[..., j], limit[..., j]
+@dataclass(frozen=True)
+class _Model:
+    """Response and limit of the j-th constraint."""
 
-    return values
+    problem: Problem
+    j: int
+
+    def __call__(self, controls: Floats, hidden: Floats) -> tuple[Floats, Floats]:
+        _, response, limit = self.problem.system.values(controls, np.asarray(hidden)[..., None])
+        return response[..., self.j], limit[..., self.j]
