@@ -1,5 +1,6 @@
 """The best point of a process whose limit drifts with a state that nobody can measure (Koren 1989)."""
 
+from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.locus._area import Area
 from sdpgrind.locus._batch import LoopRecord
 from sdpgrind.locus._calibration import Calibration
@@ -44,6 +45,7 @@ __all__ = [
     "MotorAxis",
     "Piece",
     "Point",
+    "PresetInfo",
     "Problem",
     "Process",
     "RobustLocus",

@@ -16,7 +16,7 @@ def dataset(curve: Area) -> xr.Dataset:
     places = np.linspace(0.0, 1.0, shape[0])
     states = system.unscaled(np.repeat(places[:, None], system.h, axis=1), system.n)
     along = {name: (name, states[:, k], {"units": problem.unit(name)}) for k, name in enumerate(dims)}
-    variables = columns_of(curve.grid.table(system), dims, shape)
+    variables = columns_of(problem, curve.grid.table(system), dims, shape)
     variables["held"] = (
         (*dims, "set"),
         curve.grid.held,

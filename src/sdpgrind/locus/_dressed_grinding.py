@@ -71,9 +71,10 @@ class DressedGrinding(Frozen):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Units of the controls and of the hidden states."""
+        """Units of controls, hidden states and cost."""
         return {
             "infeed_rate": "mm/s", "work_rotation": "rad/s", "dressing_lead": "mm", "dullness": "1", "dressing_state": "1",
+            "cost": "mm^2/s",
         }  # fmt: skip
 
     def cost(self, s: Any, c: Any) -> Any:

@@ -127,8 +127,8 @@ class Grinding(Frozen):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Units of the controls and of the hidden states."""
-        of_all = {"infeed_rate": "mm/s", "work_rotation": "rad/s", "wear_flat_area": "1"}
+        """Units of controls, hidden states and cost."""
+        of_all = {"infeed_rate": "mm/s", "work_rotation": "rad/s", "wear_flat_area": "1", "cost": "mm^2/s"}
         return of_all if self.roughness is None else {**of_all, "dressing_state": "1"}
 
     def cost(self, s: Any, c: Any) -> Any:

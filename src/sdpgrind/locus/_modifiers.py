@@ -109,8 +109,7 @@ class ModifierController(Frozen):
             raise ValueError("limit must not depend on the hidden state, for a controller is to compute it; it does")
         checks.one_of("feedback", self.feedback, FEEDBACK)
         for name in ("filter", "gain", "trust"):
-            if not checks.share(name, getattr(self, name)) > 0:
-                raise checks.refuse(name, "in (0, 1]", getattr(self, name))
+            checks.share(name, getattr(self, name))
         if not 0 < checks.number("dither", self.dither) < 0.25:
             raise checks.refuse("dither", "in (0, 0.25)", self.dither)
         if not 0 <= checks.number("across", self.across) < 0.25:

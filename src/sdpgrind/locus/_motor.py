@@ -66,8 +66,8 @@ class MotorAxis(Frozen):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Units of the controls and of the hidden state."""
-        return {"speed": "rad/s", "acceleration": "rad/s^2", "inertia": "kg mm^2"}
+        """Units of controls, hidden state and cost."""
+        return {"speed": "rad/s", "acceleration": "rad/s^2", "inertia": "kg mm^2", "cost": "s"}
 
     def cost(self, s: Any, c: Any) -> Any:
         """Return the time of the move (s) by the controls ``c``, angle/omega + omega/acceleration; no state ``s`` is in it."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypeAlias
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.identify import Estimate
 
 if TYPE_CHECKING:
     from sdpgrind.locus._system import System
@@ -62,7 +63,7 @@ class Process(Protocol):
     constraints : tuple of Varying
         All of them.
     units : mapping
-        Name of each control and hidden state to its unit.
+        Name of each control and hidden state, and ``"cost"``, to its unit.
     """
 
     @property
@@ -71,7 +72,7 @@ class Process(Protocol):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Unit of each control and hidden state."""
+        """Unit of each control and hidden state, and of the cost."""
 
     def cost(self, s: Any, c: Any) -> Any:
         """Return what is minimised, of hidden states ``s`` and controls ``c`` (units: see `units`)."""
@@ -99,7 +100,7 @@ class Problem(Frozen):
     constraints : sequence of Varying
         What must hold: Koren (16), (19).
     units : mapping, optional
-        Unit of each control and hidden state, for labels.
+        Unit of each control and hidden state, and of the ``"cost"``, for labels.
 
     Raises
     ------
@@ -163,7 +164,7 @@ class Problem(Frozen):
         return self.model.cost if self.model is not None else self.cost  # type: ignore[return-value]
 
     def unit(self, name: str) -> str:
-        """Return the unit of a control, a hidden state or a response by its name; empty where none is known."""
+        """Return the unit of a control, a hidden state, a response or the ``"cost"`` by its name; empty where none is known."""
         units = {one.name: one.unit for one in self.varying}
         if self.model is not None:
             units.update(self.model.units)
@@ -181,6 +182,26 @@ class Problem(Frozen):
         from sdpgrind.locus._system import system_of
 
         return system_of(self)
+
+    def updated(self, estimate: Estimate) -> Self:
+        """Return the problem with what was measured: the loop from log back to model.
+
+        Parameters
+        ----------
+        estimate : Estimate
+            Fields of the model by their names, in their units.
+
+        Raises
+        ------
+        ValueError
+            When the estimate has failed, names something else, or the problem has no model.
+        """
+        checks.kind("estimate", estimate, Estimate, " (see sdpgrind.identify)")
+        if self.model is None:
+            raise ValueError("estimate must be of fields of a model, and this problem has none: give it other functions")
+        if not estimate.ok:
+            raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
+        return self.replace(model=self.model.replace(**{name: estimate[name] for name in estimate.names}))
 
     def __deepcopy__(self, memo: object) -> Self:
         return self  # nothing in it changes

@@ -31,7 +31,7 @@ def dataset(curve: Locus) -> xr.Dataset:
     """All points, piece after piece; scaled ones too, so that a look-up goes on from them."""
     tables = [piece.table for piece in curve.pieces]
     table = Columns.joined(tables)
-    variables = columns_of(table, ("point",))
+    variables = columns_of(curve.problem, table, ("point",))
     unit = curve.problem.unit(curve.hidden_name)
     variables["piece"] = (("point",), np.repeat(np.arange(len(tables)), [len(one.hidden) for one in tables]))
     variables[curve.hidden_name] = (("point",), table.hidden, {"units": unit, "long_name": "hidden state"})
@@ -41,14 +41,15 @@ def dataset(curve: Locus) -> xr.Dataset:
     return xr.Dataset(variables, coordinates(curve.problem), attrs)
 
 
-def columns_of(table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (-1,)) -> dict[str, Any]:
+def columns_of(problem: Problem, table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (-1,)) -> dict[str, Any]:
     """Variables of a table whose points lie on dimensions."""
     found: dict[str, Any] = {}
     for name, second in (_WIDE | _TALL | {"points": "unknown", "along": "unknown"}).items():
         values = getattr(table, name)
         found[name] = ((*dims, second), values.reshape(*shape, values.shape[1]), {"long_name": _TOLD.get(name, "scaled")})
     for name in _NARROW:
-        found[name] = (dims, getattr(table, name).reshape(shape), {"long_name": _TOLD[name]})
+        unit = "1" if name == "residual" else problem.unit("cost")
+        found[name] = (dims, getattr(table, name).reshape(shape), {"units": unit, "long_name": _TOLD[name]})
     return found
 
 

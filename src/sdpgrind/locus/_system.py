@@ -67,7 +67,6 @@ class System:
         self._limit = ca.vertcat(*(_expression(f"constraints[{j}].limit", f, states, controls) for j, (_, f) in enumerate(pairs)))
         self.value_tape = self._tape(self._cost, self._response, self._limit)
         self.response_tape = self._tape(self._response, ca.vec(ca.jacobian(self._response, x).T))
-        self.cost_varies = bool(ca.depends_on(self._cost, x))
         self.cost_scale, self.scales = self._scales()
         self.kkt_tape, self.first_tape = self._scaled_tapes(TIE if tie else 0.0)
 

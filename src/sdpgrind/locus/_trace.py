@@ -222,14 +222,6 @@ def run_at(branch: Branch, place: float) -> Run | None:
     return None
 
 
-def interpolated(run: Run, place: float) -> Floats:
-    """Near the point of a run at a place: cubic between nodes."""
-    k = int(np.clip(np.searchsorted(run.nodes[:, -1], place), 1, len(run.nodes) - 1))
-    point: Floats = np.empty_like(run.nodes[0])
-    kernels.between(run.nodes[k - 1], run.nodes[k], run.tangents[k - 1], run.tangents[k], place, point)
-    return point
-
-
 def _runs(nodes: Floats, tangents: Floats, sets: Ints, events: Ints) -> Iterator[Run]:
     """Cut what was followed where something happens."""
     since, start = 0, ("", 0)

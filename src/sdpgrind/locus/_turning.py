@@ -158,8 +158,8 @@ class Turning(Frozen):
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Units of the controls and of the hidden state."""
-        return {"cutting_speed": "mm/s", "feed": "mm", "flank_wear": "mm"}
+        """Units of controls, hidden state and cost."""
+        return {"cutting_speed": "mm/s", "feed": "mm", "flank_wear": "mm", "cost": "s/mm^2"}
 
     def cost(self, s: Any, c: Any) -> Any:
         """Return (1 + tau/T)/(v f) by the controls ``c``, Koren (2): s for each mm^2; no hidden state ``s`` is in it."""
