@@ -287,11 +287,11 @@ def test_without_lag_the_map_is_the_static_one():
 def test_several_constraints():
     E = np.array([[-2.0, 0.4, 0.1], [0.3, -1.0, 0.2], [0.0, 0.5, -3.0]])
     for theta in (1.0, 0.4):
-        K = locus.design_gains(E, theta)
+        K = locus.decoupling_gains(E, theta)
         assert locus.spectral_radius(E, K) == pytest.approx(1 - theta, abs=1e-9)
         np.testing.assert_allclose(np.eye(3) + K @ E, (1 - theta) * np.eye(3), atol=1e-12)
     assert locus.spectral_radius(E, np.diag([1.9, 0.0, 0.0])) > 1
-    np.testing.assert_allclose(locus.design_gains([[-1.5]], 0.9), [[0.6]])
+    np.testing.assert_allclose(locus.decoupling_gains([[-1.5]], 0.9), [[0.6]])
 
 
 REFUSED = [
@@ -309,8 +309,8 @@ REFUSED = [
     (lambda: WHOLE.drift_margin(0.1, gain=0.6), "gain must be < 0.1086 to be stable"),
     (lambda: WHOLE.schedule(1.2), "theta must be in (0, 1]; got 1.2"),
     (lambda: WHOLE.radius(0.05, lag=-1.0), "lag must be >= 0 (s); got -1.0"),
-    (lambda: locus.design_gains([[1.0, 2.0]]), "slopes must be square, a row for each constraint and a column for"),
-    (lambda: locus.design_gains([[1.0, 2.0], [2.0, 4.0]]), "slopes must be regular: the constraints must answer differently"),
+    (lambda: locus.decoupling_gains([[1.0, 2.0]]), "slopes must be square, a row for each constraint and a column for"),
+    (lambda: locus.decoupling_gains([[1.0, 2.0], [2.0, 4.0]]), "slopes must be regular: the constraints must answer differently"),
     (lambda: locus.spectral_radius(np.eye(2), np.eye(3)), "gains must be of the shape of the slopes, (2, 2); got (3, 3)"),
 ]  # fmt: skip
 

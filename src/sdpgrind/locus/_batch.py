@@ -8,7 +8,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import _law_kernels as core
-from sdpgrind.locus._balance import balanced, hidden_of
+from sdpgrind.locus._stretch_inverse import balanced, hidden_of
 
 if TYPE_CHECKING:
     from sdpgrind.locus._controller import LocusController

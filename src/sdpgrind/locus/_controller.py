@@ -12,12 +12,12 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.locus import _law_kernels as core
 from sdpgrind.locus._batch import LoopRecord, simulate
-from sdpgrind.locus._design import GainDesign
-from sdpgrind.locus._gains import declared_range, design_gain, stretch_of
-from sdpgrind.locus._schedule import GainSchedule
+from sdpgrind.locus._controller_steps import Walking
+from sdpgrind.locus._design_gain import declared_range, design_gain, stretch_of
+from sdpgrind.locus._gain_design import GainDesign
+from sdpgrind.locus._gain_schedule import GainSchedule
 from sdpgrind.locus._single_valued import placed
 from sdpgrind.locus._stretch import Stretch
-from sdpgrind.locus._walking import Walking
 
 METHODS, PLACES, HOLDS, STARTS = ("feedback", "inversion"), ("command", "actual"), ("none", "settled"), ("feasible", "learned")
 

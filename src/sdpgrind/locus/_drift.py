@@ -12,8 +12,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._balance import balanced
 from sdpgrind.locus._stretch import Stretch
+from sdpgrind.locus._stretch_inverse import balanced
 
 PHASES = 48
 """Parts of a step in which the ramp is begun; what lies between is covered by its ends."""

@@ -244,7 +244,7 @@ class Locus:
         ValueError
             When the key does not change one way along the locus.
         """
-        from sdpgrind.locus._calibrate import table
+        from sdpgrind.locus._curve_tables import table
 
         return table(self, key, points)
 
@@ -263,7 +263,7 @@ class Locus:
         ValueError
             When the response does not move one way with the hidden state.
         """
-        from sdpgrind.locus._calibrate import inversion
+        from sdpgrind.locus._curve_tables import inversion
 
         return inversion(self, response, points)
 
@@ -282,7 +282,7 @@ class Locus:
         ValueError
             When a fold, a jump, or a part without an active constraint lies between, or the coordinate is not single-valued.
         """
-        from sdpgrind.locus._walkable import stretch
+        from sdpgrind.locus._stretch_of_curve import stretch
 
         return stretch(self, along, x)
 

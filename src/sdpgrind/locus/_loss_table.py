@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._balance import root
 from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._stretch import Stretch
+from sdpgrind.locus._stretch_inverse import root
 
 if TYPE_CHECKING:
     from sdpgrind.locus._robust import RobustLocus

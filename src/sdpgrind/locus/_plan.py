@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._area import Area
-from sdpgrind.locus._compare import cheapest, is_degenerate
+from sdpgrind.locus._cheapest import cheapest, is_degenerate
 from sdpgrind.locus._grid import trace_grid
 from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._pieces import counts, pieces, tabulate

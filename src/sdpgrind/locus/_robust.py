@@ -23,12 +23,12 @@ from scipy.interpolate import PchipInterpolator
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._balance import root
 from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._loss_table import loss_table
 from sdpgrind.locus._problem import Problem
 from sdpgrind.locus._samples import Sample, checked, declared_range, shares, traced
 from sdpgrind.locus._stretch import Stretch
+from sdpgrind.locus._stretch_inverse import root
 from sdpgrind.locus._tape_kernels import run_many
 
 OBJECTIVES = ("mean", "worst")

@@ -9,11 +9,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._balance import hidden_of
 from sdpgrind.locus._locus import Locus
 from sdpgrind.locus._plan import plan
 from sdpgrind.locus._problem import Problem
 from sdpgrind.locus._stretch import Stretch
+from sdpgrind.locus._stretch_inverse import hidden_of
 from sdpgrind.locus._tape import tape
 from sdpgrind.locus._tape_kernels import run_many
 

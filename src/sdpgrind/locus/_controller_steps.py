@@ -10,8 +10,8 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import _law_kernels as core
-from sdpgrind.locus._balance import balanced, hidden_of
 from sdpgrind.locus._stretch import Stretch
+from sdpgrind.locus._stretch_inverse import balanced, hidden_of
 
 SETTLED = 0.05
 """Difference between actual and commanded coordinate, relative, at which a lag counts as settled."""

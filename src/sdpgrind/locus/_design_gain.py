@@ -7,7 +7,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._design import GainDesign, tight_end
+from sdpgrind.locus._gain_design import GainDesign, tight_end
 from sdpgrind.locus._least import least
 from sdpgrind.locus._single_valued import placed
 from sdpgrind.locus._stretch import Stretch

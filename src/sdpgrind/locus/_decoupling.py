@@ -7,7 +7,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 
-def design_gains(slopes: npt.ArrayLike, theta: float = 1.0) -> Floats:
+def decoupling_gains(slopes: npt.ArrayLike, theta: float = 1.0) -> Floats:
     """Design the gains of several active measured constraints at once: K = -theta E_s^-1.
 
     Then every eigenvalue of I + K E_s is 1 - theta: the errors fall together, and no constraint disturbs another.
@@ -31,7 +31,7 @@ def design_gains(slopes: npt.ArrayLike, theta: float = 1.0) -> Floats:
 
     Examples
     --------
-    >>> K = design_gains([[-2.0, 0.5], [0.0, -4.0]], theta=0.8)
+    >>> K = decoupling_gains([[-2.0, 0.5], [0.0, -4.0]], theta=0.8)
     >>> K.tolist()
     [[0.4, 0.05], [0.0, 0.2]]
     >>> round(spectral_radius([[-2.0, 0.5], [0.0, -4.0]], K), 6)  # of the loop, dimensionless
@@ -53,7 +53,7 @@ def spectral_radius(slopes: npt.ArrayLike, gains: npt.ArrayLike) -> float:
     Parameters
     ----------
     slopes, gains : array, (m, m)
-        E_s and K, as in `design_gains`.
+        E_s and K, as in `decoupling_gains`.
     """
     E, K = checks.finite_array("slopes", slopes), checks.finite_array("gains", gains)
     if E.ndim != 2 or E.shape[0] != E.shape[1] or K.shape != E.shape:

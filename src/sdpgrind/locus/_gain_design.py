@@ -12,9 +12,9 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.locus._drift import ROOM, Drift
+from sdpgrind.locus._gain_schedule import GainSchedule
 from sdpgrind.locus._least import least
 from sdpgrind.locus._loops import Lag, Pid, radius, sampled_radius
-from sdpgrind.locus._schedule import GainSchedule
 from sdpgrind.locus._stretch import Stretch
 
 FACTOR = 0.9
