@@ -51,7 +51,7 @@ SYMBOLS = "must be made of operators, \\*\\* and functions that take symbols"
         (lambda: made(controls={"u": (0.0, 1.0, 2.0)}), TypeError, r"controls\['u'\] must be \(least, greatest\)"),
         (lambda: made(controls={"u": 1.0}), TypeError, r"controls\['u'\] must be \(least, greatest\); got 1.0"),
         (lambda: made(controls={"2u": (0.0, 1.0)}), ValueError, "controls must be named by identifiers; got '2u'"),
-        (lambda: made(hidden={"u": (0.0, 1.0)}), ValueError, "names of controls and hidden states must"),
+        (lambda: made(hidden={"u": (0.0, 1.0)}), ValueError, "names of controls, hidden states and constraints must"),
         (lambda: made(hidden={"x": (float("nan"), 1.0)}), ValueError, r"hidden\['x'\]\[0\] must be .*nan"),
         (lambda: made(hidden={"x": (2.0, 1.0)}), ValueError, r"hidden\['x'\] must be .*got \(2.0, 1.0\)"),
         (lambda: made(cost=None), TypeError, r"cost must be a function f\(s, c\) of hidden states and controls; got None"),
@@ -70,7 +70,7 @@ SYMBOLS = "must be made of operators, \\*\\* and functions that take symbols"
         (
             lambda: locus.Problem(hidden={"x": (0.2, 1.0)}, **(EXAMPLE | {"constraints": EXAMPLE["constraints"] * 2})),
             ValueError,
-            "names of constraints must",
+            "names of controls, hidden states and constraints must",
         ),
         (
             lambda: locus.preset("koren-example").replace(cost=lambda s, c: c.u),
@@ -166,18 +166,18 @@ def test_where_feasibility_ends_is_told():
     (end,) = (event for event in curve.events if event.kind == "infeasible")
     assert end.hidden == pytest.approx(0.5, abs=1e-9)
     assert "no best point was found elsewhere in 0 to 1" in curve.status
-    with pytest.raises(ValueError, match=r"x must be in \[0, 0.5\]; got 0.8"):
-        curve.at(x=0.8, throw=True)
+    with pytest.raises(ValueError, match=r"x must be in \[0, 0.5\], where best points are known; got 0.8"):
+        curve.at(x=0.8)
 
 
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda c: c.at(y=1.0), "the hidden state must be 'x'; got \\['y'\\]"),
-        (lambda c: c.at(), "the hidden state must be 'x'; got \\[\\]"),
+        (lambda c: c.at(y=1.0), "hidden state must be given by its name, x=...; got y"),
+        (lambda c: c.at(), "hidden state must be given by its name, x=...; got nothing"),
         (lambda c: c.at(x=float("nan")), "x must be .*finite.*nan"),
         (lambda c: c.at(x=math.inf), "x must be .*finite.*inf"),
-        (lambda c: c.at(x=21.0, throw=True), r"x must be in \[0.2, 20\]; got 21"),
+        (lambda c: c.at(x=21.0), r"x must be in \[0.2, 20\], where best points are known; got 21"),
         (lambda c: c.retrieve(u=1.0, v=1.0), "measured must be all of u, v and one of response; got u, v"),
         (lambda c: c.retrieve(u=1.0, response=1.0), "measured must be all of u, v and one of response; got response, u"),
         (lambda c: c.retrieve(u=1.0, v=1.0, w=2.0, response=1.0), "measured must be .*got response, u, v, w"),
@@ -218,3 +218,51 @@ def test_a_controller_over_a_jump_or_beyond_a_fold_is_refused():
     )  # fmt: skip
     with pytest.raises(ValueError, match=r"x must stay where the locus goes on: it ends \(infeasible\) at x = 1"):
         locus.plan(wave).stretch("u", x=(-1.0, 1.5))
+
+
+KINKS = {
+    "abs": lambda c: abs(c.u - 1),
+    "maximum": lambda c: np.fmax(c.u, 1.0),
+    "a choice": lambda c: np.where(c.u > 1, (c.u - 3) ** 2, -100.0),
+    "floor": lambda c: np.floor(c.u),
+}
+
+
+@pytest.mark.parametrize("what", KINKS)
+def test_kinks_and_steps_are_refused(what):
+    """A best point on a kink has no slope, and would be missed."""
+    problem = made(cost=lambda s, c: KINKS[what](c) + (c.v - 4) ** 2)
+    with pytest.raises(ValueError, match=f"cost must be smooth.*{what}"):
+        locus.plan(problem)
+
+
+def test_a_table_does_not_lead_over_a_jump():
+    """Between the two ends nothing is best."""
+    curve = locus.plan(
+        locus.Problem(
+            controls={"u": (0.1, 12.0)},
+            hidden={"x": (0.3, 30.0)},
+            cost=lambda s, c: -np.sin(c.u) - 0.1 * c.u,
+            constraints=[locus.Varying(response=lambda s, c: s.x * c.u, limit=lambda s, c: 5.0 + 0 * c.u)],
+        )
+    )
+    assert curve.jumps
+    with pytest.raises(ValueError, match=r"key must lead along the locus without a jump|key must change one way"):
+        curve.table("u")
+
+
+def test_readings_that_are_none_leave_the_command():
+    """NaN, infinite; what is no number is refused by its name."""
+    controller = locus.LocusController(example(), along="v", x=(0.76, 1.72))
+    before = controller.step(response=9.0)
+    for bad in (math.nan, math.inf, -math.inf):
+        assert controller.step(response=bad) == before
+    assert controller.step(response=9.0) != before
+    for bad in (None, "7", np.array([7.0])):
+        with pytest.raises(TypeError, match="response must be a number"):
+            controller.step(response=bad)
+
+
+def test_controls_far_from_their_range_are_refused():
+    with pytest.raises(ValueError, match=r"u must be in \[-0.25, 5.25\]; got -20"):
+        example().retrieve(u=-20.0, v=2.0, response=7.0)

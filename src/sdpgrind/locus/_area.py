@@ -137,7 +137,7 @@ class Area:
             needed = f"all of {', '.join(self.names)} and {h} of {', '.join(self.responses)}"
             raise ValueError(f"measured must be {needed}; got {', '.join(sorted(measured))}")
         values = {name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()}
-        controls = np.array([values[name] for name in self.names])
+        controls = np.array([self.problem.control(name, values[name]) for name in self.names])
         rows = [self.responses.index(name) for name in responses]
         place, clamped = self._inverted(controls, rows, np.array([values[name] for name in responses]))
         return self._at(self.system.unscaled(place, self.system.n), clamped)

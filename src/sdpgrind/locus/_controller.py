@@ -50,8 +50,9 @@ class LocusController(Walking, Frozen):
     start : "feasible", "learned", float or mapping
         Coordinate of the start; "feasible": the optimum of the tightest hidden state; "learned": that, and after `reset` the last
         point (parts that `hwsim` runs are told by `LearnedStart`); a mapping gives the coordinate or the hidden state by name.
+        A start of one's own may have no slack: `design_gain` tells.
     margin : float
-        By how much the limit is backed off, in its unit; see `GainDesign.drift_margin`.
+        By how much the limit is backed off, in its unit; see `GainDesign.drift_margin`, which reckons without `kp` and `kd`.
     kp, kd : float
         Proportional and derivative gain, in the unit of `gain`.
     hold : "none", "settled" or float

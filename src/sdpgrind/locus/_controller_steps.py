@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from copy import copy
 from functools import cached_property
-from math import isnan, nan
+from math import isfinite, isnan, nan
 from typing import Any, Self
 
 import numpy as np
@@ -103,22 +103,25 @@ class Walking:
         Parameters
         ----------
         **measurement : float
-            The response by its name, in its unit (NaN: no reading); the coordinate by its name, where it is measured. Others are
-            not used.
+            The response by its name, in its unit (NaN, or without bounds: no reading); the coordinate by its name, where it is
+            measured. Others are not used.
 
         Raises
         ------
         ValueError
             When the response is not among them.
+        TypeError
+            When it is no number.
         """
         name = self.stretch.response
         if name not in measurement:
             raise ValueError(f"measurement must have {name!r}; got {', '.join(measurement) or 'nothing'}")
+        reading = _reading(name, measurement[name])
         core.follow(self.state, self.law)
-        actual = self._actual(measurement.get(self.stretch.along, nan))
+        actual = self._actual(_reading(self.stretch.along, measurement.get(self.stretch.along, nan)))
         if self._counts(actual):
             base = float(self.state[core.PLACE]) if actual is None or self.at == "command" else actual
-            self._move(float(measurement[name]), base)
+            self._move(reading, base)
         return self.command
 
     def _actual(self, measured: float) -> float | None:
@@ -172,3 +175,10 @@ class Walking:
         hidden = float(self.stretch.rows(place)[len(self.stretch.names)])
         slack = float(self.state[core.LAST]) + self.margin if self.state[core.UPDATES] else nan
         return dict(zip(self.reports, (place, hidden, slack), strict=True))
+
+
+def _reading(name: str, value: Any) -> float:
+    """A reading as a number; NaN where it is none that a controller can go by."""
+    if isinstance(value, str) or np.ndim(value) != 0 or value is None:
+        raise TypeError(f"{name} must be a number (NaN: no reading); got {value!r}")
+    return float(value) if isfinite(value) else nan

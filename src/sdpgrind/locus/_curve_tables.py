@@ -30,7 +30,8 @@ def table(curve: "Locus", key: str | None, points: int) -> Table:
         raise ValueError(f"key must be {curve.hidden_name!r} where no measured constraint is ever active; got {name!r}")
     spans = np.array([np.sum(np.sqrt(np.sum(np.diff(part.columns, axis=0) ** 2, axis=1))) for part in parts])
     shares = points * spans / max(float(np.sum(spans)), 1e-300)
-    return _joined([part.thinned(max(2, round(share))) for part, share in zip(parts, shares, strict=True)], name)
+    kept = [part.thinned(max(2, round(share))) for part, share in zip(parts, shares, strict=True)]
+    return _joined(kept, name, curve.hidden_name)
 
 
 def inversion(curve: "Locus", response: str | None, points: int) -> Inversion:
@@ -71,7 +72,7 @@ def _part(rows: Columns, key: Floats, slope: Floats) -> Table:
     return Table(key[known], rows.controls[known], rows.slope[known] / slope[known, None])
 
 
-def _joined(parts: list[Table], name: str) -> Table:
+def _joined(parts: list[Table], name: str, hidden: str) -> Table:
     """One table of several; where they meet, two nodes stand next to each other, each with the slopes of its own side."""
     parts = sorted((_rising(part) for part in parts), key=lambda part: part.low)
     keys = [part.key.copy() for part in parts]
@@ -79,8 +80,19 @@ def _joined(parts: list[Table], name: str) -> Table:
         if after[0] < before[-1] - 1e-9 * abs(before[-1]):
             raise ValueError(f"key must belong to one point of the locus; {name} has two at {after[0]:.6g}")
         after[0] = np.nextafter(max(before[-1], after[0]), np.inf)
+    if name != hidden:
+        _check_joined(parts, name)
     columns, slopes = ([getattr(part, what) for part in parts] for what in ("columns", "slopes"))
     return Table(np.concatenate(keys), np.concatenate(columns), np.concatenate(slopes))
+
+
+def _check_joined(parts: list[Table], name: str) -> None:
+    """Between the ends of a jump nothing is best."""
+    for before, after in pairwise(parts):
+        if not np.allclose(before.columns[-1], after.columns[0], rtol=1e-6, atol=1e-9):
+            raise ValueError(
+                f"key must lead along the locus without a jump; {name} jumps from {before.high:.6g} to {after.low:.6g}"
+            )
 
 
 def _rising(part: Table) -> Table:

@@ -216,7 +216,8 @@ class GainDesign(Frozen):
         rate : float
             Largest change of the hidden state from one reading to the next, in its unit.
         gain : float or GainSchedule, optional
-            Integral gain; else the recommended one. Of one that overshoots, the overshoot is in the margin.
+            Integral gain; else the recommended one. Of one that overshoots, the overshoot is in the margin. Proportional and
+            derivative gains are not in it.
 
         Raises
         ------
@@ -277,6 +278,9 @@ class GainDesign(Frozen):
             raise ValueError(f"gain must be {rule} to be stable for {name} in {a:g}..{b:g}; got {gain:g}, stable for {ranges}")
         if warn and gain + kp > self.violation_free * (1 + ROUNDING):
             self._warn(f"gain {gain + kp:g}", self.violation_free)
+        elif warn and kd > 0:
+            told = f"kd = {kd:g} may step beyond the limit: what is known of that holds for integral and proportional gains"
+            warnings.warn(told, stacklevel=4)
 
     def check_schedule(self, schedule: GainSchedule) -> None:
         """Warn of a schedule that may violate the limit on its way from the start.

@@ -17,6 +17,8 @@ from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.locus._problem import Varying
 from sdpgrind.locus._roughness import Roughness
 
+SMALLEST = 2.0  # mm: diameters below it are in m or inches
+FASTEST_INFEED = 1.0  # mm/s: above it um/s are meant
 SLOWEST_WHEEL = 1000.0  # mm/s: below it m/s are meant
 RPM_LIKE = 5.0  # a work surface faster than this part of the wheel's speed is a rotation in rev/min
 _LENGTHS = {"wheel_diameter": "mm", "work_diameter": "mm", "width": "mm", "wheel_speed": "mm/s"}
@@ -88,6 +90,9 @@ class Grinding(Frozen):
     def __post_init__(self) -> None:
         for name, unit in _LENGTHS.items():
             checks.positive(name, getattr(self, name), unit)
+        for name in ("wheel_diameter", "work_diameter"):
+            if getattr(self, name) < SMALLEST:
+                raise checks.refuse(name, f">= {SMALLEST:g}; units.inch(...) for inches", getattr(self, name), "mm")
         checks.kind("power", self.power, physics.GrindingPower)
         checks.kind("burning", self.burning, physics.BurningLimit)
         checks.kind("internal", self.internal, bool)
@@ -105,11 +110,14 @@ class Grinding(Frozen):
         Raises
         ------
         ValueError
-            When an area is above 1, or the work's surface above a fifth of the wheel's.
+            When an area is no part of 1, an infeed rate above 1 mm/s, or the work's surface above a fifth of the wheel's.
         """
-        area = hidden.get("wear_flat_area", (0.0, 0.0))[1]
-        if area > 1:
-            raise ValueError(f"wear_flat_area must be a part of 1, in [0, 1]: divide by 100 for percent; got {area!r}")
+        for area in hidden.get("wear_flat_area", (0.0, 0.0)):
+            if not 0 <= area <= 1:
+                raise ValueError(f"wear_flat_area must be a part of 1, in [0, 1]: divide by 100 for percent; got {area!r}")
+        infeed = controls.get("infeed_rate", (0.0, 0.0))[1]
+        if infeed > FASTEST_INFEED:
+            raise ValueError(f"infeed_rate must be in mm/s, up to {FASTEST_INFEED:g}; units.um(...) for um/s; got {infeed!r}")
         rotation = controls.get("work_rotation", (0.0, 0.0))[1]
         if rotation * self.work_diameter / 2 > self.wheel_speed / RPM_LIKE:
             raise ValueError(

@@ -12,7 +12,7 @@ from sdpgrind.locus._table import Table
 from sdpgrind.locus._table_kernels import INSIDE, NO_KEY
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Inversion:
     """Solves response(controls, state) = measured for the state, and looks up the table there.
 
@@ -63,6 +63,9 @@ class Inversion:
         head[GUESS] = np.sqrt(self.low * self.high) if self.low > 0 else 0.5 * (self.low + self.high)
         object.__setattr__(self, "packed", np.concatenate([head, self.tape, self.table.packed]))
         object.__setattr__(self, "places", 1 + self.table.width)
+
+    def __repr__(self) -> str:
+        return f"Inversion(state in [{self.low:.6g}, {self.high:.6g}], {self.table!r})"
 
     def at(self, measured: float, *controls: float) -> tuple[Floats, bool]:
         """Return the state with the columns of the table there (1 + n,), and whether an end stands for what is out of reach.

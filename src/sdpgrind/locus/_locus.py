@@ -134,7 +134,7 @@ class Locus:
     def _named(self, values: Iterable[float]) -> dict[str, float]:
         return dict(zip(self.names, map(float, values), strict=True))
 
-    def at(self, *, throw: bool = False, **hidden: float) -> Point:
+    def at(self, *, throw: bool = True, **hidden: float) -> Point:
         """Return the best point for a hidden state, exact.
 
         Parameters
@@ -147,15 +147,15 @@ class Locus:
         Raises
         ------
         ValueError
-            When the state is not finite, of another name, or has no feasible point.
+            When the state is not finite, of another name, beyond the range, or has no feasible point.
         """
         name = self.hidden_name
         if set(hidden) != {name}:
-            raise ValueError(f"the hidden state must be {name!r}; got {sorted(hidden)}")
+            raise ValueError(f"hidden state must be given by its name, {name}=...; got {', '.join(sorted(hidden)) or 'nothing'}")
         x = checks.number(name, hidden[name], self.problem.unit(name))
         point, (low, high) = self._at(x), self.range
         if throw and point.clamped:
-            raise checks.refuse(name, f"in [{low:g}, {high:g}]", x, self.problem.unit(name))
+            raise checks.refuse(name, f"in [{low:g}, {high:g}], where best points are known", x, self.problem.unit(name))
         return point
 
     def _at(self, x: float, clamped: bool = False) -> Point:
@@ -210,7 +210,7 @@ class Locus:
             needed = f"all of {', '.join(self.names)} and one of {', '.join(self.responses)}"
             raise ValueError(f"measured must be {needed}; got {', '.join(sorted(measured))}")
         values = {name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()}
-        controls = np.array([values[name] for name in self.names])
+        controls = np.array([self.problem.control(name, values[name]) for name in self.names])
         x, inside = self._inverted(controls, responses[0], values[responses[0]])
         if throw and not inside:
             raise checks.refuse(responses[0], "what some hidden state in its range explains", values[responses[0]])
@@ -314,7 +314,8 @@ class Locus:
     def status(self) -> str:
         """One sentence: what was found, and what stands in the way (units of the problem)."""
         low, high = self.range
-        told = f"{len(self.best)} pieces over {self.hidden_name} = {low:.6g} to {high:.6g}, residual {self.error:.1g}"
+        count = f"{len(self.best)} piece{'s' if len(self.best) > 1 else ''}"
+        told = f"{count} over {self.hidden_name} = {low:.6g} to {high:.6g}, residual {self.error:.1g}"
         if self.jumps:
             told += f"; jumps at {', '.join(f'{event.hidden:.6g}' for event in self.jumps)}"
         if self.folds:

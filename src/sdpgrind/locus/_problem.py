@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 Function: TypeAlias = Callable[[Any, Any], Any]
 """Of hidden states and controls, both by name: ``f(s, c)``."""
+BEYOND = 0.05
+"""Share of its range by which a control that is measured may be off."""
 Ranges: TypeAlias = Mapping[str, tuple[float, float]]
 
 
@@ -133,7 +135,6 @@ class Problem(Frozen):
         set_ = object.__setattr__
         set_(self, "controls", _ranges("controls", self.controls))
         set_(self, "hidden", _ranges("hidden", self.hidden))
-        checks.unique("names of controls and hidden states", [*self.controls, *self.hidden])
         set_(self, "constraints", _constraints(self.constraints))
         if self.model is None:
             _check_function("cost", self.cost)
@@ -141,7 +142,7 @@ class Problem(Frozen):
             raise ValueError("cost and constraints must be left out where a model is given, which brings them; got both")
         elif hasattr(self.model, "check"):
             self.model.check(self.controls, self.hidden)
-        checks.unique("names of constraints", self.responses)
+        checks.unique("names of controls, hidden states and constraints", [*self.controls, *self.hidden, *self.responses])
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -162,6 +163,12 @@ class Problem(Frozen):
     def objective(self) -> Function:
         """The cost, the model's or one's own (any unit)."""
         return self.model.cost if self.model is not None else self.cost  # type: ignore[return-value]
+
+    def control(self, name: str, value: float) -> float:
+        """Return a control (in its unit) that was measured: within its range, or a little beyond; private to this package."""
+        low, high = self.controls[name]
+        room = BEYOND * (high - low)
+        return checks.within(name, value, low - room, high + room, self.unit(name))
 
     def unit(self, name: str) -> str:
         """Return the unit of a control, a hidden state, a response or the ``"cost"`` by its name; empty where none is known."""

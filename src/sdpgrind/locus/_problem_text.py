@@ -1,7 +1,7 @@
 """A problem as text, and back: a built-in one by its numbers, one's own by its expressions."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -16,7 +16,7 @@ from sdpgrind.locus._system import system_of
 class Expression:
     """One of the functions of a problem that was written down: the k-th output of a function of CasADi."""
 
-    text: str
+    text: str = field(repr=False)
     k: int
     names: tuple[str, ...]
     hidden: tuple[str, ...]

@@ -22,6 +22,23 @@ TICKS = {1: 11, 2: 11, 3: 7, 4: 5}
 
 MADE = "_systems"
 """Where a problem keeps what was made of it."""
+KINKED = {
+    ca.OP_FABS: "abs",
+    ca.OP_FMIN: "minimum",
+    ca.OP_FMAX: "maximum",
+    ca.OP_LT: "a comparison",
+    ca.OP_LE: "a comparison",
+    ca.OP_EQ: "a comparison",
+    ca.OP_NE: "a comparison",
+    ca.OP_IF_ELSE_ZERO: "a choice (where, interp)",
+    ca.OP_FLOOR: "floor",
+    ca.OP_CEIL: "ceil",
+    ca.OP_SIGN: "sign",
+    ca.OP_COPYSIGN: "copysign",
+    ca.OP_FMOD: "a remainder",
+    ca.OP_REMAINDER: "a remainder",
+}
+"""Operations that have kinks or steps, and what users call them."""
 TIE = 1e-6
 """Weight of the sum of slacks where many points are of least cost."""
 
@@ -222,7 +239,20 @@ def _expression(name: str, function: "Function", states: SimpleNamespace, contro
         raise TypeError(f"{name} must give a number for each point; got {type(found).__name__}") from None
     if value.shape != (1, 1):
         raise ValueError(f"{name} must give one number for each point; got shape {value.shape}")
+    _check_smooth(name, value)
     return value
+
+
+def _check_smooth(name: str, value: Any) -> None:
+    """Conditions of a best point are those of smooth functions: best points at kinks and steps would be missed."""
+    function = ca.Function("f", ca.symvar(value), [value])
+    used = {function.instruction_id(k) for k in range(function.n_instructions())}
+    bad = sorted(told for operation, told in KINKED.items() if operation in used)
+    if bad:
+        raise ValueError(
+            f"{name} must be smooth, for its slopes are followed; it has {', '.join(bad)}: take a smooth form, a polynomial or a"
+            " spline of powers, or split the range"
+        )
 
 
 def _spread(name: str, values: Floats) -> float:

@@ -21,7 +21,7 @@ KINK = 1e-9
 """Of the range of the key: nodes that are closer stand for one place with two slopes."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Table:
     """Columns by a key that rises or falls strictly, with their exact slopes by the key.
 
@@ -71,6 +71,9 @@ class Table:
         object.__setattr__(self, "packed", pack(*rows, CELLS * key.size))
         for name, array in (("key", key), ("columns", columns), ("slopes", slopes)):
             object.__setattr__(self, name, _fixed(array))
+
+    def __repr__(self) -> str:
+        return f"Table({self.key.size} nodes from {self.low:.6g} to {self.high:.6g}, {self.width} columns)"
 
     def __deepcopy__(self, memo: object) -> Self:
         return self  # nothing in it changes
