@@ -33,7 +33,9 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     best = plan.at(wear_flat_area=area).controls
     point = f"{_UM * best['infeed_rate']:.3f} um/s, {best['work_rotation']:.3f} rad/s"
     yield f"curve: {plan.status}; best at {area:g}: {point}"
-    yield f"controller: {controller.stretch.along} from {controller.start_place:.4g}, margin {controller.margin:g} W"
+    start = controller.command
+    begin = f"{_UM * start['infeed_rate']:.3f} um/s, {start['work_rotation']:.3f} rad/s"
+    yield f"controller: begins at {begin}; margin {controller.margin:g} W"
 
 
 def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:

@@ -97,6 +97,8 @@ def run(
     parts = checks.count("parts", parts)
     check_helpers(executor, progress)
     if adapt is not None:
+        if isinstance(adapt, type):
+            raise TypeError(f"adapt must be an adaptation, not its class: {adapt.__name__}(); got {adapt.__name__}")
         checks.able("adapt", adapt, "None or an adaptation, with next(controller, part_log)", "next")
     if adapt is not None and executor is not None:
         raise ValueError("executor must be None where adapt is given: each part needs the one before")
@@ -144,7 +146,7 @@ class Series:
         """Take the plant as the part left it, and the next controller from the adaptation, which sees the last one as it was."""
         after = getattr(self.plant, "after", None)
         if after is not None:
-            self.plant = after(part.outcome)
+            self.plant = after({name: _own(value) for name, value in part.outcome.items()})
         if self.adapt is not None:
             self.controller = self.adapt.next(self.controller, Log.of([part], self.labels))
             if not isinstance(self.controller, Controller):
@@ -198,3 +200,8 @@ def _book(path: str | os.PathLike[str] | None, ingredients: Mapping[str, Any], l
     with Journal(path) if Path(path).exists() else Journal.create(path, prints, labels) as journal:
         journal.refuse_other(prints)
         yield journal
+
+
+def _own(value: Any) -> Any:
+    """A number, or a copy: what a plant does with it must not change the log."""
+    return value.item() if np.ndim(value) == 0 else np.copy(value)

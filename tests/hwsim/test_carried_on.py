@@ -82,3 +82,23 @@ def test_parts_in_parallel_are_refused():
         for work in (hwsim.run, lambda plant, tap, executor: hwsim.compare(plant, {"tap": tap}, executor=executor)):
             with pytest.raises(ValueError, match=r"executor must be None on a Rusting, which each part leaves changed"):
                 work(Rusting(), Drain(), executor=executor)
+
+
+@dataclass(frozen=True)
+class Careless(Rusting):
+    """One whose `after` changes what it was given."""
+
+    def after(self, outcome):
+        leak = outcome["leak"]
+        found, leak = float(leak), np.multiply(leak, 0.0, out=leak if isinstance(leak, np.ndarray) else None)
+        return replace(self, leak=1.1 * found + 0.1)
+
+
+def test_what_a_plant_does_with_an_outcome_leaves_the_log_alone():
+    log = hwsim.run(Careless(), Drain(), parts=4, rng=2)
+    np.testing.assert_array_equal(log.outcome.leak, leaks(2, 4))
+
+
+def test_an_adaptation_is_no_class():
+    with pytest.raises(TypeError, match=r"adapt must be an adaptation, not its class: Faster\(\); got Faster"):
+        hwsim.run(Rusting(), Drain(), parts=2, adapt=Faster)

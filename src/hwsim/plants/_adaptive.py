@@ -176,7 +176,7 @@ class AdaptiveGrinder(Frozen):
         Parameters
         ----------
         outcome : mapping
-            What the part became; see the class.
+            What the part became, in its units; see the class.
         """
         area = min(1.0, float(outcome["true_wear_flat_area"]))
         dressed = self.dress_at is not None and area >= self.dress_at
@@ -193,7 +193,7 @@ class AdaptiveGrinder(Frozen):
         Returns
         -------
         Machine
-            See `hwsim.protocols.Machine`.
+            See `hwsim.protocols.Machine`; its time is in ticks.
         """
         of_truth, of_noise = rng.spawn(2)
         truth = self.problem.model if self.truth is None else self.truth

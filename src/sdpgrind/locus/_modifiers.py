@@ -128,7 +128,7 @@ class ModifierController(Frozen):
 
     @property
     def response(self) -> str:
-        """Name of the measurement that is to stay under its limit."""
+        """Name of the measurement that is to stay under its limit; `Problem.unit` tells the unit."""
         return self.problem.varying[0].name
 
     @cached_property
@@ -137,7 +137,7 @@ class ModifierController(Frozen):
 
     @cached_property
     def state(self) -> Adaptation:
-        """What it has learned."""
+        """What it has learned (scaled, unit 1)."""
         n = self._modified.n
         modifiers = np.append(self.start_hidden, np.zeros(1 + 2 * n))
         if not self._modified.begin(modifiers):

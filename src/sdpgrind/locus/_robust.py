@@ -53,6 +53,8 @@ class RobustLocus:
         Range of the hidden state.
     path, nominal : Stretch
         The robust locus, and that of the nominal model.
+    curves : tuple of Locus
+        What each sample alone holds for best.
     """
 
     samples: tuple[Problem, ...]
