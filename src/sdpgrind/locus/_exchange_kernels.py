@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """What gives way where something becomes active that cannot be held beside all that is: at corners."""
 
 import numpy as np

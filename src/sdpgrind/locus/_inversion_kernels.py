@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """The hidden state that a measurement tells of, and the best point for it, in one compiled call; see `_inversion`."""
 
 from typing import Any

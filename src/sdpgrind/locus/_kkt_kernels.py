@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """Conditions of a best point, their Jacobian, and Newton's method on them: plain loops for numba.
 
 An unknown point is Y = (q, mu_0, mu, p): places q of the n controls, the weight mu_0 of the cost and mu_j of the m constraints

@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """Compiled core of controllers on a locus: `step` and batches run through here."""
 
 from typing import Any, NamedTuple

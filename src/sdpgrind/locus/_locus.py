@@ -305,7 +305,7 @@ class Locus:
         return restored(records.read(path))
 
     def plot(self) -> Any:
-        """Draw controls, cost and constraints over the hidden state, and the locus between the controls; return the figure."""
+        """Draw controls and responses over the hidden state, and the locus between the first two controls; return the figure."""
         from sdpgrind.locus._plots import picture
 
         return picture(self)

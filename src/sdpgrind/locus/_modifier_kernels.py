@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """The best point of a problem that has changed a little, from the one before."""
 
 import numpy as np

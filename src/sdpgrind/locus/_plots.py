@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 COLOURS = {"interior": "#8a8a8a", "locus": "#4878a8", "bound": "#b08a3a", "vertex": "#7a5aa0"}
 """Of the kinds of pieces."""
+FLAT = 1e-2
+"""Least height of a picture, relative to what it shows."""
 APART = 0.13
 """Least distance of two numbers along the locus, in spans of the picture."""
 
@@ -28,9 +30,12 @@ def picture(curve: "Locus") -> Any:
         right[k].set(ylabel=_label(curve, name), xticklabels=[])
     for j, name in enumerate(curve.responses):
         _over_hidden(right[n], curve, [piece.table.response[:, j] for piece in curve.pieces])
-        for piece in curve.best:
-            right[n].plot(piece.table.hidden, piece.table.limit[:, j], color="#b04a3a", lw=0.8, zorder=0)
+        for k, piece in enumerate(curve.best):
+            told = "limit" if k == j == 0 else None
+            right[n].plot(piece.table.hidden, piece.table.limit[:, j], color="#b04a3a", lw=0.8, zorder=0, label=told)
         right[n].set(ylabel=_label(curve, name), xlabel=_label(curve, curve.hidden_name))
+    _spread_out(right[n])
+    right[n].legend(frameon=False, fontsize=8)
     if n > 1:
         for axis in axes[1:, 0]:
             axis.remove()
@@ -46,9 +51,19 @@ def _over_hidden(axis: Any, curve: "Locus", columns: list[checks.Floats]) -> Non
         axis.plot(piece.table.hidden, column, style, color=COLOURS[piece.kind], lw=1.6 if piece.is_global else 1.0)
     for event in curve.events:
         axis.axvline(event.hidden, color="0.85", lw=0.7, zorder=0)
+    _spread_out(axis)
     low, high = curve.problem.hidden[curve.hidden_name]
     if low > 0 and high > 20 * low:
         axis.set_xscale("log")
+
+
+def _spread_out(axis: Any) -> None:
+    """What hardly changes is a level line, and no picture of rounding."""
+    axis.ticklabel_format(axis="y", useOffset=False)
+    low, high = axis.get_ylim()
+    middle = 0.5 * (low + high)
+    if high - low < FLAT * abs(middle):
+        axis.set_ylim(middle - 0.5 * FLAT * abs(middle), middle + 0.5 * FLAT * abs(middle))
 
 
 def _between(axis: Any, curve: "Locus") -> None:

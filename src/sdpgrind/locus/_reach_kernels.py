@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """A feasible place where no point of a lattice is one."""
 
 import numpy as np

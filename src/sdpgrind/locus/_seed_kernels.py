@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """Best points from nowhere: the least places of a lattice, down a barrier, to the conditions of a best point."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """Tables along a run of nodes: guesses by cubics, made exact by one step of Newton's method for whole blocks of points."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """Look up a table of values and exact slopes, packed in one flat array; see `_table`."""
 
 from typing import Any

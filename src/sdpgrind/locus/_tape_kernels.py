@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """Run a tape: elementary operations on numbers, one after the other, packed in one flat array; see `_tape`."""
 
 import math

@@ -1,4 +1,3 @@
-# mypy: allow-untyped-decorators, allow-untyped-defs, allow-untyped-calls
 """Follow a branch of best points by pseudo-arclength, through changes of what is held and active, to where it ends."""
 
 import numpy as np
