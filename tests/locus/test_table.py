@@ -194,3 +194,11 @@ def test_a_table_does_not_change_with_what_it_was_made_of():
     np.testing.assert_array_equal(table.at(7.0), before)
     with pytest.raises(ValueError, match="read-only"):
         table.columns[0] = 1.0
+
+
+def test_columns_are_put_where_they_are_wanted():
+    key = np.array([0.0, 1.0, 3.0])
+    table = Table(key, np.column_stack([key**3, key]), np.column_stack([3 * key**2, np.ones(3)]))
+    out = np.full(2, np.nan)
+    assert table.at(2.0, out=out) is out
+    np.testing.assert_allclose(out, table.at(2.0), rtol=0)

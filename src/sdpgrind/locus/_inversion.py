@@ -67,7 +67,7 @@ class Inversion:
     def __repr__(self) -> str:
         return f"Inversion(state in [{self.low:.6g}, {self.high:.6g}], {self.table!r})"
 
-    def at(self, measured: float, *controls: float) -> tuple[Floats, bool]:
+    def at(self, measured: float, *controls: float, out: Floats | None = None) -> tuple[Floats, bool]:
         """Return the state with the columns of the table there (1 + n,), and whether an end stands for what is out of reach.
 
         Parameters
@@ -76,14 +76,21 @@ class Inversion:
             Response, in its unit.
         *controls : float
             At which it was measured.
+        out : array (1 + n,), optional
+            Where the first is put, for loops in which nothing is to be made anew.
 
         Raises
         ------
         ValueError
             When the measurement is NaN, or the response has no value at the controls.
         """
-        out = np.empty(self.places)
-        flag = retrieve(self.packed, tuple(map(float, controls)), float(measured), out)
+        if out is None:
+            out = np.empty(self.places)
+        for each in controls:
+            if type(each) is not float:  # compiled code takes floats alone
+                controls = tuple(map(float, controls))
+                break
+        flag = retrieve(self.packed, controls, float(measured), out)
         if flag == NO_KEY:
             raise self._nothing(measured, controls)
         return out, flag != INSIDE

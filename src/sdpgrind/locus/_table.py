@@ -88,13 +88,15 @@ class Table:
         """Greatest key."""
         return float(max(self.key[0], self.key[-1]))
 
-    def at(self, key: Any) -> Floats:
+    def at(self, key: Any, *, out: Floats | None = None) -> Floats:
         """Return the columns at a key (n,), or at many (..., n); outside the table those of its end.
 
         Parameters
         ----------
         key : float or array
             Where; see `clamped`.
+        out : array (n,), optional
+            Where the columns at one float are put, for loops in which nothing is to be made anew.
 
         Raises
         ------
@@ -102,16 +104,17 @@ class Table:
             When a key is NaN.
         """
         if type(key) is float:  # in a loop of control: nothing but the look-up
-            one = np.empty(self.width)
-            if look_up(self.packed, key, one) == NO_KEY:
+            if out is None:
+                out = np.empty(self.width)
+            if look_up(self.packed, key, out) == NO_KEY:
                 raise _no_key("key", key)
-            return one
+            return out
         keys = np.asarray(key, dtype=float)
-        out = np.empty((keys.size, self.width))
-        bad = look_up_many(self.packed, np.ascontiguousarray(keys.ravel()), out)
+        rows = np.empty((keys.size, self.width))
+        bad = look_up_many(self.packed, np.ascontiguousarray(keys.ravel()), rows)
         if bad >= 0:
             raise _no_key(f"key[{bad}]" if keys.ndim else "key", keys.ravel()[bad])
-        return out.reshape(*keys.shape, -1)
+        return rows.reshape(*keys.shape, -1)
 
     def clamped(self, key: Any) -> Any:
         """Return whether a key, or each of many, lies outside, so that the end of the table stands for it.
