@@ -8,6 +8,7 @@ from hard_problems import PROBLEMS
 from scipy.optimize import brentq
 
 from sdpgrind import locus
+from sdpgrind.locus import kernels
 
 EXAMPLE = locus.KorenExample()
 
@@ -101,3 +102,16 @@ def test_where_a_response_tells_nothing():
     """At v = 0 the response of the example does not know x."""
     with pytest.raises(ValueError, match="response must tell something of x; at these controls it tells nothing"):
         traced("koren").retrieve(u=2.0, v=0.0, response=16.0)
+
+
+def test_public_kernels_are_what_tables_and_inversions_run():
+    """The compiled part gives the same to the bit, and says where the number was."""
+    curve = traced("koren")
+    table, inversion = curve.table("response"), curve.inversion()
+    out, state = np.empty(table.width), np.empty(inversion.places)
+    assert kernels.look_up(table.packed, 7.0, out) == kernels.INSIDE
+    np.testing.assert_array_equal(out, table.at(7.0))
+    assert kernels.look_up(table.packed, 1e3, out) == kernels.ABOVE
+    assert kernels.look_up(table.packed, np.nan, out) == kernels.NO_KEY
+    assert kernels.retrieve(inversion.packed, (2.1, 2.8), 7.0, state) == kernels.INSIDE
+    np.testing.assert_array_equal(state, inversion.at(7.0, 2.1, 2.8)[0])
