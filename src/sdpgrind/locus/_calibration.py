@@ -25,7 +25,7 @@ class Calibration:
     hidden : array, (K,)
         Hidden states of `rho`.
     usable : tuple of (float, float)
-        Ranges of the hidden state (in its unit) in which |rho| < 1: reading again and again converges there.
+        Ranges of the hidden state (in its unit) in which ``|rho|`` < 1: reading again and again converges there.
 
     Examples
     --------

@@ -35,11 +35,11 @@ class GainDesign(Frozen):
     gain : float
         Recommended: `FACTOR` times `violation_free`, and stable.
     stable : float
-        Gains below it are stable at every hidden state of the range: 2/max |e_s|.
+        Gains below it are stable at every hidden state of the range: ``2/max|e_s|``.
     violation_free : float
         Up to it no step goes beyond the optimum of a hidden state that stands still: least (s* - s)/e on the way from the start.
     deadbeat : float
-        1/max |e_s|: no overshoot near the optimum up to it.
+        ``1/max|e_s|``: no overshoot near the optimum up to it.
     theta : float
         The same share of `theta_free`, dimensionless.
     theta_free : float
@@ -116,7 +116,7 @@ class GainDesign(Frozen):
         return float(noise(np.asarray(place))) if place is not None else -least(lambda s: -noise(s), self._places)[0]
 
     def slope_at(self, s: Any) -> Any:
-        """Return |e_s| at a coordinate, in units of the response over those of the coordinate.
+        """Return ``|e_s|`` at a coordinate, in units of the response over those of the coordinate.
 
         Parameters
         ----------
@@ -195,7 +195,7 @@ class GainDesign(Frozen):
         return low, high
 
     def schedule(self, theta: float | None = None) -> GainSchedule:
-        """Return k(s) = theta/|e_s(s)|, in units of the coordinate over those of the response.
+        """Return ``k(s) = theta/|e_s(s)|``, in units of the coordinate over those of the response.
 
         Parameters
         ----------
@@ -209,7 +209,7 @@ class GainDesign(Frozen):
 
         It bounds two things for every sequence of hidden states in the range with steps up to `rate`, tightening and relaxing,
         from a start with slack: the violation of a controller that is not backed off, and what one that is backed off by it
-        needs. To first order it is |ds*/dx| rate/k, and at least the first step of a sudden onset, P_x rate.
+        needs. To first order it is ``|ds*/dx| rate/k``, and at least the first step of a sudden onset, P_x rate.
 
         Parameters
         ----------

@@ -12,7 +12,7 @@ from sdpgrind.locus._stretch import Stretch
 
 @dataclass(frozen=True)
 class GainSchedule(Frozen):
-    """Gain that follows the loop slope: k(s) = theta / |e_s(s)|.
+    """Gain that follows the loop slope: ``k(s) = theta / |e_s(s)|``.
 
     Parameters
     ----------

@@ -115,11 +115,11 @@ class KorenExample(Frozen):
         return -(y**2 + 1) * (y + 2) / (y**2 + 4 * y - 1)
 
     def gain_max(self, x: npt.ArrayLike) -> Floats:
-        """Return the gain k (unit 1) below which v + k e comes to rest at the optimum of x: 2/|e_v|."""
+        """Return the gain k (unit 1) below which v + k e comes to rest at the optimum of x: ``2/|e_v|``."""
         return 2 / np.abs(self.loop_slope(x))
 
     def gain_without_overshoot(self, x: npt.ArrayLike) -> Floats:
-        """Return the gain k (unit 1) up to which v + k e never passes the optimum of x from below: 1/|e_v|, as e is concave."""
+        """Return the gain k (unit 1) up to which v + k e never passes the optimum of x from below: ``1/|e_v|`` (e is concave)."""
         return 1 / np.abs(self.loop_slope(x))
 
     def retrieval_multiplier(self, x: npt.ArrayLike) -> Floats:

@@ -2,7 +2,8 @@
 
 ``look_up(table.packed, key, out)`` puts the columns of a `Locus.table` at a key into ``out``;
 ``retrieve(inversion.packed, controls, measured, out)`` the hidden state that a measurement at ``controls`` (a tuple of floats, or
-an array) tells of, and the best controls for it. Both say where the number was: ``INSIDE``, ``BELOW`` or ``ABOVE`` the range, whose end is taken, or ``NO_KEY``.
+an array) tells of, and the best controls for it. Both say where the number was: ``INSIDE``, ``BELOW`` or ``ABOVE`` the range,
+whose end is taken, or ``NO_KEY``.
 """
 
 from sdpgrind.locus._inversion_kernels import retrieve
