@@ -88,6 +88,29 @@ problem = problem.updated(estimate)
 """  # noqa: E501 as it is written
 
 
+LOCUS = """
+import hwsim
+from sdpgrind import locus
+
+problem = locus.Problem(                                  # s: hidden state, c: controls; written once, for CasADi and for floats
+    controls={"u": (0.0, 5.0), "v": (0.0, 10.0)}, hidden={"x": (0.2, 20.0)},
+    cost=lambda s, c: (c.u - 1)**2 + (c.v - 4)**2,
+    constraints=[locus.Varying(response=lambda s, c: s.x*c.v + 16 - 4*c.v,       # what is measured
+                               limit=lambda s, c: 17 + c.u - 4*c.v)])            # what it must stay under
+curve = locus.plan(problem)                               # pieces, events, folds, jumps; curve.plot(), .save(), .dataset
+curve.at(x=1.0)                                           # .controls (2, 3), .multipliers, .response 7, .slope, .margin
+curve.retrieve(u=2.1, v=2.8, response=7.0)                # the right point for a measurement: state inversion
+design = locus.design_gain(curve, along="v", x=(0.758, 1.721))   # .gain, .stable, .violation_free, .noise_gain, .drift_margin
+controller = locus.LocusController(curve, along="v", gain=design.gain, x=(0.758, 1.721), start="feasible")
+controller.step(response=9.0)                             # -> {"u": ..., "v": ...}
+
+grinding = locus.preset("grinding")                       # "turning", "koren-example", ...: compiled tracing
+curve = locus.plan(grinding)
+log = hwsim.run(hwsim.AdaptiveGrinder(grinding), locus.LocusController(curve, along="infeed_rate"), parts=5, rng=0)   # gain: designed
+log.outcome; log.plot()
+"""
+
+
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
     pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -131,6 +154,16 @@ def test_the_tour_of_the_plunge_cycle_runs_as_written(elsewhere):
     assert not names["log"].outcome.burned.any() and names["log"].outcome.time[-1] < 1.02 * names["best"].time
     assert names["problem"].time_constant == names["estimate"]["time_constant"]
     assert {path.name.split("-")[0] for path in elsewhere.iterdir()} == {"series.db"}
+
+
+def test_the_tour_of_the_locus_runs_as_written(elsewhere):
+    names: dict = {}
+    exec(compile(LOCUS, "locus", "exec"), names)
+    design = names["design"]
+    assert 0 < design.gain < design.violation_free < design.stable
+    assert set(names["controller"].command) == {"u", "v"}
+    assert names["log"].outcome.sizes["part"] == 5 and names["log"].outcome.slack.min() > -1.0  # W
+    assert not list(elsewhere.iterdir())
 
 
 def test_the_tour_tells_the_truth(elsewhere):
