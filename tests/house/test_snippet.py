@@ -108,7 +108,7 @@ grinding = locus.preset("grinding")                       # "turning", "koren-ex
 curve = locus.plan(grinding)
 log = hwsim.run(hwsim.AdaptiveGrinder(grinding), locus.LocusController(curve, along="infeed_rate"), parts=5, rng=0)   # gain: designed
 log.outcome; log.plot()
-"""
+"""  # noqa: E501 as it is written
 
 
 @pytest.fixture
