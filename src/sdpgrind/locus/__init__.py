@@ -2,6 +2,7 @@
 
 from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.locus._area import Area
+from sdpgrind.locus._area_controller import AreaController
 from sdpgrind.locus._batch import LoopRecord
 from sdpgrind.locus._calibration import Calibration
 from sdpgrind.locus._controller import LocusController
@@ -29,6 +30,7 @@ from sdpgrind.locus._turning import Turning, tool_change_time
 
 __all__ = [
     "Area",
+    "AreaController",
     "Calibration",
     "Columns",
     "DressedGrinding",

@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from copy import copy
 from functools import cached_property
-from math import isfinite, isnan, nan
+from math import isnan, nan
 from typing import Any, Self
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus import _law_kernels as core
+from sdpgrind.locus._readings import usable
 from sdpgrind.locus._stretch import Stretch
 from sdpgrind.locus._stretch_inverse import balanced, hidden_of
 
@@ -116,9 +117,9 @@ class Walking:
         name = self.stretch.response
         if name not in measurement:
             raise ValueError(f"measurement must have {name!r}; got {', '.join(measurement) or 'nothing'}")
-        reading = _reading(name, measurement[name])
+        reading = usable(name, measurement[name])
         core.follow(self.state, self.law)
-        actual = self._actual(_reading(self.stretch.along, measurement.get(self.stretch.along, nan)))
+        actual = self._actual(usable(self.stretch.along, measurement.get(self.stretch.along, nan)))
         if self._counts(actual):
             base = float(self.state[core.PLACE]) if actual is None or self.at == "command" else actual
             self._move(reading, base)
@@ -175,10 +176,3 @@ class Walking:
         hidden = float(self.stretch.rows(place)[len(self.stretch.names)])
         slack = float(self.state[core.LAST]) + self.margin if self.state[core.UPDATES] else nan
         return dict(zip(self.reports, (place, hidden, slack), strict=True))
-
-
-def _reading(name: str, value: Any) -> float:
-    """A reading as a number; NaN where it is none that a controller can go by."""
-    if isinstance(value, str) or np.ndim(value) != 0 or value is None:
-        raise TypeError(f"{name} must be a number (NaN: no reading); got {value!r}")
-    return float(value) if isfinite(value) else nan

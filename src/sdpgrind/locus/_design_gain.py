@@ -73,7 +73,12 @@ def stretch_of(curve: Any, along: str | None, x: tuple[float, float] | None) -> 
         if along not in (None, curve.along):
             raise checks.refuse("along", f"{curve.along!r}, the coordinate of the stretch", along)
         return curve
-    checks.able("curve", curve, "a locus, as locus.plan gives it, or a stretch of one", "stretch")
+    checks.able(
+        "curve",
+        curve,
+        "a locus of one hidden state, as locus.plan gives it (several: locus.AreaController), or a stretch",
+        "stretch",
+    )
     if along is None:
         raise checks.refuse("along", "the name of a control or of the hidden state", along)
     if x is not None:
