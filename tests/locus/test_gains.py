@@ -322,7 +322,7 @@ def test_refused(call, said):
 
 
 def test_of_another_kind():
-    with pytest.raises(TypeError, match=r"curve must be a locus of one hidden state, as locus\.plan gives it .*, or a stretch; got 3"):
+    with pytest.raises(TypeError, match=r"curve must be a locus of one hidden state, .*, or a stretch; got 3"):
         locus.design_gain(3)
 
 
