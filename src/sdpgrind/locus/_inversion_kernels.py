@@ -12,6 +12,8 @@ _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 CONTROLS, RESPONSE, SLOPE, TAPE, LOW, HIGH, DIRECTION, GUESS, HEAD = range(9)
 """Head of what is packed: how many controls, places of the response and of its slope in what the tape gives, numbers of the
 tape; range of the state, whether the response rises (1) or falls (-1) with it, where to begin. Then the tape, then the table."""
+INSET = 1e-3
+"""Share of the range by which a first guess stays off its ends."""
 STEPS = 200
 """More than halving takes from one end of a range to what numbers can tell apart."""
 CLOSE, ROUNDING = 1e-10, 1e-14
@@ -27,7 +29,8 @@ def find_state(tape, inputs, places, low, high, direction, measured, work, out):
     reach: the end, and a flag. Without a number measured, or where the response has none: NaN.
     """
     state, response, slope = places
-    x, a, b, tried_low, tried_high = min(max(inputs[state], low), high), low, high, False, False
+    inset = INSET * (high - low)  # a pole may stand at an end: steps beside it are small, and tell nothing
+    x, a, b, tried_low, tried_high = min(max(inputs[state], low + inset), high - inset), low, high, False, False
     before, step, rounding = 4.0 * (high - low), 2.0 * (high - low), ROUNDING * (high - low)
     for _ in range(STEPS):
         inputs[state] = x
