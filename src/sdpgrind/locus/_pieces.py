@@ -136,7 +136,7 @@ def columns(tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residu
     places[:, :n], places[:, n:], places[:, n + tracer.t] = points[:, :n], tracer.hidden, points[:, -1]
     values = system.unscaled(places)
     controls, hidden, stretch = values[:, :n], values[:, n:], system.stretch(values)
-    cost, response, limit = system.values(controls, hidden)
+    cost, response, limit = system.values_of(values)
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = along[:, :n] / along[:, -1:] * stretch[:, :n] / stretch[:, n + tracer.t, None]
         weights = np.where(points[:, n, None] > NONE, points[:, n, None], 0.0)  # 0 where feasibility ends

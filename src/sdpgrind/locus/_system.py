@@ -95,10 +95,14 @@ class System:
         z, x = np.asarray(controls, dtype=float), np.asarray(hidden, dtype=float)
         shape = np.broadcast_shapes(z.shape[:-1], x.shape[:-1])
         inputs = np.concatenate([np.broadcast_to(z, (*shape, self.n)), np.broadcast_to(x, (*shape, self.h))], axis=-1)
-        out = np.empty((int(np.prod(shape)), 1 + 2 * self.m))
-        run_many(self.value_tape, inputs.reshape(-1, self.n + self.h), out)
-        found = out.reshape(*shape, -1)
-        return found[..., 0], found[..., 1 : 1 + self.m], found[..., 1 + self.m :]
+        cost, response, limit = self.values_of(inputs.reshape(-1, self.n + self.h))
+        return cost.reshape(shape), response.reshape(*shape, self.m), limit.reshape(*shape, self.m)
+
+    def values_of(self, inputs: Floats) -> tuple[Floats, Floats, Floats]:
+        """Cost (k,), responses and limits (k, m) of rows of controls and hidden states (k, n + h)."""
+        out = np.empty((len(inputs), 1 + 2 * self.m))
+        run_many(self.value_tape, inputs, out)
+        return out[:, 0], out[:, 1 : 1 + self.m], out[:, 1 + self.m :]
 
     @property
     def function(self) -> Any:
