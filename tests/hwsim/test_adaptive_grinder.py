@@ -36,7 +36,8 @@ def test_five_cycles_of_the_printed_controller(nominal):
     """Koren: 28 s, then about 4 s; the small violation is real."""
     outcome = nominal.outcome
     np.testing.assert_array_equal(outcome.convergence_time, [27.5, 4.0, 3.5, 3.5, 3.5])
-    np.testing.assert_allclose(outcome.slack, [3.6, -3.2, -5.95, -5.94, -5.58], atol=0.02)
+    # What `solve_ivp` finds for the same cycles, with laws, locus and controller (36) written once more apart from the library:
+    np.testing.assert_allclose(outcome.slack, [3.611, -3.199, -5.952, -5.941, -5.577], atol=0.02)
     np.testing.assert_array_equal(outcome.burned, [0, 1, 1, 1, 1])
     np.testing.assert_allclose(outcome.true_wear_flat_area, 0.006 + 1e-4 * np.arange(1, 6), rtol=2e-5)
     np.testing.assert_allclose(outcome.removal_rate, np.pi * 60 * 9.3 * 0.3 / outcome.time, rtol=1e-3)

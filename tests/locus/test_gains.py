@@ -69,7 +69,7 @@ def test_where_runs_are_stable(gain):
         for _ in range(30):
             half = 0.5 * (inside + outside)
             inside, outside = (half, outside) if settles(half) else (inside, half)
-        assert inside == pytest.approx(known, abs=1e-3)
+        assert inside == pytest.approx(known, abs=1e-5)
 
 
 def test_koren_s_gain_is_right_between_0758_and_1721():
@@ -193,7 +193,7 @@ def test_margin_of_a_gain_that_overshoots():
     with pytest.warns(UserWarning, match="may step beyond the limit"):
         controller = locus.LocusController(KOREN, gain=0.6, x=(0.52, 1.0))
     worst = controller.simulate(adversaries(0.01, 1000, 200, np.random.default_rng(5), 0.52, 1.0)).worst_violation.max()
-    assert 0 < worst <= margin
+    assert 0 < worst <= margin <= 1.5 * worst
 
 
 @settings(deadline=None, max_examples=20)

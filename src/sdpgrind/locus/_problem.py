@@ -162,7 +162,9 @@ class Problem(Frozen):
     @property
     def objective(self) -> Function:
         """The cost, the model's or one's own (any unit)."""
-        return self.model.cost if self.model is not None else self.cost  # type: ignore[return-value]
+        cost: Function | None = self.cost if self.model is None else self.model.cost
+        assert cost is not None  # checked where the problem was made
+        return cost
 
     def control(self, name: str, value: float) -> float:
         """Return a control (in its unit) that was measured: within its range, or a little beyond; private to this package."""

@@ -172,7 +172,7 @@ class Stretch:
             controls_slope=slopes[0],
             hidden_slope=slopes[1],
             limit_slope=slopes[2],
-            ends=ends[order],  # type: ignore[arg-type]
+            ends=ends if order.step == 1 else (ends[1], ends[0]),
             values=values,
             response=response,
             units=dict(units or {}),

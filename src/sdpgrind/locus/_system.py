@@ -209,8 +209,8 @@ class System:
         slack = slack / ca.DM(self.scales)
         cost = cost / self.cost_scale + tie * ca.sum1(slack)
         parts = [cost, slack, *_by_controls([cost, *ca.vertsplit(slack)], y[:n], y[n:])]
-        first = ca.vertcat(cost, slack)
-        return tuple(tape(ca.Function("f", [y], [ca.densify(ca.vertcat(*out))])) for out in (parts, [first]))  # type: ignore[return-value]
+        whole_tape, first_tape = (tape(ca.Function("f", [y], [ca.densify(ca.vertcat(*out))])) for out in (parts, parts[:2]))
+        return whole_tape, first_tape
 
 
 def _by_controls(functions: list[Any], q: Any, p: Any) -> list[Any]:
