@@ -266,3 +266,5 @@ def test_readings_that_are_none_leave_the_command():
 def test_controls_far_from_their_range_are_refused():
     with pytest.raises(ValueError, match=r"u must be in \[-0.25, 5.25\]; got -20"):
         example().retrieve(u=-20.0, v=2.0, response=7.0)
+    with pytest.raises(ValueError, match=r"infeed_rate must be in \[0, 0.052495\] \(mm/s\); got 10"):
+        locus.plan(locus.preset("grinding")).retrieve(infeed_rate=10.0, work_rotation=10.0, grinding_power=900.0)

@@ -170,7 +170,8 @@ class Problem(Frozen):
         """Return a control (in its unit) that was measured: within its range, or a little beyond; private to this package."""
         low, high = self.controls[name]
         room = BEYOND * (high - low)
-        return checks.within(name, value, low - room, high + room, self.unit(name))
+        least = max(low - room, 0.0) if low > 0 else low - room  # what is positive stays so
+        return checks.within(name, value, least, high + room, self.unit(name))
 
     def unit(self, name: str) -> str:
         """Return the unit of a control, a hidden state, a response or the ``"cost"`` by its name; empty where none is known."""
