@@ -1,0 +1,1 @@
+"""Torque axis: the motor that presses the tool, its observers and controllers."""
