@@ -1,0 +1,92 @@
+"""Points and derivatives of a (rational) B-spline surface at scattered parameters."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+
+
+@njit(**_OPTIONS)
+def find_span(knots, degree, x):
+    """Index of the non-empty span that x lies in, by halving; the right end belongs to the last one."""
+    low, high = degree, len(knots) - degree - 1
+    while knots[high - 1] == knots[high]:
+        high -= 1
+    if x >= knots[high]:
+        return high - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x < knots[middle]:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+@njit(**_OPTIONS)
+def basis(knots, degree, span, x, out):
+    """Basis functions of a span with two derivatives, into `out` (3, degree + 2).
+
+    Cox-de Boor over the functions that are not zero in this span: each support holds the span, which is not empty, so that the
+    0/0 := 0 of the recursion never comes up.
+    """
+    out[:] = 0.0
+    out[0, degree] = 1.0
+    for d in range(1, degree + 1):
+        left = 0.0  # one over the width of a support of degree d - 1; the first of them does not reach this span
+        for r in range(degree - d, degree + 1):
+            i = span - degree + r
+            right = 1.0 / (knots[i + d + 1] - knots[i + 1]) if r < degree else 0.0
+            out[2, r] = d * (left * out[1, r] - right * out[1, r + 1])
+            out[1, r] = d * (left * out[0, r] - right * out[0, r + 1])
+            out[0, r] = left * (x - knots[i]) * out[0, r] + right * (knots[i + d + 1] - x) * out[0, r + 1]
+            left = right
+
+
+@njit(**_OPTIONS)
+def divide_by_weight(flat):
+    """Quotient rule, in place: rows (w Q, w) with u, v, uu, uv, vv derivatives become those of Q."""
+    w, wu, wv = flat[0, 3], flat[1, 3], flat[2, 3]
+    for c in range(3):
+        q = flat[0, c] / w
+        qu = (flat[1, c] - wu * q) / w
+        qv = (flat[2, c] - wv * q) / w
+        flat[3, c] = (flat[3, c] - 2.0 * wu * qu - flat[3, 3] * q) / w
+        flat[4, c] = (flat[4, c] - wu * qv - wv * qu - flat[4, 3] * q) / w
+        flat[5, c] = (flat[5, c] - 2.0 * wv * qv - flat[5, 3] * q) / w
+        flat[0, c], flat[1, c], flat[2, c] = q, qu, qv
+
+
+@njit(**_OPTIONS)
+def evaluate(net, knots_u, knots_v, degree_u, degree_v, u, v, out):
+    """Write Q, Qu, Qv, Quu, Quv, Qvv at each (u, v) into `out` (6, m, 3); `net` holds (x, y, z) or (wx, wy, wz, w)."""
+    columns = net.shape[2]
+    bu, bv = np.empty((3, degree_u + 2)), np.empty((3, degree_v + 2))
+    row, flat = np.empty((3, columns)), np.empty((6, columns))
+    for k in range(len(u)):
+        at_u, at_v = find_span(knots_u, degree_u, u[k]), find_span(knots_v, degree_v, v[k])
+        basis(knots_u, degree_u, at_u, u[k], bu)
+        basis(knots_v, degree_v, at_v, v[k], bv)
+        flat[:] = 0.0
+        for i in range(degree_u + 1):
+            row[:] = 0.0
+            for j in range(degree_v + 1):
+                for c in range(columns):
+                    value = net[at_u - degree_u + i, at_v - degree_v + j, c]
+                    row[0, c] += bv[0, j] * value
+                    row[1, c] += bv[1, j] * value
+                    row[2, c] += bv[2, j] * value
+            for c in range(columns):
+                flat[0, c] += bu[0, i] * row[0, c]
+                flat[1, c] += bu[1, i] * row[0, c]
+                flat[2, c] += bu[0, i] * row[1, c]
+                flat[3, c] += bu[2, i] * row[0, c]
+                flat[4, c] += bu[1, i] * row[1, c]
+                flat[5, c] += bu[0, i] * row[2, c]
+        if columns == 4:
+            divide_by_weight(flat)
+        for d in range(6):
+            for c in range(3):
+                out[d, k, c] = flat[d, c]

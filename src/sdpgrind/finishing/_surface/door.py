@@ -1,0 +1,115 @@
+"""What a surface is made of, checked where the user hands it over."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+DIRECTIONS = ("u", "v")
+SLACK = 1e-12
+"""By how much of the domain a parameter may lie outside through rounding alone."""
+
+
+def control_net(value: npt.ArrayLike) -> Floats:
+    """Return control points (nu, nv, 3) that do not all coincide."""
+    net = checks.finite_array("control_points", value, "mm")
+    if net.ndim != 3 or net.shape[-1] != 3:
+        raise checks.refuse("control_points", "of shape (nu, nv, 3)", net.shape)
+    if net.size == 0 or not np.ptp(net.reshape(-1, 3), axis=0).any():
+        raise ValueError(f"control_points must not all coincide (mm); got {net.reshape(-1, 3)[:1].tolist()} everywhere")
+    return frozen(net)
+
+
+def degrees(value: Any, net: Floats) -> tuple[int, int]:
+    """Return the two degrees; each direction must have control points enough for its own."""
+    pair = _pair("degree", value)
+    checked = (checks.count("degree[0]", pair[0]), checks.count("degree[1]", pair[1]))
+    for name, degree, n in zip(DIRECTIONS, checked, net.shape, strict=False):
+        if n <= degree:
+            raise checks.refuse(f"control points along {name}", f"at least degree + 1 = {degree + 1}", n)
+    return checked
+
+
+def knot_vectors(value: Any, degree: tuple[int, int], net: Floats) -> tuple[Floats, Floats]:
+    """Return both knot vectors; clamped and uniform on [0, 1] where there are none."""
+    if value is None:
+        return clamped(net.shape[0], degree[0]), clamped(net.shape[1], degree[1])
+    pair = _pair("knots", value)
+    return _knots("knots[0]", pair[0], degree[0], net.shape[0]), _knots("knots[1]", pair[1], degree[1], net.shape[1])
+
+
+def _pair(name: str, value: Any) -> Any:
+    """Return what has two entries, one for each direction."""
+    if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 2:
+        raise checks.refuse(name, "a pair, one entry for u and one for v", value)
+    return value
+
+
+def clamped(n: int, degree: int) -> Floats:
+    """Uniform knots on [0, 1] whose ends lie on the outermost control points."""
+    inner = np.linspace(0.0, 1.0, n - degree + 1)
+    return frozen(np.concatenate([np.zeros(degree), inner, np.ones(degree)]))
+
+
+def _knots(name: str, value: npt.ArrayLike, degree: int, n: int) -> Floats:
+    """Return a knot vector that fits `n` control points of a degree."""
+    knots = checks.finite_array(name, value)
+    if knots.ndim != 1 or len(knots) != n + degree + 1:
+        rule = f"control points + degree + 1 = {n} + {degree} + 1 = {n + degree + 1} numbers"
+        raise checks.refuse(name, rule, len(knots) if knots.ndim == 1 else knots.shape)
+    falls = np.flatnonzero(np.diff(knots) < 0.0)
+    if falls.size:
+        k = falls[0]
+        raise ValueError(f"{name} must not decrease; got {knots[k + 1]:g} behind {knots[k]:g} at {k + 1}")
+    _refuse_repeats(name, knots, degree)
+    if knots[degree] >= knots[n]:
+        raise ValueError(f"{name} must leave a domain, knot {degree} < knot {n}; got {knots[degree]:g} at both")
+    return frozen(knots)
+
+
+def _refuse_repeats(name: str, knots: Floats, degree: int) -> None:
+    values, repeats = np.unique(knots, return_counts=True)
+    worst = int(repeats.argmax())
+    if repeats[worst] > degree + 1:
+        raise ValueError(
+            f"{name} must hold no knot more than degree + 1 = {degree + 1} times; got {values[worst]:g} {repeats[worst]} times"
+        )
+
+
+def weight_net(value: npt.ArrayLike | None, net: Floats) -> Floats | None:
+    """Return weights (nu, nv) > 0, or None."""
+    if value is None:
+        return None
+    weights = checks.finite_array("weights", value)
+    if weights.shape != net.shape[:2]:
+        raise checks.refuse("weights", f"of the control points' shape {net.shape[:2]}", weights.shape)
+    if weights.min() <= 0.0:
+        i, j = np.unravel_index(weights.argmin(), weights.shape)
+        raise checks.refuse(f"weights[{i}, {j}]", "> 0", float(weights.min()))
+    return frozen(weights)
+
+
+def side(value: object) -> int:
+    """Return +1 or -1."""
+    return int(checks.one_of("outward", value, (1, -1)))
+
+
+def parameter(name: str, value: npt.ArrayLike, low: float, high: float) -> Floats:
+    """Return parameters within [low, high]; what rounding put outside is put back."""
+    array = checks.finite_array(name, value)
+    slack = SLACK * (high - low)
+    bad = np.flatnonzero((array.ravel() < low - slack) | (array.ravel() > high + slack))
+    if bad.size:
+        place = f"{name}[{bad[0]}]" if array.ndim else name
+        raise checks.refuse(place, f"in the surface's domain [{low:g}, {high:g}]", float(array.ravel()[bad[0]]))
+    return np.clip(array, low, high)
+
+
+def frozen(array: Floats) -> Floats:
+    """Return a copy that nobody can write to."""
+    copy = np.array(array, dtype=float, order="C")
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,56 @@
+"""Points and derivatives of a surface: at scattered parameters by a kernel, on a tensor grid by two contractions."""
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._surface.bspline_kernels import evaluate
+from sdpgrind.finishing._surface.derivatives import Derivatives
+
+ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+"""Derivatives by u and v, in the order of `Derivatives`."""
+
+
+def homogeneous(points: Floats, weights: Floats | None) -> Floats:
+    """Control points as they are, or as (w x, w y, w z, w)."""
+    if weights is None:
+        return points
+    return np.concatenate([points * weights[..., None], weights[..., None]], axis=-1)
+
+
+def scattered(net: Floats, knots: tuple[Floats, Floats], degree: tuple[int, int], u: Floats, v: Floats) -> Derivatives:
+    """At each pair (u, v), of any shape that fits together."""
+    u, v = np.broadcast_arrays(u, v)
+    out = np.empty((6, u.size, 3))
+    evaluate(net, *knots, *degree, u.ravel(), v.ravel(), out)
+    return Derivatives(*out.reshape(6, *u.shape, 3))
+
+
+def on_grid(net: Floats, knots: tuple[Floats, Floats], degree: tuple[int, int], u: Floats, v: Floats) -> Derivatives:
+    """At each u with each v: A_u P A_v^T, with the basis of each direction evaluated once."""
+    bases_u, bases_v = _bases(knots[0], degree[0], u), _bases(knots[1], degree[1], v)
+    nu, nv, columns = net.shape
+    across = [(bases @ net.reshape(nu, -1)).reshape(len(u), nv, columns) for bases in bases_u]
+    flat = np.stack([bases_v[b] @ across[a] for a, b in ORDERS])
+    return Derivatives(*(flat if columns == 3 else _divided(flat)))
+
+
+def _bases(knots: Floats, degree: int, x: Floats) -> list[Floats]:
+    """Basis functions at `x` (m, n) with their first and second derivatives."""
+    n = len(knots) - degree - 1
+    if knots[n - 1] == knots[n]:  # scipy then takes the empty span at the right end, where nothing is left
+        x = np.minimum(x, np.nextafter(knots[n], -np.inf))
+    spline = BSpline(knots, np.eye(n), degree)
+    return [np.ascontiguousarray(spline(x, nu=order)) for order in range(3)]
+
+
+def _divided(flat: Floats) -> Floats:
+    """Quotient rule: (w Q, w) with its derivatives becomes Q with its own."""
+    (a, au, av, auu, auv, avv), weights = flat[..., :3], flat[..., 3:]
+    w, wu, wv, wuu, wuv, wvv = weights
+    q = a / w
+    qu, qv = (au - wu * q) / w, (av - wv * q) / w
+    quu = (auu - 2.0 * wu * qu - wuu * q) / w
+    quv = (auv - wu * qv - wv * qu - wuv * q) / w
+    qvv = (avv - 2.0 * wv * qv - wvv * q) / w
+    return np.stack([q, qu, qv, quu, quv, qvv])
