@@ -1,0 +1,1 @@
+"""Time laws: how fast a run is played within the limits of its joints."""

@@ -1,0 +1,105 @@
+"""Time laws of all runs, each from rest to rest."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.progress import Progress, silent
+from sdpgrind.finishing._timing.joint_path import JointPath
+from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.time_law import TimeLaw
+from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law, trapezoid_law
+from sdpgrind.finishing._timing.violations import closest
+
+ACCELERATION = 1000.0
+"""Of the contact point along its path where none is given, mm/s^2."""
+METHODS = ("trapezoid",)
+REFINE = 20
+"""Places in a piece of a law in which its limits are checked."""
+
+
+def time_laws(
+    runs: Sequence[JointPath],
+    limits: Limits,
+    *,
+    feed_rate: float,
+    acceleration: float | None = None,
+    method: str = "trapezoid",
+    progress: Progress = silent,
+) -> tuple[TimeLaw, ...]:
+    """Return how each run is played, from rest to rest.
+
+    Parameters
+    ----------
+    runs : sequence of JointPath
+        The runs, mm and rad or mm.
+    limits : Limits
+        Of the joints.
+    feed_rate : float
+        Greatest feed of the process along the path, mm/s.
+    acceleration : float, optional
+        Greatest acceleration of the contact point along its path, mm/s^2; 1000 for "trapezoid" when left out, none otherwise.
+    method : str
+        "trapezoid": speed trapezoid of the path, played more slowly where a joint asks for it (``TimeLaw.slowed`` says by how
+        much). Where jerk has a limit, its corners are rounded by pieces of constant jerk (seven pieces).
+    progress : callable
+        Told the share that is done (0..1).
+
+    Raises
+    ------
+    ValueError
+        When the runs do not have the joints of the limits, or a rate is not > 0.
+
+    Examples
+    --------
+    >>> run = JointPath([0.0, 100.0], [[0.0], [200.0]])
+    >>> limits = Limits(["X"], speed_max=[50.0], acceleration_max=[2000.0])
+    >>> (law,) = time_laws([run], limits, feed_rate=40.0)
+    >>> round(law.duration, 4), round(law.slowed, 4)
+    (4.025, 1.5846)
+    """
+    checks.one_of("method", method, METHODS)
+    feed = checks.positive("feed_rate", feed_rate, "mm/s")
+    along = checks.positive("acceleration", acceleration, "mm/s^2") if acceleration is not None else None
+    for k, run in enumerate(runs):
+        if run.joints.shape[1] != len(limits.names):
+            raise checks.refuse(f"runs[{k}]", f"of the {len(limits.names)} joints {', '.join(limits.names)}", run.joints.shape[1])
+    out = []
+    for k, run in enumerate(runs):
+        out.append(trapezoid_of(run, limits, feed, along or ACCELERATION))
+        progress((k + 1) / len(runs), "time laws")
+    return tuple(out)
+
+
+def trapezoid_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: float) -> TimeLaw:
+    """Trapezoid of one run (rounded where jerk has a limit), at a speed all joints can follow, and slowed for the rest."""
+    asked = _shape(run, limits, feed_rate, acceleration)
+    shape = _shape(run, limits, min(feed_rate, _speed_of(run, limits)), acceleration)
+    slowed = shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))
+    return TimeLaw(
+        slowed.knots, slowed.length, slowed.feed, slowed.acceleration, slowed.jerk, slowed=slowed.duration / asked.duration
+    )
+
+
+def _shape(run: JointPath, limits: Limits, speed: float, acceleration: float) -> TimeLaw:
+    """Law along the path; the jerk of the path is what the joints allow where they move straight."""
+    shape = Trapezoid(run.span, speed, acceleration)
+    start = float(run.length[0])
+    if limits.jerk_max is None:
+        return trapezoid_law(start, shape)
+    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
+    return double_s_law(start, shape, float(np.min(limits.table[2] / np.maximum(steepest, 1e-9))))
+
+
+def _speed_of(run: JointPath, limits: Limits) -> float:
+    """Greatest feed that the speeds of the joints allow everywhere on the run, mm/s."""
+    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
+    return float(np.min(limits.table[0] / np.maximum(steepest, 1e-9)))
+
+
+def slowing(ratios: Floats) -> float:
+    """By how much a law must be slower so that speed, acceleration, jerk and feed keep their limits; 1 where they do."""
+    speed, acceleration, jerk, feed = ratios
+    return float(max(1.0, speed, acceleration**0.5, jerk ** (1 / 3), feed))

@@ -1,0 +1,65 @@
+"""What the joints can do."""
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+
+@stored("finishing.limits")
+@dataclass(frozen=True)
+class Limits(Frozen):
+    """Greatest speed, acceleration and jerk of every joint, the table's two included.
+
+    Parameters
+    ----------
+    names : sequence of str, (n,)
+        Names of the joints.
+    speed_max : sequence of float, (n,)
+        Greatest speed of each, rad/s, or mm/s for one that slides.
+    acceleration_max : sequence of float, (n,)
+        Greatest acceleration, rad/s^2 or mm/s^2.
+    jerk_max : sequence of float, (n,), optional
+        Greatest jerk, rad/s^3 or mm/s^3. None: the acceleration may jump.
+
+    Raises
+    ------
+    ValueError
+        When a limit is not > 0, there is not one for each name, or a name is used twice.
+
+    Examples
+    --------
+    >>> Limits(("q1", "X"), speed_max=(1.5, 200.0), acceleration_max=(8.0, 2000.0)).jerk_max is None
+    True
+    """
+
+    names: Sequence[str]
+    _: KW_ONLY
+    speed_max: Sequence[float]
+    acceleration_max: Sequence[float]
+    jerk_max: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", checks.unique("names", tuple(self.names)))
+        for name, power in (("speed_max", ""), ("acceleration_max", "^2"), ("jerk_max", "^3")):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, _each(name, value, len(self.names), f"rad/s{power} or mm/s{power}"))
+
+    @property
+    def table(self) -> Floats:
+        """Limits of speed, acceleration and jerk as rows, (3, n), in their units; jerk infinite where it has none."""
+        jerk = self.jerk_max if self.jerk_max is not None else np.full(len(self.names), np.inf)
+        return np.array([self.speed_max, self.acceleration_max, jerk], dtype=float)
+
+
+def _each(name: str, value: Sequence[float], count: int, unit: str) -> tuple[float, ...]:
+    """Give one limit > 0 for each joint."""
+    if np.ndim(value) != 1 or len(value) != count:
+        raise checks.refuse(name, f"one number for each of the {count} joints", value, unit)
+    return tuple(checks.positive(f"{name}[{k}]", entry, unit) for k, entry in enumerate(value))

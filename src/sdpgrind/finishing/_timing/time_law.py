@@ -1,0 +1,147 @@
+"""A time law: arc length over time, in pieces of constant jerk."""
+
+from dataclasses import KW_ONLY, dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+FIELDS = ("knots", "length", "feed", "acceleration", "jerk")
+
+
+class Course(NamedTuple):
+    """Where the contact point is on its path, and how it moves: mm, mm/s, mm/s^2, mm/s^3."""
+
+    length: Floats
+    feed: Floats
+    acceleration: Floats
+    jerk: Floats
+
+
+@stored("finishing.time_law")
+@dataclass(frozen=True, eq=False)
+class TimeLaw(Frozen):
+    """Arc length over time from rest to rest, in pieces of constant jerk: cubic polynomials, without any further approximation.
+
+    A piece with jerk 0 has constant acceleration: the square of the feed is then a straight line over arc length.
+
+    Parameters
+    ----------
+    knots : array, (k + 1,)
+        Times at which pieces begin, and the end, s, from 0.
+    length : array, (k,)
+        Arc length at the begin of each piece, mm.
+    feed : array, (k,)
+        Feed there, mm/s.
+    acceleration : array, (k,)
+        Acceleration along the path just after it, mm/s^2.
+    jerk : array, (k,)
+        Jerk along the path during the piece, mm/s^3.
+    slowed : float
+        By how much slower than asked: duration over that without limits of the joints, unit 1; 1 where it is not known.
+
+    Examples
+    --------
+    >>> law = TimeLaw(knots=[0.0, 0.1, 0.2], length=[0.0, 5.0], feed=[0.0, 100.0], acceleration=[1e3, -1e3], jerk=[0.0, 0.0])
+    >>> law.duration, [round(float(value), 6) for value in law.at(0.15)]
+    (0.2, [8.75, 50.0, -1000.0, 0.0])
+    """
+
+    knots: Floats
+    length: Floats
+    feed: Floats
+    acceleration: Floats
+    jerk: Floats
+    _: KW_ONLY
+    slowed: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in FIELDS:
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=float))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, TimeLaw) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def _key(self) -> tuple[object, ...]:
+        return (*(getattr(self, name).tobytes() for name in FIELDS), self.slowed)
+
+    @property
+    def duration(self) -> float:
+        """Time from rest to rest, s."""
+        return float(self.knots[-1])
+
+    @property
+    def end(self) -> float:
+        """Arc length at the end, mm."""
+        return float(self._within(self.knots[-1:]).length[0])
+
+    def at(self, time: npt.ArrayLike) -> Course:
+        """Return length (mm), feed (mm/s), acceleration (mm/s^2) and jerk (mm/s^3) at times.
+
+        Parameters
+        ----------
+        time : array, (...)
+            Times from the begin of the law, s. At a knot the later piece counts.
+
+        Raises
+        ------
+        ValueError
+            When a time is before the begin or after the end.
+        """
+        when = checks.finite_array("time", time, "s")
+        slack = 1e-9 * self.duration
+        for value in when.ravel()[(when.ravel() < -slack) | (when.ravel() > self.duration + slack)][:1]:
+            raise checks.refuse("time", f"in [0, {self.duration:g}]", float(value), "s")
+        return self._within(np.clip(when, 0.0, self.duration))
+
+    def _within(self, time: Floats) -> Course:
+        """Course at times that are on the law."""
+        k = np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, self.length.size - 1)
+        t, s, v, a, j = time - self.knots[k], self.length[k], self.feed[k], self.acceleration[k], self.jerk[k]
+        return Course(s + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j, j)
+
+    def time_at(self, length: npt.ArrayLike) -> Floats:
+        """Return the times (s) at which the contact point is at arc lengths (mm).
+
+        Parameters
+        ----------
+        length : array, (...)
+            Arc lengths on the law, mm.
+        """
+        where = np.clip(checks.finite_array("length", length, "mm"), self.length[0], self.end)
+        k = np.clip(np.searchsorted(self.length, where, side="right") - 1, 0, self.length.size - 1)
+        low, high = self.knots[k], self.knots[k + 1]
+        for _ in range(60):  # the length never falls: halving finds the time to the last digits
+            middle = (low + high) / 2
+            before = self._within(middle).length < where
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        return np.asarray((low + high) / 2)
+
+    def slower(self, factor: float) -> "TimeLaw":
+        """Return the same course played more slowly: speeds fall by the factor, accelerations by its square, jerks by its cube.
+
+        Parameters
+        ----------
+        factor : float
+            >= 1, dimensionless; the duration (s) grows by it.
+        """
+        f = factor
+        scaled = (self.knots * f, self.length, self.feed / f, self.acceleration / f**2, self.jerk / f**3)
+        return TimeLaw(*scaled, slowed=self.slowed * f)
+
+
+def integrated(start: float, durations: Floats, accelerations: Floats, jerks: Floats) -> TimeLaw:
+    """Law from rest at `start` (mm) in pieces of given durations, first accelerations and jerks."""
+    t, a, j = durations, accelerations, jerks
+    feed = np.concatenate([[0.0], np.cumsum(t * (a + t * j / 2))])[:-1]
+    length = start + np.concatenate([[0.0], np.cumsum(t * (feed + t * (a / 2 + t * j / 6)))])[:-1]
+    return TimeLaw(np.concatenate([[0.0], np.cumsum(t)]), length, feed, a, j)

@@ -1,0 +1,131 @@
+"""Whether the limits are held, everywhere: on a grid finer than any law was made on."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._timing import check_kernels
+from sdpgrind.finishing._timing.joint_path import JointPath
+from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.time_law import TimeLaw
+
+QUANTITIES = ("speed", "acceleration", "jerk", "feed")
+SLACK = 1e-9
+"""What rounding may add to a ratio of 1."""
+
+
+class Violation(NamedTuple):
+    """Where a motion comes closest to a limit, or goes beyond it.
+
+    Attributes
+    ----------
+    quantity : str
+        "speed", "acceleration" or "jerk" of a joint, or "feed".
+    joint : str
+        Its name; empty for the feed.
+    ratio : float
+        Value over limit, dimensionless: <= 1 where every limit is held.
+    run : int
+        Index of the run.
+    time : float
+        From the begin of that run, s.
+    length : float
+        Arc length there, mm.
+    """
+
+    quantity: str
+    joint: str
+    ratio: float
+    run: int
+    time: float
+    length: float
+
+    @property
+    def held(self) -> bool:
+        """Whether no limit is exceeded."""
+        return self.ratio <= 1 + SLACK
+
+    def __str__(self) -> str:
+        what = f"{self.quantity} of {self.joint}" if self.joint else self.quantity
+        place = f"in run {self.run} at {self.length:.4g} mm, {self.time:.4g} s"
+        return f"{what} at {100 * self.ratio:.4g} % of its limit {place}"
+
+
+def worst_violation(
+    runs: Sequence[JointPath], laws: Sequence[TimeLaw], limits: Limits, feed_rate: float, refine: int = 20
+) -> Violation:
+    """Return where the motion comes closest to a limit, or goes beyond it.
+
+    Every piece of a law is looked at in `refine` places for each piece of the path it runs over, both ends included, and the
+    closest place is then sought between them.
+
+    Parameters
+    ----------
+    runs : sequence of JointPath
+        The joints of each run, mm and rad or mm.
+    laws : sequence of TimeLaw
+        How each is played, s.
+    limits : Limits
+        Of the joints; jerk is looked at where it has a limit.
+    feed_rate : float
+        Greatest feed of the process, mm/s.
+    refine : int
+        Places in a piece, a whole number.
+
+    Raises
+    ------
+    ValueError
+        When there are not as many laws as runs, or none.
+
+    Examples
+    --------
+    >>> run = JointPath([0.0, 100.0], [[0.0], [100.0]])
+    >>> limits = Limits(["X"], speed_max=[200.0], acceleration_max=[2000.0])
+    >>> law = TimeLaw([0.0, 2.0, 4.0], [0.0, 50.0], [0.0, 50.0], [25.0, -25.0], [0.0, 0.0])
+    >>> print(worst_violation([run], [law], limits, feed_rate=40.0))
+    feed at 125 % of its limit in run 0 at 50 mm, 2 s
+    """
+    if len(runs) != len(laws) or not runs:
+        raise checks.refuse("laws", f"one for each of the {len(runs)} runs (at least one)", len(laws))
+    checks.positive("feed_rate", feed_rate, "mm/s")
+    checks.count("refine", refine)
+    found = [closest(run, law, limits, feed_rate, refine) for run, law in zip(runs, laws, strict=True)]
+    ratios = np.array([each[:, 0] for each in found])
+    run, quantity = np.unravel_index(np.argmax(ratios), ratios.shape)
+    ratio, joint, time, length = found[run][quantity]
+    name = limits.names[int(joint)] if joint >= 0 else ""
+    return Violation(QUANTITIES[quantity], name, float(ratio), int(run), float(time), float(length))
+
+
+def closest(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refine: int) -> Floats:
+    """Greatest share of each limit over one run: (4, 4) = quantities by (ratio, joint, time, length)."""
+    each = shares(run, law, limits, feed_rate, refine)
+    piece = np.argmax(each[:, :, 0], axis=0)
+    return np.stack([_between(run, law, limits, feed_rate, int(k), refine)[q] for q, k in enumerate(piece)])
+
+
+def shares(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refine: int) -> Floats:
+    """Greatest share of each limit in every piece of a law: (k, 4, 4)."""
+    found = np.zeros((law.length.size, len(QUANTITIES), 4))
+    found[:, :, 1] = -1
+    check_kernels.worst(*run.pieces, _rows(law), limits.table, feed_rate, refine, found)
+    return found
+
+
+def _rows(law: TimeLaw) -> Floats:
+    """The law as one array (5, k + 1), its end in the last column."""
+    end = law.at(law.duration)
+    columns = zip((law.length, law.feed, law.acceleration, law.jerk), end, strict=True)
+    return np.stack([law.knots, *(np.append(row, last) for row, last in columns)])
+
+
+def _between(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, piece: int, refine: int) -> Floats:
+    """Shares over one piece of a law, looked at again as a law of its own, ten times finer."""
+    span = law.knots[piece : piece + 2] - law.knots[piece]
+    alone = TimeLaw(span, *(getattr(law, name)[piece : piece + 1] for name in ("length", "feed", "acceleration", "jerk")))
+    found: Floats = shares(run, alone, limits, feed_rate, 10 * refine)[0]
+    found[:, 2] += law.knots[piece]
+    return found
