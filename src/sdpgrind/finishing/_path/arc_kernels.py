@@ -1,0 +1,49 @@
+"""Length along intervals on which speed is a Legendre series, and its inverse."""
+
+from typing import Any
+
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def _travelled(series, x):
+    """Integral of a Legendre series from -1 to x, and the series at x."""
+    before, now = 1.0, x
+    length, speed = series[0] * (x + 1.0), series[0]
+    for i in range(1, len(series)):
+        after = ((2 * i + 1) * x * now - i * before) / (i + 1)
+        length += series[i] * (after - before) / (2 * i + 1)
+        speed += series[i] * now
+        before, now = now, after
+    return length, speed
+
+
+@njit(**_OPTIONS)
+def travelled(series, interval, x, out):
+    """Integral of the series of `interval` (m,) up to `x` (m,) in [-1, 1]."""
+    for m in range(len(interval)):
+        out[m] = _travelled(series[interval[m]], x[m])[0]
+
+
+@njit(**_OPTIONS)
+def inverted(series, interval, length, out):
+    """Where in [-1, 1] the integral is `length` (m,): Newton within a bracket that shrinks, as length rises."""
+    for m in range(len(interval)):
+        own, low, high = series[interval[m]], -1.0, 1.0
+        whole = _travelled(own, 1.0)[0]
+        x = 2.0 * length[m] / whole - 1.0
+        for _ in range(60):
+            x = min(max(x, low), high)
+            reached, speed = _travelled(own, x)
+            excess = reached - length[m]
+            if abs(excess) <= 1e-15 * whole:
+                break
+            if excess > 0:
+                high = x
+            else:
+                low = x
+            following = x - excess / speed
+            x = following if low < following < high else 0.5 * (low + high)
+        out[m] = min(max(x, -1.0), 1.0)

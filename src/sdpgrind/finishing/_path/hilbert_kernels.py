@@ -1,0 +1,26 @@
+"""Nodes of a Hilbert curve by their index, two bits at a time."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+# A curve begins in the corner (0, 0) and ends in (1, 0), is mirrored in the diagonal, or is one of both turned by 180 degrees.
+# By state and quarter: where the quarter lies (2 x + y), and in what state the curve runs in it.
+_PLACE = np.array([[0, 1, 3, 2], [0, 2, 3, 1], [3, 2, 0, 1], [3, 1, 0, 2]], dtype=np.uint8)
+_STATE = np.array([[1, 0, 0, 3], [0, 1, 1, 2], [3, 2, 2, 1], [2, 3, 3, 0]], dtype=np.uint8)
+
+
+@njit(**_OPTIONS)
+def nodes_by_index(order, out):
+    """Write the 4^order nodes into `out` (4^order, 2): from (0, 0) to (2^order - 1, 0)."""
+    for index in range(out.shape[0]):
+        state, x, y = 0, 0, 0
+        for level in range(order - 1, -1, -1):
+            quarter = (index >> (2 * level)) & 3
+            place = _PLACE[state, quarter]
+            x, y = 2 * x + (place >> 1), 2 * y + (place & 1)
+            state = _STATE[state, quarter]
+        out[index, 0], out[index, 1] = x, y
