@@ -1,0 +1,1 @@
+"""The robot: poses of its tool, force from torque, joints forward and inverse, branches."""

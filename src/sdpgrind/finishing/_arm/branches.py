@@ -1,0 +1,196 @@
+"""Which branch of the arm, and how far out the wrist, on every segment of a path: dynamic programming over both."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._arm.inverse import BRANCHES, Excess, checked_poses, excess, joints_of
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing._arm.arm import Arm
+
+TURN = 1.0
+"""Of an angle between neighbouring poses of a segment, rad: beyond, the arm does not follow the tool in between."""
+
+
+class Chosen(NamedTuple):
+    """How the arm takes one segment.
+
+    Attributes
+    ----------
+    branch : int
+        0 to 3, see `Arm.inverse`.
+    wrist_radius : float
+        Distance of the wrist from the first axis, mm.
+    joints : array (m, 7)
+        rad, and table, mm.
+    """
+
+    branch: int
+    wrist_radius: float
+    joints: Floats
+
+
+class _Way(NamedTuple):
+    """One candidate on one segment: joints at both ends, and the time of what lies between."""
+
+    first: Floats
+    last: Floats
+    time: float
+    wrong: Excess | None
+
+
+def choose_branches(
+    arm: "Arm", segments: Sequence[npt.ArrayLike], wrist_radii: float | Sequence[float] = 350.0
+) -> tuple[Chosen, ...]:
+    """Choose branch and wrist radius for every segment in contact, so that the joints travel least.
+
+    Neither ever changes inside a segment. Travel is measured by the time that the joint with the longest way needs at its
+    greatest speed, from pose to pose and between segments. The choice is a decision process of modes alone, solved by
+    `sdpgrind.sdp`: a mode for every pair of branch and radius, a stage for every segment.
+
+    Parameters
+    ----------
+    arm : Arm
+        With limits in rad, mm and s.
+    segments : sequence of array_like (m, 4, 4)
+        Poses of P in the work's frame where it is with the table at zero, mm; each segment one smooth path.
+    wrist_radii : float or sequence of float
+        Distances of the wrist from the first axis to choose from, mm.
+
+    Returns
+    -------
+    tuple of Chosen
+        One for each segment: branch, wrist radius (mm), joints (rad, mm).
+
+    Raises
+    ------
+    ValueError
+        When no pair takes a segment within the limits; it tells index, joint and amount of that which comes nearest.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> arm = finishing.Arm.generic()
+    >>> poses = arm.forward_work([[0.0, 0.2, -1.0, -0.5, 0.1, 0.0, y] for y in (0.0, 5.0, 10.0)])
+    >>> [chosen] = finishing.choose_branches(arm, [poses], [300.0, 400.0])
+    >>> chosen.branch, chosen.wrist_radius
+    (0, 300.0)
+    """
+    runs = [_segment(k, poses) for k, poses in enumerate(segments)]
+    if not runs:
+        raise ValueError("segments must be at least one; got none")
+    pairs = [(branch, radius) for radius in _radii(wrist_radii) for branch in range(4)]
+    ways = [[_way(arm, poses, *pair) for pair in pairs] for poses in runs]
+    for k, row in enumerate(ways):
+        _refuse_impossible(k, row, pairs)
+    picked = [pairs[p] for p in _least_travel(arm, ways, [f"{BRANCHES[b]} at {r!r} mm" for b, r in pairs])]
+    taken = [joints_of(arm, poses, radius, branch, True)[0] for poses, (branch, radius) in zip(runs, picked, strict=True)]
+    return tuple(Chosen(branch, radius, joints) for (branch, radius), joints in zip(picked, taken, strict=True))
+
+
+def _segment(k: int, poses: npt.ArrayLike) -> Floats:
+    try:
+        array = checked_poses(poses)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"segments[{k}]: {error}") from None
+    if not len(array):
+        raise ValueError(f"segments[{k}] must have at least one pose; got none")
+    return array
+
+
+def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
+    """Radii as asked for, mm."""
+    array = np.atleast_1d(checks.finite_array("wrist_radii", wrist_radii, "mm"))
+    if array.ndim != 1 or not array.size:
+        raise ValueError(f"wrist_radii must be one number or a list of them (mm); got {checks.shown(wrist_radii)}")
+    return [checks.positive(f"wrist_radii[{k}]", value, "mm") for k, value in enumerate(array.tolist())]
+
+
+def _way(arm: "Arm", poses: Floats, branch: int, radius: float) -> _Way:
+    """One branch at one radius on one segment."""
+    joints, reached = joints_of(arm, poses, radius, branch, True)
+    time = float(travel_time(arm, np.diff(joints, axis=0)).sum())
+    return _Way(joints[0], joints[-1], time, excess(arm, poses, radius, joints, reached) or _jump(arm, joints))
+
+
+def travel_time(arm: "Arm", way: Floats) -> Floats:
+    """Time of a way (..., 7) of the joints at their greatest speeds, s."""
+    out: Floats = np.max(np.abs(way) / np.array(arm.speed_max), axis=-1, initial=0.0)
+    return out
+
+
+def _jump(arm: "Arm", joints: Floats) -> Excess | None:
+    """Where an angle turns too far from one pose to the next."""
+    turns = np.abs(np.diff(joints[:, :5], axis=0))
+    bad = np.flatnonzero((turns > TURN).any(axis=1))
+    if not bad.size:
+        return None
+    at, j = int(bad[0]), int(np.argmax(turns[bad[0]]))
+    text = (
+        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a segment; got {turns[at, j]:.4g} between"
+        f" poses[{at}] and poses[{at + 1}], where the heading has a corner, or the tool comes through the vertical"
+    )
+    return Excess(at, text, float(turns[at, j] / TURN))
+
+
+def _refuse_impossible(k: int, row: list[_Way], pairs: list[tuple[int, float]]) -> None:
+    wrong = [(way.wrong, pair) for way, pair in zip(row, pairs, strict=True) if way.wrong is not None]
+    if len(wrong) < len(row):
+        return
+    found, (branch, radius) = min(wrong, key=lambda each: each[0].share)
+    raise ValueError(
+        f"segments[{k}] has no branch within limits; nearest comes branch {branch} ({BRANCHES[branch]}) at wrist radius"
+        f" {radius:g} mm: {found.text}"
+    )
+
+
+def _least_travel(arm: "Arm", ways: list[list[_Way]], names: list[str]) -> list[int]:
+    """Pair taken on every segment."""
+    count, size = len(ways), len(names)
+    cost = _costs(arm, ways)
+    problem = sdp.Problem(
+        axes=(),
+        moves=(
+            sdp.Move(
+                "take",
+                {"pair": np.arange(size)},
+                sdp.Stay(),
+                into=names,
+                timed=True,
+                charge=lambda s, c: np.nan_to_num(cost[count - _whole(s.left), s.mode, c.pair], posinf=0.0),
+                allowed=lambda s, c: np.isfinite(cost[count - _whole(s.left), s.mode, c.pair]),
+            ),
+        ),
+        stops=(sdp.Stop("end", lambda s: 0.0 * s.mode, allowed=lambda s: s.left == 0),),
+        stages=sdp.Stages(count, 1.0, "left", ""),
+        modes=(*names, "start"),
+    )
+    policy = sdp.plan(problem)
+    left, mode = np.meshgrid(np.arange(1.0, count + 1), np.arange(size + 1), indexing="ij")
+    best = np.asarray(policy.action(left=left, mode=mode).pair).astype(int)
+    taken = [size]
+    for k in range(count):
+        taken.append(int(best[count - 1 - k, taken[-1]]))
+    return taken[1:]
+
+
+def _whole(left: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    return np.rint(left).astype(np.int64)
+
+
+def _costs(arm: "Arm", ways: list[list[_Way]]) -> Floats:
+    """Time (s) of coming from a pair, or from the start, and taking a segment in a pair: [segment, from, to], inf: impossible."""
+    count, size = len(ways), len(ways[0])
+    inside = np.array([[np.inf if way.wrong is not None else way.time for way in row] for row in ways])
+    cost = np.repeat(inside[:, None, :], size + 1, axis=1)
+    if count > 1:
+        last = np.array([[way.last for way in row] for row in ways[:-1]])
+        first = np.array([[way.first for way in row] for row in ways[1:]])
+        cost[1:, :size] += travel_time(arm, first[:, None, :, :] - last[:, :, None, :])
+    return cost

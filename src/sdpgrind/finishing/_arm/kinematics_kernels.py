@@ -1,0 +1,100 @@
+"""Joints from poses in closed form, one branch of the arm at a time, as plain serial loops over numbers."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+VERTICAL = 1e-13
+"""Horizontal part of the tool's axis below which it is vertical: beyond, rounding alone would turn the first joint."""
+STRETCHED = 1e-12
+"""Excess of ``|cos q3|`` over 1 that is rounding: the arm is stretched, or folded."""
+CROOKED = 1e-6
+"""Error of a rotation matrix that is taken for rounding in a file."""
+_TURN = 2 * math.pi
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def first_fault(poses):
+    """Index of the first pose that is none (NaN, crooked, mirrored, another last row), or -1."""
+    for i in range(len(poses)):
+        p = poses[i]
+        off = abs(p[3, 0]) + abs(p[3, 1]) + abs(p[3, 2]) + abs(p[3, 3] - 1.0)
+        for k in range(3):
+            for j in range(k, 3):
+                dot = p[0, j] * p[0, k] + p[1, j] * p[1, k] + p[2, j] * p[2, k]
+                off = max(off, abs(dot - (1.0 if j == k else 0.0)))
+        # The third column is the cross product of the first two, or its mirror image.
+        off = max(off, abs(p[0, 0] * p[1, 1] - p[1, 0] * p[0, 1] - p[2, 2]))
+        off = max(off, abs(p[1, 0] * p[2, 1] - p[2, 0] * p[1, 1] - p[0, 2]))
+        if not (off <= CROOKED and math.isfinite(p[0, 3] + p[1, 3] + p[2, 3])):
+            return i
+    return -1
+
+
+@njit(**_OPTIONS)
+def _first_azimuth(poses, pitch, middle):
+    """Of the first joint at a run's begin: that of the first pose whose tool is not vertical."""
+    for i in range(len(poses)):
+        x, y = poses[i, 0, 2], poses[i, 1, 2]
+        if math.hypot(x, y) > VERTICAL:
+            return math.atan2(pitch * y, pitch * x)
+    return middle
+
+
+@njit(**_OPTIONS)
+def _joints_of(pose, lengths, radius, pitch, elbow, before, out):
+    """Joints of one pose, angles anyhow; tells whether the wrist is within reach (else the arm points to it)."""
+    d1, a2, a3, d5 = lengths
+    level = math.hypot(pose[0, 2], pose[1, 2])
+    size = math.hypot(level, pose[2, 2])
+    if level > VERTICAL:
+        c1, s1 = pitch * pose[0, 2] / level, pitch * pose[1, 2] / level
+        out[0], cos_phi = math.atan2(s1, c1), pitch * level / size
+    else:
+        out[0], cos_phi, c1, s1 = before, 0.0, math.cos(before), math.sin(before)
+    sin_phi = pose[2, 2] / size
+    height = pose[2, 3] - d1 - d5 * sin_phi
+    c3 = (radius * radius + height * height - a2 * a2 - a3 * a3) / (2 * a2 * a3)
+    reached = abs(c3) <= 1 + STRETCHED
+    c3 = min(1.0, max(-1.0, c3))
+    s3 = elbow * math.sqrt((1 - c3) * (1 + c3))
+    along, across = a2 + a3 * c3, a3 * s3
+    out[2] = math.atan2(s3, c3)
+    out[1] = math.atan2(height * along - radius * across, radius * along + height * across)
+    out[3] = math.atan2(sin_phi, cos_phi) - out[1] - out[2]
+    # x4 = (-sin phi c1, -sin phi s1, cos phi), y4 = (s1, -c1, 0); the last joint turns them into the tool's.
+    xx = cos_phi * pose[2, 0] - sin_phi * (c1 * pose[0, 0] + s1 * pose[1, 0])
+    yx = cos_phi * pose[2, 1] - sin_phi * (c1 * pose[0, 1] + s1 * pose[1, 1])
+    xy, yy = s1 * pose[0, 0] - c1 * pose[1, 0], s1 * pose[0, 1] - c1 * pose[1, 1]
+    out[4] = math.atan2(xy - yx, xx + yy)
+    out[5], out[6] = (radius + d5 * cos_phi) * c1 - pose[0, 3], (radius + d5 * cos_phi) * s1 - pose[1, 3]
+    return reached
+
+
+@njit(**_OPTIONS)
+def inverse(poses, lengths, radius, pitch, elbow, middle, continuous, joints, reached):
+    """Joints of all poses in one branch (pitch and elbow: +1 or -1), into `joints` (m, 7) and `reached` (m,).
+
+    Angles are the nearest to those of the pose before, all turned together to where the middle of their range is nearest to
+    the middle of the limits; not continuous: each the nearest to that middle by itself.
+    """
+    before = _first_azimuth(poses, pitch, middle[0]) if continuous else middle[0]
+    for i in range(len(poses)):
+        q = joints[i]
+        reached[i] = _joints_of(poses[i], lengths, radius, pitch, elbow, before, q)
+        for j in range(5):
+            near = joints[i - 1, j] if continuous and i > 0 else middle[j]
+            q[j] += _TURN * math.floor((near - q[j]) / _TURN + 0.5)
+        if continuous:
+            before = q[0]
+    if continuous and len(poses) > 0:
+        for j in range(5):
+            low, high = np.inf, -np.inf
+            for i in range(len(poses)):
+                low, high = min(low, joints[i, j]), max(high, joints[i, j])
+            turns = math.floor((middle[j] - 0.5 * (low + high)) / _TURN + 0.5)
+            for i in range(len(poses)):
+                joints[i, j] += _TURN * turns

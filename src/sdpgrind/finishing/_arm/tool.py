@@ -1,0 +1,132 @@
+"""The tool's frame over the contact: Wang (1), with a fixed heading or one that follows the feed."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+HEADINGS = ("fixed", "feed_aligned")
+UPRIGHT = 1e-3
+"""Length of the azimuth's projection on the tangent plane below which it tells no direction."""
+OFF_UNIT = 1e-6
+
+
+def tool_poses(
+    point: npt.ArrayLike,
+    tangent: npt.ArrayLike,
+    normal: npt.ArrayLike,
+    *,
+    contact_angle: float,
+    lever_arm: float,
+    pushed: bool = False,
+    heading: str = "fixed",
+    azimuth: float = 0.0,
+) -> Floats:
+    """Return the tool's frame P at every contact, Wang (1): A_P = A_C (A_C^P)^-1.
+
+    The contact frame C has z along the outward normal n, x along the heading h in the tangent plane, and y = n x h. P stands on
+    the motor's axis, ``lever_arm`` away from the contact: y_P = y_C is that axis, and z_P points from P to the contact,
+    z_P = s cos(theta_f) h - sin(theta_f) n with s = 1 for a pushed tool (its tip leads where the feed is along h) and s = -1 for
+    a dragged one. A torque about +y_P presses a pushed tool on; a dragged one is pressed on by a torque about -y_P.
+
+    ``"feed_aligned"``: h is the direction of feed, as the source defines theta_f. ``"fixed"``: h is one direction of the xy plane
+    for the whole path, projected on the tangent plane; the tool is then pushed or dragged only where the feed is along h, see
+    `feed_angle`. A tool that is dragged along h stands as one that is pushed along -h, turned by half a turn about z_P.
+
+    Parameters
+    ----------
+    point : array_like (m, 3)
+        Contacts, mm, in the frame in which the poses are wanted.
+    tangent, normal : array_like (m, 3)
+        Unit vectors: direction of feed, and outward normal of the surface.
+    contact_angle : float
+        theta_f from the surface to the tool, rad, in [0, pi/2).
+    lever_arm : float
+        R from the motor's axis to the contact, mm.
+    pushed : bool
+        Whether the tip leads; False: the tool is dragged.
+    heading : {"fixed", "feed_aligned"}
+        What h is.
+    azimuth : float
+        Of h in the xy plane, from x, rad; "fixed" only.
+
+    Returns
+    -------
+    array (m, 4, 4)
+        Poses of P; rotations have no unit, positions are in mm.
+
+    Raises
+    ------
+    ValueError
+        When an angle or a length is out of range, a vector is no unit vector or not in the tangent plane, or the normal lies
+        along the azimuth of a fixed heading, which then tells no direction.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing, units
+    >>> flat = [[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]
+    >>> pose = finishing.tool_poses(*flat, contact_angle=units.deg(30), lever_arm=95.0)[0]
+    >>> pose[:3, 3].round(3), pose[:3, 2].round(3)  # dragged: P is ahead of the contact
+    (array([82.272,  0.   , 47.5  ]), array([-0.866,  0.   , -0.5  ]))
+    """
+    angle, lever = _checked(contact_angle, lever_arm, pushed)
+    checks.one_of("heading", heading, HEADINGS)
+    place, feed, up = contacts(point, tangent, normal)
+    along = feed if heading == "feed_aligned" else _headings(up, checks.number("azimuth", azimuth, "rad"))
+    sign = 1.0 if pushed else -1.0
+    cos, sin = math.cos(angle), math.sin(angle)
+    poses = np.zeros((len(place), 4, 4))
+    poses[:, :3, 0] = -sin * along - sign * cos * up
+    poses[:, :3, 1] = np.cross(up, along)
+    poses[:, :3, 2] = sign * cos * along - sin * up
+    poses[:, :3, 3] = place - lever * poses[:, :3, 2]
+    poses[:, 3, 3] = 1.0
+    return poses
+
+
+def contacts(point: npt.ArrayLike, tangent: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
+    """Check contacts: points, unit feeds in the tangent plane, unit normals, each (m, 3)."""
+    place = checks.finite_array("point", point, "mm")
+    feed, up = checks.finite_array("tangent", tangent), checks.finite_array("normal", normal)
+    for name, array in {"point": place, "tangent": feed, "normal": up}.items():
+        if array.ndim != 2 or array.shape[1] != 3 or len(array) != len(place):
+            raise ValueError(f"{name} must be of shape (m, 3), as many as points; got {array.shape}")
+    for name, array in {"tangent": feed, "normal": up}.items():
+        _refuse(f"{name}[{{}}]", "of length 1", np.linalg.norm(array, axis=1) - 1, 1.0)
+    _refuse("tangent[{}]", "at right angles to the normal; got a cosine off", np.einsum("ij,ij->i", feed, up), 0.0)
+    return place, feed, up
+
+
+def _refuse(name: str, rule: str, off: Floats, wanted: float) -> None:
+    """Refuse the first that is off what is wanted."""
+    bad = np.flatnonzero(np.abs(off) > OFF_UNIT)
+    if bad.size:
+        raise checks.refuse(name.format(bad[0]), rule, float(off[bad[0]] + wanted))
+
+
+def _checked(contact_angle: float, lever_arm: float, pushed: bool) -> tuple[float, float]:
+    """Contact angle (rad) and lever arm (mm)."""
+    angle = checks.number("contact_angle", contact_angle, "rad")
+    if not 0 <= angle < math.pi / 2:
+        raise checks.refuse("contact_angle", "in [0, pi/2); units.deg(30) for degrees", angle, "rad")
+    if not isinstance(pushed, bool | np.bool_):
+        raise TypeError(f"pushed must be True or False; got {checks.shown(pushed)}")
+    return angle, checks.positive("lever_arm", lever_arm, "mm")
+
+
+def _headings(up: Floats, azimuth: float) -> Floats:
+    """One direction of the xy plane on the tangent planes, (m, 3)."""
+    level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+    along = level - (up @ level)[:, None] * up
+    size = np.linalg.norm(along, axis=1)
+    bad = np.flatnonzero(size < UPRIGHT)
+    if bad.size:
+        raise ValueError(
+            f"azimuth must not be along the normal of the surface, where it tells no direction; got {azimuth!r} rad"
+            f" at contact {bad[0]}, whose normal is {up[bad[0]].round(6).tolist()}"
+        )
+    out: Floats = along / size[:, None]
+    return out
