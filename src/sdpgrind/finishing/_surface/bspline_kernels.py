@@ -60,33 +60,42 @@ def divide_by_weight(flat):
 
 
 @njit(**_OPTIONS)
-def evaluate(net, knots_u, knots_v, degree_u, degree_v, u, v, out):
-    """Write Q, Qu, Qv, Quu, Quv, Qvv at each (u, v) into `out` (6, m, 3); `net` holds (x, y, z) or (wx, wy, wz, w)."""
-    columns = net.shape[2]
+def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
+    """Write Q, Qu, Qv, Quu, Quv, Qvv at each (u, v) into `out` (6, m, 3).
+
+    `net` (nu, nv, 4) holds (wx, wy, wz, w), or (x, y, z, 0) where nothing is rational: four columns are what a processor adds
+    at once.
+    """
     bu, bv = np.empty((3, degree_u + 2)), np.empty((3, degree_v + 2))
-    row, flat = np.empty((3, columns)), np.empty((6, columns))
+    row, flat = np.empty((3, 4)), np.empty((6, 4))
     for k in range(len(u)):
         at_u, at_v = find_span(knots_u, degree_u, u[k]), find_span(knots_v, degree_v, v[k])
         basis(knots_u, degree_u, at_u, u[k], bu)
         basis(knots_v, degree_v, at_v, v[k], bv)
         flat[:] = 0.0
         for i in range(degree_u + 1):
-            row[:] = 0.0
-            for j in range(degree_v + 1):
-                for c in range(columns):
-                    value = net[at_u - degree_u + i, at_v - degree_v + j, c]
-                    row[0, c] += bv[0, j] * value
-                    row[1, c] += bv[1, j] * value
-                    row[2, c] += bv[2, j] * value
-            for c in range(columns):
+            along_v(net[at_u - degree_u + i], at_v - degree_v, degree_v, bv, row)
+            for c in range(4):
                 flat[0, c] += bu[0, i] * row[0, c]
                 flat[1, c] += bu[1, i] * row[0, c]
                 flat[2, c] += bu[0, i] * row[1, c]
                 flat[3, c] += bu[2, i] * row[0, c]
                 flat[4, c] += bu[1, i] * row[1, c]
                 flat[5, c] += bu[0, i] * row[2, c]
-        if columns == 4:
+        if rational:
             divide_by_weight(flat)
         for d in range(6):
             for c in range(3):
                 out[d, k, c] = flat[d, c]
+
+
+@njit(**_OPTIONS)
+def along_v(points, first, degree, bv, row):
+    """Sum one line of control points against the basis along v and its derivatives, into `row` (3, 4)."""
+    row[:] = 0.0
+    for j in range(degree + 1):
+        for c in range(4):
+            value = points[first + j, c]
+            row[0, c] += bv[0, j] * value
+            row[1, c] += bv[1, j] * value
+            row[2, c] += bv[2, j] * value

@@ -1,5 +1,7 @@
 """Points and derivatives of a surface: at scattered parameters by a kernel, on a tensor grid by two contractions."""
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.interpolate import BSpline
 
@@ -11,32 +13,42 @@ ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 """Derivatives by u and v, in the order of `Derivatives`."""
 
 
+class Net(NamedTuple):
+    """What is evaluated: control points (nu, nv, 4) as (w x, w y, w z, w), or as (x, y, z, 0); knots and degrees."""
+
+    points: Floats
+    rational: bool
+    knots: tuple[Floats, Floats]
+    degree: tuple[int, int]
+
+
 def homogeneous(points: Floats, weights: Floats | None) -> Floats:
-    """Control points as they are, or as (w x, w y, w z, w)."""
+    """Control points with a fourth column: weighted, or zero."""
     if weights is None:
-        return points
+        return np.concatenate([points, np.zeros((*points.shape[:2], 1))], axis=-1)
     return np.concatenate([points * weights[..., None], weights[..., None]], axis=-1)
 
 
-def scattered(net: Floats, knots: tuple[Floats, Floats], degree: tuple[int, int], u: Floats, v: Floats) -> Derivatives:
+def scattered(net: Net, u: Floats, v: Floats) -> Derivatives:
     """At each pair (u, v), of any shape that fits together."""
     u, v = np.broadcast_arrays(u, v)
     out = np.empty((6, u.size, 3))
-    evaluate(net, *knots, *degree, u.ravel(), v.ravel(), out)
+    evaluate(net.points, net.rational, *net.knots, *net.degree, u.ravel(), v.ravel(), out)
     return Derivatives(*out.reshape(6, *u.shape, 3))
 
 
-def on_grid(net: Floats, knots: tuple[Floats, Floats], degree: tuple[int, int], u: Floats, v: Floats) -> Derivatives:
+def on_grid(net: Net, u: Floats, v: Floats) -> Derivatives:
     """At each u with each v: A_u P A_v^T, with the basis of each direction evaluated once."""
-    bases_u, bases_v = _bases(knots[0], degree[0], u), _bases(knots[1], degree[1], v)
-    nu, nv, columns = net.shape
-    across = [(bases @ net.reshape(nu, -1)).reshape(len(u), nv, columns) for bases in bases_u]
-    flat = np.stack([bases_v[b] @ across[a] for a, b in ORDERS])
-    return Derivatives(*(flat if columns == 3 else _divided(flat)))
+    bases_u, bases_v = (bases(*direction) for direction in zip(net.knots, net.degree, (u, v), strict=True))
+    points = net.points if net.rational else net.points[..., :3]
+    nu, nv, columns = points.shape
+    lines = [(basis @ points.reshape(nu, -1)).reshape(len(u), nv, columns) for basis in bases_u]
+    flat = np.stack([bases_v[b] @ lines[a] for a, b in ORDERS])
+    return Derivatives(*(_divided(flat) if net.rational else flat))
 
 
-def _bases(knots: Floats, degree: int, x: Floats) -> list[Floats]:
-    """Basis functions at `x` (m, n) with their first and second derivatives."""
+def bases(knots: Floats, degree: int, x: Floats) -> list[Floats]:
+    """Basis functions at `x` as a matrix (m, n), with their first and second derivatives."""
     n = len(knots) - degree - 1
     if knots[n - 1] == knots[n]:  # scipy then takes the empty span at the right end, where nothing is left
         x = np.minimum(x, np.nextafter(knots[n], -np.inf))

@@ -1,4 +1,4 @@
-"""Fundamental forms, normals and curvature from derivatives."""
+"""Fundamental forms, normals and curvature from derivatives, where Qu x Qv does not vanish."""
 
 import numpy as np
 
@@ -17,6 +17,55 @@ def first_form(d: Derivatives) -> tuple[Floats, Floats, Floats]:
 
 
 def area_density(d: Derivatives) -> Floats:
-    """Length of Qu x Qv, which is sqrt(EG - F^2) without its cancellation."""
+    """Length of Qu x Qv: sqrt(EG - F^2) without its cancellation."""
     cross = np.cross(d.u, d.v)
-    return np.sqrt(dot(cross, cross))
+    return np.asarray(np.sqrt(dot(cross, cross)))
+
+
+def unit_cross(d: Derivatives) -> Floats:
+    """Qu x Qv made a unit vector."""
+    cross = np.cross(d.u, d.v)
+    return np.asarray(cross / np.sqrt(dot(cross, cross))[..., None])
+
+
+def second_form(d: Derivatives, normal: Floats) -> tuple[Floats, Floats, Floats]:
+    """e, f, g."""
+    return dot(d.uu, normal), dot(d.uv, normal), dot(d.vv, normal)
+
+
+def along(form: tuple[Floats, Floats, Floats], du: Floats, dv: Floats) -> Floats:
+    """A fundamental form of a direction."""
+    return np.asarray(form[0] * du**2 + 2.0 * form[1] * du * dv + form[2] * dv**2)
+
+
+def bending(d: Derivatives) -> Floats:
+    """Second form (a, b, c) in orthonormal tangents, the first along Qu, for the normal Qu x Qv.
+
+    H = (a + c)/2 and K = a c - b^2; H^2 - K = ((a - c)/2)^2 + b^2 comes without the cancellation of its two terms.
+    """
+    E, F, _ = first_form(d)
+    e, f, g = second_form(d, unit_cross(d))
+    density, slant = area_density(d), F / E
+    a = e / E
+    b = (f - slant * e) / density
+    c = (g - slant * (2.0 * f - slant * e)) * E / density**2
+    return np.stack([a, b, c], axis=-1)
+
+
+def gaussian(d: Derivatives) -> Floats:
+    """K."""
+    a, b, c = np.moveaxis(bending(d), -1, 0)
+    return np.asarray(a * c - b**2)
+
+
+def mean(d: Derivatives) -> Floats:
+    """H for the normal Qu x Qv."""
+    a, _, c = np.moveaxis(bending(d), -1, 0)
+    return np.asarray(0.5 * (a + c))
+
+
+def principal(d: Derivatives) -> Floats:
+    """H -+ sqrt(H^2 - K), the lesser first, for the normal Qu x Qv."""
+    a, b, c = np.moveaxis(bending(d), -1, 0)
+    middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
+    return np.stack([middle - half, middle + half], axis=-1)

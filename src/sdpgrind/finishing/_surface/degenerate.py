@@ -1,0 +1,113 @@
+"""Where Qu x Qv vanishes, as at the pole of a sphere patch: the limit from the interior, or a refusal; never NaN."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._surface import forms
+from sdpgrind.finishing._surface.derivatives import Derivatives
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing._surface.surface import Surface
+
+THIN = 1e-9
+"""Least ``|Qu x Qv|`` that counts, of size^2 over the widths of the domain; least speed ``|dQ|``, of size over them."""
+NODES = 12
+"""Points on a ray from which a limit is extrapolated: Chebyshev's, so that rounding is not amplified."""
+REACH = 0.25
+"""Length of a ray, in knot spans."""
+AGREE = 1e-6
+"""How far limits along different rays may lie apart, relative to the greatest, or to what a surface of this size has."""
+SLOPES = ((1.0, 1.0), (1.0, 0.5), (0.5, 1.0))
+"""Rays of each quadrant, in spans."""
+
+
+class Quantity(NamedTuple):
+    """What has a limit: of the derivatives, by its name, in 1/mm to a power."""
+
+    function: Callable[[Derivatives], Floats]
+    name: str
+    power: int
+
+
+NORMAL = Quantity(forms.unit_cross, "normal", 0)
+GAUSSIAN = Quantity(forms.gaussian, "Gaussian curvature", 2)
+MEAN = Quantity(forms.mean, "mean curvature", 1)
+PRINCIPAL = Quantity(forms.principal, "principal curvatures", 1)
+
+
+def regular(surface: "Surface", quantity: Quantity, d: Derivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+    """A quantity of the derivatives, and its limit wherever the surface is degenerate."""
+    bad = _thin(surface, d)
+    if not bad.any():
+        return quantity.function(d)
+    places = np.stack([np.broadcast_to(x, bad.shape)[bad] for x in (u, v)], axis=-1)
+    good = quantity.function(Derivatives(*(x[~bad] for x in d)))
+    out = np.empty(bad.shape + good.shape[1:])
+    out[~bad] = good
+    out[bad] = [_limit(surface, quantity, *place) for place in places]
+    return out
+
+
+def squared_length(surface: "Surface", d: Derivatives, du: Floats, dv: Floats, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+    """First form of a direction; one without length on the surface is refused."""
+    (u0, u1), (v0, v1) = surface.domain
+    length = forms.along(forms.first_form(d), du, dv)
+    least = THIN * _size(surface) * (np.abs(du) / (u1 - u0) + np.abs(dv) / (v1 - v0))
+    bad = np.broadcast_to(length <= least**2, length.shape)
+    if bad.any():
+        at_u, at_v, step_u, step_v = (np.broadcast_to(x, bad.shape)[bad][0] for x in (u, v, du, dv))
+        raise ValueError(
+            f"(du, dv) must have a length on the surface; got ({step_u:g}, {step_v:g}) at (u, v) = ({at_u:g}, {at_v:g})"
+        )
+    return length
+
+
+def _size(surface: "Surface") -> float:
+    """Diagonal of the box around the control points, mm."""
+    return float(np.linalg.norm(np.ptp(surface.control_points.reshape(-1, 3), axis=0)))
+
+
+def _thin(surface: "Surface", d: Derivatives) -> npt.NDArray[np.bool_]:
+    """Where ``|Qu x Qv|`` is too small to tell a normal."""
+    (u0, u1), (v0, v1) = surface.domain
+    return np.asarray(forms.area_density(d) < THIN * _size(surface) ** 2 / ((u1 - u0) * (v1 - v0)))
+
+
+def _limit(surface: "Surface", quantity: Quantity, u: float, v: float) -> Floats:
+    """Limit at (u, v) from the interior of the domain; it must be the same along every ray."""
+    rays = _rays(surface, u, v)
+    nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    near = surface.derivatives(u + nodes * rays[:, :1], v + nodes * rays[:, 1:])
+    if forms.area_density(near).all():
+        limits = np.einsum("k,rk...->r...", _to_the_end(nodes), quantity.function(near))
+        usual = max(float(np.abs(limits).max()), _size(surface) ** -quantity.power)
+        if np.ptp(limits, axis=0).max() <= AGREE * usual:
+            return np.asarray(limits.mean(axis=0))
+    raise ValueError(
+        f"the surface has no {quantity.name} at (u, v) = ({u:g}, {v:g}): |Qu x Qv| vanishes there, and limits from the"
+        " interior differ"
+    )
+
+
+def _to_the_end(nodes: Floats) -> Floats:
+    """Weights of values at `nodes` for the value at 0 of the polynomial through them."""
+    own = np.eye(len(nodes))
+    return np.asarray(((nodes - own * nodes + own) / (nodes - nodes[:, None] + own)).prod(axis=1))
+
+
+def _rays(surface: "Surface", u: float, v: float) -> Floats:
+    """Steps (r, 2) from (u, v) into the interior, none across a knot."""
+    sides = [_sides(knots, *ends, x) for knots, ends, x in zip(surface.knots, surface.domain, (u, v), strict=True)]
+    return np.array([(p * du, q * dv) for du in sides[0] for dv in sides[1] for p, q in SLOPES])
+
+
+def _sides(knots: Floats, low: float, high: float, x: float) -> list[float]:
+    """Steps along one parameter that stay in the span before x and in that behind it, where there is one."""
+    places = np.unique(np.clip(knots, low, high))
+    margin = THIN * (high - low)
+    behind, before = places[places > x + margin], places[places < x - margin]
+    return [REACH * (place - x) for place in (*behind[:1], *before[-1:])]
