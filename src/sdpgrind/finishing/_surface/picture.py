@@ -12,19 +12,27 @@ if TYPE_CHECKING:
 
 FINE = 60
 """Facets each way."""
-COLOUR, LINES = "#9db8d2", "#31527a"
+COLOUR, LINES = "#b4cbe0", "#31527a"
+THICK = 0.08
+"""Least width of the drawn box, of its greatest: a flat surface is seen too."""
+TICKS = 5
+"""Along the longest side of the box."""
 
 
 def surface(shape: "Surface", ax: Any = None) -> Any:
-    """Draw the surface, shaded, with its knot lines; x, y and z to one scale."""
+    """Draw the surface, shaded, with its knot lines, seen from the tool's side; x, y and z to one scale."""
     figure, axes = _axes(ax)
     (u0, u1), (v0, v1) = shape.domain
-    x, y, z = np.moveaxis(shape.grid(np.linspace(u0, u1, FINE + 1), np.linspace(v0, v1, FINE + 1)).point, -1, 0)
-    axes.plot_surface(x, y, z, color=COLOUR, rcount=FINE, ccount=FINE, linewidth=0, antialiased=False, alpha=0.9)
+    found = shape.grid(np.linspace(u0, u1, FINE + 1), np.linspace(v0, v1, FINE + 1))
+    azimuth, height = _side(shape.outward * np.cross(found.u, found.v).reshape(-1, 3))
+    light = need("matplotlib.colors", "plot").LightSource(azdeg=90.0 - azimuth - 60.0, altdeg=55.0)
+    axes.computed_zorder = False  # lines lie on the surface: which of them is nearer is a matter of rounding
+    x, y, z = np.moveaxis(found.point if shape.outward < 0 else found.point.swapaxes(0, 1), -1, 0)  # light falls on the outside
+    axes.plot_surface(x, y, z, color=COLOUR, rcount=FINE, ccount=FINE, linewidth=0, antialiased=False, lightsource=light)
     for line in knot_lines(shape):
-        axes.plot(*line.T, color=LINES, lw=0.8)
-    axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
-    axes.set_box_aspect(_box(x, y, z))
+        axes.plot(*line.T, color=LINES, lw=0.7, zorder=1.5)
+    axes.view_init(elev=height, azim=azimuth)
+    _scaled(axes, found.point.reshape(-1, 3))
     return figure
 
 
@@ -47,7 +55,19 @@ def _axes(ax: Any) -> tuple[Any, Any]:
     return ax.figure, ax
 
 
-def _box(*columns: checks.Floats) -> list[float]:
-    """Widths of the drawn box, those of the surface; none so thin that nobody sees it."""
-    widths = np.array([np.ptp(column) for column in columns])
-    return [float(width) for width in np.maximum(widths, 0.05 * widths.max())]
+def _side(normals: checks.Floats) -> tuple[float, float]:
+    """Azimuth and height (degrees) of an eye before the surface: a little beside its mean normal, where it has one."""
+    x, y, z = normals.sum(axis=0) / np.linalg.norm(normals, axis=1).sum()
+    if abs(z) >= np.hypot(x, y) or np.hypot(x, y) < 0.1:
+        return -60.0, 35.0 if z > -0.1 else -35.0
+    return float(np.degrees(np.arctan2(y, x))) - 20.0, float(np.clip(np.degrees(np.arcsin(z)), -50.0, 50.0))
+
+
+def _scaled(axes: Any, points: checks.Floats) -> None:
+    """Give the box the widths of the surface, and each axis room for its ticks."""
+    middle, widths = 0.5 * (points.max(axis=0) + points.min(axis=0)), np.ptp(points, axis=0)
+    shown = np.maximum(widths, THICK * widths.max())
+    for name, centre, width in zip("xyz", middle, shown, strict=True):
+        axes.set(**{f"{name}lim": (centre - 0.5 * width, centre + 0.5 * width), f"{name}label": f"{name} [mm]"})
+        axes.locator_params(axis=name, nbins=max(1, round(TICKS * width / shown.max())))
+    axes.set_box_aspect([float(width) for width in shown])
