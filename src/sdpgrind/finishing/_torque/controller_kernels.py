@@ -49,10 +49,10 @@ def torque_at(time, torque, path_time, state):
     state : array
         State of a controller, which remembers the place.
     """
-    last = time.size - 1
-    if last == 0 or np.isnan(path_time):
-        return torque[int(state[at.INDEX])]
-    k = min(int(state[at.INDEX]), last)
+    if np.isnan(path_time):
+        path_time = state[at.PATH_TIME]
+    state[at.PATH_TIME] = path_time
+    k, last = int(state[at.INDEX]), time.size - 1
     while k > 0 and time[k] > path_time:
         k -= 1
     while k < last and time[k + 1] <= path_time:
@@ -81,7 +81,7 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
     step = law[at.SAMPLE_TIME]
     if state[at.COUNT] == 0.0:
         state[at.READING] = motor_angle if np.isfinite(motor_angle) else 0.0
-        state[at.OBS_ANGLE], state[at.FILTERED] = state[at.READING], 0.0
+        state[at.OBS_ANGLE] = state[at.READING]
     if not np.isfinite(motor_angle):
         motor_angle = state[at.READING] + step * state[at.MOTION_SPEED]
     state[at.MOTION_SPEED] = (motor_angle - state[at.READING]) / step
@@ -94,8 +94,8 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
     elif law[at.KIND] == at.DAMPED:
         current = _damped(law, state)
     else:
-        state[at.ESTIMATE] = torque_ref
         current = _limited(law, torque_ref)
+        state[at.ESTIMATE] = law[at.MOTOR_CONSTANT] * current
     state[at.CURRENT] = current
     return current
 
@@ -129,11 +129,9 @@ def _pidff(law, state, true_torque, true_speed):
     integral = state[at.INTEGRAL] + law[at.SAMPLE_TIME] * error
     feedback = law[at.KP] * error - law[at.KD] * law[at.LAW_STIFFNESS] * speed
     asked = scale * (feedback + law[at.KI] * integral) + wanted
+    if abs(asked) <= law[at.MOTOR_CONSTANT] * law[at.CURRENT_MAX] or asked * error < 0.0:
+        state[at.INTEGRAL] = integral  # else it would wind up against the limit
     current = _limited(law, asked)
-    beyond = asked - law[at.MOTOR_CONSTANT] * current
-    held = abs(current) < abs(asked / law[at.MOTOR_CONSTANT]) - law[at.CURRENT_STEP] and beyond * error > 0.0
-    if not held:  # else the integral would wind up against the limit
-        state[at.INTEGRAL] = integral
     if law[at.OBSERVER] != at.IDEAL:
         _foresee(law, state, current, pull)
     return current
@@ -173,8 +171,9 @@ def _damped(law, state):
     """The reference, less damping by the speed without its slow part."""
     speed = state[at.MOTION_SPEED]
     state[at.SLOW_SPEED] += (1.0 - law[at.SPEED_POLE]) * (speed - state[at.SLOW_SPEED])
-    state[at.ESTIMATE] = state[at.REFERENCE]
-    return _limited(law, state[at.REFERENCE] - law[at.SPEED_GAIN] * (speed - state[at.SLOW_SPEED]))
+    current = _limited(law, state[at.REFERENCE] - law[at.SPEED_GAIN] * (speed - state[at.SLOW_SPEED]))
+    state[at.ESTIMATE] = law[at.MOTOR_CONSTANT] * current
+    return current
 
 
 @njit(**_OPTIONS)

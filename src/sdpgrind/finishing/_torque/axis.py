@@ -1,0 +1,165 @@
+"""The torque axis: motor, tool and contact spring, with the converter and the encoder that it is seen through."""
+
+import dataclasses
+from math import pi, sqrt
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+GRAVITY = 9.81
+"""m/s^2, as the source has it."""
+
+
+@stored("finishing.axis")
+@dataclasses.dataclass(frozen=True)
+class TorqueAxis(Frozen):
+    """Motor that presses the tool against the surface: J theta'' = k_t i - T_f - T_L, T_f = max(0, k_e (theta - theta_s)).
+
+    The equation is Wang and Jan (2001) (3) with k_e theta for the printed k_e theta'; theta_s is the angle at which the surface
+    is touched. Torques are in N m.
+
+    Parameters
+    ----------
+    inertia : float
+        J of motor and tool, kg m^2.
+    contact_angular_stiffness : float
+        k_e of the contact, seen from the motor, N m/rad.
+    torque_constant : float
+        k_t, N m/A.
+    lever_arm : float
+        From the motor's axis to the contact, mm.
+    current_limit : float
+        Greatest current, A: 1 A in the source's text, 1.2 A in its Table 1.
+    current_range : float
+        Greatest current of the converter, both ways, A.
+    bits : int
+        Of the converter, dimensionless.
+    encoder_counts : int
+        Counts of the encoder in a revolution, dimensionless; the source does not give it.
+    sample_time : float
+        Time between two samples, s; the source does not give it.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> axis = TorqueAxis()
+    >>> round(axis.natural_frequency, 1), round(axis.contact_stiffness, 3)  # rad/s, N/mm
+    (104.2, 1.324)
+    >>> round(axis.force_max, 3), round(axis.force_resolution, 3)  # N: what it can press, what the encoder can tell
+    (1.947, 0.04)
+    """
+
+    inertia: float = 0.0011
+    contact_angular_stiffness: float = 11.95
+    torque_constant: float = 0.185
+    _: dataclasses.KW_ONLY
+    lever_arm: float = 95.0
+    current_limit: float = 1.0
+    current_range: float = 5.0
+    bits: int = 12
+    encoder_counts: int = 20_000
+    sample_time: float = 1e-3
+
+    def __post_init__(self) -> None:
+        checks.positive("inertia", self.inertia, "kg m^2")
+        checks.positive("contact_angular_stiffness", self.contact_angular_stiffness, "N m/rad")
+        checks.positive("torque_constant", self.torque_constant, "N m/A")
+        checks.positive("lever_arm", self.lever_arm, "mm")
+        checks.positive("current_range", self.current_range, "A")
+        if checks.positive("current_limit", self.current_limit, "A") > self.current_range:
+            raise checks.refuse("current_limit", f"<= current_range = {self.current_range:g}", self.current_limit, "A")
+        checks.count("bits", self.bits)
+        checks.count("encoder_counts", self.encoder_counts)
+        checks.positive("sample_time", self.sample_time, "s")
+
+    @property
+    def natural_frequency(self) -> float:
+        """sqrt(k_e/J) of the undamped axis in contact, rad/s."""
+        return sqrt(self.contact_angular_stiffness / self.inertia)
+
+    @property
+    def contact_stiffness(self) -> float:
+        """k_e/R^2 at the contact, N/mm."""
+        return 1e3 * self.contact_angular_stiffness / self.lever_arm**2
+
+    @property
+    def current_step(self) -> float:
+        """Least change of the current: the range both ways over 2^bits, A (not over 2^bits - 1, as printed)."""
+        return 2 * self.current_range / 2.0**self.bits
+
+    @property
+    def torque_step(self) -> float:
+        """Least change of the torque that is commanded, N m."""
+        return self.torque_constant * self.current_step
+
+    @property
+    def force_step(self) -> float:
+        """Least change of the force that is commanded, N."""
+        return self.force(self.torque_step)
+
+    @property
+    def angle_step(self) -> float:
+        """Least change of the angle that the encoder shows, rad."""
+        return 2 * pi / self.encoder_counts
+
+    @property
+    def force_resolution(self) -> float:
+        """Force of a contact that is pressed in by one count of the encoder, N: what limits observation, not `force_step`."""
+        return self.force(self.contact_angular_stiffness * self.angle_step)
+
+    @property
+    def torque_max(self) -> float:
+        """Torque at the greatest current, N m."""
+        return self.torque_constant * self.current_limit
+
+    @property
+    def force_max(self) -> float:
+        """Force at the greatest current, without friction, N."""
+        return self.force(self.torque_max)
+
+    @property
+    def printed(self) -> dict[str, float]:
+        """The source's digital limits in its own units: mA, mN m, kgf mm, gf, with g = 9.81 m/s^2.
+
+        Examples
+        --------
+        >>> for name, value in TorqueAxis().printed.items():
+        ...     print(name, round(value, 5))
+        current_step (mA) 2.44141
+        torque_step (mN m) 0.45166
+        torque_step (kgf mm) 0.04604
+        force_step (gf) 0.48464
+        torque_max (kgf mm) 18.85831
+        force_max (gf) 198.5085
+        """
+        return {
+            "current_step (mA)": 1e3 * self.current_step,
+            "torque_step (mN m)": 1e3 * self.torque_step,
+            "torque_step (kgf mm)": 1e3 * self.torque_step / GRAVITY,
+            "force_step (gf)": 1e3 * self.force_step / GRAVITY,
+            "torque_max (kgf mm)": 1e3 * self.torque_max / GRAVITY,
+            "force_max (gf)": 1e3 * self.force_max / GRAVITY,
+        }
+
+    @property
+    def parameters(self) -> Floats:
+        """J (kg m^2), k_e (N m/rad), k_t (N m/A) and the sample time (s) for `kernels.axis_tick`."""
+        return np.array([self.inertia, self.contact_angular_stiffness, self.torque_constant, self.sample_time], dtype=float)
+
+    def force(self, torque: float) -> float:
+        """Return the force (N) of a torque on the lever arm alone, F = T/R: without contact angle and friction.
+
+        Parameters
+        ----------
+        torque : float
+            N m.
+        """
+        return torque / (1e-3 * self.lever_arm)

@@ -1,0 +1,242 @@
+"""Gains of the torque controllers: as printed, by poles, and of the two that the source does not have."""
+
+import dataclasses
+from math import pi, sqrt
+from typing import Self
+
+import numpy as np
+import scipy.linalg
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.finishing._torque.axis import TorqueAxis
+
+_PIDFF = {"kp": "1/s^2", "ki": "1/s^3", "kd": "1/s", "obs_kp": "N m/rad", "obs_ki": "N m/(rad s)", "obs_kd": "N m s/rad"}
+
+
+@stored("finishing.pidff_gains")
+@dataclasses.dataclass(frozen=True)
+class PidffGains(Frozen):
+    """Gains of PID plus feedforward, Wang and Jan (2001) (6), and of its torque observer, (9).
+
+    Parameters
+    ----------
+    kp, ki, kd : float
+        k_fp (1/s^2), k_fi (1/s^3), k_fd (1/s): by default those that the source prints, three poles at -61 1/s.
+    obs_kp, obs_ki, obs_kd : float
+        k_op (N m/rad), k_oi (N m/(rad s)), k_od (N m s/rad): by default those that are printed, three poles at -40 1/s. That
+        observer is slower than the loop around it; better is `of_poles` with an observer of three times the pole or more.
+
+    Examples
+    --------
+    >>> PidffGains().pole  # 1/s
+    61.0
+    >>> gains = PidffGains.of_poles(TorqueAxis(), pole=61.0, observer_pole=40.0)
+    >>> round(gains.kp, 4), gains.ki, gains.kd, round(gains.obs_kp, 6), round(gains.obs_ki, 6), round(gains.obs_kd, 6)
+    (299.3636, 226981.0, 183.0, 5.28, 70.4, 0.132)
+    """
+
+    kp: float = 299.3636
+    ki: float = 226981.0
+    kd: float = 183.0
+    obs_kp: float = 5.28
+    obs_ki: float = 70.4
+    obs_kd: float = 0.132
+
+    def __post_init__(self) -> None:
+        for name, unit in _PIDFF.items():
+            checks.number(name, getattr(self, name), unit)
+        checks.positive("kd", self.kd, "1/s")
+
+    @classmethod
+    def of_poles(cls, axis: TorqueAxis, *, pole: float = 61.0, observer_pole: float | None = None) -> Self:
+        """Return the gains of three equal poles of the loop with the true torque, and three of the observer.
+
+        k_fd = 3p, k_fp = 3p^2 - k_e/J, k_fi = p^3; k_od = 3qJ, k_op = 3q^2 J, k_oi = q^3 J. Together they do not have these
+        poles: see `TorqueController.poles`.
+
+        Parameters
+        ----------
+        axis : TorqueAxis
+            What is believed of the axis.
+        pole : float
+            p, 1/s.
+        observer_pole : float, optional
+            q, 1/s; three times the pole when left out.
+
+        Raises
+        ------
+        ValueError
+            When a pole is not > 0.
+        """
+        checks.kind("axis", axis, TorqueAxis)
+        p = checks.positive("pole", pole, "1/s")
+        q = 3.0 * p if observer_pole is None else checks.positive("observer_pole", observer_pole, "1/s")
+        J = axis.inertia
+        return cls(3.0 * p**2 - axis.contact_angular_stiffness / J, p**3, 3.0 * p, 3.0 * q**2 * J, q**3 * J, 3.0 * q * J)
+
+    @property
+    def pole(self) -> float:
+        """Mean pole of the loop with the true torque, k_fd/3, 1/s."""
+        return self.kd / 3.0
+
+    def prefilter_rate(self, axis: TorqueAxis) -> float:
+        """Return the rate of the prefilter that takes the zero of Wang (8) away, 1/s: p/3 for a triple pole p.
+
+        Parameters
+        ----------
+        axis : TorqueAxis
+            What is believed of the axis.
+        """
+        return axis.inertia * self.ki / (axis.inertia * self.kp + axis.contact_angular_stiffness)
+
+
+@stored("finishing.damping_gains")
+@dataclasses.dataclass(frozen=True)
+class DampingGains(Frozen):
+    """Constant torque less damping: u = T* - K_v omega, K_v = 2 zeta sqrt(k_e J), omega without its slow part.
+
+    What any force controller must be compared with.
+
+    Parameters
+    ----------
+    ratio : float
+        zeta, dimensionless.
+    highpass_time : float
+        Time constant of what takes the slow part of the speed away, s.
+
+    Examples
+    --------
+    >>> round(DampingGains().speed_gain(TorqueAxis()), 5)  # N m s/rad
+    0.11465
+    """
+
+    ratio: float = 0.5
+    highpass_time: float = 0.1
+
+    def __post_init__(self) -> None:
+        checks.positive("ratio", self.ratio)
+        checks.positive("highpass_time", self.highpass_time, "s")
+
+    def speed_gain(self, axis: TorqueAxis) -> float:
+        """Return K_v, N m s/rad.
+
+        Parameters
+        ----------
+        axis : TorqueAxis
+            What is believed of the axis.
+        """
+        return 2.0 * self.ratio * sqrt(axis.contact_angular_stiffness * axis.inertia)
+
+
+@stored("finishing.lqg_gains")
+@dataclasses.dataclass(frozen=True)
+class LqgGains(Frozen):
+    """Kalman filter over [theta, omega, d, d'] and state feedback: damping relative to the surface, not to the still world.
+
+    J omega' = u - k_e theta - d, d'' white; the estimate is k_e theta + d, and
+    u = T* - K1 (estimate - T*)/k_e - K2 (omega + d'/k_e) with K1 = w^2 J - k_e, K2 = 2 zeta w J.
+
+    Parameters
+    ----------
+    bandwidth : float
+        w, rad/s.
+    damping : float
+        zeta, dimensionless.
+    density : float
+        Root of the intensity of d'', N m/s^1.5: how much the surface is expected to move.
+
+    Examples
+    --------
+    >>> LqgGains().kalman(TorqueAxis()).round(4).tolist()  # over a count of the encoder: 1, 1/s, N m/rad, N m/(rad s)
+    [0.2549, 37.4153, -5.5705, -300.9914]
+    """
+
+    bandwidth: float = 80.0
+    damping: float = 0.9
+    density: float = 1.0
+
+    def __post_init__(self) -> None:
+        checks.positive("bandwidth", self.bandwidth, "rad/s")
+        checks.positive("damping", self.damping)
+        checks.positive("density", self.density, "N m/s^1.5")
+
+    def feedback(self, axis: TorqueAxis) -> tuple[float, float]:
+        """Return K1 (N m/rad) and K2 (N m s/rad).
+
+        Parameters
+        ----------
+        axis : TorqueAxis
+            What is believed of the axis.
+        """
+        J = axis.inertia
+        return self.bandwidth**2 * J - axis.contact_angular_stiffness, 2.0 * self.damping * self.bandwidth * J
+
+    def model(self, axis: TorqueAxis) -> tuple[Floats, Floats]:
+        """Return A (4, 4) and B (4,) of x' = A x + B u for x = [theta, omega, d, d'], in rad, s and N m.
+
+        Parameters
+        ----------
+        axis : TorqueAxis
+            What is believed of the axis.
+        """
+        J, stiffness = axis.inertia, axis.contact_angular_stiffness
+        A = np.array([[0.0, 1.0, 0.0, 0.0], [-stiffness / J, 0.0, -1.0 / J, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0] * 4])
+        return A, np.array([0.0, 1.0 / J, 0.0, 0.0])
+
+    def sampled(self, axis: TorqueAxis) -> tuple[Floats, Floats, Floats]:
+        """Return A (4, 4), B (4,) over a sample with the torque held, and the covariance (4, 4) that d'' adds in it.
+
+        Parameters
+        ----------
+        axis : TorqueAxis
+            What is believed of the axis.
+        """
+        A, B = self.model(axis)
+        block = np.zeros((9, 9))
+        block[:4, :4], block[:4, 4], block[5:, 5:] = A, B, 0.0
+        over = scipy.linalg.expm(block * axis.sample_time)
+        noise = np.zeros((8, 8))
+        noise[:4, :4], noise[4:, 4:], noise[3, 7] = -A, A.T, self.density**2  # Van Loan's integral
+        twice = scipy.linalg.expm(noise * axis.sample_time)
+        return over[:4, :4], over[:4, 4], twice[4:, 4:].T @ twice[:4, 4:]
+
+    def kalman(self, axis: TorqueAxis) -> Floats:
+        """Return the gain (4,) of the stationary Kalman filter, for readings that are off by up to half a count.
+
+        Parameters
+        ----------
+        axis : TorqueAxis
+            What is believed of the axis.
+        """
+        A, _, added = self.sampled(axis)
+        C, reading = np.eye(4)[:1], np.atleast_2d(_count_variance(axis))
+        scale = np.diag([axis.angle_step, axis.angle_step * axis.natural_frequency, axis.torque_max, axis.torque_max / 1e-2])
+        back = np.linalg.inv(scale)  # the equation is badly scaled in rad and N m
+        P = scale @ scipy.linalg.solve_discrete_are((back @ A @ scale).T, (C @ scale).T, back @ added @ back, reading) @ scale
+        return np.asarray((P @ C.T / (C @ P @ C.T + reading)).ravel())
+
+    def kalman_continuous(self, axis: TorqueAxis) -> Floats:
+        """Return the gain (4,) of the stationary Kalman filter in continuous time, 1/s times those of `kalman`.
+
+        Parameters
+        ----------
+        axis : TorqueAxis
+            What is believed of the axis.
+        """
+        A, _ = self.model(axis)
+        C, reading = np.eye(4)[:1], np.atleast_2d(_count_variance(axis) * axis.sample_time)
+        added = np.zeros((4, 4))
+        added[3, 3] = self.density**2
+        P = scipy.linalg.solve_continuous_are(A.T, C.T, added, reading)
+        return np.asarray((P @ C.T / reading).ravel())
+
+
+def _count_variance(axis: TorqueAxis) -> float:
+    """Variance of rounding to counts, rad^2."""
+    return (2 * pi / axis.encoder_counts) ** 2 / 12.0
+
+
+Gains = PidffGains | DampingGains | LqgGains

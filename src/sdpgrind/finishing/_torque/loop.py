@@ -1,0 +1,109 @@
+"""The closed loop of axis and controller as a linear system: poles, frequency response, what stays in the end, a step."""
+
+import dataclasses
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Complex, Floats
+
+INPUTS = ("torque_ref", "load_torque", "surface_angle")
+OUTPUTS = ("contact_torque", "estimate")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class AxisLoop:
+    """Closed loop x' = A x + B u, y = C x + D u, with contact that never lifts.
+
+    Inputs are the torque reference (N m), the load torque (N m) and the angle of the surface (rad); outputs are the contact
+    torque and what the controller takes it to be (N m).
+
+    Parameters
+    ----------
+    A, B, C, D : array, (n, n), (n, 3), (2, n), (2, 3)
+        In rad, s and N m.
+    sample_time : float
+        s; 0: continuous time.
+
+    Examples
+    --------
+    >>> from sdpgrind.finishing._torque.model import continuous
+    >>> from sdpgrind.finishing._torque.law import setting
+    >>> from sdpgrind.finishing._torque.axis import TorqueAxis
+    >>> axis = TorqueAxis()
+    >>> loop = continuous(setting(axis, "pidff", None, "pid", False), axis)
+    >>> loop.dc_gain("load_torque").round(9).tolist()  # the contact loses what the load takes; the estimate does not notice
+    [-1.0, 0.0]
+    """
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+    sample_time: float = 0.0
+
+    @cached_property
+    def poles(self) -> Complex:
+        """Poles, slowest first: 1/s, or dimensionless in the z plane of a sampled loop."""
+        poles = np.linalg.eigvals(self.A).astype(complex)
+        return np.asarray(poles[np.lexsort((poles.imag, -(np.abs(poles) if self.sample_time else poles.real)))])
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole decays."""
+        return bool(np.all(np.abs(self.poles) < 1.0)) if self.sample_time else bool(np.all(self.poles.real < 0.0))
+
+    def dc_gain(self, name: str) -> Floats:
+        """Return what an input that stays changes in contact torque and estimate, (2,): N m per unit of the input.
+
+        Parameters
+        ----------
+        name : {"torque_ref", "load_torque", "surface_angle"}
+            Which input.
+        """
+        return np.asarray(self.response(0.0, name).real)
+
+    def response(self, frequency: npt.ArrayLike, name: str) -> Complex:
+        """Return the complex gains (..., 2) of contact torque and estimate, N m per unit of the input.
+
+        Parameters
+        ----------
+        frequency : array
+            Angular frequencies, rad/s.
+        name : {"torque_ref", "load_torque", "surface_angle"}
+            Which input.
+        """
+        k = INPUTS.index(checks.one_of("name", name, INPUTS))
+        w = checks.finite_array("frequency", frequency, "rad/s")
+        s = np.exp(1j * w * self.sample_time) if self.sample_time else 1j * w
+        matrix = s[..., np.newaxis, np.newaxis] * np.eye(len(self.A)) - self.A
+        state = np.linalg.solve(matrix, np.broadcast_to(self.B[:, k : k + 1], (*w.shape, len(self.A), 1)))
+        return np.asarray((self.C @ state)[..., 0] + self.D[:, k])
+
+    def step(self, time: npt.ArrayLike, name: str = "torque_ref") -> Floats:
+        """Return contact torque and estimate (..., 2) after a unit step of an input at time 0, N m per unit.
+
+        Parameters
+        ----------
+        time : array
+            s, >= 0; of a sampled loop, whole samples count.
+        name : {"torque_ref", "load_torque", "surface_angle"}
+            Which input.
+        """
+        k = INPUTS.index(checks.one_of("name", name, INPUTS))
+        times = checks.finite_array("time", time, "s")
+        return np.array([self._stepped(t, k) for t in times.ravel()]).reshape(*times.shape, len(OUTPUTS))
+
+    def _stepped(self, time: float, k: int) -> Floats:
+        n = len(self.A)
+        block = np.zeros((n + 1, n + 1))
+        block[:n, :n], block[:n, n] = self.A, self.B[:, k]
+        if self.sample_time:
+            block[n, n] = 1.0
+            over = np.linalg.matrix_power(block, int(time / self.sample_time + 1e-9))
+        else:
+            over = scipy.linalg.expm(block * time)
+        return np.asarray(self.C @ over[:n, n] + self.D[:, k])
