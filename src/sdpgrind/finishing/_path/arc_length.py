@@ -36,7 +36,7 @@ class ArcLength:
 
     def pieces(self, count: int) -> Floats:
         """Length of each of `count` pieces, mm."""
-        return np.bincount(self.piece, weights=np.diff(self.before), minlength=count)
+        return np.asarray(np.bincount(self.piece, weights=np.diff(self.before), minlength=count), dtype=float)
 
     def at(self, piece: Ints, t: Floats) -> Floats:
         """Length up to t on a piece, mm."""

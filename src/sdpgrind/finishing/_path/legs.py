@@ -1,5 +1,6 @@
 """Curves through the nodes of a path in the unit square: straight legs, or cubic splines between sharp corners."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -41,16 +42,16 @@ def turning(nodes: Floats) -> Bools:
 def legs(nodes: Floats, corners: Bools, smooth: bool) -> Legs:
     """Return one piece for each pair of nodes."""
     coefficients = _splines(nodes, corners) if smooth else np.stack([nodes[:-1], np.diff(nodes, axis=0)], axis=1)
-    run = np.cumsum(corners[:-1])
+    run = np.cumsum(corners[:-1], dtype=np.intp)
     node = np.repeat(np.arange(len(nodes)), 1 + corners)
     ends = np.concatenate([corners[node[:-1]] & (np.diff(node) == 0), [True]])
-    return Legs(coefficients, run, node, node - ends, ends.astype(float))
+    return Legs(coefficients, run, node, node - ends.astype(np.intp), ends.astype(float))
 
 
 def _splines(nodes: Floats, corners: Bools) -> Floats:
     """C2 cubic splines from corner to corner, by the chords in the square."""
     ends = np.concatenate([[0], np.flatnonzero(corners), [len(nodes) - 1]])
-    return np.concatenate([_spline(nodes[a : b + 1]) for a, b in zip(ends[:-1], ends[1:], strict=True)])
+    return np.concatenate([_spline(nodes[a : b + 1]) for a, b in pairwise(ends)])
 
 
 def _spline(nodes: Floats) -> Floats:

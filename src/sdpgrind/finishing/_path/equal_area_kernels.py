@@ -1,0 +1,95 @@
+"""From shares of area to parameters: cumulative areas as polynomials in cells, inverted and differentiated, point by point."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+_TIMES = 60
+
+
+@njit(**_OPTIONS)
+def _polynomial(powers, x):
+    """Value and two derivatives."""
+    value, first, second = 0.0, 0.0, 0.0
+    for i in range(len(powers) - 1, -1, -1):
+        second = second * x + first
+        first = first * x + value
+        value = value * x + powers[i]
+    return value, first, 2.0 * second
+
+
+@njit(**_OPTIONS)
+def _root(powers, goal, x):
+    """Where in [0, 1] a rising polynomial is `goal`: Newton within a bracket."""
+    low, high = 0.0, 1.0
+    for _ in range(_TIMES):
+        value, slope, _second = _polynomial(powers, x)
+        if value < goal:
+            low = x
+        else:
+            high = x
+        following = x - (value - goal) / slope
+        if not low <= following <= high:
+            following = 0.5 * (low + high)
+        if abs(following - x) <= 1e-15:
+            return following
+        x = following
+    return x
+
+
+@njit(**_OPTIONS)
+def _cell_of(before, powers, i, x, goal):
+    """Number of the cell in a row (cells, degree + 1, ...) whose area up to its lower end is no more than `goal`."""
+    low, high = 0, powers.shape[1]
+    while high - low > 1:
+        middle = (low + high) // 2
+        value = 0.0
+        for a in range(powers.shape[2] - 1, -1, -1):
+            value = value * x + powers[i, middle, a, 0]
+        if value <= goal:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@njit(**_OPTIONS)
+def carry(breaks_u, breaks_v, strips, across, cells, jets, out):
+    """Jets (m, 3, 2) of (a, b) over into jets of (u, v).
+
+    `strips` (nu, degree + 2): area up to u in the strips of u; `across` (nu, degree + 1): its derivative W, for u from 0 to 1
+    across a strip; `cells` (nu, nv, degree + 1, degree + 2): Y, the integral of the density by v up to v.
+    """
+    width = strips.shape[1]
+    rows = np.empty((3, width))
+    area = 0.0
+    for power in range(width):
+        area += strips[-1, power]
+    i, x, known = 0, 0.5, -1.0
+    for m in range(len(jets)):
+        a, b = jets[m, 0, 0], jets[m, 0, 1]
+        if a != known:
+            i = min(max(np.searchsorted(strips[:, 0], a * area, side="right") - 1, 0), len(strips) - 1)
+            x, known = _root(strips[i], a * area, 0.5), a
+        h = breaks_u[i + 1] - breaks_u[i]
+        w, wu, wuu = _polynomial(across[i], x)
+        wu, wuu = wu / h, wuu / h**2
+        j = _cell_of(breaks_v, cells, i, x, b * w)
+        for power in range(width):
+            rows[0, power], rows[1, power], rows[2, power] = _polynomial(cells[i, j, :, power], x)
+        y = _root(rows[0], b * w, 0.5)
+        k = breaks_v[j + 1] - breaks_v[j]
+        _, yv, yvv = _polynomial(rows[0], y)
+        yu, yuv, _ = _polynomial(rows[1], y)
+        yuu, _, _ = _polynomial(rows[2], y)
+        yv, yvv, yu, yuv, yuu = yv / k, yvv / k**2, yu / h, yuv / (h * k), yuu / h**2
+        a1, b1, a2, b2 = jets[m, 1, 0], jets[m, 1, 1], jets[m, 2, 0], jets[m, 2, 1]
+        u1 = area * a1 / w
+        u2 = (area * a2 - wu * u1**2) / w
+        v1 = (b1 * w + (b * wu - yu) * u1) / yv
+        bent = yuu * u1**2 + 2.0 * yuv * u1 * v1 + yvv * v1**2 + yu * u2
+        v2 = (b2 * w + 2.0 * b1 * wu * u1 + b * (wuu * u1**2 + wu * u2) - bent) / yv
+        out[m, 0, 0], out[m, 0, 1] = breaks_u[i] + x * h, breaks_v[j] + y * k
+        out[m, 1, 0], out[m, 1, 1], out[m, 2, 0], out[m, 2, 1] = u1, v1, u2, v2
