@@ -1,21 +1,22 @@
 """Time laws of all runs, each from rest to rest."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, silent
+from sdpgrind.finishing._timing.jerk_limited import LawError, jerk_limited_law
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.min_time import fastest_law
 from sdpgrind.finishing._timing.time_law import TimeLaw
+from sdpgrind.finishing._timing.toppra_law import ToppraError, toppra_law
 from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law, trapezoid_law
-from sdpgrind.finishing._timing.violations import closest
+from sdpgrind.finishing._timing.violations import closest, slowing
 
 ACCELERATION = 1000.0
 """Of the contact point along its path where none is given, mm/s^2."""
-METHODS = ("trapezoid",)
 REFINE = 20
 """Places in a piece of a law in which its limits are checked."""
 
@@ -44,13 +45,19 @@ def time_laws(
     method : str
         "trapezoid": speed trapezoid of the path, played more slowly where a joint asks for it (``TimeLaw.slowed`` says by how
         much). Where jerk has a limit, its corners are rounded by pieces of constant jerk (seven pieces).
+        "toppra": the fastest law by the package of that name (an extra); its acceleration jumps, so limits of jerk are refused.
+        "min_time": the fastest law, of the contact point within ``feed_rate`` and of the joints within all their limits;
+        where jerk has none, known to 0.02 % of its duration.
     progress : callable
         Told the share that is done (0..1).
 
     Raises
     ------
     ValueError
-        When the runs do not have the joints of the limits, or a rate is not > 0.
+        When the runs do not have the joints of the limits, a rate is not > 0, jerk has limits that a method cannot keep, or no
+        law is found; the message names the run.
+    ImportError
+        When `toppra` is asked for and missing.
 
     Examples
     --------
@@ -60,7 +67,9 @@ def time_laws(
     >>> round(law.duration, 4), round(law.slowed, 4)
     (4.025, 1.5846)
     """
-    checks.one_of("method", method, METHODS)
+    checks.one_of("method", method, tuple(_MAKERS))
+    if method == "toppra" and limits.jerk_max is not None:
+        raise checks.refuse("limits.jerk_max", "None for method='toppra', whose acceleration jumps", limits.jerk_max)
     feed = checks.positive("feed_rate", feed_rate, "mm/s")
     along = checks.positive("acceleration", acceleration, "mm/s^2") if acceleration is not None else None
     for k, run in enumerate(runs):
@@ -68,19 +77,33 @@ def time_laws(
             raise checks.refuse(f"runs[{k}]", f"of the {len(limits.names)} joints {', '.join(limits.names)}", run.joints.shape[1])
     out = []
     for k, run in enumerate(runs):
-        out.append(trapezoid_of(run, limits, feed, along or ACCELERATION))
+        out.append(_named(k, run, limits, feed, along, method))
         progress((k + 1) / len(runs), "time laws")
     return tuple(out)
 
 
-def trapezoid_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: float) -> TimeLaw:
+def _named(number: int, run: JointPath, limits: Limits, feed: float, along: float | None, method: str) -> TimeLaw:
+    """Law of one run, told how much slower it is than without joints; errors name the run."""
+    try:
+        law = _MAKERS[method](run, limits, feed, along)
+    except (LawError, ToppraError) as error:
+        raise type(error)(f"run {number}: {error}") from error
+    asked = run.span / feed
+    if along is not None or method == "trapezoid":
+        asked = Trapezoid(run.span, feed, along or ACCELERATION).duration
+    return TimeLaw(law.knots, law.length, law.feed, law.acceleration, law.jerk, slowed=law.duration / asked)
+
+
+def min_time_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+    """Fastest law of one run."""
+    maker = fastest_law if limits.jerk_max is None else jerk_limited_law
+    return maker(run, limits, feed_rate, acceleration)
+
+
+def trapezoid_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
     """Trapezoid of one run (rounded where jerk has a limit), at a speed all joints can follow, and slowed for the rest."""
-    asked = _shape(run, limits, feed_rate, acceleration)
-    shape = _shape(run, limits, min(feed_rate, _speed_of(run, limits)), acceleration)
-    slowed = shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))
-    return TimeLaw(
-        slowed.knots, slowed.length, slowed.feed, slowed.acceleration, slowed.jerk, slowed=slowed.duration / asked.duration
-    )
+    shape = _shape(run, limits, min(feed_rate, _speed_of(run, limits)), acceleration or ACCELERATION)
+    return shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))
 
 
 def _shape(run: JointPath, limits: Limits, speed: float, acceleration: float) -> TimeLaw:
@@ -99,7 +122,9 @@ def _speed_of(run: JointPath, limits: Limits) -> float:
     return float(np.min(limits.table[0] / np.maximum(steepest, 1e-9)))
 
 
-def slowing(ratios: Floats) -> float:
-    """By how much a law must be slower so that speed, acceleration, jerk and feed keep their limits; 1 where they do."""
-    speed, acceleration, jerk, feed = ratios
-    return float(max(1.0, speed, acceleration**0.5, jerk ** (1 / 3), feed))
+_MAKERS: Mapping[str, Callable[[JointPath, Limits, float, float | None], TimeLaw]] = {
+    "trapezoid": trapezoid_of,
+    "toppra": toppra_law,
+    "min_time": min_time_of,
+}
+"""Makers of one run's law, by the name of the method."""

@@ -129,3 +129,9 @@ def _between(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, pie
     found: Floats = shares(run, alone, limits, feed_rate, 10 * refine)[0]
     found[:, 2] += law.knots[piece]
     return found
+
+
+def slowing(ratios: Floats) -> float:
+    """By how much a law must be slower so that speed, acceleration, jerk and feed keep their limits; 1 where they do."""
+    speed, acceleration, jerk, feed = ratios
+    return float(max(1.0, speed, acceleration**0.5, jerk ** (1 / 3), feed))

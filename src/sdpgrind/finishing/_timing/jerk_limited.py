@@ -1,0 +1,159 @@
+"""The fastest law of a run within limits of jerk too.
+
+The points between which jerk is constant come from the law without limits of jerk, averaged over the time that its jumps of
+acceleration need. A short run is one program. A long one is solved in windows: each begins with the state that was reached, ends
+at rest, and its first half is kept; so there is always a way on, and only a brake that takes longer than half a window is not
+foreseen.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._timing import jerk_program
+from sdpgrind.finishing._timing.jerk_program import Data
+from sdpgrind.finishing._timing.joint_path import JointPath
+from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.min_time import fastest_law
+from sdpgrind.finishing._timing.time_law import TimeLaw, integrated
+from sdpgrind.finishing._timing.violations import closest, slowing
+
+SIZES = (32, 64, 128, 256)
+"""Intervals of the programs; longer runs take windows of the last."""
+SHARE = 0.25
+"""An interval over the time in which a joint's acceleration turns from its greatest to its least."""
+SLOWER = 3e-3
+"""Share of the duration that may be lost to limits exceeded between points, before there are more of them."""
+COARSE = 5e-3
+"""Share of the duration that a finer grid must save for the first law: it is only where points are put, and a first guess."""
+EASY = 1.4
+"""By how much slower the programs begin: from within the limits they take fewer steps."""
+AVERAGED = 64
+"""Places over which the first law is averaged."""
+
+
+class LawError(ValueError):
+    """A law that could not be found."""
+
+
+class Points(NamedTuple):
+    """Points of a run at equal times of its first guess: time step (s), place (mm), feed (mm/s), acceleration (mm/s^2)."""
+
+    step: float
+    length: Floats
+    feed: Floats
+    acceleration: Floats
+
+
+def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+    """Fastest law of a run that keeps limits of jerk too; more points where limits are exceeded between them."""
+    first = fastest_law(run, limits, feed_rate, acceleration, gain=COARSE)
+    turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
+    step = SHARE * turn
+    for _ in range(3):
+        points = _points(first, min(turn, first.duration), step)
+        law = _law(run, limits, feed_rate, acceleration or np.inf, points)
+        slower = slowing(closest(run, law, limits, feed_rate, 20)[:, 0])
+        if slower <= 1 + SLOWER:
+            break
+        step = points.step / 2
+    return law.slower(slower)
+
+
+def _points(first: TimeLaw, turn: float, step: float) -> Points:
+    """Points at equal times of a law averaged over a time (s); as many as the programs take."""
+    whole = first.duration + turn
+    count = _count(whole / step)
+    time = whole * np.arange(count + 1) / count
+    places = time[:, None] - turn * (np.arange(AVERAGED) + 0.5) / AVERAGED
+    length = first.at(np.clip(places, 0.0, first.duration)).length.mean(axis=1)
+    length[0], length[-1] = first.length[0], first.end
+    (now, feed_now), (then, feed_then) = (_clipped(first, time), _clipped(first, time - turn))
+    return Points(whole / count, length, (now - then) / turn, (feed_now - feed_then) / turn)
+
+
+def _clipped(law: TimeLaw, time: Floats) -> tuple[Floats, Floats]:
+    """Length and feed of a law that stands still before its begin and after its end."""
+    course = law.at(np.clip(time, 0.0, law.duration))
+    return course.length, np.where((time > 0) & (time < law.duration), course.feed, 0.0)
+
+
+def _count(least: float) -> int:
+    """Number of intervals: a size of the programs, or windows of the largest that overlap by halves."""
+    for size in SIZES:
+        if least <= size:
+            return size
+    half = SIZES[-1] // 2
+    return half * (1 + int(np.ceil(least / half - 1)))
+
+
+def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points) -> TimeLaw:
+    """Law over all points, window by window."""
+    count, size = points.length.size - 1, min(points.length.size - 1, SIZES[-1])
+    begin, state = 0, np.array([points.length[0], 0.0, 0.0])
+    durations, jerks = [], []
+    while begin < count:
+        window = Points(points.step, *(row[begin : begin + size + 1].copy() for row in points[1:]))
+        kept = size if begin + size == count else size // 2
+        t, j = _window(run, limits, feed_rate, acceleration, window, state)
+        state = _after(state, t[:kept], j[:kept])
+        durations.append(t[:kept])
+        jerks.append(j[:kept])
+        begin += kept
+    t, j = np.concatenate(durations), np.concatenate(jerks)
+    return integrated(float(points.length[0]), t, np.concatenate([[0.0], np.cumsum(t * j)[:-1]]), j)
+
+
+def _window(
+    run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points, state: Floats
+) -> tuple[Floats, Floats]:
+    """Durations (s) and jerks (mm/s^3) over one window, from a state of place, feed and acceleration to rest."""
+    count = points.length.size - 1
+    points.length[0] = state[0]
+    long, time = float(points.length[-1] - points.length[0]) / count, points.step
+    rates = run.derivatives(points.length)[:, 1:]
+    speed, most, jerk = limits.table
+    scale = np.array([long, long**2, long**3])[:, None] / (jerk * time**3)
+    cap = np.minimum(feed_rate, 1 / np.maximum(np.abs(rates[:, 0] / speed).max(axis=1), 1e-9)) * time / long
+    start = (float(state[1]) * time / long, float(state[2]) * time**2 / long)
+    cap[0] = max(cap[0], start[0])
+    guess = _guess(points, cap, long)
+    data = Data(
+        rates * scale, jerk * time / most, np.diff(points.length) / long, cap, acceleration * time**2 / long, start, guess
+    )
+    found = jerk_program.solve(data)
+    if not found.solved:
+        where = f"between {points.length[0]:.4g} and {points.length[-1]:.4g} mm"
+        raise LawError(f"no jerk-limited law was found {where} ({found.message}); method='trapezoid' gives a slower one")
+    t, j = found.durations, found.jerks
+    exact = _exact(np.array([0.0, *start]), t, j, float(points.length[-1] - state[0]) / long)
+    return t * time, exact * long / time**3
+
+
+def _guess(points: Points, cap: Floats, long: float) -> Floats:
+    """First guess of the program: feed, acceleration, duration, jerk at every point, scaled; slower, to be well within limits."""
+    time, slow = points.step, EASY
+    bend = points.acceleration * time**2 / long
+    feed = np.minimum(points.feed * time / long, cap)
+    jerk = np.append(np.diff(bend), 0.0)
+    return np.column_stack([feed / slow, bend / slow**2, np.full(feed.size, slow), jerk / slow**3])
+
+
+def _after(state: Floats, durations: Floats, jerks: Floats) -> Floats:
+    """State (place, feed, acceleration) after pieces of constant jerk."""
+    s, v, a = state
+    for t, j in zip(durations, jerks, strict=True):
+        s, v, a = s + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j
+    return np.array([s, v, a])
+
+
+def _exact(state: Floats, durations: Floats, jerks: Floats, way: float) -> Floats:
+    """Jerks changed by the least that brings the end to rest at its place to the last digit (the solver leaves some 1e-9)."""
+    left = durations.sum() - np.cumsum(durations)  # from the end of each piece to the end of all
+    t = durations
+    effect = np.stack([t**3 / 6 + t**2 / 2 * left + t * left**2 / 2, t**2 / 2 + t * left, t])
+    for _ in range(2):
+        missed = np.array([way, 0.0, 0.0]) - _after(state, durations, jerks)
+        jerks = jerks + np.linalg.lstsq(effect, missed, rcond=None)[0]
+    return jerks
