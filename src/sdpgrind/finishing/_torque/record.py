@@ -1,0 +1,119 @@
+"""What runs of the torque axis were, and figures of them: settling, overshoot, ripple, the error at a frequency."""
+
+import dataclasses
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+_LAST = 0.1  # share of a run in which a force that has settled stays within its band
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class AxisRecord:
+    """Runs of the torque axis from several start angles, as `simulate_axis` gives them.
+
+    Attributes
+    ----------
+    time : array, (n,)
+        s.
+    angle : array, (runs, n)
+        True motor angle, rad.
+    current : array, (runs, n)
+        From that time on, A.
+    contact_torque, estimate : array, (runs, n)
+        True contact torque, and what the controller takes it to be, N m.
+    normal_force : array, (runs, n)
+        True normal force, N.
+    target : float
+        Normal force that is to be held, N.
+    surface : array, (n,)
+        Height error of the surface, mm.
+    """
+
+    time: Floats
+    angle: Floats
+    current: Floats
+    contact_torque: Floats
+    estimate: Floats
+    normal_force: Floats
+    target: float
+    surface: Floats
+
+    def settling(self, band: float = 0.02) -> Floats:
+        """Return when each run has come within a band of its target for good, (runs,), s; infinite: not in this time.
+
+        Parameters
+        ----------
+        band : float
+            Share of the target, dimensionless.
+        """
+        outside = np.abs(self.normal_force - self.target) > checks.share("band", band) * self.target
+        n = self.time.size
+        last = n - 1 - np.argmax(outside[:, ::-1], axis=1)  # meaningless where it never is outside
+        step = self.time[1] - self.time[0]
+        after = np.where(outside.any(axis=1), (last + 1) * step, 0.0)
+        return np.where(outside[:, n - max(int(_LAST * n), 1) :].any(axis=1), inf, after)
+
+    @property
+    def overshoot(self) -> Floats:
+        """Greatest force beyond the target over the target, (runs,), dimensionless."""
+        return np.asarray(self.normal_force.max(axis=1) / self.target - 1.0)
+
+    @property
+    def ripple(self) -> Floats:
+        """Root mean square of the force about its mean in the second half of each run, (runs,), N."""
+        return np.asarray(self._second_half.std(axis=1))
+
+    @property
+    def offset(self) -> Floats:
+        """Mean error of the force in the second half of each run, (runs,), N."""
+        return np.asarray(self._second_half.mean(axis=1) - self.target)
+
+    def error_amplitude(self, frequency: float) -> Floats:
+        """Return the amplitude of the force at a frequency in the second half of each run, (runs,), N.
+
+        Parameters
+        ----------
+        frequency : float
+            rad/s; at least two periods must fit.
+        """
+        w = checks.positive("frequency", frequency, "rad/s")
+        force = self._second_half
+        time = self.time[-force.shape[1] :]
+        least = 4 * np.pi / (time[-1] - time[0])
+        if w < least:
+            raise checks.refuse("frequency", f">= {least:.4g} for two periods in the second half", w, "rad/s")
+        window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(time.size) + 0.5) / time.size)  # what else swings must not leak in
+        turned = window * np.exp(-1j * w * time)
+        return np.asarray(2 * np.abs((force - force.mean(axis=1, keepdims=True)) @ turned) / window.sum())
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """Means over the runs: settling to 2 and 5 % (s), overshoot (dimensionless), ripple and offset (N)."""
+        means = {"settling_2": self.settling(0.02), "settling_5": self.settling(0.05), "overshoot": self.overshoot}
+        return {name: float(np.mean(values)) for name, values in (means | {"ripple": self.ripple, "offset": self.offset}).items()}
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the normal force of every run over time (N, s); return the axes.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Where.
+        """
+        if ax is None:
+            import matplotlib.pyplot as plt
+
+            ax = plt.figure(figsize=(7, 4), layout="constrained").add_subplot()
+        ax.plot(self.time, self.normal_force.T, color="C0", linewidth=0.7, alpha=0.5)
+        ax.axhline(self.target, color="k", linewidth=0.7)
+        ax.set(xlabel="time (s)", ylabel="normal force (N)")
+        return ax
+
+    @property
+    def _second_half(self) -> Floats:
+        return self.normal_force[:, self.time.size // 2 :]
