@@ -1,0 +1,63 @@
+"""Lines one after the other, each as far on as the widest gap from the last allows."""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def march(total, slope, across, gap, count):
+    """Places (count,) of lines: the first half a `gap` from the border, each other one `gap` from the last where it is widest.
+
+    total, slope (rows, m): distance from the border over `across` (m,), and its derivative: cubic between, straight beyond.
+    """
+    rows = total.shape[0]
+    lines, interval, reached = np.empty(count), np.zeros(rows, np.int64), np.zeros(rows)
+    for k in range(count):
+        step, place = gap if k else 0.5 * gap, np.inf
+        for i in range(rows):
+            while interval[i] < across.size - 1 and total[i, interval[i] + 1] < reached[i] + step:
+                interval[i] += 1
+            place = min(place, _place(total[i], slope[i], across, interval[i], reached[i] + step))
+        lines[k] = place
+        for i in range(rows):
+            reached[i] = value(total[i], slope[i], across, place)
+    return lines
+
+
+@njit(cache=True, nogil=True)
+def value(total, slope, across, place):
+    """Distance of a place from the border in one row."""
+    last = across.size - 1
+    if place >= across[last]:
+        return total[last] + slope[last] * (place - across[last])
+    j = min(max(np.searchsorted(across, place) - 1, 0), last - 1)
+    return _cubic(total, slope, across, j, (place - across[j]) / (across[j + 1] - across[j]))
+
+
+@njit(cache=True, nogil=True)
+def _cubic(total, slope, across, j, t):
+    """Hermite's cubic in interval `j` at the share `t`."""
+    h = across[j + 1] - across[j]
+    rise = total[j + 1] - total[j]
+    left, right = slope[j] * h, slope[j + 1] * h
+    return total[j] + t * (left + t * (3.0 * rise - 2.0 * left - right + t * (left + right - 2.0 * rise)))
+
+
+@njit(cache=True, nogil=True)
+def _place(total, slope, across, j, wanted):
+    """Where the distance in one row is `wanted`, in interval `j`: regula falsi after Illinois."""
+    last = across.size - 1
+    if j == last:
+        return across[last] + (wanted - total[last]) / slope[last]
+    low, high = 0.0, 1.0
+    below, above = total[j] - wanted, total[j + 1] - wanted
+    for _ in range(60):
+        t = (low * above - high * below) / (above - below)
+        found = _cubic(total, slope, across, j, t) - wanted
+        if abs(found) <= 1e-12 * total[last] or high - low < 1e-15:
+            break
+        if found < 0.0:
+            low, below, above = t, found, 0.5 * above
+        else:
+            high, above, below = t, found, 0.5 * below
+    return across[j] + t * (across[j + 1] - across[j])
