@@ -10,13 +10,13 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._path.arc_kernels import inverted, travelled
 from sdpgrind.finishing._path.samples import Ints
 
-POINTS = 8
-"""Gauss points of an interval: their Legendre series tells speed and length within it."""
-TOLERANCE = 1e-10
-"""Of a piece's length, for one interval."""
+POINTS = {True: 8, False: 16}
+"""Gauss points of an interval on a straight leg, and on a curved one: their Legendre series tells speed and length within it."""
+TOLERANCE = 1e-9
+"""Of a piece's length: what the last two terms may be in an interval. The length itself is closer by orders."""
 HALVINGS = 40
-_X, _WEIGHTS = legendre.leggauss(POINTS)
-_SERIES = legendre.legvander(_X, POINTS - 1).T * _WEIGHTS * (np.arange(POINTS)[:, None] + 0.5)
+
+Speed = Callable[[Ints, Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,12 @@ class ArcLength:
         return self.piece[interval], np.asarray(self.first[interval] + 0.5 * (out + 1.0) * width)
 
 
-def arc_length(speed: Callable[[Ints, Floats], Floats], piece: Ints, first: Floats, last: Floats) -> ArcLength:
+def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int) -> ArcLength:
     """Measure intervals, halving those whose series has not come to an end."""
     whole = np.zeros(piece.max() + 1)
     done: list[tuple[Ints, Floats, Floats, Floats]] = []
     for halvings in range(HALVINGS + 1):
-        series = _series(speed, piece, first, last)
+        series = _series(speed, piece, first, last, points)
         if halvings == 0:
             np.add.at(whole, piece, 2.0 * series[:, 0])
         tail = np.abs(series[:, -1]) + np.abs(series[:, -2])
@@ -75,12 +75,14 @@ def arc_length(speed: Callable[[Ints, Floats], Floats], piece: Ints, first: Floa
     return _sorted(*map(np.concatenate, zip(*done, strict=True)))
 
 
-def _series(speed: Callable[[Ints, Floats], Floats], piece: Ints, first: Floats, last: Floats) -> Floats:
+def _series(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int) -> Floats:
     """Legendre series of the speed by x in [-1, 1], mm."""
+    x, weights = legendre.leggauss(points)
+    terms = legendre.legvander(x, points - 1) * weights[:, None] * (np.arange(points) + 0.5)
     half = 0.5 * (last - first)
-    t = 0.5 * (first + last)[:, None] + half[:, None] * _X
-    found = speed(np.repeat(piece, POINTS), t.ravel()).reshape(t.shape)
-    return np.asarray((found * half[:, None]) @ _SERIES.T)
+    t = 0.5 * (first + last)[:, None] + half[:, None] * x
+    found = speed(np.repeat(piece, points), t.ravel()).reshape(t.shape)
+    return np.asarray((found * half[:, None]) @ terms)
 
 
 def _sorted(piece: Ints, first: Floats, last: Floats, series: Floats) -> ArcLength:

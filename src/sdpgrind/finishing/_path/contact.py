@@ -30,16 +30,10 @@ class Contact:
 def jets(coefficients: Floats, piece: Ints, t: Floats) -> Floats:
     """Places in the unit square with two derivatives, (m, 3, 2)."""
     found = np.empty((len(t), 3, 2))
-    along(coefficients, piece, t, found)
-    place = found[:, 0]
-    beyond = np.maximum(-place, place - 1.0)
-    if beyond.max(initial=0.0) > OUTSIDE:
-        at = int(np.argmax(beyond.max(axis=1)))
-        a, b = place[at]
-        raise ValueError(
-            f"nodes must be such that the path stays in the unit square; leg {piece[at]} comes to ({a:.9g}, {b:.9g})"
-        )
-    np.clip(place, 0.0, 1.0, out=place)
+    outside = along(coefficients, piece, t, OUTSIDE, found)
+    if outside >= 0:
+        a, b = found[outside, 0]
+        raise ValueError(f"the path must stay in the unit square; its leg {piece[outside]} comes to ({a:.9g}, {b:.9g})")
     return found
 
 

@@ -9,8 +9,12 @@ _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 
 @njit(**_OPTIONS)
-def along(coefficients, piece, t, out):
-    """Polynomials (k, degree + 1, 2) of the pieces at t, with two derivatives, into `out` (m, 3, 2)."""
+def along(coefficients, piece, t, slack, out):
+    """Polynomials (k, degree + 1, 2) of the pieces at t, with two derivatives, into `out` (m, 3, 2).
+
+    Values that leave [0, 1] by no more than `slack` are put on its end; returned is where one leaves it by more, or -1.
+    """
+    outside = -1
     for m in range(len(piece)):
         for c in range(2):
             value, first, second = 0.0, 0.0, 0.0
@@ -18,7 +22,12 @@ def along(coefficients, piece, t, out):
                 second = second * t[m] + first
                 first = first * t[m] + value
                 value = value * t[m] + coefficients[piece[m], i, c]
+            if value < -slack or value > 1.0 + slack:
+                outside = m
+            else:
+                value = min(max(value, 0.0), 1.0)
             out[m, 0, c], out[m, 1, c], out[m, 2, c] = value, first, 2.0 * second
+    return outside
 
 
 @njit(**_OPTIONS)

@@ -29,7 +29,7 @@ class Parametric:
     def carried(self, jets: Floats) -> Floats:
         """Carry jets of (a, b) over into jets of (u, v)."""
         image = jets * (self.high - self.low)
-        image[:, 0] = np.clip(image[:, 0] + self.low, self.low, self.high)
+        image[:, 0] = np.minimum(image[:, 0] + self.low, self.high)  # rounding may step over the end
         return image
 
 

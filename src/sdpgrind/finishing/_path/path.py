@@ -12,7 +12,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.finishing._path import contact
-from sdpgrind.finishing._path.arc_length import ArcLength, arc_length
+from sdpgrind.finishing._path.arc_length import POINTS, ArcLength, arc_length
+from sdpgrind.finishing._path.blends import rounded
+from sdpgrind.finishing._path.crossings import intervals
 from sdpgrind.finishing._path.legs import Bools, Legs, legs, turning
 from sdpgrind.finishing._path.mappings import MAPPINGS, Mapping, mapping_of
 from sdpgrind.finishing._path.samples import Ints, Samples
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     from sdpgrind.finishing._path.metrics import PathMetrics
 
 __all__ = ["Path", "Samples"]
+STILL = 1e-12
+"""Share of a path's length that is no leg."""
 BLEND = 0.05
 """Default deviation of a rounded corner, pitches."""
 
@@ -58,7 +62,11 @@ class Path(Frozen):
 
     @cached_property
     def _legs(self) -> Legs:
-        return legs(self.nodes, self._sharp, self.smooth)
+        """Pieces of the path in the square."""
+        sharp = legs(self.nodes, self._sharp, self.smooth)
+        if self.deviation == 0 or not self._sharp.any():
+            return sharp
+        return rounded(self.surface, self._mapping, sharp, self._sharp, self.deviation)
 
     @cached_property
     def _mapping(self) -> Mapping:
@@ -77,9 +85,14 @@ class Path(Frozen):
 
     @cached_property
     def _arc(self) -> ArcLength:
-        count = len(self._legs.run)
-        every = np.arange(count)
-        return arc_length(self._speed, every, np.zeros(count), np.ones(count))
+        """Length by piece and t."""
+        cut = intervals(self.surface, self._mapping, self._legs.coefficients)
+        points = POINTS[self._legs.coefficients.shape[1] == 2]
+        found = arc_length(self._speed, *cut, points)
+        still = np.flatnonzero(found.pieces(len(self._legs.run)) <= STILL * found.total)
+        if len(still):
+            raise ValueError(f"nodes must be apart on the surface; leg {still[0]} is shorter than {STILL:g} of the path")
+        return found
 
     def _speed(self, piece: Ints, t: Floats) -> Floats:
         return contact.speed(self.surface, self._mapping, self._legs.coefficients, piece, t)
