@@ -11,7 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
-from sdpgrind.finishing._path import contact
+from sdpgrind.finishing._path import contact, door, places
 from sdpgrind.finishing._path.arc_length import POINTS, ArcLength, arc_length
 from sdpgrind.finishing._path.blends import rounded
 from sdpgrind.finishing._path.crossings import intervals
@@ -28,13 +28,57 @@ __all__ = ["Path", "Samples"]
 STILL = 1e-12
 """Share of a path's length that is no leg."""
 BLEND = 0.05
-"""Default deviation of a rounded corner, pitches."""
+"""Deviation of a rounded corner, pitches, where none is given."""
 
 
 @stored("finishing.path")
 @dataclass(frozen=True, eq=False)
 class Path(Frozen):
-    """A tool path over a surface."""
+    """A tool path over a surface, through nodes in the unit square: Wang, section 3.
+
+    Between its nodes the path is straight in the square, or a spline; the square is laid on the surface by a mapping, so that
+    direction and curvature along the path follow by the chain rule. At a sharp corner the direction of feed has two values:
+    both are kept, and never their mean.
+
+    Parameters
+    ----------
+    surface : Surface
+        What the path lies on.
+    nodes : array (n, 2)
+        Places (a, b) in the unit square, no two in a row the same.
+    mapping : {"parametric", "equal_area"}
+        The square on the surface: a and b are u and v, stretched onto the domain; or u by the share of area up to it, and v by
+        the share along the line of that u, so that what is equal in the square is of equal area. Then no area may be zero inside.
+    pattern : str
+        Name of the pattern, ``"hilbert5"`` or ``"zigzag"``, of which a roughness model may know.
+    corners : array (n,) of bool, optional
+        Sharp nodes; the ends do not count. None: wherever straight legs turn, and nowhere on a smooth path.
+    smooth : bool
+        True: nodes between sharp corners are joined by a cubic spline in the square, with two continuous derivatives. False:
+        legs are straight there.
+    deviation : float
+        Where > 0, sharp corners are rounded by blends of continuous curvature, from which no point of the sharp path is further
+        than that, nor they from it, mm. A blend takes no more than about half of a leg between two corners, and then leaves the
+        corner by less. See `blended`.
+
+    Raises
+    ------
+    ValueError
+        When nodes are outside of the unit square or coincide, or a corner is missing. Later, when two nodes in a row coincide on
+        the surface, a spline leaves the square, or a corner that turns right back is to be rounded.
+
+    Examples
+    --------
+    >>> from sdpgrind.finishing._surface.presets import flat_surface
+    >>> path = Path(flat_surface(10.0), [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)])
+    >>> path.length  # mm
+    16.0
+    >>> path.sample(per_leg=1).tangent.round(9) + 0.0  # one before, one after the corner
+    array([[1., 0., 0.],
+           [1., 0., 0.],
+           [0., 1., 0.],
+           [0., 1., 0.]])
+    """
 
     surface: Surface
     nodes: Floats
@@ -47,15 +91,27 @@ class Path(Frozen):
 
     def __post_init__(self) -> None:
         checks.kind("surface", self.surface, Surface)
-        object.__setattr__(self, "nodes", _nodes(self.nodes))
         checks.one_of("mapping", self.mapping, MAPPINGS)
-        if self.corners is not None:
-            object.__setattr__(self, "corners", _corners(self.corners, self.nodes))
+        checks.kind("pattern", self.pattern, str)
+        nodes = door.square_nodes(self.nodes)
+        object.__setattr__(self, "nodes", nodes)
+        object.__setattr__(self, "corners", door.sharp_corners(self.corners, nodes, self.smooth))
         object.__setattr__(self, "deviation", checks.nonnegative("deviation", self.deviation, "mm"))
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Path) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def _key(self) -> tuple[Any, ...]:
+        corners = None if self.corners is None else self.corners.tobytes()
+        return self.surface, self.nodes.tobytes(), self.mapping, self.pattern, corners, self.smooth, self.deviation
+
     @cached_property
-    def _sharp(self) -> Bools:
-        """Which nodes are sharp corners."""
+    def _turns(self) -> Bools:
+        """Which nodes are corners before any is rounded."""
         if self.corners is not None:
             return self.corners
         return np.zeros(len(self.nodes), bool) if self.smooth else turning(self.nodes)
@@ -63,10 +119,10 @@ class Path(Frozen):
     @cached_property
     def _legs(self) -> Legs:
         """Pieces of the path in the square."""
-        sharp = legs(self.nodes, self._sharp, self.smooth)
-        if self.deviation == 0 or not self._sharp.any():
+        sharp = legs(self.nodes, self._turns, self.smooth)
+        if self.deviation == 0 or not self._turns.any():
             return sharp
-        return rounded(self.surface, self._mapping, sharp, self._sharp, self.deviation)
+        return rounded(self.surface, self._mapping, sharp, self._turns, self.deviation)
 
     @cached_property
     def _mapping(self) -> Mapping:
@@ -74,24 +130,28 @@ class Path(Frozen):
 
     @cached_property
     def _moved(self) -> Floats:
-        """Jets (k, 3, 2) of (u, v) at the nodes, both at a sharp corner."""
+        """Parameters at the nodes with their derivatives by t, (k, 3, 2); both at a sharp corner."""
         own = self._legs
         return self._mapping.carried(contact.jets(own.coefficients, own.at_piece, own.at_t))
 
     @cached_property
-    def _at_nodes(self) -> Derivatives:
+    def _there(self) -> Derivatives:
+        """The surface at the nodes."""
         uv = self.uv
         return self.surface.derivatives(uv[:, 0], uv[:, 1])
 
     @cached_property
     def _arc(self) -> ArcLength:
         """Length by piece and t."""
-        cut = intervals(self.surface, self._mapping, self._legs.coefficients)
-        points = POINTS[self._legs.coefficients.shape[1] == 2]
-        found = arc_length(self._speed, *cut, points)
-        still = np.flatnonzero(found.pieces(len(self._legs.run)) <= STILL * found.total)
+        own = self._legs
+        cut = intervals(self.surface, self._mapping, own.coefficients)
+        found = arc_length(self._speed, *cut, POINTS[own.coefficients.shape[1] == 2])
+        still = np.flatnonzero(found.pieces(len(own.run)) <= STILL * found.total)
         if len(still):
-            raise ValueError(f"nodes must be apart on the surface; leg {still[0]} is shorter than {STILL:g} of the path")
+            u, v = self._mapping.carried(contact.jets(own.coefficients, still[:1], np.zeros(1)))[0, 0]
+            raise ValueError(
+                f"nodes must be apart on the surface; leg {still[0]}, from (u, v) = ({u:.6g}, {v:.6g}), has no length"
+            )
         return found
 
     def _speed(self, piece: Ints, t: Floats) -> Floats:
@@ -99,14 +159,14 @@ class Path(Frozen):
 
     @property
     def uv(self) -> Floats:
-        """Parameters of the surface at the nodes, (n, 2)."""
+        """Parameters of the surface at the nodes, (n, 2); a rounded corner counts at the middle of its blend, here and below."""
         first = np.searchsorted(self._legs.at_node, np.arange(len(self.nodes)))
         return np.ascontiguousarray(self._moved[first, 0])
 
     @property
     def points(self) -> Floats:
         """Nodes on the surface, (n, 3), mm."""
-        return self._at_nodes.point
+        return self._there.point
 
     @property
     def length(self) -> float:
@@ -115,70 +175,117 @@ class Path(Frozen):
 
     @property
     def pitch(self) -> float:
-        """Mean distance of neighbouring passes, area over length, mm."""
+        """Mean distance of neighbouring passes: area over length, mm."""
         return self.surface.area / self.length
 
     @property
     def runs(self) -> Ints:
         """First and last node of each smooth run between sharp corners, (r, 2)."""
-        ends = np.concatenate([[0], np.flatnonzero(self._sharp), [len(self.nodes) - 1]])
+        sharp = np.flatnonzero(np.diff(self._legs.at_node) == 0)
+        ends = np.concatenate([[0], self._legs.at_node[sharp], [len(self.nodes) - 1]])
         return np.stack([ends[:-1], ends[1:]], axis=1)
 
     def derivatives(self) -> Derivatives:
-        """Return the surface's points and derivatives at the nodes, each (n, 3)."""
-        return self._at_nodes
+        """Return the surface's points with derivatives by u and v at the nodes, each (n, 3)."""
+        return self._there
 
     def frames(self) -> Floats:
-        """Return contact frames (k, 4, 4) at the nodes; two at a sharp corner."""
-        own = self._legs
-        found = contact.contact(self.surface, self._moved, self._at_nodes, own.at_node)
-        return contact.frames(self.points, own.at_node, found.tangent, found.normal)
+        """Return contact frames (k, 4, 4) at the nodes, in the surface's frame, mm.
+
+        x is the direction of feed t, z the outward normal n, y = n x t. There are two at a sharp corner: with the direction
+        before, and with that after.
+        """
+        at_node = self._legs.at_node
+        found = contact.contact(self.surface, self._moved, self._there, at_node)
+        return contact.frames(self.points, at_node, found.tangent, found.normal)
 
     def sample(self, step: float | None = None, per_leg: int = 8) -> Samples:
-        """Return what is known of the path at places along it."""
+        """Return what is known of the path at places along it, both sides of a sharp corner among them.
+
+        Parameters
+        ----------
+        step : float, optional
+            Greatest length between neighbours, mm: each run is cut evenly. None: by legs.
+        per_leg : int
+            Parts into which each leg and each blend is cut.
+
+        Raises
+        ------
+        ValueError
+            When one is not > 0.
+        """
         if step is None:
-            return self._sampled(*self._by_legs(checks.count("per_leg", per_leg)))
-        return self._sampled(*self._by_length(checks.positive("step", step, "mm")))
+            return self._sampled(*places.by_legs(self._legs.run, checks.count("per_leg", per_leg)))
+        return self._sampled(*places.by_length(self._legs.run, self._arc, checks.positive("step", step, "mm")))
 
     def at(self, length: npt.ArrayLike) -> Samples:
-        """Return what is known of the path at lengths from its start."""
-        asked = np.atleast_1d(checks.finite_array("length", length, "mm"))
-        return self._sampled(*self._arc.places(asked))
+        """Return what is known of the path at lengths (m,) from its start, mm; at a sharp corner, of what follows it.
 
-    def _by_legs(self, per_leg: int) -> tuple[Ints, Floats]:
-        run = self._legs.run
-        ends = np.append(np.diff(run) > 0, True)
-        count = per_leg + ends
-        piece = np.repeat(np.arange(len(run)), count)
-        return piece, (np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)) / per_leg
-
-    def _by_length(self, step: float) -> tuple[Ints, Floats]:
-        first = np.searchsorted(self._legs.run, np.arange(self._legs.run[-1] + 2))
-        ends = np.concatenate([[0.0], np.cumsum(self._arc.pieces(len(self._legs.run)))])[first]
-        parts = np.maximum(np.ceil(np.diff(ends) / step * (1 - 1e-12)), 1).astype(int)
-        run = np.repeat(np.arange(len(parts)), parts + 1)
-        share = (np.arange(len(run)) - (np.cumsum(parts + 1) - parts - 1)[run]) / parts[run]
-        piece, t = self._arc.places(ends[run] + share * np.diff(ends)[run])
-        piece, t = np.where(share == 0, first[run], piece), np.where(share == 0, 0.0, t)
-        return np.where(share == 1, first[run + 1] - 1, piece), np.where(share == 1, 1.0, t)
+        Raises
+        ------
+        ValueError
+            When a length is not on the path.
+        """
+        return self._sampled(*self._arc.places(door.reached(length, self.length)))
 
     def _sampled(self, piece: Ints, t: Floats) -> Samples:
         moved = self._mapping.carried(contact.jets(self._legs.coefficients, piece, t))
         there = self.surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
         found = contact.contact(self.surface, moved, there, np.arange(len(t)))
-        length = self._arc.at(piece, t)
-        uv = np.ascontiguousarray(moved[:, 0])
+        length, uv = self._arc.at(piece, t), np.ascontiguousarray(moved[:, 0])
         return Samples(self._legs.run[piece], length, uv, there.point, found.tangent, found.curvature_vector, found.normal)
+
+    def resampled(self, step: float) -> Self:
+        """Return the path with nodes at even distances of at most `step` (mm) in each run; its sharp corners stay nodes.
+
+        Straight legs stay where they are. A smooth path, and one with rounded corners, becomes a spline through nodes on it.
+
+        Raises
+        ------
+        ValueError
+            When the step is not > 0.
+        """
+        run = self._legs.run
+        piece, t = places.by_length(run, self._arc, checks.positive("step", step, "mm"))
+        first = np.append(True, np.diff(run[piece]) == 0)
+        nodes = contact.jets(self._legs.coefficients, piece[first], t[first])[:, 0]
+        corners = np.append(np.diff(run[piece]) > 0, False)[first]
+        return self.replace(nodes=nodes, corners=corners, smooth=self.smooth or self.deviation > 0, deviation=0.0)
 
     def reversed(self) -> Self:
         """Return the path from its end to its start."""
-        corners = None if self.corners is None else self.corners[::-1]
-        return self.replace(nodes=self.nodes[::-1], corners=corners)
+        return self.replace(nodes=self.nodes[::-1], corners=None if self.corners is None else self.corners[::-1])
+
+    def blended(self, deviation: float | None = None) -> Self:
+        """Return the path with its corners rounded, so that it is left by at most `deviation`, mm; None: 0.05 pitch.
+
+        Raises
+        ------
+        ValueError
+            When the deviation is not > 0.
+
+        Examples
+        --------
+        >>> from sdpgrind.finishing._path.hilbert import hilbert
+        >>> from sdpgrind.finishing._surface.presets import flat_surface
+        >>> path = hilbert(flat_surface(8.0), 3)
+        >>> len(path.runs), len(path.blended().runs)
+        (51, 1)
+        """
+        return self.replace(deviation=BLEND * self.pitch if deviation is None else checks.positive("deviation", deviation, "mm"))
 
     def metrics(
         self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None
     ) -> "PathMetrics":
-        """Return what the path is worth."""
+        """Return what the path is worth: lengths, steps, areas, coverage and gaps, with the sampling used.
+
+        Parameters
+        ----------
+        footprint_radius : float
+            Straight-line distance from the path up to which the tool works, mm; see `ball_footprint`.
+        surface_step, path_step : float, optional
+            Sampling of surface and path, mm.
+        """
         from sdpgrind.finishing._path.metrics import metrics
 
         return metrics(self, footprint_radius, surface_step, path_step)
@@ -188,28 +295,3 @@ class Path(Frozen):
         from sdpgrind.finishing._path.picture import plot
 
         return plot(self, ax)
-
-
-def _nodes(value: npt.ArrayLike) -> Floats:
-    """Nodes in the unit square, (n, 2), read-only, no two in a row the same."""
-    nodes = checks.finite_array("nodes", value).copy()
-    if nodes.ndim != 2 or nodes.shape[1] != 2 or len(nodes) < 2:
-        raise ValueError(f"nodes must be of shape (n, 2) with n >= 2; got shape {nodes.shape}")
-    outside = np.flatnonzero((nodes < 0).any(axis=1) | (nodes > 1).any(axis=1))
-    if len(outside):
-        raise checks.refuse(f"nodes[{outside[0]}]", "in the unit square", tuple(nodes[outside[0]].tolist()))
-    same = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1))
-    if len(same):
-        raise checks.refuse(f"nodes[{same[0] + 1}]", f"unlike nodes[{same[0]}]", tuple(nodes[same[0]].tolist()))
-    nodes.flags.writeable = False
-    return nodes
-
-
-def _corners(value: npt.ArrayLike, nodes: Floats) -> Bools:
-    """Which nodes are sharp, (n,); the ends are none."""
-    corners = np.array(value, dtype=bool)
-    if corners.shape != (len(nodes),):
-        raise ValueError(f"corners must be of shape ({len(nodes)},); got shape {corners.shape}")
-    corners[[0, -1]] = False
-    corners.flags.writeable = False
-    return corners
