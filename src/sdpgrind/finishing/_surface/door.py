@@ -16,9 +16,9 @@ SLACK = 1e-12
 def control_net(value: npt.ArrayLike) -> Floats:
     """Return control points (nu, nv, 3) that do not all coincide."""
     net = checks.finite_array("control_points", value, "mm")
-    if net.ndim != 3 or net.shape[-1] != 3:
+    if net.ndim != 3 or net.shape[-1] != 3 or not net.size:
         raise checks.refuse("control_points", "of shape (nu, nv, 3)", net.shape)
-    if net.size == 0 or not np.ptp(net.reshape(-1, 3), axis=0).any():
+    if not np.ptp(net.reshape(-1, 3), axis=0).any():
         raise ValueError(f"control_points must not all coincide (mm); got {net.reshape(-1, 3)[:1].tolist()} everywhere")
     return frozen(net)
 
@@ -106,6 +106,15 @@ def parameter(name: str, value: npt.ArrayLike, low: float, high: float) -> Float
         place = f"{name}[{bad[0]}]" if array.ndim else name
         raise checks.refuse(place, f"in the surface's domain [{low:g}, {high:g}]", float(array.ravel()[bad[0]]))
     return np.clip(array, low, high)
+
+
+def fitting(**arrays: Floats) -> None:
+    """Refuse arrays whose shapes do not broadcast."""
+    try:
+        np.broadcast_shapes(*(array.shape for array in arrays.values()))
+    except ValueError:
+        shapes = " and ".join(str(array.shape) for array in arrays.values())
+        raise ValueError(f"{', '.join(arrays)} must be of shapes that fit together; got {shapes}") from None
 
 
 def frozen(array: Floats) -> Floats:

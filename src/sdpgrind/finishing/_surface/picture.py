@@ -58,7 +58,7 @@ def _axes(ax: Any) -> tuple[Any, Any]:
 def _side(normals: checks.Floats) -> tuple[float, float]:
     """Azimuth and height (degrees) of an eye before the surface: a little beside its mean normal, where it has one."""
     x, y, z = normals.sum(axis=0) / np.linalg.norm(normals, axis=1).sum()
-    if abs(z) >= np.hypot(x, y) or np.hypot(x, y) < 0.1:
+    if np.hypot(x, y) < max(0.1, 0.75 * abs(z)):
         return -60.0, 35.0 if z > -0.1 else -35.0
     return float(np.degrees(np.arctan2(y, x))) - 20.0, float(np.clip(np.degrees(np.arcsin(z)), -50.0, 50.0))
 

@@ -115,14 +115,13 @@ class Surface(Frozen):
         >>> round(float(np.hypot(*quarter.point(0.3, 0.7)[:2])), 12)
         20.0
         """
+        if weights is None:
+            raise checks.refuse("weights", "given; Surface.bspline makes a surface without", None)
         return cls._made(control_points, weights, degree, knots, outward)
 
     @classmethod
     def _made(cls, control_points: Any, weights: Any, degree: Pair, knots: Any, outward: int) -> Self:
-        if knots is None:
-            net = door.control_net(control_points)
-            pair = door.degrees(degree, net)
-            knots = door.clamped(net.shape[0], pair[0]), door.clamped(net.shape[1], pair[1])
+        """Return the surface of what is still to be checked."""
         return cls(control_points, degree, knots, weights, outward)
 
     def __eq__(self, other: object) -> bool:
@@ -151,6 +150,8 @@ class Surface(Frozen):
     def derivatives(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Derivatives:
         """Return points and derivatives to second order (mm) at each pair of parameters `u` and `v`.
 
+        At a knot where a derivative jumps it is that of the span behind it.
+
         Raises
         ------
         ValueError
@@ -163,7 +164,9 @@ class Surface(Frozen):
         array([[9., 0., 9.],
                [9., 0., 9.]])
         """
-        return evaluation.scattered(self._net, *self._parameters(u, v))
+        at_u, at_v = self._parameters(u, v)
+        door.fitting(u=at_u, v=at_v)
+        return evaluation.scattered(self._net, at_u, at_v)
 
     def point(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return points Q(u, v) (..., 3) in mm at each pair of parameters `u` and `v`."""
@@ -245,6 +248,7 @@ class Surface(Frozen):
         """
         d = self.derivatives(u, v)
         step = checks.finite_array("du", du), checks.finite_array("dv", dv)
+        door.fitting(points=d.point[..., 0], du=step[0], dv=step[1])
         length = degenerate.squared_length(self, d, *step, u, v)
         e, f, g = forms.second_form(d, self.normal_of(d, u, v))
         return np.asarray(forms.along((e, f, g), *step) / length)
