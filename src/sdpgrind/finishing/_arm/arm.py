@@ -249,7 +249,7 @@ class Arm(Frozen):
         Returns
         -------
         array (7,)
-            Joints, rad, and table, mm: the pose to 1e-9 mm and 1e-12 rad, or about that.
+            Joints, rad, and table, mm: the pose to 1e-9 mm and 1e-11 rad.
 
         Raises
         ------

@@ -52,7 +52,8 @@ def choose_branches(
 
     Neither ever changes inside a segment. Travel is measured by the time that the joint with the longest way needs at its
     greatest speed, from pose to pose and between segments. The choice is a decision process of modes alone, solved by
-    `sdpgrind.sdp`: a mode for every pair of branch and radius, a stage for every segment.
+    `sdpgrind.sdp`: a mode for every pair of branch and radius, a stage for every segment. Where limits leave room for whole
+    turns, each segment lies as near to the middle of the limits as it can.
 
     Parameters
     ----------
@@ -116,7 +117,8 @@ def _way(arm: "Arm", poses: Floats, branch: int, radius: float) -> _Way:
     """One branch at one radius on one segment."""
     joints, reached = joints_of(arm, poses, radius, branch, True)
     time = float(travel_time(arm, np.diff(joints, axis=0)).sum())
-    return _Way(joints[0], joints[-1], time, excess(arm, poses, radius, joints, reached) or _jump(arm, joints))
+    # What jumps breaks limits too, but not because of them.
+    return _Way(joints[0], joints[-1], time, _jump(arm, joints) or excess(arm, poses, radius, joints, reached))
 
 
 def travel_time(arm: "Arm", way: Floats) -> Floats:

@@ -30,13 +30,17 @@ class Excess(NamedTuple):
 
 def checked_poses(poses: npt.ArrayLike) -> Floats:
     """Poses (m, 4, 4) of the tool, positions in mm."""
-    array = checks.finite_array("poses", poses, "mm")
+    try:
+        array = np.ascontiguousarray(poses, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"poses must be numbers (mm); got {checks.shown(poses)}") from None
     if array.ndim != 3 or array.shape[1:] != (4, 4):
         raise ValueError(f"poses must be of shape (m, 4, 4); got {array.shape}")
-    array = np.ascontiguousarray(array)
     fault = int(kernels.first_fault(array))
     if fault >= 0:
-        raise ValueError(f"poses must be of a right-handed rotation above 0, 0, 0, 1; poses[{fault}] is not one")
+        finite = bool(np.isfinite(array[fault]).all())
+        rule = "a right-handed rotation and a place (mm) above 0, 0, 0, 1" if finite else "finite (mm)"
+        raise ValueError(f"poses[{fault}] must be {rule}; got {array[fault].round(6).tolist()}")
     return array
 
 

@@ -10,8 +10,8 @@ VERTICAL = 1e-13
 """Horizontal part of the tool's axis below which it is vertical: beyond, rounding alone would turn the first joint."""
 STRETCHED = 1e-12
 """Excess of ``|cos q3|`` over 1 that is rounding: the arm is stretched, or folded."""
-CROOKED = 1e-6
-"""Error of a rotation matrix that is taken for rounding in a file."""
+CROOKED = 1e-5
+"""Error of a rotation matrix, summed over its entries, that is taken for rounding in a file."""
 _TURN = 2 * math.pi
 _OPTIONS: Any = {"cache": True, "nogil": True}
 
@@ -25,10 +25,11 @@ def first_fault(poses):
         for k in range(3):
             for j in range(k, 3):
                 dot = p[0, j] * p[0, k] + p[1, j] * p[1, k] + p[2, j] * p[2, k]
-                off = max(off, abs(dot - (1.0 if j == k else 0.0)))
+                off += abs(dot - (1.0 if j == k else 0.0))
         # The third column is the cross product of the first two, or its mirror image.
-        off = max(off, abs(p[0, 0] * p[1, 1] - p[1, 0] * p[0, 1] - p[2, 2]))
-        off = max(off, abs(p[1, 0] * p[2, 1] - p[2, 0] * p[1, 1] - p[0, 2]))
+        off += abs(p[0, 0] * p[1, 1] - p[1, 0] * p[0, 1] - p[2, 2])
+        off += abs(p[1, 0] * p[2, 1] - p[2, 0] * p[1, 1] - p[0, 2])
+        off += abs(p[2, 0] * p[0, 1] - p[0, 0] * p[2, 1] - p[1, 2])
         if not (off <= CROOKED and math.isfinite(p[0, 3] + p[1, 3] + p[2, 3])):
             return i
     return -1

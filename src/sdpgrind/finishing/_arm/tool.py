@@ -96,7 +96,7 @@ def contacts(point: npt.ArrayLike, tangent: npt.ArrayLike, normal: npt.ArrayLike
             raise ValueError(f"{name} must be of shape (m, 3), as many as points; got {array.shape}")
     for name, array in {"tangent": feed, "normal": up}.items():
         _refuse(f"{name}[{{}}]", "of length 1", np.linalg.norm(array, axis=1) - 1, 1.0)
-    _refuse("tangent[{}]", "at right angles to the normal; got a cosine off", np.einsum("ij,ij->i", feed, up), 0.0)
+    _refuse("the cosine of tangent[{}] and normal", "0", np.einsum("ij,ij->i", feed, up), 0.0)
     return place, feed, up
 
 
