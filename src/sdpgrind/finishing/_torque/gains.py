@@ -1,7 +1,7 @@
 """Gains of the torque controllers: as printed, by poles, and of the two that the source does not have."""
 
 import dataclasses
-from math import pi, sqrt
+from math import sqrt
 from typing import Self
 
 import numpy as np
@@ -212,11 +212,10 @@ class LqgGains(Frozen):
             What is believed of the axis.
         """
         A, _, added = self.sampled(axis)
-        C, reading = np.eye(4)[:1], np.atleast_2d(_count_variance(axis))
-        scale = np.diag([axis.angle_step, axis.angle_step * axis.natural_frequency, axis.torque_max, axis.torque_max / 1e-2])
-        back = np.linalg.inv(scale)  # the equation is badly scaled in rad and N m
-        P = scale @ scipy.linalg.solve_discrete_are((back @ A @ scale).T, (C @ scale).T, back @ added @ back, reading) @ scale
-        return np.asarray((P @ C.T / (C @ P @ C.T + reading)).ravel())
+        C, scale, reading = np.eye(4)[:1], self._scale(axis), _rounding(axis) ** 2
+        P = scipy.linalg.solve_discrete_are((A / scale[:, np.newaxis] * scale).T, C.T, added / np.outer(scale, scale), np.eye(1))
+        P = np.asarray(P * np.outer(scale, scale))
+        return np.asarray(P[0] / (P[0, 0] + reading))
 
     def kalman_continuous(self, axis: TorqueAxis) -> Floats:
         """Return the gain (4,) of the stationary Kalman filter in continuous time, 1/s times those of `kalman`.
@@ -227,16 +226,24 @@ class LqgGains(Frozen):
             What is believed of the axis.
         """
         A, _ = self.model(axis)
-        C, reading = np.eye(4)[:1], np.atleast_2d(_count_variance(axis) * axis.sample_time)
+        C, scale, reading = np.eye(4)[:1], self._scale(axis), _rounding(axis) ** 2 * axis.sample_time
         added = np.zeros((4, 4))
-        added[3, 3] = self.density**2
-        P = scipy.linalg.solve_continuous_are(A.T, C.T, added, reading)
-        return np.asarray((P @ C.T / reading).ravel())
+        added[3, 3] = (self.density / scale[3]) ** 2
+        A = A / scale[:, np.newaxis] * scale
+        P = scipy.linalg.solve_continuous_are(A.T, C.T, added, np.eye(1) * axis.sample_time)
+        return np.asarray(P[0] * scale[0] * scale / reading)
+
+    def _scale(self, axis: TorqueAxis) -> Floats:
+        """Sizes of the errors of the states at the filter's own rate: in rad and N m its equation is badly scaled."""
+        angle = _rounding(axis)
+        rate = (self.density / (axis.inertia * angle * axis.sample_time**0.5)) ** 0.25
+        rate = min(rate, 1.0 / axis.sample_time)
+        return angle * np.array([1.0, rate, axis.inertia * rate**2, axis.inertia * rate**3])
 
 
-def _count_variance(axis: TorqueAxis) -> float:
-    """Variance of rounding to counts, rad^2."""
-    return (2 * pi / axis.encoder_counts) ** 2 / 12.0
+def _rounding(axis: TorqueAxis) -> float:
+    """Standard deviation of rounding to counts, rad."""
+    return axis.angle_step / 12.0**0.5
 
 
 Gains = PidffGains | DampingGains | LqgGains

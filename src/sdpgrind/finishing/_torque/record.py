@@ -69,6 +69,11 @@ class AxisRecord:
         return np.asarray(self._second_half.std(axis=1))
 
     @property
+    def rms_error(self) -> Floats:
+        """Root mean square of the error of the force in the second half of each run, (runs,), N: ripple and offset."""
+        return np.asarray(np.sqrt(np.mean((self._second_half - self.target) ** 2, axis=1)))
+
+    @property
     def offset(self) -> Floats:
         """Mean error of the force in the second half of each run, (runs,), N."""
         return np.asarray(self._second_half.mean(axis=1) - self.target)
@@ -93,9 +98,12 @@ class AxisRecord:
 
     @property
     def figures(self) -> dict[str, float]:
-        """Means over the runs: settling to 2 and 5 % (s), overshoot (dimensionless), ripple and offset (N)."""
+        """Means over the runs: settling to 2 and 5 % (s), overshoot (dimensionless), offset (N); of ripple and error rms (N)."""
         means = {"settling_2": self.settling(0.02), "settling_5": self.settling(0.05), "overshoot": self.overshoot}
-        return {name: float(np.mean(values)) for name, values in (means | {"ripple": self.ripple, "offset": self.offset}).items()}
+        found = {name: float(np.mean(values)) for name, values in means.items()}
+        squares = {"ripple": self.ripple, "rms_error": self.rms_error}
+        found |= {name: float(np.sqrt(np.mean(values**2))) for name, values in squares.items()}
+        return found | {"offset": float(np.mean(self.offset))}
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the normal force of every run over time (N, s); return the axes.

@@ -63,8 +63,8 @@ def simulate_axis(
     --------
     >>> axis = TorqueAxis()
     >>> record = simulate_axis(axis, TorqueController(axis, normal_force=1.111, kind="lqg"))
-    >>> {name: round(value, 3) for name, value in record.figures.items()}  # s, s, 1, N, N
-    {'settling_2': 0.063, 'settling_5': 0.053, 'overshoot': 0.007, 'ripple': 0.005, 'offset': 0.001}
+    >>> {name: round(value, 3) for name, value in record.figures.items()}  # s, s, 1, N, N, N
+    {'settling_2': 0.063, 'settling_5': 0.053, 'overshoot': 0.007, 'ripple': 0.005, 'rms_error': 0.005, 'offset': 0.001}
     """
     checks.kind("controller", controller, TorqueController)
     if checks.kind("axis", axis, TorqueAxis).sample_time != controller.period:

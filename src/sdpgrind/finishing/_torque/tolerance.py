@@ -27,7 +27,7 @@ class StiffnessCase:
     overshoot : array, (n,)
         Mean over start angles, dimensionless.
     ripple : array, (n,)
-        Mean over start angles, N.
+        Root mean square over start angles, N.
     stable : (float, float)
         Factors between which the sampled loop is stable, dimensionless.
     """
