@@ -1,0 +1,163 @@
+"""The best level of each factor, and which others the data cannot tell from it."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import stdtr
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._study.anova import AnovaTable, anova, error_variance
+from sdpgrind.finishing._study.linear_model import LinearModel
+from sdpgrind.finishing._study.means import spread
+from sdpgrind.finishing._study.pooling import Pool
+from sdpgrind.finishing._study.settings import Level
+from sdpgrind.finishing._study.texts import level
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing._study.observations import Observations
+
+
+@dataclasses.dataclass(frozen=True)
+class Tie:
+    """A level that the data cannot tell from the best one.
+
+    Attributes
+    ----------
+    factor : str
+        The factor.
+    level : float or str
+        Its level, in its own unit.
+    behind : float
+        By how much its mean is lower, dB.
+    p : float
+        Probability of as much between levels that are alike, unit 1.
+    """
+
+    factor: str
+    level: Level
+    behind: float
+    p: float
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Best(Mapping[str, Level]):
+    """The best level of each factor: a mapping, each level in its own unit.
+
+    Attributes
+    ----------
+    levels : mapping of str to level
+        The best level of each factor that was kept.
+    ties : tuple of Tie
+        Levels of factors with an effect that cannot be told from the best.
+    arbitrary : tuple of str
+        Factors without an effect that the data show: any level will do.
+    judged : bool
+        Whether there is an error to judge ties by.
+    alpha : float
+        Probability (unit 1) above which it is a tie.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> fin.Study.published("wang-2001").best()
+    tool_diameter: 4
+    path_pattern: hilbert5
+    feed_rate: 12.5 (arbitrary: no effect is seen)
+    normal_force: 1.111 (tie: 1.667, 0.155 dB lower, p = 0.67)
+    """
+
+    levels: dict[str, Level]
+    ties: tuple[Tie, ...]
+    arbitrary: tuple[str, ...]
+    judged: bool
+    alpha: float
+
+    def __getitem__(self, factor: str) -> Level:
+        return self.levels[factor]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.levels)
+
+    def __len__(self) -> int:
+        return len(self.levels)
+
+    def __repr__(self) -> str:
+        lines = [f"{factor}: {level(value)}{self._remark(factor)}" for factor, value in self.levels.items()]
+        return "\n".join(lines if self.judged else [*lines, "ties are not available: no error is left to judge by"])
+
+    def _remark(self, factor: str) -> str:
+        if factor in self.arbitrary:
+            return " (arbitrary: no effect is seen)"
+        ties = [f"{level(t.level)}, {t.behind:.3f} dB lower, p = {t.p:.2g}" for t in self.ties if t.factor == factor]
+        return f" (tie: {'; '.join(ties)})" if ties else ""
+
+
+def best(study: "Observations", pool: Pool, alpha: float) -> Best:
+    """Best levels of a study; see `Study.best`."""
+    if study.ratio == "none":
+        raise ValueError("ratio must say what is better, such as 'smaller' or 'larger', to find the best; got 'none'")
+    if not 0 < checks.number("alpha", alpha, "1") < 1:
+        raise checks.refuse("alpha", "in (0, 1)", alpha, "1")
+    table = anova(study, pool)
+    model = _kept(study, table)
+    factors = sorted({factor for term in model.terms for factor in term})
+    codes = best_codes(model, study.observed)
+    names = list(study.factors)
+    levels = {names[k]: study.levels(names[k])[codes[k]] for k in factors}
+    arbitrary = tuple(names[k] for k in factors if _without_effect(study, model, table, k, alpha))
+    variance = error_variance(model, study.observed)
+    ties = () if variance is None else _ties(study, model, codes, variance, alpha)
+    told = tuple(tie for tie in ties if tie.factor not in arbitrary)
+    return Best(levels, told, arbitrary, variance is not None, alpha)
+
+
+def _kept(study: "Observations", table: AnovaTable) -> LinearModel:
+    names = {row.source for row in table.effects}
+    model = study.linear_model
+    return model.kept([term for term in model.terms if study.term_name(term) in names])
+
+
+def _without_effect(study: "Observations", model: LinearModel, table: AnovaTable, factor: int, alpha: float) -> bool:
+    found = [table[study.term_name(term)].p for term in model.terms if factor in term]
+    return all(p is not None and p > alpha for p in found)
+
+
+def best_codes(model: LinearModel, y: Floats) -> list[int]:
+    """Levels with the highest mean, the first of equal ones; factors that interact are tried together."""
+    effects, codes = model.effects(y), [0] * len(model.counts)
+    for group in _groups(model):
+        tried = np.array(list(product(*(range(model.counts[k]) for k in group))))
+        settings = np.tile(codes, (len(tried), 1))
+        settings[:, group] = tried
+        means = model.rows(settings) @ effects
+        near = means >= means.max() - 1e-9 * (1e-300 + np.ptp(means))
+        for k, code in zip(group, tried[int(np.argmax(near))], strict=True):
+            codes[k] = int(code)
+    return codes
+
+
+def _groups(model: LinearModel) -> list[list[int]]:
+    """Factors of the model, those that interact, directly or through others, together."""
+    groups: list[set[int]] = []
+    for term in model.terms:
+        touched = [group for group in groups if group & set(term)]
+        groups = [group for group in groups if group not in touched] + [set(term).union(*touched)]
+    return [sorted(group) for group in groups]
+
+
+def _ties(study: "Observations", model: LinearModel, codes: list[int], variance: float, alpha: float) -> tuple[Tie, ...]:
+    """Levels that, put in place of the best one alone, are behind by less than the scatter allows to see."""
+    found, effects = [], model.effects(study.observed)
+    for k in sorted({factor for term in model.terms for factor in term}):
+        name = list(study.factors)[k]
+        for other in range(model.counts[k]):
+            change = model.rows(np.array([codes])) - model.rows(np.array([[*codes[:k], other, *codes[k + 1 :]]]))
+            behind, width = float((change @ effects)[0]), float(np.sqrt(variance * spread(model, change)[0]))
+            p = 1.0 if other == codes[k] else float(2 * stdtr(model.error_df, -abs(behind) / width))
+            if other != codes[k] and p > alpha:
+                found.append(Tie(name, study.levels(name)[other], behind, p))
+    return tuple(found)

@@ -1,0 +1,146 @@
+"""Which interactions of two factors an array cannot tell from the main effect of a third."""
+
+import dataclasses
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._study.array_tables import Table
+from sdpgrind.finishing._study.arrays import OrthogonalArray
+from sdpgrind.finishing._study.texts import aligned, percent
+
+WHOLE = 1 - 1e-9
+"""Share from which a factor is wholly confounded, up to rounding."""
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Confounding:
+    """Where the interactions of two factors fall in an array.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The factors.
+    columns : tuple of int
+        Their columns, counted from 1.
+    shares : mapping of (str, str, str) to float
+        For two factors and a third: which share of the third's effect (in degrees of freedom, unit 1) is made of what the
+        interaction of the two makes. 1: the two cannot be told apart; 0: the interaction leaves it alone. Zeros are left out.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> found = fin.confounding(fin.orthogonal_array("L8"), {"A": 1, "B": 2, "C": 3})
+    >>> found.shares["A", "B", "C"]
+    1.0
+    """
+
+    names: tuple[str, ...]
+    columns: tuple[int, ...]
+    shares: dict[tuple[str, str, str], float]
+
+    @property
+    def clear(self) -> bool:
+        """Whether no main effect is touched by an interaction of two others."""
+        return not self.shares
+
+    @property
+    def whole(self) -> tuple[tuple[str, str, str], ...]:
+        """Interactions of the first two that cannot be told from the third at all: names, no unit."""
+        return tuple(names for names, share in self.shares.items() if share > WHOLE)
+
+    def __repr__(self) -> str:
+        if self.clear:
+            return "no main effect is touched by an interaction of two other factors"
+        rows = [(f"{a} x {b}", c, percent(share)) for (a, b, c), share in self.shares.items()]
+        return aligned(("interaction", "falls on", "share of its effect"), rows)
+
+
+def confounding(array: OrthogonalArray, columns: dict[str, int]) -> Confounding:
+    """Return which interactions of two factors fall on the column of a third.
+
+    Parameters
+    ----------
+    array : OrthogonalArray
+        Where the factors are.
+    columns : mapping of str to int
+        Column of each factor, whole numbers from 1.
+
+    Returns
+    -------
+    Confounding
+        With the share (unit 1) of each main effect that each interaction makes.
+
+    Raises
+    ------
+    ValueError
+        When a column is not there, or taken twice.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> fin.confounding(fin.orthogonal_array("L8"), {"A": 1, "B": 2, "C": 4})
+    no main effect is touched by an interaction of two other factors
+    """
+    checks.kind("array", array, OrthogonalArray)
+    taken = checked_columns(array, tuple(columns.values()))
+    names = tuple(columns)
+    bases = [contrasts(array.matrix[:, k - 1]) for k in taken]
+    shares = {}
+    for i, j in combinations(range(len(names)), 2):
+        for k in range(len(names)):
+            share = 0.0 if k in (i, j) else overlap(bases[i], bases[j], bases[k])
+            if share > 1e-12:
+                shares[names[i], names[j], names[k]] = share
+    return Confounding(names, taken, shares)
+
+
+def checked_columns(array: OrthogonalArray, columns: Sequence[int]) -> tuple[int, ...]:
+    """Columns as whole numbers from 1, each there and taken once."""
+    for k, column in enumerate(columns):
+        if checks.count("columns", column) > len(array.levels):
+            raise checks.refuse("columns", f"columns of the array, 1 to {len(array.levels)}", column)
+        if column in columns[:k]:
+            raise ValueError(f"columns must be without repeats; got {column} twice")
+    return tuple(int(column) for column in columns)
+
+
+def assigned(array: OrthogonalArray, levels: Sequence[int]) -> tuple[int, ...]:
+    """Columns (from 1) for factors of that many levels: the first that fit without whole confounding, else the first that fit."""
+    taken: list[int] = []
+    for k, count in enumerate(levels):
+        free = [c for c, n in enumerate(array.levels, start=1) if n == count and c not in taken]
+        if not free:
+            raise ValueError(
+                f"factors must fit the array: {array.name} has no free column of {count} levels for factor {k + 1}"
+                f" of {len(levels)}"
+            )
+        lost = [_confounded(array.matrix, [*taken, column]) for column in free]
+        taken.append(free[int(np.argmin(lost))])
+    return tuple(taken)
+
+
+def _confounded(matrix: Table, columns: list[int]) -> int:
+    """Number of main effects that interactions of two others make up wholly, with multiplicity, at least one being the last."""
+    bases = [contrasts(matrix[:, k - 1]) for k in columns]
+    last, lost = len(columns) - 1, 0
+    for i, j in combinations(range(len(columns)), 2):
+        others = [last] if last not in (i, j) else [k for k in range(last) if k not in (i, j)]
+        lost += sum(overlap(bases[i], bases[j], bases[k]) > WHOLE for k in others)
+    return lost
+
+
+def contrasts(column: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> Floats:
+    """Orthonormal contrasts between the levels of a balanced column, shape (runs, levels - 1)."""
+    marks = np.eye(int(column.max()) + 1)[column]
+    q, _ = np.linalg.qr(np.column_stack([np.ones(column.size), marks[:, :-1]]))
+    return np.asarray(q[:, 1:])
+
+
+def overlap(one: Floats, other: Floats, third: Floats) -> float:
+    """Share of the effect of the third that lies in the interaction of the first two (1)."""
+    product = np.sqrt(len(one)) * (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
+    return float(np.sum((third.T @ product) ** 2) / third.shape[1])

@@ -1,0 +1,118 @@
+"""The linear model of a study: a mean, and effects of factors (and of named interactions) that sum to zero.
+
+Every sum of squares is the squared length of a projection. A term's space is freed of all terms that do not contain it: so the
+sums of squares are of type II, and in an orthogonal array the plain ones.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Floats
+
+_RANK = 1e-9
+"""Length below which a direction of length 1 is none, after others have been taken out."""
+
+Codes = npt.NDArray[np.int64]
+Term = tuple[int, ...]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LinearModel:
+    """Terms over the codes (observations, factors) of levels 0, 1, ...; a term names one factor or, for an interaction, two."""
+
+    codes: Codes
+    counts: tuple[int, ...]
+    terms: tuple[Term, ...]
+
+    def kept(self, terms: Sequence[Term]) -> "LinearModel":
+        """The model with these terms only."""
+        return LinearModel(self.codes, self.counts, tuple(terms))
+
+    def columns(self, codes: Codes, term: Term) -> Floats:
+        """Columns of a term for settings (m, factors): products of contrasts that sum to zero over the levels."""
+        found = np.ones((len(codes), 1))
+        for factor in term:
+            marks = _sum_contrasts(self.counts[factor])[codes[:, factor]]
+            found = (found[:, :, None] * marks[:, None, :]).reshape(len(codes), -1)
+        return found
+
+    def rows(self, codes: Codes) -> Floats:
+        """Rows of the design for settings (m, factors)."""
+        return np.column_stack([np.ones(len(codes)), *(self.columns(codes, term) for term in self.terms)])
+
+    @cached_property
+    def design(self) -> Floats:
+        """Design of the observations, (n, p)."""
+        return self.rows(self.codes)
+
+    @cached_property
+    def inverse(self) -> Floats:
+        """Inverse of X'X; the design has full rank."""
+        return np.asarray(np.linalg.inv(self.design.T @ self.design))
+
+    @cached_property
+    def full_rank(self) -> bool:
+        """Whether all effects can be told apart."""
+        return bool(self._whole.shape[1] == self.design.shape[1])
+
+    @cached_property
+    def bases(self) -> tuple[Floats, ...]:
+        """For each term an orthonormal basis of what it can do and the terms that do not contain it cannot, (n, df)."""
+        return tuple(self._basis(self._freed(term)) for term in self.terms)
+
+    @cached_property
+    def orthogonal(self) -> bool:
+        """Whether no term has to be freed of others: type I, II and III are the same then."""
+        plain = [self.columns(self.codes, term) for term in self.terms]
+        lost = (np.abs(self._freed(term) - own).max(initial=0.0) for term, own in zip(self.terms, plain, strict=True))
+        return all(loss < _RANK for loss in lost)
+
+    @property
+    def df(self) -> tuple[int, ...]:
+        """Degrees of freedom of the terms."""
+        return tuple(basis.shape[1] for basis in self.bases)
+
+    @property
+    def error_df(self) -> int:
+        """Degrees of freedom that are left."""
+        return int(self.design.shape[0] - self.design.shape[1])
+
+    def squares(self, y: Floats) -> Floats:
+        """Sum of squares of each term, (..., terms), for observations (..., n)."""
+        centred = y - y.mean(axis=-1, keepdims=True)
+        parts = [np.sum((centred @ basis) ** 2, axis=-1) for basis in self.bases]
+        return np.stack(parts, axis=-1) if parts else np.zeros((*y.shape[:-1], 0))
+
+    def residuals(self, y: Floats) -> Floats:
+        """What the model leaves, (..., n); the mean is taken out first, for the digits."""
+        centred = y - y.mean(axis=-1, keepdims=True)
+        return np.asarray(centred - (centred @ self._whole) @ self._whole.T)
+
+    def effects(self, y: Floats) -> Floats:
+        """Coefficients (..., p) of the design for observations (..., n)."""
+        return np.asarray(y @ self.design @ self.inverse)
+
+    @cached_property
+    def _whole(self) -> Floats:
+        return self._basis(self.design)
+
+    def _freed(self, term: Term) -> Floats:
+        own = self.columns(self.codes, term)
+        others = [self.columns(self.codes, other) for other in self.terms if not set(term) <= set(other)]
+        rest = self._basis(np.column_stack([np.ones(len(self.codes)), *others]))
+        return np.asarray(own - rest @ (rest.T @ own))
+
+    @staticmethod
+    def _basis(columns: Floats) -> Floats:
+        """Orthonormal basis of columns of order one."""
+        u, s, _ = np.linalg.svd(columns, full_matrices=False)
+        return np.asarray(u[:, s > _RANK * np.sqrt(len(columns))])
+
+
+def _sum_contrasts(count: int) -> Floats:
+    """Effects of all levels from those of all but the last: the last is minus their sum."""
+    return np.vstack([np.eye(count - 1), -np.ones((1, count - 1))])

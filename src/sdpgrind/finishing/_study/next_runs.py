@@ -1,0 +1,198 @@
+"""Further runs worth making: where, between and at the ends of the levels, the best may lie.
+
+On a quadratic b x + c x^2 with c < 0 the best is at x = -b/(2c). Its uncertainty follows from that of b and c; n further runs are
+put at the middles of n parts that are equally likely to hold it.
+"""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+from scipy.special import ndtri
+
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.finishing._study.best import best
+from sdpgrind.finishing._study.pooling import Pool
+from sdpgrind.finishing._study.prediction import back
+from sdpgrind.finishing._study.settings import Level
+from sdpgrind.finishing._study.surface_fit import Axis, SurfaceFit, surface_fit
+from sdpgrind.finishing._study.texts import amount, level
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing._study.observations import Observations
+
+DB = 20 / np.log(10)
+"""dB of a change of the logarithm of the response by 1."""
+
+
+@dataclasses.dataclass(frozen=True)
+class NextRun:
+    """One further run.
+
+    Attributes
+    ----------
+    settings : mapping of str to level
+        Each factor's level, in its own unit; factors without an effect are left out.
+    mean, sd : float
+        Of its ratio, dB, the uncertainty of the surface included.
+    law : sdp.Law
+        What the reading should be: log-normal in the unit of the response where smaller or larger is better, else normal in dB.
+    why : str
+        What it is for.
+    """
+
+    settings: dict[str, Level]
+    mean: float
+    sd: float
+    law: sdp.Law
+    why: str
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class NextRuns(Sequence[NextRun]):
+    """Further runs, and what the surface says besides.
+
+    Attributes
+    ----------
+    runs : tuple of NextRun
+        The runs; each mean in dB.
+    gain : float
+        By how much the best of the surface is above the best combination of levels, dB.
+    notes : tuple of str
+        What else there is to know: factors that are best at an end of their range.
+    unit : str
+        That of the response.
+    """
+
+    runs: tuple[NextRun, ...]
+    gain: float
+    notes: tuple[str, ...]
+    unit: str
+
+    @overload
+    def __getitem__(self, index: int) -> NextRun: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[NextRun]: ...
+    def __getitem__(self, index: int | slice) -> NextRun | Sequence[NextRun]:
+        """Return a run (its mean in dB), or some."""
+        return self.runs[index]
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    def __iter__(self) -> Iterator[NextRun]:
+        return iter(self.runs)
+
+    def __repr__(self) -> str:
+        lines = []
+        for run in self.runs:
+            where = ", ".join(f"{name} {_short(value)}" for name, value in run.settings.items())
+            unit = self.unit if isinstance(run.law, sdp.LogNormal) else "dB"
+            lines.append(f"{where}: {amount(float(run.law.mean), unit)} +- {amount(float(run.law.sd), unit)}; {run.why}")
+        return "\n".join([*lines, f"the surface promises {self.gain:.2f} dB over the best levels", *self.notes])
+
+
+def _short(value: Level) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else level(value)
+
+
+def next_runs(study: "Observations", number: int, pool: Pool) -> NextRuns:
+    """Further runs of a study; see `Study.next_runs`."""
+    number = checks.count("number", number)
+    if study.interactions:
+        raise ValueError("next_runs must be asked of a study without interactions: its surface has none")
+    found, fit = best(study, pool, 0.05), surface_fit(study, pool)
+    inside = [axis for axis in fit.axes if _peak(fit, axis) is not None]
+    tops = {axis.factor: _top(fit, axis, found[axis.factor]) for axis in fit.axes}
+    combinations = [tops, *({**tops, tie.factor: tie.level} for tie in found.ties if isinstance(tie.level, str))]
+    runs = []
+    for k in range(number):
+        settings = dict(combinations[k % len(combinations)])
+        for j, axis in enumerate(inside):
+            settings[axis.factor] = _placed(fit, axis, _part(k, j, number))
+        runs.append(_run(study, fit, settings, inside, tops))
+    gain = fit.law(tops)[0] - fit.law({axis.factor: found[axis.factor] for axis in fit.axes})[0]
+    notes = tuple(note for axis in fit.axes if axis not in inside for note in _at_the_end(axis, tops[axis.factor]))
+    return NextRuns(tuple(runs), gain, notes, study.unit)
+
+
+def _peak(fit: SurfaceFit, axis: Axis) -> tuple[float, float] | None:
+    """Where a quadratic is highest between the ends, and the standard error of that place (coordinates); None without."""
+    if axis.degree < 2:
+        return None
+    k = fit.position(axis)
+    b, c = fit.estimate.value[k : k + 2]
+    if c >= 0 or abs(b) >= -2 * c:
+        return None
+    slope = np.array([-1 / (2 * c), b / (2 * c**2)])
+    covariance = fit.estimate.covariance[k : k + 2, k : k + 2]
+    return float(-b / (2 * c)), float(np.sqrt(slope @ covariance @ slope))
+
+
+def _top(fit: SurfaceFit, axis: Axis, best_level: Level) -> Level:
+    """The best level of names; of numbers the peak, or the better end."""
+    if not axis.numeric:
+        return best_level
+    peak = _peak(fit, axis)
+    if peak is not None:
+        return axis.value(peak[0])
+    k = fit.position(axis)
+    slopes = fit.estimate.value[k : k + axis.degree]
+    ends = [float(sum(s * x ** (n + 1) for n, s in enumerate(slopes))) for x in (-1.0, 1.0)]
+    return axis.ends[int(np.argmax(ends))]
+
+
+def _part(run: int, axis: int, number: int) -> float:
+    """Middle of the part (1) that a run has of an axis; each part once, in another order on each axis."""
+    order = np.argsort((0.381966 * axis * np.arange(number)) % 1.0, kind="stable")
+    return (float(order[run]) + 0.5) / number
+
+
+def _placed(fit: SurfaceFit, axis: Axis, share: float) -> float:
+    """Where the peak is with this probability below, within the range."""
+    peak = _peak(fit, axis)
+    assert peak is not None  # only axes with a peak are asked
+    return axis.value(float(np.clip(peak[0] + peak[1] * ndtri(share), -1.0, 1.0)))
+
+
+def _run(
+    study: "Observations", fit: SurfaceFit, settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level]
+) -> NextRun:
+    mean, sd = fit.law(settings)
+    return NextRun(settings, mean, sd, _law(study, mean, sd), _why(settings, inside, tops))
+
+
+def _law(study: "Observations", mean: float, sd: float) -> sdp.Law:
+    """Law of the reading, log-normal with that mean and sd of its dB; of the dB where there is no way back."""
+    middle = back(study, mean)
+    if middle is None:
+        return sdp.Normal(mean, sd)
+    square = (sd / DB) ** 2
+    whole = middle * float(np.exp(0.5 * square))
+    return sdp.LogNormal(whole, whole * float(np.sqrt(np.expm1(square))))
+
+
+def _why(settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level]) -> str:
+    parts = []
+    for axis in inside:
+        value, top = float(settings[axis.factor]), float(tops[axis.factor])
+        if abs(value - top) <= 1e-9 * abs(top):
+            parts.append(f"{axis.factor} at the top of the surface: confirms it")
+        else:
+            parts.append(f"{axis.factor} {'below' if value < top else 'above'} the top {top:.4g}: where else the best may lie")
+    swapped = [
+        f"{name} {level(value)}: as good, as far as the data say"
+        for name, value in settings.items()
+        if isinstance(value, str) and value != tops[name]
+    ]
+    return "; ".join([*parts, *swapped]) or "at the best levels: confirms them"
+
+
+def _at_the_end(axis: Axis, value: Level) -> list[str]:
+    """A number that is best where its range ends may be better beyond."""
+    if not isinstance(value, float):
+        return []
+    side = "greatest" if value == axis.ends[1] else "least"
+    return [f"{axis.factor} is best at {value:g}, the {side} level tried: beyond it nothing is known"]

@@ -1,0 +1,134 @@
+"""Signal-to-noise ratios: what is large where the response is good."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+
+class Ratio(NamedTuple):
+    """One kind of ratio: from readings (..., n) over the reference, and back where that can be."""
+
+    of: Callable[[Floats], Floats]
+    back: Callable[[Floats], Floats] | None
+    unit: str
+    stands_for: str
+
+
+def _smaller(y: Floats) -> Floats:
+    return np.asarray(-10 * np.log10(np.mean(y**2, axis=-1)))
+
+
+def _larger(y: Floats) -> Floats:
+    return np.asarray(-10 * np.log10(np.mean(y**-2.0, axis=-1)))
+
+
+def _nominal(y: Floats) -> Floats:
+    return np.asarray(10 * np.log10(np.mean(y, axis=-1) ** 2 / np.var(y, axis=-1, ddof=1)))
+
+
+def _nominal_taguchi(y: Floats) -> Floats:
+    """Of the mean squared less what the scatter adds to it."""
+    n, square, variance = y.shape[-1], np.mean(y, axis=-1) ** 2, np.var(y, axis=-1, ddof=1)
+    return np.asarray(10 * np.log10((n * square - variance) / (n * variance)))
+
+
+def _itself(y: Floats) -> Floats:
+    return np.asarray(np.mean(y, axis=-1))
+
+
+RATIOS = {
+    "smaller": Ratio(_smaller, lambda eta: np.asarray(10.0 ** (-np.asarray(eta) / 20)), "dB", "root mean square"),
+    "larger": Ratio(
+        _larger, lambda eta: np.asarray(10.0 ** (np.asarray(eta) / 20)), "dB", "inverse root mean square of the inverse"
+    ),
+    "nominal": Ratio(_nominal, None, "dB", ""),
+    "nominal_taguchi": Ratio(_nominal_taguchi, None, "dB", ""),
+    "none": Ratio(_itself, lambda mean: np.asarray(mean), "", "mean"),
+}
+"""By name; "none" is the response itself."""
+
+
+def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: float = 1.0) -> Floats:
+    """Return the signal-to-noise ratio of readings.
+
+    With n readings y, their mean m and variance s^2 (with n - 1):
+
+    ================== =============================== =====================================================
+    `ratio`            eta, dB                         refuses
+    ================== =============================== =====================================================
+    "smaller"          -10 log10 mean((y/ref)^2)       negative readings, a run of zeros only
+    "larger"           -10 log10 mean((ref/y)^2)       readings <= 0
+    "nominal"          10 log10(m^2/s^2)               one reading, s = 0, m = 0
+    "nominal_taguchi"  10 log10((n m^2 - s^2)/(n s^2)) one reading, s = 0, n m^2 <= s^2
+    "none"             m itself, in its own unit
+    ================== =============================== =====================================================
+
+    Wang (page of Table 2) prints -20 log10(R_a); the numbers are those of a reference of 10 um.
+
+    Parameters
+    ----------
+    response : array_like, shape (..., n)
+        Readings, the replicates on the last axis, in any unit.
+    ratio : str
+        See above.
+    reference : float
+        What is 0 dB with "smaller" and "larger", > 0, in the unit of the response.
+
+    Returns
+    -------
+    array, shape (...)
+        In dB; with "none" in the unit of the response.
+
+    Raises
+    ------
+    ValueError
+        As in the table.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> float(fin.sn_ratio([5e-3], reference=1e-2).round(3))
+    6.021
+    """
+    kind = RATIOS[checks.one_of("ratio", ratio, RATIOS)]
+    readings = checks.finite_array("response", response)
+    if readings.ndim == 0:
+        raise ValueError("response must have an axis of replicates; got a single number")
+    over = readings / checks.positive("reference", reference) if ratio in ("smaller", "larger") else readings
+    _check(ratio, over, readings)
+    return kind.of(over)
+
+
+def _check(ratio: str, y: Floats, shown: Floats) -> None:
+    if ratio == "smaller":
+        _refuse(np.any(y < 0, axis=-1), shown, "response must be >= 0 where smaller is better (of signed errors give the size)")
+        _refuse(np.all(y == 0, axis=-1), shown, "response must not be all zeros in a run: its ratio would be infinite")
+    if ratio == "larger":
+        _refuse(np.any(y <= 0, axis=-1), shown, "response must be > 0 where larger is better")
+    if ratio.startswith("nominal"):
+        _check_nominal(ratio, y, shown)
+
+
+def _check_nominal(ratio: str, y: Floats, shown: Floats) -> None:
+    n = y.shape[-1]
+    if n < 2:
+        raise ValueError(f"response must have two replicates or more where a nominal value is best; got {n}: no scatter to see")
+    square, variance = np.mean(y, axis=-1) ** 2, np.var(y, axis=-1, ddof=1)
+    tiny = np.finfo(float).eps ** 2 * np.max(y**2, axis=-1)
+    _refuse(variance <= tiny, shown, "response must scatter in each run (s > 0): its ratio would be infinite")
+    low = square <= tiny if ratio == "nominal" else n * square <= variance
+    rule = "!= 0" if ratio == "nominal" else "further from 0 than its standard error, n m^2 > s^2"
+    _refuse(low, shown, f"response must have a mean {rule}")
+
+
+def _refuse(bad: npt.NDArray[np.bool_] | np.bool_, shown: Floats, rule: str) -> None:
+    """Refuse the first run that is bad."""
+    if np.any(bad):
+        k = int(np.argmax(bad))
+        readings = shown.reshape(-1, shown.shape[-1])[k]
+        raise ValueError(f"{rule}; got {readings.tolist()} in run {k + 1}")

@@ -1,0 +1,30 @@
+"""Terms of the roughness model: what ln R_a is linear in."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Floats
+
+PATTERNS = ("hilbert4", "hilbert5", "zigzag")
+"""The first has no term of its own."""
+NAMES = ("intercept", "hilbert5", "zigzag", "tool_exponent", "force_slope", "force_bend")
+
+
+class References(NamedTuple):
+    """Where logarithms are 0."""
+
+    tool_diameter: float = 3.5  # mm
+    normal_force: float = 1.111  # N
+
+
+TERMS = References()
+
+
+def design(pattern: npt.NDArray[Any], tool_diameter: Floats, normal_force: Floats) -> Floats:
+    """Rows (..., 6) of the model for patterns, diameters (mm) and forces (N) that broadcast."""
+    x = np.log(normal_force / TERMS.normal_force)
+    marks = [(pattern == name).astype(float) for name in PATTERNS[1:]]
+    columns = np.broadcast_arrays(1.0, *marks, np.log(tool_diameter / TERMS.tool_diameter), x, x**2)
+    return np.stack(columns, axis=-1)
