@@ -17,18 +17,22 @@ from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.limits import Limits
 from sdpgrind.finishing._timing.min_time import fastest_law
 from sdpgrind.finishing._timing.time_law import TimeLaw, integrated
-from sdpgrind.finishing._timing.violations import closest, slowing
+from sdpgrind.finishing._timing.violations import closest, shares, slowing
 
 SIZES = (32, 64, 128, 256)
 """Intervals of the programs; longer runs take windows of the last."""
 SHARE = 0.25
 """An interval over the time in which a joint's acceleration turns from its greatest to its least."""
 SLOWER = 3e-3
-"""Share of the duration that may be lost to limits exceeded between points, before there are more of them."""
+"""Share of the duration that may be lost to limits exceeded between points, before they are narrowed there."""
+ROUNDS = 5
+CHECKS = 8
 COARSE = 5e-3
 """Share of the duration that a finer grid must save for the first law: it is only where points are put, and a first guess."""
 EASY = 1.4
 """By how much slower the programs begin: from within the limits they take fewer steps."""
+MARGIN, FIRST = 1e-4, 4
+"""By how much the limits are narrowed but at the first points of a window: what it begins with is then well within them."""
 AVERAGED = 64
 """Places over which the first law is averaged."""
 
@@ -47,18 +51,25 @@ class Points(NamedTuple):
 
 
 def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
-    """Fastest law of a run that keeps limits of jerk too; more points where limits are exceeded between them."""
+    """Fastest law of a run that keeps limits of jerk too."""
     first = fastest_law(run, limits, feed_rate, acceleration, gain=COARSE)
     turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
-    step = SHARE * turn
-    for _ in range(3):
-        points = _points(first, min(turn, first.duration), step)
-        law = _law(run, limits, feed_rate, acceleration or np.inf, points)
-        slower = slowing(closest(run, law, limits, feed_rate, 20)[:, 0])
+    points = _points(first, min(turn, first.duration), SHARE * turn)
+    tight = np.ones(points.length.size)
+    for _ in range(ROUNDS):
+        law = _law(run, limits, feed_rate, acceleration or np.inf, points, tight)
+        found = shares(run, law, limits, feed_rate, CHECKS)[:, :, 0]
+        slower = slowing(found.max(axis=0))
         if slower <= 1 + SLOWER:
             break
-        step = points.step / 2
-    return law.slower(slower)
+        tight = _tighter(tight, found[:, :3].max(axis=1))
+    return law.slower(slowing(closest(run, law, limits, feed_rate, 20)[:, 0]))
+
+
+def _tighter(tight: Floats, used: Floats) -> Floats:
+    """Narrow the limits at both ends of the pieces that exceed them in between, by as much."""
+    beyond = np.maximum(used, 1.0)
+    return tight * np.maximum(np.append(beyond, 1.0), np.insert(beyond, 0, 1.0))
 
 
 def _points(first: TimeLaw, turn: float, step: float) -> Points:
@@ -88,7 +99,7 @@ def _count(least: float) -> int:
     return half * (1 + int(np.ceil(least / half - 1)))
 
 
-def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points) -> TimeLaw:
+def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points, tight: Floats) -> TimeLaw:
     """Law over all points, window by window."""
     count, size = points.length.size - 1, min(points.length.size - 1, SIZES[-1])
     begin, state = 0, np.array([points.length[0], 0.0, 0.0])
@@ -96,7 +107,7 @@ def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, 
     while begin < count:
         window = Points(points.step, *(row[begin : begin + size + 1].copy() for row in points[1:]))
         kept = size if begin + size == count else size // 2
-        t, j = _window(run, limits, feed_rate, acceleration, window, state)
+        t, j = _window(run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1])
         state = _after(state, t[:kept], j[:kept])
         durations.append(t[:kept])
         jerks.append(j[:kept])
@@ -106,16 +117,16 @@ def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, 
 
 
 def _window(
-    run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points, state: Floats
+    run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points, state: Floats, tight: Floats
 ) -> tuple[Floats, Floats]:
     """Durations (s) and jerks (mm/s^3) over one window, from a state of place, feed and acceleration to rest."""
-    count = points.length.size - 1
     points.length[0] = state[0]
-    long, time = float(points.length[-1] - points.length[0]) / count, points.step
-    rates = run.derivatives(points.length)[:, 1:]
+    long, time = float(np.diff(points.length).mean()), points.step
+    held = np.where((np.arange(tight.size) < FIRST) & (state[1] > 0), 1.0, 1 + MARGIN) * tight
+    rates = run.derivatives(points.length)[:, 1:] * held[:, None, None]
     speed, most, jerk = limits.table
     scale = np.array([long, long**2, long**3])[:, None] / (jerk * time**3)
-    cap = np.minimum(feed_rate, 1 / np.maximum(np.abs(rates[:, 0] / speed).max(axis=1), 1e-9)) * time / long
+    cap = np.minimum(feed_rate / held, 1 / np.maximum(np.abs(rates[:, 0] / speed).max(axis=1), 1e-9)) * time / long
     start = (float(state[1]) * time / long, float(state[2]) * time**2 / long)
     cap[0] = max(cap[0], start[0])
     guess = _guess(points, cap, long)
