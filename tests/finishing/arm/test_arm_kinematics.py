@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.base import stored
+from sdpgrind.finishing._arm import kinematics_kernels as kernels
 from sdpgrind.finishing._arm.arm import Arm
 
 LOW, HIGH = np.array(GENERIC.position_min), np.array(GENERIC.position_max)
@@ -289,6 +290,20 @@ def test_a_stretched_and_a_folded_arm(size):
 def test_nothing_is_done_for_no_pose():
     assert GENERIC.inverse(np.empty((0, 4, 4))).shape == (0, 7)
     assert GENERIC.branches(np.empty((0, 4, 4)))[1].shape == (4, 0)
+
+
+def test_kernels_along_a_path_are_sums_and_comparisons():
+    rng = np.random.default_rng(13)
+    speed = np.array(GENERIC.speed_max)
+    for _ in range(50):
+        joints, reached = rng.uniform(1.02 * LOW, 0.98 * HIGH, (8, 7)), rng.random(8) > 0.05
+        bad = np.flatnonzero(~reached | np.any((joints < LOW) | (joints > HIGH), axis=1))
+        assert kernels.first_beyond(joints, reached, LOW, HIGH) == (bad[0] if bad.size else -1)
+        way = np.abs(np.diff(joints, axis=0))
+        jumps = np.flatnonzero(np.any(way[:, :5] > 4.0, axis=1))
+        time, at = kernels.travel(joints, speed, 4.0)
+        assert time == pytest.approx(np.sum(np.max(way / speed, axis=1)), rel=1e-14)
+        assert at == (jumps[0] if jumps.size else -1)
 
 
 # -- damped least squares ----------------------------------------------------------------------------------------------

@@ -55,7 +55,7 @@ class Arm(Frozen):
     >>> arm = finishing.Arm.generic()
     >>> pose = arm.forward([0.0, 0.8, -1.5, 0.0, 0.0, 0.0, 0.0])
     >>> pose[:3, 3].round(3)  # mm
-    array([476.685,   0.   , 389.937])
+    array([476.707,   0.   , 389.731])
     """
 
     d1: float
@@ -263,7 +263,7 @@ class Arm(Frozen):
         >>> start = [0.1, 0.2, -1.1, 0.3, 0.0, 10.0, 0.0]
         >>> pose = arm.forward_work([0.0, 0.2, -1.0, 0.3, 0.1, 0.0, 0.0])
         >>> joints = arm.solve(pose, start)
-        >>> abs(arm.forward_work(joints) - pose).max() < 1e-9
+        >>> bool(abs(arm.forward_work(joints) - pose).max() < 1e-9)
         True
         """
         target = closed_form.checked_poses(np.asarray(pose)[None])[0]

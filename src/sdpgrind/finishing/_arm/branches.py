@@ -9,6 +9,7 @@ import numpy.typing as npt
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._arm import kinematics_kernels as kernels
 from sdpgrind.finishing._arm.inverse import BRANCHES, Excess, checked_poses, excess, joints_of
 
 if TYPE_CHECKING:
@@ -116,29 +117,21 @@ def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
 def _way(arm: "Arm", poses: Floats, branch: int, radius: float) -> _Way:
     """One branch at one radius on one segment."""
     joints, reached = joints_of(arm, poses, radius, branch, True)
-    time = float(travel_time(arm, np.diff(joints, axis=0)).sum())
+    time, at = kernels.travel(joints, np.array(arm.speed_max), TURN)
     # What jumps breaks limits too, but not because of them.
-    return _Way(joints[0], joints[-1], time, _jump(arm, joints) or excess(arm, poses, radius, joints, reached))
+    wrong = _jump(arm, joints, int(at)) if at >= 0 else excess(arm, poses, radius, joints, reached)
+    return _Way(joints[0], joints[-1], float(time), wrong)
 
 
-def travel_time(arm: "Arm", way: Floats) -> Floats:
-    """Time of a way (..., 7) of the joints at their greatest speeds, s."""
-    out: Floats = np.max(np.abs(way) / np.array(arm.speed_max), axis=-1, initial=0.0)
-    return out
-
-
-def _jump(arm: "Arm", joints: Floats) -> Excess | None:
-    """Where an angle turns too far from one pose to the next."""
-    turns = np.abs(np.diff(joints[:, :5], axis=0))
-    bad = np.flatnonzero((turns > TURN).any(axis=1))
-    if not bad.size:
-        return None
-    at, j = int(bad[0]), int(np.argmax(turns[bad[0]]))
+def _jump(arm: "Arm", joints: Floats, at: int) -> Excess:
+    """Say which angle turns too far from one pose to the next."""
+    turns = np.abs(joints[at + 1, :5] - joints[at, :5])
+    j = int(np.argmax(turns))
     text = (
-        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a segment; got {turns[at, j]:.4g} between"
+        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a segment; got {turns[j]:.4g} between"
         f" poses[{at}] and poses[{at + 1}], where the heading has a corner, or the tool comes through the vertical"
     )
-    return Excess(at, text, float(turns[at, j] / TURN))
+    return Excess(at, text, float(turns[j] / TURN))
 
 
 def _refuse_impossible(k: int, row: list[_Way], pairs: list[tuple[int, float]]) -> None:
@@ -194,5 +187,6 @@ def _costs(arm: "Arm", ways: list[list[_Way]]) -> Floats:
     if count > 1:
         last = np.array([[way.last for way in row] for row in ways[:-1]])
         first = np.array([[way.first for way in row] for row in ways[1:]])
-        cost[1:, :size] += travel_time(arm, first[:, None, :, :] - last[:, :, None, :])
+        way = np.abs(first[:, None, :, :] - last[:, :, None, :])
+        cost[1:, :size] += np.max(way / np.array(arm.speed_max), axis=-1)
     return cost

@@ -62,10 +62,10 @@ def within_limits(arm: "Arm", joints: Floats) -> npt.NDArray[np.bool_]:
 
 def excess(arm: "Arm", poses: Floats, radius: float, joints: Floats, reached: npt.NDArray[np.bool_]) -> Excess | None:
     """Say what is beyond a limit first, or None."""
-    bad = np.flatnonzero(~(reached & within_limits(arm, joints)))
-    if not bad.size:
+    low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
+    index = int(kernels.first_beyond(joints, reached, low, high))
+    if index < 0:
         return None
-    index = int(bad[0])
     if not reached[index]:
         return _beyond_reach(arm, poses[index], radius, index)
     return _beyond_limit(arm, joints[index], index)

@@ -99,3 +99,30 @@ def inverse(poses, lengths, radius, pitch, elbow, middle, continuous, joints, re
             turns = math.floor((middle[j] - 0.5 * (low + high)) / _TURN + 0.5)
             for i in range(len(poses)):
                 joints[i, j] += _TURN * turns
+
+
+@njit(**_OPTIONS)
+def first_beyond(joints, reached, low, high):
+    """Index of the first pose that is out of reach or has a joint beyond its limits, or -1."""
+    for i in range(len(joints)):
+        kept = reached[i]
+        for j in range(7):
+            kept = kept and low[j] <= joints[i, j] <= high[j]
+        if not kept:
+            return i
+    return -1
+
+
+@njit(**_OPTIONS)
+def travel(joints, speed, turn):
+    """Time of a way from pose to pose, by the joint that needs longest; and the first pose after which an angle turns too far."""
+    time, at = 0.0, -1
+    for i in range(len(joints) - 1):
+        longest = 0.0
+        for j in range(7):
+            way = abs(joints[i + 1, j] - joints[i, j])
+            longest = max(longest, way / speed[j])
+            if j < 5 and way > turn and at < 0:
+                at = i
+        time += longest
+    return time, at

@@ -1,0 +1,106 @@
+"""Arm of the finishing robot: ``python benchmarks/finishing_arm.py [--times N] [--poses N]``. Medians; peer roboticstoolbox."""
+
+import argparse
+import importlib.util
+
+import numpy as np
+from measure import median
+
+from sdpgrind import units
+from sdpgrind.finishing._arm.arm import Arm
+from sdpgrind.finishing._arm.branches import choose_branches
+from sdpgrind.finishing._arm.tool import tool_poses
+from sdpgrind.finishing._surface.presets import nominal_surface
+
+BAR = 2.0  # us a pose
+WIDE = 3000.0  # mm
+
+
+def free(arm: Arm) -> Arm:
+    """The same arm with all branches open."""
+    turn = (np.pi,) * 5
+    return arm.replace(position_min=(*(-a for a in turn), -WIDE, -WIDE), position_max=(*turn, WIDE, WIDE))
+
+
+def random_poses(arm: Arm, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Poses of random joints whose wrist is beside the first axis at 350 mm: q2 and q3 make the radius."""
+    q = rng.uniform(-1, 1, (count, 7)) * ([3.0, 0.0, 0.0, 3.0, 3.0] + [150.0] * 2)
+    height = rng.uniform(-400, 400, count)
+    cosine = (350.0**2 + height**2 - arm.a2**2 - arm.a3**2) / (2 * arm.a2 * arm.a3)
+    q[:, 2] = -np.arccos(cosine)
+    q[:, 1] = np.arctan2(height, 350.0) - np.arctan2(arm.a3 * np.sin(q[:, 2]), arm.a2 + arm.a3 * cosine)
+    return arm.forward_work(q)
+
+
+def zigzag(count: int) -> np.ndarray:
+    """Tool poses along lines over the nominal surface, as one smooth path there and back."""
+    surface, angle = nominal_surface(), np.linspace(0, 16 * np.pi, count)
+    u, v = 0.5 - 0.48 * np.cos(angle), 0.02 + 0.96 * angle / angle[-1]
+    at = surface.derivatives(u, v)
+    du, dv = 0.48 * np.sin(angle), np.full(count, 0.96 / angle[-1])
+    feed, normal = du[:, None] * at.u + dv[:, None] * at.v, np.cross(at.u, at.v)
+    feed, normal = (each / np.linalg.norm(each, axis=1)[:, None] for each in (feed, normal))
+    poses = tool_poses(at.point, feed, normal, contact_angle=units.deg(30), lever_arm=95.0, azimuth=np.pi)
+    poses[:, :3, 3] += [490.0, -20.0, 100.0]
+    return poses
+
+
+def told(what: str, took: float, count: int, bar: float | None = None) -> None:
+    each = 1e6 * took / count
+    held = "" if bar is None else f"<= {bar:g}: {'yes' if each <= bar else 'NO'}"
+    print(f"| {what} | {1e3 * took:.2f} | {each:.3f} | {held} |")
+
+
+def kinematics(times: int, count: int) -> None:
+    arm, rng = free(Arm.generic()), np.random.default_rng(0)
+    poses = random_poses(arm, count, rng)
+    joints = arm.inverse(poses, continuous=False)
+    print(f"\n## {count} random poses\n| what | ms | us a pose | bar |\n|---|---|---|---|")
+    for branch in range(4):
+        took = median(lambda b=branch: arm.inverse(poses, branch=b, continuous=False), times)
+        told(f"inverse, branch {branch}", took, count, BAR)
+    told("inverse, as one path, unwrapped", median(lambda: arm.branches(poses), times) / 4, count, BAR)
+    told("all four branches", median(lambda: arm.branches(poses, continuous=False), times), count)
+    told("forward", median(lambda: arm.forward(joints), times), count)
+    told("Jacobian", median(lambda: arm.jacobian(joints), times), count)
+    off = [arm.forward_work(each) - poses for each in arm.branches(poses, continuous=False)[0]]
+    print(f"\nForward of inverse: {np.abs(off)[..., :3, 3].max():.1e} mm, {np.abs(off)[..., :3, :3].max():.1e}.")
+    some = [(poses[k], joints[k] + 0.05 * rng.normal(size=7)) for k in range(50)]
+    told("damped least squares from 3 deg off", median(lambda: [arm.solve(*each) for each in some], max(times // 4, 3)), 50)
+    peer(arm, poses[:20], times)
+
+
+def peer(arm: Arm, poses: np.ndarray, times: int) -> None:
+    """The same arm, without its table, by Levenberg and Marquardt."""
+    if importlib.util.find_spec("roboticstoolbox") is None:
+        print("\nroboticstoolbox is not installed.")
+        return
+    import roboticstoolbox as rtb
+
+    links = [(arm.d1, 0, np.pi / 2, 0), (0, arm.a2, 0, 0), (0, arm.a3, 0, 0), (0, 0, np.pi / 2, np.pi / 2), (arm.d5, 0, 0, 0)]
+    robot = rtb.DHRobot([rtb.RevoluteDH(d=d, a=a, alpha=alpha, offset=offset) for d, a, alpha, offset in links])
+    reached = [robot.fkine(q[:5]) for q in arm.inverse(poses, continuous=False)]
+    told("roboticstoolbox ikine_LM", median(lambda: [robot.ikine_LM(pose) for pose in reached], max(times // 4, 3)), len(poses))
+
+
+def choices(times: int) -> None:
+    print("\n## Branches and wrist radii on a path\n| segments | poses | pairs | ms |\n|---|---|---|---|")
+    arm = Arm.generic()
+    for segments, count, radii in ((1, 65536, 1), (1, 65536, 9), (64, 8192, 9), (1000, 16000, 3)):
+        cut = np.array_split(zigzag(count), segments)
+        choice = np.linspace(320, 380, radii) if radii > 1 else 350.0
+        took = median(lambda c=cut, r=choice: choose_branches(arm, c, r), max(times // 4, 3))
+        print(f"| {segments} | {count} | {4 * radii} | {1e3 * took:.0f} |")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--times", type=int, default=21)
+    parser.add_argument("--poses", type=int, default=65536)
+    given = parser.parse_args()
+    kinematics(given.times, given.poses)
+    choices(given.times)
+
+
+if __name__ == "__main__":
+    main()
