@@ -69,7 +69,8 @@ def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, accelerat
 def _tighter(tight: Floats, used: Floats) -> Floats:
     """Narrow the limits at both ends of the pieces that exceed them in between, by as much."""
     beyond = np.maximum(used, 1.0)
-    return tight * np.maximum(np.append(beyond, 1.0), np.insert(beyond, 0, 1.0))
+    wider: Floats = tight * np.maximum(np.append(beyond, 1.0), np.insert(beyond, 0, 1.0))
+    return wider
 
 
 def _points(first: TimeLaw, turn: float, step: float) -> Points:
