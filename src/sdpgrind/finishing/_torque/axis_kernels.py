@@ -77,14 +77,16 @@ def _first(a, b, c):
 def _in_contact(gap, speed, left, depth, frequency):
     """Swing about the depth at rest until the end or until it lifts: a quadratic in the tangent of half the phase."""
     rate = speed / frequency
-    c, s = np.cos(frequency * left), np.sin(frequency * left)
+    c, s = np.cos(0.5 * frequency * left), np.sin(0.5 * frequency * left)
     half = _first(2.0 * depth - gap, rate, gap)
-    if half > s / (1.0 + c):
-        return depth + (gap - depth) * c + rate * s, frequency * (rate * c - (gap - depth) * s), 0.0
-    lower = 1.0 / (1.0 + half * half)
-    c, s = (1.0 - half * half) * lower, 2.0 * half * lower
-    lifting = min(frequency * (rate * c - (gap - depth) * s), 0.0)
-    return 0.0, lifting, left - 2.0 * np.arctan(half) / frequency
+    if half > s / c:
+        rise, turn = 2.0 * s * s, 2.0 * s * c  # 1 - cos and sin of the phase: a change that is small stays exact
+        ahead = depth - gap
+        return gap + ahead * rise + rate * turn, speed - speed * rise + frequency * ahead * turn, 0.0
+    c = 1.0 / (1.0 + half * half)
+    rise, turn = 2.0 * half * half * c, 2.0 * half * c
+    lifting = speed - speed * rise + frequency * (depth - gap) * turn
+    return 0.0, min(lifting, 0.0), left - 2.0 * np.arctan(half) / frequency
 
 
 @njit(**_OPTIONS)

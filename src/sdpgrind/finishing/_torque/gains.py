@@ -243,7 +243,7 @@ class LqgGains(Frozen):
 
 def _rounding(axis: TorqueAxis) -> float:
     """Standard deviation of rounding to counts, rad."""
-    return axis.angle_step / 12.0**0.5
+    return axis.angle_step / sqrt(12.0)
 
 
 Gains = PidffGains | DampingGains | LqgGains
