@@ -14,6 +14,7 @@ def sweep(E, F, G, d, most):
     E, F, G (n, m): metric for steps of the grid. Returns how many rounds were needed; `most` + 1: it has not settled.
     """
     n, m = d.shape
+    least = 1e-9 * np.sqrt(min(E.max(), G.max()))
     for rounds in range(1, most + 1):
         change = 0.0
         for corner in range(4):
@@ -21,71 +22,88 @@ def sweep(E, F, G, d, most):
                 i = a if corner & 1 == 0 else n - 1 - a
                 for b in range(m):
                     j = b if corner & 2 == 0 else m - 1 - b
-                    found = nearest(E, F, G, d, i, j, False)
+                    found = _first(E[i, j], F[i, j], G[i, j], d, i, j)[0]
                     if found < d[i, j]:
-                        change = max(change, min(d[i, j] - found, 1e300))
+                        change = max(change, d[i, j] - found)
                         d[i, j] = found
-        if change <= 1e-13:
+        if change <= least:
             return rounds
     return most + 1
 
 
 @njit(cache=True, nogil=True)
-def refine(E, F, G, d, order, fixed, rounds):
-    """Second order: nodes once more in the `order` of their distance, from neighbours that are upwind."""
-    m = d.shape[1]
-    for _ in range(rounds):
-        for k in order:
-            if not fixed[k]:
-                i, j = k // m, k % m
-                found = nearest(E, F, G, d, i, j, True)
-                if found < np.inf:
-                    d[i, j] = found
-
-
-@njit(cache=True, nogil=True)
-def nearest(E, F, G, d, i, j, second):
-    """Least distance of a node by way of one of its eight triangles, or along one of its eight edges."""
+def refine(E, F, G, d, order, fixed):
+    """Second order: nodes that are not `fixed` (n m,) once more, in `order` (n m,), each from neighbours that come before it."""
     n, m = d.shape
-    e, f, g = E[i, j], F[i, j], G[i, j]
-    own, best = d[i, j], np.inf
-    for k in range(8):
-        a0, a1 = _NEIGHBOURS[k]
-        if not (0 <= i + a0 < n and 0 <= j + a1 < m):
-            continue
-        wa, ra = _one_sided(d, i, j, a0, a1, own, second)
-        if ra == np.inf:
-            continue
-        along = np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1)
-        best = min(best, (along + ra) / wa)
-        b0, b1 = _NEIGHBOURS[(k + 1) % 8]
-        if 0 <= i + b0 < n and 0 <= j + b1 < m:
-            wb, rb = _one_sided(d, i, j, b0, b1, own, second)
-            if rb < np.inf:
-                best = min(best, _through(e, f, g, a0, a1, b0, b1, wa, ra, wb, rb))
-    return best
+    out = np.full((n, m), np.inf)
+    for k in order:
+        i, j = k // m, k % m
+        out[i, j] = d[i, j]
+        found, triangle, edge = _first(E[i, j], F[i, j], G[i, j], out, i, j)
+        if found < np.inf and not fixed[k]:
+            out[i, j] = _second(E[i, j], F[i, j], G[i, j], out, i, j, found, triangle, edge)
+    d[:] = out
 
 
 @njit(cache=True, nogil=True)
-def _one_sided(d, i, j, a0, a1, own, second):
-    """Weight w and rest r of the slope towards a neighbour, w d - r: (3 d - 4 d1 + d2)/2 where d2 is upwind, else d - d1."""
-    near = d[i + a0, j + a1]
-    if second:
-        if near >= own:
-            return 1.0, np.inf  # downwind of what is known already
-        p, q = i + 2 * a0, j + 2 * a1
-        if 0 <= p < d.shape[0] and 0 <= q < d.shape[1] and d[p, q] < near:
-            return 1.5, 2.0 * near - 0.5 * d[p, q]
+def _first(e, f, g, d, i, j):
+    """Least distance of a node by way of its triangles or along its edges, and which one, by its first neighbour; first order."""
+    best, triangle, edge = np.inf, 0, False
+    for k in range(8):
+        near = _at(d, i, j, k, 1)
+        if near < np.inf:
+            a0, a1 = _NEIGHBOURS[k]
+            found = near + np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1)
+            if found < best:
+                best, triangle, edge = found, k, True
+            other = _at(d, i, j, (k + 1) % 8, 1)
+            if other < np.inf:
+                found = _through(e, f, g, k, 1.0, near, 1.0, other)
+                if found <= best:
+                    best, triangle, edge = found, k, False
+    return best, triangle, edge
+
+
+@njit(cache=True, nogil=True)
+def _second(e, f, g, d, i, j, first, k, edge):
+    """The same by way of the triangle or edge that was best, second order where the neighbours behind allow it."""
+    wa, ra = _behind(e, f, g, d, i, j, k)
+    if edge:
+        a0, a1 = _NEIGHBOURS[k]
+        found = (np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1) + ra) / wa
+    else:
+        wb, rb = _behind(e, f, g, d, i, j, (k + 1) % 8)
+        found = _through(e, f, g, k, wa, ra, wb, rb)
+    return found if found < np.inf else first
+
+
+@njit(cache=True, nogil=True)
+def _behind(e, f, g, d, i, j, k):
+    """Weight w and rest r of the slope from a neighbour, w d - r: (3 d - 4 d1 + d2)/2 where d2 fits a slope, else d - d1."""
+    near, far = _at(d, i, j, k, 1), _at(d, i, j, k, 2)
+    a0, a1 = _NEIGHBOURS[k]
+    rise = near - far
+    if 0.0 <= rise <= 1.2 * np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1):
+        return 1.5, 2.0 * near - 0.5 * far
     return 1.0, near
 
 
 @njit(cache=True, nogil=True)
-def _through(e, f, g, a0, a1, b0, b1, wa, ra, wb, rb):
+def _at(d, i, j, k, steps):
+    """Distance of the node so many steps away in a direction; inf: there is none, or it is not known."""
+    p, q = i + steps * _NEIGHBOURS[k, 0], j + steps * _NEIGHBOURS[k, 1]
+    return d[p, q] if 0 <= p < d.shape[0] and 0 <= q < d.shape[1] else np.inf
+
+
+@njit(cache=True, nogil=True)
+def _through(e, f, g, k, wa, ra, wb, rb):
     """Distance d whose slopes towards two neighbours fit a gradient of length 1 that comes from between them; else inf.
 
     With the steps x_a, x_b towards the node and slopes s = w d - r, the gradient p has p.x = s, and p.M^-1.p = s.N^-1.s = 1
     with N the products of the steps in the metric. N^-1 s are the shares of the steps in the way that it comes.
     """
+    a0, a1 = _NEIGHBOURS[k]
+    b0, b1 = _NEIGHBOURS[(k + 1) % 8]
     aa = e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1
     ab = e * a0 * b0 + f * (a0 * b1 + a1 * b0) + g * a1 * b1
     bb = e * b0 * b0 + 2.0 * f * b0 * b1 + g * b1 * b1

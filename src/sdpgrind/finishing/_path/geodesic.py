@@ -15,7 +15,7 @@ from sdpgrind.finishing._path.square import Square
 
 NODES = 257
 """Of the grid on each side; on more it is the same to 10^-5 of the side."""
-SWEEPS, REFINEMENTS = 60, 3
+SWEEPS, REFINEMENTS = 60, 2
 
 
 class Field(NamedTuple):
@@ -42,7 +42,7 @@ def solved(E: Floats, F: Floats, G: Floats) -> Floats:
     fixed = d.ravel() == 0.0
     sweep(E, F, G, d, SWEEPS)
     for _ in range(REFINEMENTS):
-        refine(E, F, G, d, np.argsort(d, axis=None, kind="stable"), fixed, 1)
+        refine(E, F, G, d, np.argsort(d, axis=None, kind="stable"), fixed)
     return d
 
 

@@ -14,6 +14,8 @@ from sdpgrind.finishing._path.spacing_kernels import march
 
 ROWS, INTERVALS = 257, 256
 """Places along the lines at which gaps are taken, and intervals across them; each knot span has its share."""
+POINT = 1e-20
+"""Share of the greatest ``|Q_s|^2`` under which a line is but a point."""
 ROUNDING = 1e-9
 """Share of the pitch that a gap may exceed it by, as a side of 50 mm is 50 pitches of 1 mm."""
 
@@ -44,7 +46,7 @@ def gaps_of(tangent: Floats, across_tangent: Floats, across: Floats) -> Gaps:
     """Gaps from derivatives Q_s, Q_c (rows, 2m - 1, 3) at places `across` (2m - 1,), every other one of which is a middle."""
     square = np.einsum("ijc,ijc->ij", tangent, tangent)
     mixed = np.einsum("ijc,ijc->ij", tangent, across_tangent)
-    along = mixed / np.where(square > 0, square, 1.0)
+    along = mixed / np.where(square > POINT * square.max(), square, np.inf)
     density = np.linalg.norm(across_tangent - along[..., None] * tangent, axis=-1)
     steps = np.diff(across[::2])
     simpson = (density[:, :-2:2] + 4 * density[:, 1::2] + density[:, 2::2]) * steps / 6

@@ -47,6 +47,8 @@ def _cubic(total, slope, across, j, t):
 def _place(total, slope, across, j, wanted):
     """Where the distance in one row is `wanted`, in interval `j`: regula falsi after Illinois."""
     last = across.size - 1
+    if j == last and slope[last] <= 0.0:
+        return np.inf  # all of the row is one point
     if j == last:
         return across[last] + (wanted - total[last]) / slope[last]
     low, high = 0.0, 1.0
