@@ -14,6 +14,8 @@ POINTS = {True: 8, False: 16}
 """Gauss points of an interval on a straight leg, and on a curved one: their Legendre series tells speed and length within it."""
 TOLERANCE = 1e-9
 """Of a piece's length: what the last two terms may be in an interval. The length itself is closer by orders."""
+NOTHING = 1e-14
+"""Of a path's length: no shorter interval is halved."""
 HALVINGS = 40
 
 Speed = Callable[[Ints, Floats], Floats]
@@ -65,7 +67,7 @@ def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: i
         if halvings == 0:
             np.add.at(whole, piece, 2.0 * series[:, 0])
         tail = np.abs(series[:, -1]) + np.abs(series[:, -2])
-        good = (tail <= TOLERANCE * whole[piece]) | (halvings == HALVINGS)
+        good = (tail <= TOLERANCE * whole[piece]) | (series[:, 0] <= NOTHING * whole.sum()) | (halvings == HALVINGS)
         done.append((piece[good], first[good], last[good], series[good]))
         if good.all():
             break

@@ -26,6 +26,8 @@ HALF, WHOLE = 0.49, 0.98
 """Shares of a leg that an arm may take, where there is another blend at its other end and where not."""
 BACK = 1e-3
 """Sum of unit tangents of a corner that turns back on itself."""
+STRAIGHT = 1e-9
+"""Change of the unit tangent at a corner that is none."""
 LOOKS = np.linspace(0.3, 0.7, 9)
 """Where on a blend its distance from the corner is measured."""
 ROUNDS = 4
@@ -52,15 +54,24 @@ def _arms(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints, deviation: 
     pace, turn = _turns(surface, mapping, sharp, at)
     busy = np.isin(np.stack([at - 1, at + 1]), at)
     room = (np.where(busy, HALF, WHOLE) * pace).min(axis=0)
-    arm = np.minimum(deviation / (MIDDLE * turn), room)
+    arm = np.minimum(deviation / (MIDDLE * np.maximum(turn, STRAIGHT)), room)
     corner = _points(surface, mapping, sharp.coefficients, at, np.zeros(len(at)))
     for _ in range(ROUNDS):
         blends = _blends(sharp.coefficients, at, arm / pace)
         piece = np.repeat(np.arange(len(at)), len(LOOKS))
         points = _points(surface, mapping, blends, piece, np.tile(LOOKS, len(at)))
-        apart = np.linalg.norm(points.reshape(len(at), -1, 3) - corner[:, None], axis=-1).min(axis=1)
-        arm = np.minimum(arm * deviation / apart * (1.0 - 1e-9), room)
+        squares = ((points.reshape(len(at), -1, 3) - corner[:, None]) ** 2).sum(axis=-1)
+        arm = np.minimum(arm * deviation / np.maximum(np.sqrt(_least(squares)), STRAIGHT * deviation), room)
     return np.asarray(arm / pace)
+
+
+def _least(squares: Floats) -> Floats:
+    """Least of each row (c, m), by the parabola through it and its neighbours."""
+    row, at = np.arange(len(squares)), np.clip(squares.argmin(axis=1), 1, squares.shape[1] - 2)
+    low, middle, high = (squares[row, at + k] for k in (-1, 0, 1))
+    bend = np.maximum(low - 2 * middle + high, np.finfo(float).tiny)
+    least = np.minimum(squares.min(axis=1), middle - (high - low) ** 2 / (8 * bend))
+    return np.asarray(np.maximum(least, 0.0))
 
 
 def _turns(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints) -> tuple[Floats, Floats]:

@@ -13,6 +13,8 @@ from sdpgrind.finishing._surface.surface import Surface
 
 OUTSIDE = 1e-9
 """Of the unit square, by which rounding may leave it."""
+REST = 1e-12
+"""Of the greatest speed: what is at rest."""
 FLAT = 1e-9
 """Share of ``|Qu| |Qv|`` under which ``|Qu x Qv|`` tells no normal."""
 
@@ -61,7 +63,7 @@ def contact(surface: Surface, moved: Floats, there: Derivatives, place: Ints) ->
 
 
 def _refuse_rest(moved: Floats, pace: Floats) -> None:
-    still = np.flatnonzero(~(pace > 0))
+    still = np.flatnonzero(~(pace > REST * pace.max(initial=0.0)))
     if len(still):
         u, v = moved[still[0], 0]
         raise ValueError(f"the path must move on the surface everywhere; at (u, v) = ({u:.6g}, {v:.6g}) it stands still")
