@@ -51,7 +51,8 @@ def tool_poses(
     heading : {"fixed", "feed_aligned"}
         What h is.
     azimuth : float
-        Of h in the xy plane, from x, rad; "fixed" only.
+        Of h in the xy plane, from x, rad; "fixed" only. An arm that stands at the origin and works before it along x wants pi,
+        be the tool dragged (it then leans away from the base, q1 and q5 are near 0) or pushed (the arm reaches over).
 
     Returns
     -------
