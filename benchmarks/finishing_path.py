@@ -1,0 +1,144 @@
+"""A Hilbert path over a surface: ``python benchmarks/finishing_path.py [--times N] [--order n]``. Medians of interleaved runs.
+
+Ours is the whole path: nodes, points, all derivatives to order two, directions and frames. Peers do their part of it alone.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+
+import numpy as np
+from geomdl import BSpline
+from hilbertcurve.hilbertcurve import HilbertCurve
+from measure import median
+from scipy.interpolate import NdBSpline
+
+from sdpgrind.finishing._path.equal_area import equal_area
+from sdpgrind.finishing._path.hilbert import hilbert, hilbert_lsystem, hilbert_nodes
+from sdpgrind.finishing._path.path import Path
+from sdpgrind.finishing._surface.presets import nominal_surface, uneven_surfaces
+from sdpgrind.finishing._surface.surface import Surface
+
+SLOW = 1
+"""Runs of peers that take seconds."""
+ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+MAX_MS, MIN_TIMES, MAX_ERROR = 20.0, 150.0, 1e-10
+
+
+def whole(surface: Surface, order: int, mapping: str) -> Path:
+    """Nodes, surface with derivatives, frames."""
+    path = hilbert(surface, order, mapping=mapping)
+    path.derivatives()
+    path.frames()
+    return path
+
+
+def by_ndbspline(surface: Surface, uv: np.ndarray) -> list[np.ndarray]:
+    spline = NdBSpline(surface.knots, surface.control_points, surface.degree)
+    return [spline(uv, nu=order) for order in ORDERS]
+
+
+def by_geomdl(surface: Surface, order: int) -> np.ndarray:
+    """Nodes of hilbertcurve, and the surface at each with derivatives to order two, point by point."""
+    curve = HilbertCurve(order, 2)
+    nodes = np.array(curve.points_from_distances(list(range(4**order))))
+    twin = BSpline.Surface()
+    twin.degree_u, twin.degree_v = surface.degree
+    nu, nv = surface.control_points.shape[:2]
+    twin.set_ctrlpts(surface.control_points.reshape(-1, 3).tolist(), nu, nv)
+    twin.knotvector_u, twin.knotvector_v = (knots.tolist() for knots in surface.knots)
+    places = ((nodes + 0.5) / 2**order).tolist()
+    return np.array([twin.derivatives(u, v, order=2) for u, v in places])
+
+
+def once(run: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    run()
+    return time.perf_counter() - begin
+
+
+def interleaved(runs: dict[str, Callable[[], object]], times: int) -> dict[str, float]:
+    """Median of each, ms, taken in turns after one warm-up, so that all see the same load."""
+    for run in runs.values():
+        run()
+    found: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(times):
+        for name, run in runs.items():
+            found[name].append(once(run))
+    return {name: 1e3 * float(np.median(each)) for name, each in found.items()}
+
+
+def tell(rows: dict[str, float], unit: float) -> None:
+    print("| what | median [ms] | times ours |\n|---|---|---|")
+    for name, took in rows.items():
+        print(f"| {name} | {took:.2f} | {took / unit:.2f} |")
+
+
+def paths(order: int, times: int) -> None:
+    surface = nominal_surface()
+    print(f"\n## Order {order}, {4**order} nodes, nominal surface")
+    path = whole(surface, order, "parametric")
+    fast = interleaved(
+        {
+            "whole path, parametric, with frames": lambda: whole(surface, order, "parametric"),
+            "whole path, equal areas, map at hand": lambda: whole(surface, order, "equal_area"),
+            "NdBSpline, points and derivatives alone": lambda: by_ndbspline(surface, path.uv),
+        },
+        times,
+    )
+    slow = interleaved({"geomdl with hilbertcurve, points and derivatives alone": lambda: by_geomdl(surface, order)}, SLOW)
+    ours = fast["whole path, parametric, with frames"]
+    tell({**fast, **slow}, ours)
+    error = max(np.abs(a - b).max() for a, b in zip(path.derivatives(), by_ndbspline(surface, path.uv), strict=True))
+    place = np.abs(path.points - by_ndbspline(surface, path.uv)[0]).max()
+    ratio = next(iter(slow.values())) / ours
+    print("\n| bar | here | to be | holds |\n|---|---|---|---|")
+    print(f"| whole path | {ours:.2f} ms | <= {MAX_MS:g} ms | {ours <= MAX_MS} |")
+    print(f"| over geomdl with hilbertcurve | {ratio:.0f} times | >= {MIN_TIMES:g} times | {ratio >= MIN_TIMES} |")
+    print(f"| points from NdBSpline | {place:.1e} mm | <= {MAX_ERROR:g} mm | {place <= MAX_ERROR} |")
+    print(f"| derivatives from NdBSpline, mm a unit of the parameter (squared) | {error:.1e} | | |")
+
+
+def parts(order: int, times: int) -> None:
+    surface = nominal_surface()
+    print(f"\n## Parts, order {order}")
+
+    def fresh_length(mapping: str) -> float:
+        return hilbert(surface, order, mapping=mapping).length
+
+    rounded = hilbert(surface, order, mapping="parametric")
+    runs = {
+        "nodes by index": lambda: hilbert_nodes(order),
+        "nodes by strings": lambda: hilbert_lsystem(order),
+        "length, parametric": lambda: fresh_length("parametric"),
+        "length, equal areas": lambda: fresh_length("equal_area"),
+        "corners rounded, with frames": lambda: rounded.blended(0.01).frames(),
+        "samples, 8 a leg": rounded.sample,
+    }
+    for name, run in runs.items():
+        print(f"{name}: {1e3 * median(run, times):.2f} ms")
+
+
+def maps(times: int) -> None:
+    print(
+        "\n## Maps of equal areas\n| surface | greatest over least density | map made [ms] | error of the density |\n|---|---|---|---|"
+    )
+    at = np.linspace(0.0, 1.0, 101)
+    for name, surface in {"nominal": nominal_surface(), **uneven_surfaces()}.items():
+        density = surface.area_density(at[:, None], at)
+        took = median(lambda surface=surface: equal_area.__wrapped__(surface), times)
+        print(f"| {name} | {density.max() / density.min():.1f} | {1e3 * took:.1f} | {equal_area(surface).error:.1e} |")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--times", type=int, default=15, help="runs of which the median is told")
+    parser.add_argument("--order", type=int, default=7, help="of the curve")
+    given = parser.parse_args()
+    paths(given.order, given.times)
+    parts(given.order, given.times)
+    maps(max(given.times // 5, 1))
+
+
+if __name__ == "__main__":
+    main()
