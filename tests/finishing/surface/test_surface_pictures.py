@@ -56,6 +56,14 @@ def test_seen_from_the_tools_side(pyplot, inside):
     assert eye @ groove.normal(0.5, 0.5) > 0.8
 
 
+@pytest.mark.parametrize("outward", [1, -1])
+def test_light_falls_on_the_tools_side(pyplot, outward):
+    (axes,) = nominal_surface().replace(outward=outward).plot().axes
+    axes.figure.draw_without_rendering()
+    brightness = axes.collections[0].get_facecolor()[:, :3].mean(axis=1)
+    assert np.median(brightness) > 0.6  # in the dark it would be 0.3
+
+
 def test_into_axes_that_are_there(pyplot):
     figure = pyplot.figure()
     axes = figure.add_subplot(projection="3d")

@@ -19,8 +19,8 @@ class Derivatives(NamedTuple):
 
     Examples
     --------
-    >>> from sdpgrind.finishing._surface.presets import flat_surface
-    >>> flat_surface(50.0).derivatives(0.25, 0.5).u  # mm
+    >>> from sdpgrind import finishing as fin
+    >>> fin.flat_surface(50.0).derivatives(0.25, 0.5).u  # mm
     array([50.,  0.,  0.])
     """
 

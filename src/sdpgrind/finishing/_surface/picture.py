@@ -25,7 +25,7 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
     (u0, u1), (v0, v1) = shape.domain
     found = shape.grid(np.linspace(u0, u1, FINE + 1), np.linspace(v0, v1, FINE + 1))
     azimuth, height = _side(shape.outward * np.cross(found.u, found.v).reshape(-1, 3))
-    light = need("matplotlib.colors", "plot").LightSource(azdeg=90.0 - azimuth - 60.0, altdeg=55.0)
+    light = need("matplotlib.colors", "plot").LightSource(azdeg=30.0 - azimuth, altdeg=np.copysign(55.0, height))
     axes.computed_zorder = False  # lines lie on the surface: which of them is nearer is a matter of rounding
     x, y, z = np.moveaxis(found.point if shape.outward < 0 else found.point.swapaxes(0, 1), -1, 0)  # light falls on the outside
     axes.plot_surface(x, y, z, color=COLOUR, rcount=FINE, ccount=FINE, linewidth=0, antialiased=False, lightsource=light)
