@@ -9,10 +9,10 @@ def axis_twin(start, drives, surface, axis, steps=50):
     x, found = np.array(start, dtype=float), []
     for k, drive in enumerate(drives):
         slope = (surface[k + 1] - surface[k]) / tick
-        x = x - [surface[k], slope]
+        x = x - np.array([surface[k], slope])
         for _ in range(steps):
             x = _step(x, tick / steps, x[0] > 0 or (x[0] == 0 and x[1] > 0), drive, inertia, stiffness)
-        x = x + [surface[k + 1], slope]
+        x = x + np.array([surface[k + 1], slope])
         found.append(x)
     return np.array(found)
 

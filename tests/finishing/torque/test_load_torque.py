@@ -1,0 +1,116 @@
+"""The load torque: by weight, and from free motion before touch-down."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sdpgrind.finishing import kernels
+from sdpgrind.finishing._torque.axis import TorqueAxis
+from sdpgrind.finishing._torque.controller import TorqueController
+from sdpgrind.finishing._torque.load_torque import gravity_torque, identify_load_torque
+from sdpgrind.finishing._torque.simulate import simulate_axis
+
+AXIS = TorqueAxis()
+
+
+def free_motion(load, samples=150, offset=0.0, speed=0.0, surface=1e3, seed=0, swing=0.05):
+    """Readings of an axis that flies under a current of some variety; the surface is far."""
+    rng = np.random.default_rng(seed)
+    state, time, shown, current = np.array([offset, speed, 0.0]), [], [], []
+    for k in range(samples):
+        time.append(k * 1e-3)
+        shown.append(kernels.encoder_reading(state[0], AXIS.angle_step))
+        current.append(swing * rng.normal())
+        kernels.axis_tick(state, current[-1], load, surface, surface, AXIS.parameters)
+    return {"time": np.array(time), "motor_angle": np.array(shown), "current": np.array(current)}
+
+
+@settings(max_examples=30, deadline=None)
+@given(load=st.floats(-0.1, 0.1), offset=st.floats(-1, 1), speed=st.floats(-1, 1), seed=st.integers(0, 99))
+def test_free_motion_tells_the_load(load, offset, speed, seed):
+    found = identify_load_torque(free_motion(load, offset=offset, speed=speed, seed=seed), AXIS)
+    assert found.ok and found.names == ("load_torque",) and found.units == ("N m",)
+    assert abs(found["load_torque"] - load) < 6 * found.sd[0] < 1e-3
+
+
+@pytest.mark.parametrize(("load", "swing"), [(0.02, 0.05), (1e-4, 1e-3), (0.0, 0.0)])
+def test_standard_deviations_are_those_of_the_errors(load, swing):
+    """Over the phases of the encoder; where it hardly moves, rounding is one error for many readings."""
+    rng = np.random.default_rng(5)
+    errors = []
+    for seed in range(120):
+        found = identify_load_torque(free_motion(load, offset=rng.uniform(0, 1), seed=seed, swing=swing), AXIS)
+        errors.append((found["load_torque"] - load) / found.sd[0])
+    assert np.sqrt(np.mean(np.square(errors))) < 1.3
+    if swing == 0.05:
+        assert np.sqrt(np.mean(np.square(errors))) > 0.7
+
+
+def test_it_is_least_squares():
+    data = free_motion(0.03)
+    found = identify_load_torque(data, AXIS)
+    time, driven, speed = data["time"], [0.0], 0.0
+    for k in range(1, time.size):  # the current alone, step by step
+        gain = AXIS.torque_constant / AXIS.inertia * data["current"][k - 1]
+        driven.append(driven[-1] + speed * 1e-3 + 0.5 * gain * 1e-6)
+        speed += 1e-3 * gain
+    curve = np.polyfit(time, data["motor_angle"] - driven, 2)
+    assert found["load_torque"] == pytest.approx(-2 * AXIS.inertia * curve[0], rel=1e-9)
+
+
+def test_readings_that_are_missing_are_left_out():
+    data = free_motion(0.03)
+    data["motor_angle"][::7] = np.nan
+    assert identify_load_torque(data, AXIS)["load_torque"] == pytest.approx(0.03, abs=1e-3)
+
+
+def test_touch_down_ends_free_motion():
+    load, data = 0.01, free_motion(0.01, samples=300, offset=-0.04, speed=1.5, surface=0.0, swing=0.2)
+    whole = identify_load_torque(data, AXIS)
+    assert not whole.ok
+    assert "the motion is not free" in whole.message and "touch-down" in whole.message
+    with pytest.raises(ValueError, match="not free"):
+        identify_load_torque(data, AXIS, throw=True)
+    begun = np.argmax(data["motor_angle"] > -2e-3) * 1e-3
+    assert identify_load_torque(data, AXIS, until=begun)["load_torque"] == pytest.approx(load, abs=2e-3)
+
+
+def test_what_is_found_puts_the_force_right():
+    load = 0.015
+    found = identify_load_torque(free_motion(load), AXIS)
+    errors = {}
+    for known in (0.0, found["load_torque"]):
+        law = TorqueController(AXIS, normal_force=1.111, kind="lqg", load_torque=known)
+        errors[known] = abs(np.mean(simulate_axis(AXIS, law, load_torque=load).offset))
+    assert errors[0.0] == pytest.approx(load / 0.095, rel=0.02)
+    assert errors[found["load_torque"]] < 0.01
+
+
+def test_parts_are_pooled():
+    parts = [free_motion(0.03, seed=k, offset=0.1 * k) for k in range(5)]
+    data = {name: np.concatenate([one[name] for one in parts]) for name in parts[0]}
+    data["part"] = np.repeat(np.arange(5), 150)
+    all_of_them, one = identify_load_torque(data, AXIS), identify_load_torque(data, AXIS, part=2)
+    assert all_of_them["load_torque"] == pytest.approx(0.03, abs=4 * all_of_them.sd[0])
+    assert all_of_them.sd[0] < one.sd[0]
+    assert "5 parts" in all_of_them.message
+    single = identify_load_torque(parts[2], AXIS)
+    assert one["load_torque"] == pytest.approx(single["load_torque"], rel=1e-12)
+
+
+def test_too_few_readings_tell_nothing():
+    data = {name: values[:5] for name, values in free_motion(0.03).items()}
+    assert identify_load_torque(data, AXIS).message == (
+        "not identified: 5 readings of the angle are too few: at least 8 are needed"
+    )  # fmt: skip
+
+
+def test_weight_of_a_tool():
+    assert gravity_torque(0.44, 50.0, 0.0) == pytest.approx(0.2158, abs=1e-4)
+    assert gravity_torque(0.44, 50.0, 0.0) > AXIS.torque_max
+    np.testing.assert_allclose(
+        gravity_torque(0.1, 20.0, np.array([0.0, pi / 3, pi / 2])), 0.1 * 9.81 * 0.02 * np.array([1, 0.5, 0]), atol=1e-17
+    )
