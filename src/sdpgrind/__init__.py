@@ -3,7 +3,8 @@
 Physics and its uncertainty go in; a plan that can be looked at, saved and looked up in microseconds comes out; a
 controller follows it on a machine, real or simulated; what was measured improves the physics.
 
-Packages are imported when they are first used: `sdpgrind.weldbead`, `sdpgrind.plunge`, `sdpgrind.locus`, and what they stand on.
+Packages are imported when they are first used: `sdpgrind.weldbead`, `sdpgrind.plunge`, `sdpgrind.locus`,
+`sdpgrind.finishing`, and what they stand on.
 """
 
 from importlib import import_module
@@ -12,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 from sdpgrind.base import units
 
 if TYPE_CHECKING:
-    from sdpgrind import control, identify, locus, physics, plunge, sdp, weldbead
+    from sdpgrind import control, finishing, identify, locus, physics, plunge, sdp, weldbead
     from sdpgrind.base.records import load
 
 __version__ = "0.1.0"
-__all__ = ["control", "identify", "load", "locus", "physics", "plunge", "sdp", "units", "weldbead"]
+__all__ = ["control", "finishing", "identify", "load", "locus", "physics", "plunge", "sdp", "units", "weldbead"]
 
 
 def __getattr__(name: str) -> Any:

@@ -11,6 +11,7 @@ SOURCE = ROOT / "src"
 PACKAGES = (
     "sdpgrind",
     "sdpgrind.control",
+    "sdpgrind.finishing",
     "sdpgrind.identify",
     "sdpgrind.locus",
     "sdpgrind.physics",

@@ -1,0 +1,271 @@
+"""A planned motion: where the tool and every joint is when, and what comes nearest to a limit."""
+
+import json
+import os
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+from scipy.interpolate import CubicHermiteSpline
+
+from sdpgrind.base import checks, records, stored
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._arm.arm import Arm
+from sdpgrind.finishing._problem import FinishingProblem
+from sdpgrind.finishing._timing.joint_path import JointPath
+from sdpgrind.finishing._timing.time_law import TimeLaw
+from sdpgrind.finishing._timing.violations import Violation
+
+SAMPLE_TIME = 0.004
+"""Longest time (s) between two rows of a motion; where a law changes there is a row in any case."""
+
+INSIDE = 1e-7
+"""Of a run: so far from its ends is the direction of feed its own, not that of the next run."""
+
+
+class Posture(NamedTuple):
+    """How the arm is held all along: distance of the wrist (mm), branch, origin of the surface over the base (mm)."""
+
+    wrist_radius: float
+    branch: int
+    placement: tuple[float, float, float]
+
+
+class Moment(NamedTuple):
+    """A motion at one time, or at several: joints (rad, mm), length (mm) of path behind, feed (mm/s)."""
+
+    joints: Floats
+    length: Floats
+    feed: Floats
+
+
+class MotionError(ValueError):
+    """A motion that exceeds a limit.
+
+    Attributes
+    ----------
+    message : str
+        Which, by how much and where.
+    motion : Motion
+        The motion itself (mm, rad, s).
+    """
+
+    def __init__(self, message: str, motion: "Motion") -> None:
+        super().__init__(message)
+        self.message, self.motion = message, motion
+
+
+class Motion:
+    """A motion along a path, row by row in time; immutable. At a sharp corner there are two rows, for both directions of feed.
+
+    Attributes
+    ----------
+    problem : FinishingProblem
+        What was planned.
+    method : str
+        The time law.
+    posture : Posture
+        Wrist radius (mm), branch and placement (mm).
+    worst_violation : Violation
+        What comes nearest to its limit, or exceeds it: quantity, joint, ratio, run, time (s) and length (mm) of the whole motion.
+    dataset : xarray.Dataset
+        All rows, with units.
+    """
+
+    def __init__(self, problem: FinishingProblem, method: str, posture: Posture, worst: Violation, data: xr.Dataset) -> None:
+        self.problem, self.method, self.posture, self.worst_violation = problem, method, posture, worst
+        self._data = data
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # nothing in it changes
+
+    @property
+    def time(self) -> Floats:
+        """Times of the rows, s, shape (m,); twice the same at a sharp corner."""
+        return self._own("time")
+
+    @property
+    def duration(self) -> float:
+        """Of the whole motion, s."""
+        return float(self.time[-1])
+
+    @property
+    def length(self) -> Floats:
+        """Length of path behind, mm, shape (m,)."""
+        return self._own("length")
+
+    @property
+    def feed(self) -> Floats:
+        """Feed along the path, mm/s, shape (m,)."""
+        return self._own("feed")
+
+    @property
+    def joints(self) -> Floats:
+        """Joints, shape (m, 7): five of the arm in rad, two of the table in mm."""
+        return self._own("joints")
+
+    @property
+    def joint_speed(self) -> Floats:
+        """Speeds of the joints, shape (m, 7): rad/s and mm/s."""
+        return self._own("joint_speed")
+
+    @property
+    def torque_per_force(self) -> Floats:
+        """Torque of the motor for each N of normal force, N m/N, shape (m,): it changes with the direction of feed."""
+        return self._own("torque_per_force")
+
+    def _own(self, name: str) -> Floats:
+        return np.asarray(self._data[name].values)
+
+    @cached_property
+    def poses(self) -> Floats:
+        """Poses A_P^B of the tool over the base (mm), with the table where it is: Wang (1); shape (m, 4, 4)."""
+        return self.problem.arm.forward(self.joints)
+
+    @cached_property
+    def points(self) -> Floats:
+        """Contact points in the frame of the surface, mm, shape (m, 3): where the joints put the tip of the tool."""
+        return self._tips(self.joints)
+
+    def _tips(self, joints: Floats) -> Floats:
+        """Where joints put the tip of the tool, in the frame of the surface, mm."""
+        poses = self.problem.arm.forward_work(joints)
+        tips: Floats = poses[:, :3, 3] + self.problem.lever_arm * poses[:, :3, 2] - np.array(self.posture.placement)
+        return tips
+
+    @cached_property
+    def error(self) -> float:
+        """Largest distance between where the joints put the tip and the path, rows and between them, mm."""
+        middle = self.at((self.time[1:] + self.time[:-1]) / 2)
+        tips = self._tips(np.concatenate([self.joints, middle.joints]))
+        wanted = self.problem.path.at(np.concatenate([self.length, middle.length])).point
+        return float(np.linalg.norm(tips - wanted, axis=1).max())
+
+    @property
+    def profile(self) -> Floats:
+        """Times (s) and joints (rad, mm), shape (k, 8), each time once: what a robot is given to play."""
+        once = np.concatenate([[True], np.diff(self.time) > 0])
+        table: Floats = np.column_stack([self.time, self.joints])[once]
+        return table
+
+    @cached_property
+    def _splines(self) -> tuple[Any, Any]:
+        once = np.concatenate([[True], np.diff(self.time) > 0])
+        t = self.time[once]
+        along = CubicHermiteSpline(t, self.length[once], self.feed[once])
+        return CubicHermiteSpline(t, self.joints[once], self.joint_speed[once]), along
+
+    def at(self, time: npt.ArrayLike) -> Moment:
+        """Return joints, length and feed at any time.
+
+        Parameters
+        ----------
+        time : float or array
+            s, within 0 and the duration.
+
+        Returns
+        -------
+        Moment
+            Joints (..., 7) in rad and mm, length in mm, feed in mm/s; the feed of a spline through the rows.
+
+        Raises
+        ------
+        ValueError
+            When a time is outside.
+        """
+        asked = checks.finite_array("time", time, "s")
+        outside = (asked < 0) | (asked > self.duration)
+        if np.any(outside):
+            raise checks.refuse("time", f"in [0, {self.duration:g}]", float(asked[outside].flat[0]), "s")
+        joints, along = self._splines
+        return Moment(joints(asked), along(asked), along(asked, 1))
+
+    @property
+    def mean_feed(self) -> float:
+        """Length of the path over the duration, mm/s."""
+        return float(self.length[-1] / self.duration)
+
+    @property
+    def least_cos_pitch(self) -> float:
+        """Least ``|cos phi|`` of the tool axis, unit 1: the first joint's speed grows like its inverse."""
+        axis = self.poses[:, :3, 2]
+        return float(np.hypot(axis[:, 0], axis[:, 1]).min())
+
+    @property
+    def status(self) -> str:
+        """One sentence: what comes nearest to its limit, or exceeds it (rad, mm, s)."""
+        worst = self.worst_violation
+        kept = "all limits are held, the nearest is" if worst.held else "exceeded is"
+        return f"{kept} the {worst}"
+
+    def plot(self) -> Any:
+        """Draw feed (mm/s) along the path, and how much of their limits the joints use over time (s); return the figure."""
+        from sdpgrind.finishing._motion_picture import plot
+
+        return plot(self)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """All of it as labelled arrays: lengths in mm, angles in rad, times in s."""
+        told = {"problem": stored.encode(self.problem), "method": self.method}
+        told["posture"], told["worst_violation"] = json.dumps(self.posture), json.dumps(self.worst_violation)
+        return self._data.assign_attrs(told)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the motion (mm, rad, s), with its problem, to a NetCDF file at `path`."""
+        records.write(self.dataset, path, "finishing.motion")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Motion":
+        """Read the motion (mm, rad, s) that `save` wrote to `path`."""
+        data = records.read(path)
+        radius, branch, place = json.loads(data.attrs["posture"])
+        worst = Violation(*json.loads(data.attrs["worst_violation"]))
+        problem, method = stored.decode(data.attrs["problem"]), str(data.attrs["method"])
+        return cls(problem, method, Posture(radius, branch, tuple(place)), worst, data.drop_attrs(deep=False))
+
+    def __repr__(self) -> str:
+        way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"
+        share = 100 * self.mean_feed / self.problem.feed_rate
+        return f"Motion({way}, {share:.0f} % of the feed rate, {self.method}; {self.status})"
+
+
+def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[TimeLaw]) -> xr.Dataset:
+    """Rows of a motion: joints, feed and lever at times close to each other."""
+    begun, tables = 0.0, []
+    for run, law in zip(runs, laws, strict=True):
+        time = _times(law)
+        course = law.at(time)
+        by_length = run.derivatives(course.length)
+        speed = by_length[:, 1] * course.feed[:, np.newaxis]
+        inside = np.clip(course.length, run.length[0] + INSIDE * run.span, run.length[-1] - INSIDE * run.span)
+        tables.append((begun + time, course.length, course.feed, by_length[:, 0], speed, inside))
+        begun += law.duration
+    time, length, feed, joints, speed, inside = (np.concatenate(column) for column in zip(*tables, strict=True))
+    lever = problem.torque_per_force(problem.feed_angles(problem.path.at(inside)))
+    return _labelled(problem.arm, time, length, feed, joints, speed, lever)
+
+
+def _times(law: TimeLaw) -> Floats:
+    """Knots of a law, and times between them so that no step is longer than `SAMPLE_TIME`."""
+    parts = np.maximum(np.ceil(np.diff(law.knots) / SAMPLE_TIME).astype(int), 1)
+    begin, step = np.repeat(law.knots[:-1], parts), np.repeat(np.diff(law.knots) / parts, parts)
+    within = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    found = np.append(begin + within * step, law.knots[-1])
+    times: Floats = found[np.append(True, np.diff(found) > 0)]
+    return times
+
+
+def _labelled(arm: Arm, time: Floats, length: Floats, feed: Floats, joints: Floats, speed: Floats, lever: Floats) -> xr.Dataset:
+    columns = {
+        "time": ("row", time, {"units": "s", "long_name": "time"}),
+        "length": ("row", length, {"units": "mm", "long_name": "length of path behind"}),
+        "feed": ("row", feed, {"units": "mm/s", "long_name": "feed along the path"}),
+        "joints": (("row", "joint"), joints, {"units": "joint_unit", "long_name": "joints"}),
+        "joint_speed": (("row", "joint"), speed, {"units": "joint_unit/s", "long_name": "speed of the joints"}),
+        "torque_per_force": ("row", lever, {"units": "N m/N", "long_name": "motor torque for each N of normal force"}),
+    }
+    return xr.Dataset(columns, {"joint": list(arm.names), "joint_unit": ("joint", list(arm.units))})

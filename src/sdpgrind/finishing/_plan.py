@@ -1,0 +1,141 @@
+"""Plan a finishing motion: poses of the tool, joints of the robot, and when they are where."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.progress import Progress, silent
+from sdpgrind.finishing._arm.branches import choose_branches
+from sdpgrind.finishing._arm.heading import check_corners, corner_jumps
+from sdpgrind.finishing._motion import Motion, MotionError, Posture, rows
+from sdpgrind.finishing._path.path import Path
+from sdpgrind.finishing._path.samples import Samples
+from sdpgrind.finishing._problem import TABLE_HEIGHT, FinishingProblem
+from sdpgrind.finishing._timing.joint_path import JointPath
+from sdpgrind.finishing._timing.laws import time_laws
+from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.violations import worst_violation
+
+METHODS = ("trapezoid", "toppra", "min_time")
+ENDLESS = 1e6  # mm
+FEWEST, STEP = 8, 0.25  # samples of a leg, and mm between them
+EXCEEDED = 1e-3  # of a limit: more is an error
+
+
+def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = True, progress: Progress = silent) -> Motion:
+    """Plan the motion along a path: poses by Wang (1), joints in closed form, and a time law that keeps the limits.
+
+    ``"trapezoid"``: rest at every sharp corner, in between a trapezoid of feed (Wang, figure 9), slower where a joint asks for
+    it. ``"toppra"``: the fastest law under the limits of speed and acceleration, by the package toppra (extra ``toppra``).
+    ``"min_time"``: the fastest one under these and the limits of jerk, by CasADi. All three rest at corners that are sharp: plan
+    ``path.blended()`` to go through without.
+
+    Parameters
+    ----------
+    problem : FinishingProblem
+        What to do.
+    method : {"trapezoid", "toppra", "min_time"}
+        The time law.
+    throw : bool
+        Whether a limit that is exceeded anywhere by more than 0.1 % is an error; False: the motion says so.
+    progress : callable
+        Told the share done (0..1) and a text.
+
+    Returns
+    -------
+    Motion
+        Poses (mm), joints (rad, mm) over time (s), and what comes nearest to a limit.
+
+    Raises
+    ------
+    ValueError
+        When a pose is out of reach, a joint out of its range, with the place; or a limit is exceeded (`MotionError`).
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> path = finishing.hilbert(finishing.preset("nominal").surface, 3)
+    >>> motion = finishing.plan(finishing.FinishingProblem(path))
+    >>> motion.worst_violation.ratio <= 1.0
+    True
+    """
+    checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
+    checks.one_of("method", method, METHODS)
+    samples = problem.path.sample(per_leg=_per_leg(problem.path))
+    posture, joints = held(problem, samples)
+    arm = problem.arm
+    limits = Limits(
+        arm.names,
+        speed_max=arm.speed_max,
+        acceleration_max=arm.acceleration_max,
+        jerk_max=arm.jerk_max if method == "min_time" else None,
+    )
+    pace = problem.acceleration if method == "trapezoid" else None
+    runs = runs_of(samples, joints)
+    laws = time_laws(runs, limits, feed_rate=problem.feed_rate, acceleration=pace, method=method, progress=progress)
+    worst = worst_violation(runs, laws, limits, problem.feed_rate)
+    begun = sum(law.duration for law in laws[: worst.run])
+    motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), rows(problem, runs, laws))
+    if throw and worst.ratio > 1 + EXCEEDED:
+        raise MotionError(f"a limit is exceeded: {motion.worst_violation}; try a lower feed_rate or another method", motion)
+    return motion
+
+
+def _per_leg(path: Path) -> int:
+    """Samples of a leg: the joints are smooth only between the knots of the surface, and a spline goes through them."""
+    longest = float(np.diff(path.sample(per_leg=1).length).max())
+    return max(FEWEST, math.ceil(longest / STEP))
+
+
+def held(problem: FinishingProblem, samples: Samples) -> tuple[Posture, Floats]:
+    """How the arm is held, and its joints at every sample."""
+    poses = problem.tool_poses(samples)
+    if problem.heading == "feed_aligned":
+        _refuse_corners(problem, np.split(poses, _cuts(samples)))
+    place = np.array(problem.placement if problem.placement is not None else _centred(problem, poses))
+    poses[:, :3, 3] += place
+    (chosen,) = choose_branches(problem.arm, [poses], problem.wrist_radii)
+    return Posture(float(chosen.wrist_radius), int(chosen.branch), tuple(place.tolist())), chosen.joints
+
+
+def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, float]:
+    """Where the surface is put so that the table works about its middle (mm): a table without ends tells."""
+    arm, raised = problem.arm, poses.copy()
+    raised[:, 2, 3] += TABLE_HEIGHT
+    endless = arm.replace(
+        position_min=(*arm.position_min[:5], -ENDLESS, -ENDLESS), position_max=(*arm.position_max[:5], ENDLESS, ENDLESS)
+    )
+    (chosen,) = choose_branches(endless, [raised], problem.wrist_radii)
+    table = chosen.joints[:, 5:]
+    middle = (table.max(axis=0) + table.min(axis=0)) / 2
+    centre = (np.array(arm.position_max[5:]) + np.array(arm.position_min[5:])) / 2
+    return (*(middle - centre).tolist(), TABLE_HEIGHT)
+
+
+def _refuse_corners(problem: FinishingProblem, segments: list[Floats]) -> None:
+    """A tool that is turned into the feed has to be turned, and the work with it, at every sharp corner."""
+    if len(segments) == 1:
+        return
+    jumps = corner_jumps(problem.arm, segments, wrist_radius=problem.wrist_radii[0])
+    check_corners(problem.arm, jumps)
+    k = int(np.argmax(np.abs(jumps.turn)))
+    raise ValueError(
+        f"path must be without sharp corners where heading is 'feed_aligned': at corner {k} q1 would turn by"
+        f" {jumps.turn[k]:.3g} rad and the table jump by {np.hypot(*jumps.table[k]):.4g} mm; take path.blended() or a fixed"
+        " heading"
+    )
+
+
+def _cuts(samples: Samples) -> Any:
+    """Where a new run begins."""
+    return np.flatnonzero(np.diff(samples.run)) + 1
+
+
+def runs_of(samples: Samples, joints: Floats) -> list[JointPath]:
+    """The smooth runs between sharp corners."""
+    cuts = _cuts(samples)
+    pieces = zip(np.split(samples.length, cuts), np.split(joints, cuts), strict=True)
+    return [JointPath(length, values) for length, values in pieces]

@@ -1,0 +1,204 @@
+"""A finishing job to be planned: the path on the surface, the robot that follows it, how the tool is held and fed."""
+
+import dataclasses
+import hashlib
+import math
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+
+from sdpgrind import units
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.finishing._arm.arm import Arm
+from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
+from sdpgrind.finishing._arm.tool import HEADINGS, tool_poses
+from sdpgrind.finishing._path.path import Path
+from sdpgrind.finishing._path.samples import Samples
+from sdpgrind.finishing._study.roughness import RoughnessModel
+from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.identify import Estimate
+
+TABLE_HEIGHT = 100.0  # mm above the base: where the generic arm has its wrist well inside its reach
+FASTEST = 1e4  # mm/s: a feed beyond it is in another unit
+
+
+@stored("finishing.problem")
+@dataclasses.dataclass(frozen=True)
+class FinishingProblem(Frozen):
+    """Follow a path over a surface with a tool on a torque-controlled axis, held by a robot, the work on an xy table.
+
+    Parameters
+    ----------
+    path : Path
+        Where the tool touches; see `hilbert` and `zigzag`.
+    model : RoughnessModel
+        What roughness the tool leaves.
+    arm : Arm
+        The robot and its table, with their limits.
+    contact_angle : float
+        theta_f between tool axis and surface, rad, in [0, pi/2).
+    lever_arm : float
+        R from the motor's axis to the contact, mm.
+    heading : {"fixed", "feed_aligned"}
+        One azimuth of the tool for the whole path (then its force varies with the direction of feed, which is reckoned with), or
+        the tool turned into the direction of feed, as the source defines theta_f: an arm without wrist yaw cannot do that at
+        the corners of a path.
+    azimuth : float
+        Direction over the base in which a "fixed" tool points, from the motor to the tip, rad.
+    pushed : bool
+        Whether the tip of a "feed_aligned" tool leads; False: it is dragged. A fixed one is pushed there and dragged back.
+    feed_rate : float
+        Of the contact on the surface, mm/s.
+    acceleration : float
+        Greatest one along the path, mm/s^2; "trapezoid" only, the other methods go by the limits of the joints.
+    friction_ratio : float
+        Tangential over normal force of the tool.
+    tool_diameter : float
+        Of the tool, mm: what the roughness depends on. It is not the footprint.
+    wrist_radius : float or tuple of float
+        Distance of the wrist from the first joint's axis, mm: the one degree of freedom that arm and table have in excess. Among
+        several the planner takes what makes the joints travel least.
+    placement : (float, float, float), optional
+        Origin of the surface over the base with the table at zero, mm. None: where the table works about its middle, 100 mm up.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or the tool would lock itself.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing, units
+    >>> path = finishing.hilbert(finishing.preset("nominal").surface, 3)
+    >>> problem = finishing.FinishingProblem(path, feed_rate=12.5)
+    >>> problem.replace(contact_angle=units.deg(20)).feed_rate  # mm/s
+    12.5
+    """
+
+    path: Path
+    _: dataclasses.KW_ONLY
+    model: RoughnessModel = dataclasses.field(default_factory=RoughnessModel.published)
+    arm: Arm = dataclasses.field(default_factory=Arm.generic)
+    contact_angle: float = units.deg(30.0)
+    lever_arm: float = 95.0
+    heading: str = "fixed"
+    azimuth: float = 0.0
+    pushed: bool = False
+    feed_rate: float = 25.0
+    acceleration: float = 1000.0
+    friction_ratio: float = 0.3
+    tool_diameter: float = 4.0
+    wrist_radius: float | tuple[float, ...] = 350.0
+    placement: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        checks.kind("path", self.path, Path, " (see finishing.hilbert)")
+        checks.kind("model", self.model, RoughnessModel, " (see finishing.RoughnessModel.published)")
+        checks.kind("arm", self.arm, Arm, " (see finishing.Arm.generic)")
+        checks.one_of("heading", self.heading, HEADINGS)
+        for name, unit in {"lever_arm": "mm", "feed_rate": "mm/s", "acceleration": "mm/s^2", "tool_diameter": "mm"}.items():
+            checks.positive(name, getattr(self, name), unit)
+        checks.number("azimuth", self.azimuth, "rad")
+        if not isinstance(self.pushed, bool | np.bool_):
+            raise TypeError(f"pushed must be True or False; got {checks.shown(self.pushed)}")
+        if self.pushed and self.heading == "fixed":
+            raise ValueError(
+                "pushed must be False where heading is 'fixed': such a tool is pushed there and dragged back; got True"
+            )
+        if self.feed_rate > FASTEST:
+            raise checks.refuse("feed_rate", f"<= {FASTEST:g}: is it in mm/s?", self.feed_rate, "mm/s")
+        if checks.nonnegative("contact_angle", self.contact_angle, "rad") >= math.pi / 2:
+            raise checks.refuse("contact_angle", "< pi/2; units.deg(30) for degrees", self.contact_angle, "rad")
+        for turned in (0.0, math.pi) if self.heading == "fixed" else (0.0,):  # a fixed tool meets every direction of feed
+            torque_per_force(self.contact_angle, self.lever_arm, self.friction_ratio, turned, self.pushed)
+        for k, radius in enumerate(self.wrist_radii):
+            checks.positive(f"wrist_radius[{k}]" if len(self.wrist_radii) > 1 else "wrist_radius", radius, "mm")
+        if self.placement is not None:
+            place = checks.finite_array("placement", self.placement, "mm")
+            if place.shape != (3,):
+                raise ValueError(f"placement must be three coordinates (mm); got {checks.shown(self.placement)}")
+            object.__setattr__(self, "placement", tuple(place.tolist()))
+
+    @property
+    def surface(self) -> Surface:
+        """The surface under the path, in mm."""
+        return self.path.surface
+
+    @property
+    def wrist_radii(self) -> tuple[float, ...]:
+        """Distances of the wrist that the planner may choose from, mm."""
+        asked = self.wrist_radius
+        return tuple(asked) if isinstance(asked, tuple | list) else (asked,)
+
+    def torque_per_force(self, feed_angle: Any) -> Any:
+        """Return the motor's torque for each N of normal force, N m/N.
+
+        Parameters
+        ----------
+        feed_angle : float or array
+            Between feed and azimuth of the tool, rad.
+        """
+        return torque_per_force(self.contact_angle, self.lever_arm, self.friction_ratio, feed_angle, self.pushed)
+
+    def tool_poses(self, samples: Samples) -> Floats:
+        """Return the poses of the tool at places of the path, in the frame of the surface, (m, 4, 4): Wang (1).
+
+        Parameters
+        ----------
+        samples : Samples
+            What `Path.sample` or `Path.at` gives (mm).
+        """
+        held = {name: getattr(self, name) for name in ("contact_angle", "lever_arm", "heading", "pushed")}
+        held["azimuth"] = self.azimuth + math.pi  # dragged along a heading: it points the other way
+        return tool_poses(samples.point, samples.tangent, samples.normal, **held)
+
+    def feed_angles(self, samples: Samples) -> Floats:
+        """Return the angles psi (rad) between the azimuth of the tool and the feed at places of the path, (m,).
+
+        Parameters
+        ----------
+        samples : Samples
+            What `Path.sample` or `Path.at` gives (mm).
+        """
+        return feed_angle(samples.tangent, samples.normal, self.tool_poses(samples))
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine, name -> (value, unit); nothing that is estimated."""
+        held = {"contact_angle": (float(self.contact_angle), "rad"), "lever_arm": (float(self.lever_arm), "mm")}
+        told = {"pattern": self.path.pattern, "path_length": (self.path.length, "mm"), "path_digest": _digest(self.path)}
+        return {
+            **told,
+            **held,
+            "heading": self.heading,
+            "pushed": float(self.pushed),
+            "feed_rate": (float(self.feed_rate), "mm/s"),
+        }
+
+    def updated(self, estimate: Estimate) -> Self:
+        """Return the problem with a model of roughness learned from what was measured.
+
+        Parameters
+        ----------
+        estimate : Estimate
+            What `finishing.identify(study, "roughness")` gives; units as in `RoughnessModel`.
+
+        Raises
+        ------
+        ValueError
+            When the estimate has failed, or is of something else.
+        """
+        return self.replace(model=self.model.updated(estimate))
+
+
+def _digest(path: Path) -> str:
+    """Twelve digits that tell a path from every other."""
+    taken = hashlib.sha256()
+    for array in (path.nodes, path.surface.control_points):
+        taken.update(np.ascontiguousarray(array, dtype=float).tobytes())
+    taken.update(f"{path.mapping} {path.deviation!r}".encode())
+    return taken.hexdigest()[:12]

@@ -1,0 +1,163 @@
+"""A motion: where it goes, that it keeps its limits, what it costs to rest at corners; saved and loaded; what is refused."""
+
+import numpy as np
+import pytest
+
+import sdpgrind
+from sdpgrind import finishing, units
+
+FLAT = finishing.hilbert(finishing.flat_surface(16.0), 3, mapping="parametric")
+DIE = finishing.hilbert(finishing.nominal_surface(), 3)
+EASY = finishing.FinishingProblem(FLAT)
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return finishing.plan(finishing.FinishingProblem(DIE))
+
+
+def tips(problem, motion, joints):
+    """Where a chain of links puts the tip, over the work: written out from the Denavit-Hartenberg table."""
+    out = []
+    for q1, q2, q3, q4, q5, x, y in joints:
+        pose = np.eye(4)
+        for theta, d, a, alpha in (
+            (q1, 400, 0, np.pi / 2), (q2, 0, 300, 0), (q3, 0, 250, 0), (q4 + np.pi / 2, 0, 0, np.pi / 2), (q5, 100, 0, 0),
+        ):  # fmt: skip
+            c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+            pose = pose @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+        out.append(pose[:3, 3] + problem.lever_arm * pose[:3, 2] - [x, y, 0] - motion.posture.placement)
+    return np.array(out)
+
+
+def test_the_tip_is_on_the_path_at_the_rows_and_between(motion):
+    at = np.linspace(0, motion.duration, 400)
+    there = motion.at(at)
+    wanted = motion.problem.path.at(there.length).point
+    np.testing.assert_allclose(tips(motion.problem, motion, there.joints), wanted, atol=5e-5)
+    assert motion.error < 5e-5
+    np.testing.assert_allclose(motion.points, tips(motion.problem, motion, motion.joints), atol=1e-9)
+
+
+def test_the_tool_stands_at_the_contact_angle(motion):
+    """In the frame of the work: the axis leans by the contact angle against the tangent plane, y_P lies in it."""
+    axis, shaft = motion.poses[:, :3, 2], motion.poses[:, :3, 1]
+    normal = motion.problem.path.at(motion.length).normal
+    lean = np.arcsin(-np.einsum("ij,ij->i", axis, normal))
+    np.testing.assert_allclose(lean, motion.problem.contact_angle, atol=1e-6)
+    np.testing.assert_allclose(np.einsum("ij,ij->i", shaft, normal), 0.0, atol=1e-6)
+
+
+def test_rest_at_corners_is_a_trapezoid_for_each_run():
+    """Flat, and joints that can follow: every run takes L/v + v/a or 2 sqrt(L/a), added up by hand."""
+    fast = EASY.replace(arm=EASY.arm.replace(acceleration_max=(1e4,) * 5 + (1e6,) * 2))
+    motion = finishing.plan(fast)
+    runs = np.diff(np.flatnonzero(np.concatenate([[True], turns(FLAT.nodes), [True]]))) * 2.0  # mm, pitch 2
+    v, a = fast.feed_rate, fast.acceleration
+    times = np.where(runs >= v**2 / a, runs / v + v / a, 2 * np.sqrt(runs / a))
+    assert motion.duration == pytest.approx(times.sum(), rel=1e-9)
+    assert motion.mean_feed == pytest.approx(FLAT.length / times.sum(), rel=1e-9)
+
+
+def turns(nodes):
+    ways = np.diff(nodes, axis=0)
+    return np.abs(ways[1:, 0] * ways[:-1, 1] - ways[1:, 1] * ways[:-1, 0]) > 1e-12
+
+
+def test_limits_are_held_between_the_rows(motion):
+    """Differences of the joints on a grid of its own, not what the plan says of itself."""
+    arm, step = motion.problem.arm, 1e-4
+    inner = np.concatenate([np.linspace(a + 3 * step, b - 3 * step, 20) for a, b in zip(*pieces(motion), strict=True)])
+    before, here, after = (motion.at(inner + shift).joints for shift in (-step, 0.0, step))
+    speed, force = (after - before) / (2 * step), (after - 2 * here + before) / step**2
+    assert np.abs(speed / arm.speed_max).max() <= 1.001
+    assert np.abs(force / arm.acceleration_max).max() <= 1.01
+    assert motion.worst_violation.ratio <= 1 + 1e-9
+
+
+def pieces(motion):
+    """Begin and end of the rows that last long enough for differences."""
+    t = motion.profile[:, 0]
+    long = np.diff(t) > 1e-3
+    return t[:-1][long][::7], t[1:][long][::7]
+
+
+def test_force_needs_another_torque_in_every_direction_of_feed():
+    motion = finishing.plan(EASY)
+    angle, mu, lever = EASY.contact_angle, EASY.friction_ratio, EASY.lever_arm / 1000
+    shares = lever * (np.cos(angle) - mu * np.array([1, 0, -1]) * np.sin(angle))  # pushed, across, dragged
+    np.testing.assert_allclose(np.unique(motion.torque_per_force.round(12)), np.sort(shares), rtol=1e-9)
+    twice = np.flatnonzero(np.diff(motion.time) == 0)
+    assert len(twice) == turns(FLAT.nodes).sum()
+    assert np.all(motion.torque_per_force[twice] != motion.torque_per_force[twice + 1])
+
+
+def test_the_work_is_put_where_the_table_works_about_its_middle(motion):
+    table = motion.joints[:, 5:]
+    np.testing.assert_allclose(table.min(axis=0), -table.max(axis=0), atol=1e-2)
+    moved = motion.problem.replace(placement=tuple(np.add(motion.posture.placement, (10.0, 0.0, 0.0))))
+    np.testing.assert_allclose(finishing.plan(moved).joints[:, 5], motion.joints[:, 5] - 10.0, atol=1e-9)
+
+
+def test_rows_are_whole_and_the_profile_has_each_time_once(motion):
+    assert motion.time[0] == 0 and motion.length[-1] == pytest.approx(DIE.length, rel=1e-9)
+    assert np.all(np.diff(motion.time) >= 0) and np.all(np.diff(motion.profile[:, 0]) > 0)
+    assert motion.poses.shape == (len(motion.time), 4, 4) and motion.profile.shape[1] == 8
+    np.testing.assert_allclose(np.interp(motion.time, motion.profile[:, 0], motion.profile[:, 6]), motion.joints[:, 5])
+
+
+def test_saved_and_loaded(motion, tmp_path):
+    motion.save(tmp_path / "motion.nc")
+    back = sdpgrind.load(tmp_path / "motion.nc")
+    assert back.problem == motion.problem and back.posture == motion.posture
+    assert back.worst_violation == motion.worst_violation and back.method == motion.method
+    for name in ("time", "joints", "joint_speed", "feed", "torque_per_force"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(motion, name))
+    assert repr(back) == repr(motion)
+
+
+def test_a_picture(motion):
+    pytest.importorskip("matplotlib").use("agg")
+    figure = motion.plot()
+    assert {axis.get_ylabel() for axis in figure.axes} >= {"feed [mm/s]", "speed [% of the limit]", "y [mm]"}
+
+
+def test_aligned_with_the_feed_a_corner_asks_for_a_jump():
+    aligned = EASY.replace(heading="feed_aligned")
+    with pytest.raises(ValueError, match=r"table jumps by 7\d\d mm|table jumps by 7\d\d\.\d mm"):
+        finishing.plan(aligned)
+
+
+REFUSED = [
+    ({"feed_rate": 0.0}, r"feed_rate must be > 0 \(mm/s\); got 0.0"),
+    ({"feed_rate": 25000.0}, r"feed_rate must be <= 10000: is it in mm/s\? \(mm/s\); got 25000.0"),
+    ({"acceleration": -1.0}, r"acceleration must be > 0 \(mm/s\^2\); got -1.0"),
+    ({"lever_arm": 0.0}, r"lever_arm must be > 0 \(mm\); got 0.0"),
+    ({"contact_angle": 30.0}, r"contact_angle must be < pi/2; units.deg\(30\) for degrees \(rad\); got 30.0"),
+    ({"contact_angle": -0.1}, r"contact_angle must be >= 0 \(rad\); got -0.1"),
+    ({"contact_angle": units.deg(80), "friction_ratio": 0.3}, r"friction_ratio must be < 0.1763.*locks itself; got 0.3"),
+    ({"heading": "free"}, r"heading must be one of fixed, feed_aligned; got 'free'"),
+    ({"pushed": True}, r"pushed must be False where heading is 'fixed'"),
+    ({"wrist_radius": (350.0, -1.0)}, r"wrist_radius\[1\] must be > 0 \(mm\); got -1.0"),
+    ({"placement": (0.0, 1.0)}, r"placement must be three coordinates \(mm\); got \(0.0, 1.0\)"),
+    ({"speed": 1.0}, r"FinishingProblem has no field 'speed'"),
+]
+
+
+@pytest.mark.parametrize(("changes", "said"), REFUSED)
+def test_refused(changes, said):
+    with pytest.raises(ValueError, match=said):
+        EASY.replace(**changes)
+
+
+def test_refused_at_the_planner():
+    with pytest.raises(TypeError, match=r"problem must be a FinishingProblem \(see finishing.preset\); got 3"):
+        finishing.plan(3)
+    with pytest.raises(ValueError, match=r"method must be one of trapezoid, toppra, min_time; got 'fast'"):
+        finishing.plan(EASY, method="fast")
+    with pytest.raises(ValueError, match=r"no branch within limits; nearest comes branch \d .*: q1 must be in .* at poses\[0\]"):
+        finishing.plan(EASY.replace(placement=(0.0, 0.0, 100.0)))
+    with pytest.raises(ValueError, match="out of reach by"):
+        finishing.plan(EASY.replace(wrist_radius=700.0))
+    with pytest.raises(ValueError, match=r"time must be in \[0, .*\] \(s\); got -1.0"):
+        finishing.plan(EASY).at(-1.0)
