@@ -72,6 +72,10 @@ class Area(ABC):
         """Give what learns between parts; None: nothing does."""
         return None
 
+    def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
+        """Do something else than a run, where a switch asks for it, and say in a text what came of it; None: run."""
+        return None
+
     @abstractmethod
     def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
         """Say in a text what was planned and what came of it (see `hwsim._report`)."""
@@ -99,6 +103,10 @@ def work(area: Area, arguments: argparse.Namespace) -> None:
     """Do what the command line asks for."""
     job, given = _job(area, arguments)
     _check_numbers(area, arguments)
+    title = str(arguments.problem or arguments.preset or arguments.plan)
+    if (text := area.instead(title, job, arguments)) is not None:
+        print(text)
+        return
     folder = None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
     if folder is not None:
         folder.refuse_other_plan(job.problem, given)
@@ -109,7 +117,7 @@ def work(area: Area, arguments: argparse.Namespace) -> None:
         folder.begin(plan)
     log = _run(area, job, plan, folder, arguments)
     kept = [] if folder is None else folder.keep(log, plan, pictures=not arguments.no_pictures)
-    print(area.report(str(arguments.problem or arguments.preset or arguments.plan), log, plan, job))
+    print(area.report(title, log, plan, job))
     if len(log) > arguments.parts:
         held = f"{folder} held {len(log)} finished {area.part}s already"
         print(f"\n{held}: all of them are reported, not {arguments.parts}")

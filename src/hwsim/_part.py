@@ -176,10 +176,15 @@ def _table(tier: Tier, clock: Clock) -> dict[str, Column]:
         table[name] = column([row[name] for row in read])
     for name in tier.units:
         if any(name in row for row in commanded):
-            table[command_column(name)] = column([row.get(name, nan) for row in commanded])
+            table[command_column(name)] = column([_entry(row.get(name, nan)) for row in commanded])
     for name in dict.fromkeys(name for row in reported for name in row):
         table[f"{name}_planned"] = column([row.get(name, nan) for row in reported])
     return table
+
+
+def _entry(value: Any) -> Any:
+    """A command as it is logged: of a whole table (a motion) the number of its rows, as it would stand in every row."""
+    return len(value) if isinstance(value, np.ndarray) and value.ndim == 2 else value
 
 
 def command_column(name: str) -> str:

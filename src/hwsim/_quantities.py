@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from sdpgrind.base import checks
 
-Exponents = tuple[Fraction, ...]  # of length, time, mass, angle, money
+Exponents = tuple[Fraction, ...]  # of length, time, mass, angle, money, current
 
 
 class Unit(NamedTuple):
@@ -30,7 +30,7 @@ class Unit(NamedTuple):
 
 
 def _unit(factor: str | Fraction, *exponents: int) -> Unit:
-    return Unit(Fraction(factor), tuple(Fraction(e) for e in (*exponents, *[0] * (5 - len(exponents)))))
+    return Unit(Fraction(factor), tuple(Fraction(e) for e in (*exponents, *[0] * (6 - len(exponents)))))
 
 
 _TURN = Fraction(2 * math.pi)
@@ -48,6 +48,7 @@ _UNITS = {
     **{name: _unit(f, *_ANGLE) for name, f in {"rad": Fraction(1), "rev": _TURN, "deg": _TURN / 360, "°": _TURN / 360}.items()},
     **{name: _unit(f, 0, -1, 0, 1) for name, f in {"Hz": _TURN, "rpm": _TURN / 60}.items()},
     **{name: _unit(f, 0, 0, 0, 0, 1) for name, f in {"$": "1", "ct": "0.01"}.items()},
+    **{name: _unit(f, 0, 0, 0, 0, 0, 1) for name, f in {"A": "1", "mA": "0.001"}.items()},
     **{name: _unit(f) for name, f in {"1": "1", "%": "0.01"}.items()},
 }
 _TOKEN = re.compile(r"\s*([A-Za-zµμ]+|[$%°()^*/·]|-?\d+(?:\.\d+)?)")

@@ -1,7 +1,7 @@
 """The folder of a run: plan, log, journal and pictures; what is another run's is refused before anything is written."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,25 +74,26 @@ class RunFolder:
     def keep(self, log: "Log", plan: Any, *, pictures: bool) -> list[str]:
         """Write log and pictures; give the names of everything in the folder."""
         log.save(self.path / "run.nc")
-        drawn = self._draw({f"{self.word}.png": plan, "run.png": log}) if pictures else []
-        return [self._plan_file.name, "run.nc", "run.db", *drawn]
+        names = drawn(self.path, {f"{self.word}.png": plan, "run.png": log}) if pictures else []
+        return [self._plan_file.name, "run.nc", "run.db", *names]
 
-    def _draw(self, things: dict[str, Any]) -> list[str]:
-        """Draw what can be drawn; without matplotlib the run is still kept."""
-        from sdpgrind.base.extras import need
-        from sdpgrind.base.records import whole_file
 
-        try:
-            pyplot = need("matplotlib.pyplot", "plot")
-        except ImportError as error:
-            return [f"no pictures ({error})"]
-        pyplot.switch_backend("agg")
-        for name, thing in things.items():
-            figure = thing.plot()
-            with whole_file(self.path / name) as temporary:
-                figure.savefig(temporary, format="png", dpi=150)
-            pyplot.close(figure)
-        return list(things)
+def drawn(folder: Path, things: Mapping[str, Any]) -> list[str]:
+    """Draw what can be drawn into a folder; without matplotlib the rest is still kept."""
+    from sdpgrind.base.extras import need
+    from sdpgrind.base.records import whole_file
+
+    try:
+        pyplot = need("matplotlib.pyplot", "plot")
+    except ImportError as error:
+        return [f"no pictures ({error})"]
+    pyplot.switch_backend("agg")
+    for name, thing in things.items():
+        figure = thing.plot()
+        with whole_file(folder / name) as temporary:
+            figure.savefig(temporary, format="png", dpi=150)
+        pyplot.close(figure)
+    return list(things)
 
 
 def differences(one: Any, other: Any) -> str:

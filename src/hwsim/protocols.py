@@ -6,7 +6,8 @@ advances; log. Time is counted in whole ticks from the start of a part; nothing 
 **Set-points**: of several controllers (``tiers``), one may command what the plant does not accept and a controller below
 it reads. That controller gets it by name in the same tick, and then until it is changed (NaN before); numbers or arrays.
 Units on both sides are compared before the first tick. It is logged where it was commanded, as ``<name>_command``, and
-where it is a number also where it was read. The table of one of several controllers holds what it ``reads``.
+where it is a number also where it was read. The table of one of several controllers holds what it ``reads``. Of an array of two
+dimensions that is commanded (a motion) the log holds the number of its rows.
 
 Beside what the protocols demand, `hwsim` uses what it finds:
 
