@@ -20,7 +20,11 @@ from hwsim._loop import run
 from hwsim._side_by_side import compare, repeat
 
 if TYPE_CHECKING:
+    from hwsim._finishing_study import FinishingStudy, finishing_study
     from hwsim.plants._adaptive import AdaptiveGrinder
+    from hwsim.plants._finishing import FinishingCell
+    from hwsim.plants._finishing_height import HeightField
+    from hwsim.plants._finishing_truth import CellScatter, CellTruth
     from hwsim.plants._force_table import ForceTableStand
     from hwsim.plants._force_table_truth import CoefficientScatter, Motor
     from hwsim.plants._plunge import GrinderNoise, PlungeGrinder
@@ -28,9 +32,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AdaptiveGrinder",
+    "CellScatter",
+    "CellTruth",
     "CoefficientScatter",
+    "FinishingCell",
+    "FinishingStudy",
     "ForceTableStand",
     "GrinderNoise",
+    "HeightField",
     "Journal",
     "Log",
     "Motor",
@@ -39,16 +48,22 @@ __all__ = [
     "check",
     "compare",
     "devices",
+    "finishing_study",
     "protocols",
     "repeat",
     "run",
 ]
 
+_STUDIES = {"FinishingStudy": "_finishing_study", "finishing_study": "_finishing_study"}
 _PLANTS = {
     "AdaptiveGrinder": "_adaptive",
+    "CellScatter": "_finishing_truth",
+    "CellTruth": "_finishing_truth",
     "CoefficientScatter": "_force_table_truth",
+    "FinishingCell": "_finishing",
     "ForceTableStand": "_force_table",
     "GrinderNoise": "_plunge",
+    "HeightField": "_finishing_height",
     "Motor": "_force_table_truth",
     "PlungeGrinder": "_plunge",
     "WeldBeadStand": "_weldbead",
@@ -58,6 +73,8 @@ _PLANTS = {
 def __getattr__(name: str) -> Any:
     if name in _PLANTS:
         return getattr(import_module(f"hwsim.plants.{_PLANTS[name]}"), name)
+    if name in _STUDIES:
+        return getattr(import_module(f"hwsim.{_STUDIES[name]}"), name)
     raise AttributeError(f"module 'hwsim' has no attribute {name!r}")
 
 

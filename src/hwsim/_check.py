@@ -12,11 +12,13 @@ from hwsim._routes import Route, ambiguous, commands_of, controllers, reads_of, 
 from hwsim.protocols import Controller, Machine, Plant
 from sdpgrind.base.checks import shown
 
-_MACHINES = {"CycleProblem": "PlungeGrinder", "PassProblem": "ForceTableStand"}  # problem -> the machine that was meant
+# Problem -> the machine that was meant.
+_MACHINES = {"CycleProblem": "PlungeGrinder", "FinishingProblem": "FinishingCell", "PassProblem": "ForceTableStand"}
 # Plan -> what follows it: what a user may have meant who hands over the plan itself.
 _FOLLOWERS = {
     "CyclePlan": "plunge.CycleController(plan.problem) comes near it",
     "Locus": "locus.LocusController(curve, along=...) follows it",
+    "Motion": "finishing.TorqueController(axis, motion, normal_force=1.11) follows it",
     "SequencePolicy": "weldbead.SequenceController(policy) follows it, or weldbead.Hierarchy(policy, disc, loop)",
     "PassPlan": "force.ForceController(plan, loop) follows it",
     "Policy": "write a class with period, reset and step, which looks up policy.action",

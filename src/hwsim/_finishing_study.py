@@ -1,0 +1,288 @@
+"""A designed experiment in the finishing cell: run, analysed, confirmed, and what its scatter costs who must decide."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim._log import Log
+from hwsim._loop import check_helpers, run
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.rng import Seed, children
+
+if TYPE_CHECKING:
+    from hwsim.plants._finishing import FinishingCell
+    from sdpgrind import finishing
+    from sdpgrind.sdp import Policy
+
+ARRAY, REFERENCE = "L18", 0.01  # mm at 0 dB, as the source has it
+_TOLD = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation", "roughness_ra", "time")
+
+
+@dataclass(frozen=True, eq=False)
+class FinishingStudy:
+    """What a designed experiment in the cell told; see `finishing_study`.
+
+    Attributes
+    ----------
+    study : finishing.Study
+        The analysis: its response is R_a in mm.
+    outcome : mapping of str to array, (runs, replicates)
+        What came of each run: force (N), feed (mm/s), roughness (mm), time (s); names as in `FinishingCell`.
+    best : mapping of str to level
+        Setting that was confirmed, in its own units.
+    prediction : finishing.Prediction
+        What was to be expected there, in dB and mm.
+    confirmation : Log
+        The runs that confirm.
+    """
+
+    study: "finishing.Study"
+    outcome: Mapping[str, Floats]
+    best: Mapping[str, Any]
+    prediction: "finishing.Prediction"
+    confirmation: Log
+
+    @property
+    def confirmed(self) -> float:
+        """Ratio of the runs that confirm, mean of their dB."""
+        read = self.confirmation.outcome.roughness_ra.values.reshape(-1, self.study.readings.shape[1])
+        return float(np.mean(-10.0 * np.log10(np.mean((read / REFERENCE) ** 2, axis=1))))
+
+    @property
+    def held(self) -> bool:
+        """Whether the runs that confirm are where the prediction wants them (dB)."""
+        width = self.prediction.ci_confirm
+        return width is not None and abs(self.confirmed - self.prediction.mean) <= width
+
+    @cached_property
+    def model(self) -> "finishing.RoughnessModel":
+        """Model of roughness learned from the readings (mm) of the experiment: the law that a planner takes."""
+        from sdpgrind import finishing
+
+        return finishing.RoughnessModel.published().updated(finishing.identify(self.study, "roughness"))
+
+    def refinishing(
+        self,
+        *,
+        tolerance: float | None = None,
+        roughness_charge: float = 1e4,
+        machine_charge: float = 60.0 / 3600.0,
+        passes: int = 3,
+    ) -> "Policy":
+        """Plan when to finish a specimen again: what settings cannot take away is decided specimen by specimen.
+
+        After each pass the roughness is read, and the specimen delivered or finished again with one of the paths of the
+        experiment, at the best tool and force. A pass costs the time that it took in the cell.
+
+        Parameters
+        ----------
+        tolerance : float, optional
+            Roughness that costs nothing, mm; what is expected at the best setting by default.
+        roughness_charge : float
+            Of a specimen that is rougher, $/mm above the tolerance; 10 $ a micrometre.
+        machine_charge : float
+            Of the cell, $/s; 60 $ an hour.
+        passes : int
+            For which there is time.
+
+        Returns
+        -------
+        sdp.Policy
+            With ``action(roughness=, passes_left=)`` (mm).
+
+        Raises
+        ------
+        ValueError
+            When the model of roughness does not know the paths of the experiment.
+        """
+        from sdpgrind import finishing, sdp
+
+        level = float(self.prediction.response or 0.0) if tolerance is None else tolerance
+        held = {"tool_diameter": self.best["tool_diameter"], "normal_force": self.best["normal_force"]}
+        settings = {name: {"pattern": name, **held} for name in map(str, self.study.levels("path_pattern"))}
+        pattern, time = self.study.settings["path_pattern"], self.outcome["time"].mean(axis=1)
+        charges = {name: machine_charge * float(time[pattern == name].mean()) for name in settings}
+        charge = sdp.Linear(roughness_charge, tolerance=level)
+        problem = finishing.refinish_problem(
+            self.model, settings, pass_charge=charges, roughness_charge=charge, passes=passes, extrapolate=True
+        )
+        return sdp.plan(problem)
+
+    def report(self, *, rng: Seed = 0) -> str:
+        """Return all of it as text, in um, N, mm/s and dB.
+
+        Parameters
+        ----------
+        rng : int, Generator or SeedSequence
+            Random source for what a repetition would find.
+        """
+        from hwsim._finishing_study_report import report
+
+        return report(self, rng)
+
+    def plot(self) -> Any:
+        """Draw the mean ratio (dB) over the levels of each factor; return the figure."""
+        return self.study.plot()
+
+
+def finishing_study(
+    cell: "FinishingCell",
+    *,
+    tool_diameter: Sequence[float] = (4.0, 3.0),
+    path_pattern: Sequence[str] = ("hilbert5", "hilbert4", "zigzag"),
+    feed_rate: Sequence[float] = (12.5, 25.0, 37.5),
+    normal_force: Sequence[float] = (0.556, 1.111, 1.667),
+    pitch: float = 0.2,
+    kind: str = "lqg",
+    method: str = "trapezoid",
+    replicates: int = 1,
+    confirm: int = 3,
+    rng: Seed = 0,
+    folder: str | os.PathLike[str] | None = None,
+    progress: Progress = silent,
+) -> FinishingStudy:
+    """Vary tool, path, feed and force in a simulated cell by an L18, as Wang and Jan (2001) did, analyse and confirm.
+
+    Parameters
+    ----------
+    cell : FinishingCell
+        The cell: surface, arm, axis, and how parts differ. Its own path is used by none of the runs.
+    tool_diameter : sequence of 2 floats
+        mm.
+    path_pattern : sequence of 3 names
+        "hilbert<order>" or "zigzag". The pitches are those that they have on the surface of the cell.
+    feed_rate, normal_force : sequence of 3 floats
+        mm/s and N.
+    pitch : float
+        Of the zigzag, mm.
+    kind : str
+        Of the torque controller.
+    method : str
+        Time law of the motions.
+    replicates : int
+        Specimens in each run.
+    confirm : int
+        Runs at the best setting.
+    rng : int, Generator or SeedSequence
+        Random source.
+    folder : path, optional
+        Where each finished specimen is written, run by run; the same call goes on from there after an interruption.
+    progress : callable
+        Told the share done (0..1) and a text.
+
+    Returns
+    -------
+    FinishingStudy
+        Readings, analysis, confirmation (mm, dB).
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, a motion cannot be planned, or a force is more than the motor can press.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import finishing
+    >>> cell = hwsim.FinishingCell(finishing.preset("specimen"), scatter=hwsim.CellScatter())
+    >>> found = hwsim.finishing_study(cell, rng=1)
+    >>> found.best["path_pattern"], found.study.anova()["path_pattern"].p < 0.01
+    ('hilbert5', True)
+    """
+    replicates, confirm = checks.count("replicates", replicates), checks.count("confirm", confirm)
+    check_helpers(None, progress)
+    factors = {
+        "tool_diameter": tuple(tool_diameter),
+        "path_pattern": tuple(path_pattern),
+        "feed_rate": tuple(feed_rate),
+        "normal_force": tuple(normal_force),
+    }
+    bench = _Bench(cell, checks.positive("pitch", pitch, "mm"), kind, method, None if folder is None else Path(folder))
+    *of_runs, of_confirmation = children(rng, len(_settings(factors)) + 1)
+    logs = []
+    for k, setting in enumerate(_settings(factors)):
+        logs.append(bench.finish(setting, replicates, of_runs[k], f"run-{k + 1:02d}"))
+        progress((k + 1) / (len(of_runs) + 1), f"run {k + 1} of {len(of_runs)}")
+    outcome = {name: np.array([log.outcome[name].values for log in logs]) for name in _TOLD}
+    study = _study(factors, outcome["roughness_ra"])
+    best = dict(study.best())
+    kept = {name: level for name, level in best.items() if name not in study.best().arbitrary}
+    log = bench.finish(best, confirm * replicates, of_confirmation, "confirm")
+    progress(1.0, "confirmed")
+    return FinishingStudy(study, outcome, best, study.predict(kept, confirm=confirm), log)
+
+
+def _study(factors: Mapping[str, Any], roughness: Floats) -> "finishing.Study":
+    from sdpgrind import finishing
+
+    return finishing.Study(ARRAY, factors, roughness, columns=(1, 2, 3, 4), reference=REFERENCE, name="roughness R_a", unit="mm")
+
+
+def _settings(factors: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Setting of each run."""
+    from sdpgrind import finishing
+
+    blank = np.ones(len(finishing.orthogonal_array(ARRAY).matrix))
+    table = _study(factors, blank).settings
+    return [{name: values[k].item() for name, values in table.items()} for k in range(len(blank))]
+
+
+class _Bench:
+    """Makes cell, motion and controller of a setting; paths and motions are kept."""
+
+    def __init__(self, cell: "FinishingCell", pitch: float, kind: str, method: str, folder: Path | None) -> None:
+        from hwsim.plants._finishing import FinishingCell
+
+        self._cell, self._pitch, self._kind, self._method = checks.kind("cell", cell, FinishingCell), pitch, kind, method
+        self._paths: dict[str, Any] = {}
+        self._motions: dict[tuple[str, float], Any] = {}
+        self._folder = folder
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+
+    def finish(self, setting: Mapping[str, Any], parts: int, rng: Seed, name: str) -> Log:
+        """Finish some specimens at a setting."""
+        from sdpgrind import finishing
+
+        force = setting["normal_force"]
+        cell = self._cell.replace(problem=self._problem(setting), normal_force=force)
+        controller = finishing.TorqueController(cell.axis, self._motion(setting), normal_force=force, kind=self._kind)
+        journal = None if self._folder is None else self._folder / f"{name}.db"
+        return run(cell, controller, parts=parts, rng=rng, journal=journal)
+
+    def _problem(self, setting: Mapping[str, Any]) -> Any:
+        changes = {name: setting[name] for name in ("tool_diameter", "feed_rate")}
+        return self._cell.problem.replace(path=self._path(setting["path_pattern"]), **changes)
+
+    def _motion(self, setting: Mapping[str, Any]) -> Any:
+        from sdpgrind import finishing
+
+        key = setting["path_pattern"], setting["feed_rate"]
+        if key not in self._motions:
+            self._motions[key] = finishing.plan(self._problem(setting), method=self._method)
+        return self._motions[key]
+
+    def _path(self, pattern: str) -> Any:
+        if pattern not in self._paths:
+            self._paths[pattern] = _path(self._cell.problem, pattern, self._pitch)
+        return self._paths[pattern]
+
+
+def _path(problem: "finishing.FinishingProblem", pattern: str, pitch: float) -> Any:
+    """A path of a pattern on the surface of a problem."""
+    from sdpgrind import finishing
+
+    if pattern == "zigzag":
+        return finishing.zigzag(problem.surface, pitch)
+    order = pattern.removeprefix("hilbert")
+    if order == pattern or not order.isdigit():
+        raise checks.refuse("path_pattern", 'of "zigzag" and "hilbert<order>"', pattern)
+    mapping = problem.path.mapping if problem.path.mapping in ("equal_area", "parametric") else "equal_area"
+    return finishing.hilbert(problem.surface, int(order), mapping=mapping)

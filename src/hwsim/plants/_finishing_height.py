@@ -1,0 +1,118 @@
+"""How much higher than planned a surface is: plane waves through space, evaluated in closed form wherever the tool touches."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+
+WAVES = 16
+"""Waves of a random field: its values are close to normal, and a tick is still cheap."""
+_LONGEST = 10.0  # times the shortest wavelength
+
+
+@dataclass(frozen=True, eq=False)
+class HeightField(Frozen):
+    """Height of the real surface over the planned one, along its normal: a sum of plane waves through space.
+
+    Height at x: sum of ``amplitude * cos(wave . x + phase)``.
+
+    Parameters
+    ----------
+    waves : array_like, (n, 3)
+        Wave vectors in the frame of the surface, rad/mm.
+    phases : array_like, (n,)
+        rad.
+    amplitudes : array_like, (n,)
+        mm.
+
+    Raises
+    ------
+    ValueError
+        When sizes differ, or a value is not finite.
+
+    Examples
+    --------
+    >>> field = HeightField.wave(0.1, 12.5)  # mm
+    >>> field.at([[0.0, 0.0, 0.0], [6.25, 3.0, 1.0]]).round(12)
+    array([ 0.1, -0.1])
+    """
+
+    waves: Any
+    phases: Any
+    amplitudes: Any
+
+    def __post_init__(self) -> None:
+        for name, unit in {"waves": "rad/mm", "phases": "rad", "amplitudes": "mm"}.items():
+            value = checks.finite_array(name, getattr(self, name), unit)
+            object.__setattr__(self, name, np.ascontiguousarray(value))
+        number = self.phases.size
+        if self.waves.shape != (number, 3) or self.phases.shape != (number,) or self.amplitudes.shape != (number,):
+            shapes = ", ".join(str(each.shape) for each in (self.waves, self.phases, self.amplitudes))
+            raise ValueError(f"waves, phases and amplitudes must be of shapes (n, 3), (n,) and (n,); got {shapes}")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, HeightField):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("waves", "phases", "amplitudes"))
+
+    def __hash__(self) -> int:
+        return hash((self.waves.tobytes(), self.phases.tobytes(), self.amplitudes.tobytes()))
+
+    @classmethod
+    def flat(cls) -> Self:
+        """Return the field of a surface that is as planned: no waves, 0 mm."""
+        return cls(np.empty((0, 3)), np.empty(0), np.empty(0))
+
+    @classmethod
+    def wave(cls, amplitude: float, wavelength: float, direction: Sequence[float] = (1.0, 0.0, 0.0), phase: float = 0.0) -> Self:
+        """Return one wave.
+
+        Parameters
+        ----------
+        amplitude, wavelength : float
+            mm.
+        direction : sequence of three floats
+            In which it runs; only its direction counts.
+        phase : float
+            At the origin, rad.
+        """
+        along = checks.finite_array("direction", direction)
+        if along.shape != (3,) or not np.any(along):
+            raise ValueError(f"direction must be three coordinates, not all zero; got {checks.shown(direction)}")
+        number = 2 * np.pi / checks.positive("wavelength", wavelength, "mm")
+        return cls(number * along[np.newaxis] / np.linalg.norm(along), [phase], [amplitude])
+
+    @classmethod
+    def drawn(cls, sd: float, shortest: float, rng: np.random.Generator) -> Self:
+        """Draw a field: directions at random in space, wavelengths even on a logarithmic scale up to ten times the shortest.
+
+        Parameters
+        ----------
+        sd : float
+            Standard deviation of the height at any place, mm.
+        shortest : float
+            Wavelength, mm.
+        rng : numpy.random.Generator
+            Random source.
+        """
+        number = 2 * np.pi / (shortest * _LONGEST ** rng.random(WAVES))
+        along = rng.standard_normal((WAVES, 3))
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        phases = 2 * np.pi * rng.random(WAVES)
+        return cls(number[:, np.newaxis] * along, phases, np.full(WAVES, sd * np.sqrt(2 / WAVES)))
+
+    def at(self, points: npt.ArrayLike) -> Floats:
+        """Return the height, mm.
+
+        Parameters
+        ----------
+        points : array_like, (..., 3)
+            Places in the frame of the surface, mm.
+        """
+        return np.asarray(np.cos(np.asarray(points) @ self.waves.T + self.phases) @ self.amplitudes)

@@ -1,0 +1,106 @@
+"""The picture of a run in the finishing cell: force, feed and height of the last part, where the force is what, all parts."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim.protocols import PartLog
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_TRUE, _SET, _GRAY, _BAD = "tab:blue", "0.15", "0.55", "tab:red"
+_UM = 1000.0
+_SAMPLES = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
+
+
+def picture(log: PartLog) -> "Figure":
+    """Draw a log of `FinishingCell`: the last part against time and seen from above, force and roughness of all parts."""
+    pyplot = need("matplotlib.pyplot", "plot")
+    figure: Figure = pyplot.figure(figsize=(12.5, 7.2), layout="constrained")
+    grid = figure.add_gridspec(6, 2, width_ratios=(1.5, 1))
+    last, wanted = _last(log), _set_force(log)
+    height = figure.add_subplot(grid[4:, 0])
+    _in_time([*(figure.add_subplot(grid[rows, 0], sharex=height) for rows in (slice(2), slice(2, 4))), height], last, log, wanted)
+    _from_above(figure.add_subplot(grid[:4, 1]), last, log)
+    _parts(figure.add_subplot(grid[4:, 1]), log)
+    for axis in figure.axes:
+        axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(_title(log, wanted))
+    return figure
+
+
+def _title(log: PartLog, wanted: float | None) -> str:
+    out = log.outcome
+    parts = f"{len(log)} parts" if len(log) > 1 else "1 part"
+    force = f"{np.nanmean(out.normal_force.values):.3f} N" + ("" if wanted is None else f" for {wanted:.3f} N")
+    off = f"{100 * np.nanmean(out.lift_off.values):.2g} % without contact"
+    return f"{parts}, {out.attrs['pattern']}: force {force}, {off}, feed {np.nanmean(out.feed.values):.1f} mm/s"
+
+
+def _last(log: PartLog) -> dict[str, Floats]:
+    """What was true in the last part, sample by sample."""
+    out = log.outcome.isel(part=-1)
+    known = np.isfinite(out.sample_time.values)
+    return {name: out[name].values[known] for name in _SAMPLES}
+
+
+def _set_force(log: PartLog) -> float | None:
+    """The normal force that is wanted (N), where that is known."""
+    wanted = log.outcome.attrs.get("normal_force")
+    return None if wanted is None else float(wanted)
+
+
+def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: float | None) -> None:
+    """Force, feed and height error of a part against time."""
+    force, feed, height = axes
+    time, down = last["sample_time"], float(log.outcome.touch_down.values[-1])
+    force.plot(time, last["true_normal_force"], color=_TRUE, lw=0.8, label="normal force")
+    if wanted is not None:
+        force.axhline(wanted, color=_SET, lw=1, ls="--", label="set")
+    if np.isfinite(down):
+        force.axvline(down, color=_GRAY, lw=0.8, ls=":", label="touches")
+    force.set(ylabel="force [N]", ylim=(0, None))
+    force.set_title("The last part", loc="left")
+    force.legend(frameon=False, fontsize=8, loc="lower right", ncols=3)
+    feed.plot(time, last["true_feed"], color=_TRUE, lw=0.6, label="of the contact")
+    feed.axhline(float(log.outcome.attrs["feed_rate"]), color=_SET, lw=1, ls="--", label="planned between corners")
+    feed.set(ylabel="feed [mm/s]", ylim=(0, None))
+    feed.legend(frameon=False, fontsize=8, loc="lower right", ncols=2)
+    height.plot(time, _UM * last["height_error"], color=_TRUE, lw=0.8)
+    height.set(xlabel="time [s]", ylabel="height error [um]")
+    for axis in axes:
+        axis.grid(alpha=0.25, lw=0.5)
+    for axis in axes[:2]:
+        axis.tick_params(labelbottom=False)
+
+
+def _from_above(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
+    """Force in colours on the way of the contact."""
+    down = np.flatnonzero(last["sample_time"] >= np.nan_to_num(log.outcome.touch_down.values[-1]))
+    moved = down[last["true_feed"][down] > 0]
+    force = last["true_normal_force"][moved]
+    low, high = np.percentile(force, [1, 99]) if force.size else (0.0, 1.0)
+    dots = axis.scatter(last["true_x"][moved], last["true_y"][moved], c=force, s=5, lw=0, vmin=low, vmax=high, cmap="viridis")
+    axis.figure.colorbar(dots, ax=axis, label="normal force [N]", shrink=0.85, extend="both")
+    axis.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+    axis.set_title("The last part from above", loc="left")
+
+
+def _parts(axis: Any, log: PartLog) -> None:
+    """Roughness of every part; those for which the model had to be stretched are hollow."""
+    out, parts = log.outcome, np.arange(len(log))
+    rough, stretched = _UM * out.roughness_ra.values, out.extrapolated.values != 0
+    axis.plot(parts, rough, "-", color=_TRUE, lw=0.8, alpha=0.5)
+    axis.plot(parts[~stretched], rough[~stretched], "o", color=_TRUE, ms=4)
+    axis.plot(parts[stretched], rough[stretched], "o", color=_TRUE, ms=4, mfc="none", label="beyond the model's range")
+    if np.isnan(rough).all():
+        axis.annotate("the model does not know this pattern", (0.5, 0.5), xycoords="axes fraction", ha="center", color=_BAD)
+    elif stretched.any():
+        axis.legend(frameon=False, fontsize=8)
+    axis.set(xlabel="part", ylabel="roughness Ra [um]", ylim=(0, None))
+    axis.set_title("Every part", loc="left")
+    axis.grid(alpha=0.25, lw=0.5)
+    axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
