@@ -9,7 +9,8 @@ from importlib import import_module
 from hwsim._area import add_to
 from sdpgrind import __version__
 
-_AREAS = ("hwsim._weldbead_cli", "hwsim._plunge_cli", "hwsim._locus_cli")  # modules with an ``AREA`` (see `hwsim._area`)
+# Modules with an ``AREA`` (see `hwsim._area`).
+_AREAS = ("hwsim._weldbead_cli", "hwsim._plunge_cli", "hwsim._locus_cli", "hwsim._finishing_cli")
 REFUSED, INTERRUPTED = 2, 130  # exit status
 
 

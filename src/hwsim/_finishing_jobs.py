@@ -1,0 +1,44 @@
+"""What ``hwsim finishing`` runs: a cell, the method of planning, and how the torque controller is set."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hwsim.plants._finishing import FinishingCell
+from hwsim.plants._finishing_truth import CellScatter
+from sdpgrind import finishing
+
+NORMAL_FORCE = 1.111  # N: the middle of Wang's three
+KIND = "lqg"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A cell, what it is believed to be, how its motion is planned, how its controller is set, and what a study varies."""
+
+    stand: FinishingCell
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    method: str = "trapezoid"
+    study: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def problem(self) -> finishing.FinishingProblem:
+        """What is planned."""
+        return self.stand.problem
+
+    def controller(self, plan: finishing.Motion) -> finishing.TorqueController:
+        """The controller of every part."""
+        return finishing.TorqueController(
+            self.stand.axis, plan, **{"normal_force": self.stand.normal_force, "kind": KIND} | dict(self.settings)
+        )
+
+
+def scattered(problem: finishing.FinishingProblem, *, nominal: bool) -> Job:
+    """A problem in a cell of which nothing is said: parts that differ, or all as believed."""
+    scatter = None if nominal else CellScatter()
+    return Job(FinishingCell(problem, scatter=scatter, axis=axis_of(problem), normal_force=NORMAL_FORCE))
+
+
+def axis_of(problem: finishing.FinishingProblem, **settings: Any) -> finishing.TorqueAxis:
+    """The torque axis that carries the tool of a problem."""
+    return finishing.TorqueAxis(lever_arm=problem.lever_arm, **settings)
