@@ -121,7 +121,7 @@ def parts(order: int, times: int) -> None:
 
 def maps(times: int) -> None:
     print(
-        "\n## Maps of equal areas\n| surface | greatest over least density | map made [ms] | error of the density |\n|---|---|---|---|"
+        "\n## Maps of equal areas\n| surface | densities' ratio | map made [ms] | error of the density |\n|---|---|---|---|"
     )
     at = np.linspace(0.0, 1.0, 101)
     for name, surface in {"nominal": nominal_surface(), **uneven_surfaces()}.items():

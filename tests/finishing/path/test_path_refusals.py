@@ -68,6 +68,14 @@ def test_nodes_apart_in_the_square_and_one_point_of_the_surface():
         path.frames()
 
 
+def test_equal_areas_that_come_to_a_point():
+    path = Path(BALL, [(0.5, 0.5), (0.2, 1.0), (0.8, 1.0)], mapping="equal_area")
+    message = r"nodes must keep away from where equal areas come to a point; \(u, v\) = \(0.\d+, 1\) has no area"
+    for ask in (path.frames, path.sample, lambda: path.length):
+        with pytest.raises(ValueError, match=message):
+            ask()
+
+
 def test_a_spline_that_leaves_the_square():
     nodes = [(0.1, 0.5), (0.2, 0.99), (0.8, 0.99), (0.9, 0.5)]
     with pytest.raises(ValueError, match=r"the path must stay in the unit square; its leg 1 comes to \(0.\d*, 1.\d*\)"):

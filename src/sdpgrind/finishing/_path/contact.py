@@ -45,6 +45,7 @@ def speed(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints,
     there = surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
     found = np.empty(len(t))
     speeds(moved, there.u, there.v, found)
+    _refuse_no_area(moved, found)
     return found
 
 
@@ -62,7 +63,15 @@ def contact(surface: Surface, moved: Floats, there: Derivatives, place: Ints) ->
     return Contact(tangent, bend, normal, pace)
 
 
+def _refuse_no_area(moved: Floats, pace: Floats) -> None:
+    lost = np.flatnonzero(~np.isfinite(pace))
+    if len(lost):
+        u, v = moved[lost[0], 0]
+        raise ValueError(f"nodes must keep away from where equal areas come to a point; (u, v) = ({u:.6g}, {v:.6g}) has no area")
+
+
 def _refuse_rest(moved: Floats, pace: Floats) -> None:
+    _refuse_no_area(moved, pace)
     still = np.flatnonzero(~(pace > REST * pace.max(initial=0.0)))
     if len(still):
         u, v = moved[still[0], 0]

@@ -16,8 +16,8 @@ from sdpgrind.finishing._surface.surface import Surface
 DEGREE = 5
 GOOD = 1e-6
 """Relative error of the density, root of mean square by area, that is good enough."""
-HALVINGS, CELLS = 30, 400
-"""No more of them than these, in one direction."""
+HALVINGS, CELLS, SPAN_CELLS = 30, 400, 8
+"""No more halvings than that, and no more cells in one direction, or in a knot span where there are many."""
 PROBES = np.array([0.2, 0.7])
 """Of a cell."""
 EVERY = slice(None)
@@ -91,10 +91,13 @@ class DensityAxis:
 
 def fitted(axis: DensityAxis, density: Callable[[Floats], Floats]) -> DensityAxis:
     """Halve cells until a spline meets the density (m,) -> (m, k): at kinks, and where it bends most."""
+    most = max(CELLS, SPAN_CELLS * (len(axis.breaks) - 1) // 2)
     for _ in range(HALVINGS):
         error = _squares(axis, density)
-        coarse = error > GOOD**2 / len(error)
-        if not coarse.any() or len(error) + coarse.sum() > CELLS:
+        worst = np.argsort(error)[::-1][: max(most - len(error), 0)]
+        coarse = np.zeros(len(error), bool)
+        coarse[worst] = error[worst] > GOOD**2 / len(error)
+        if not coarse.any():
             break
         axis = axis.finer(coarse)
     return axis

@@ -7,6 +7,8 @@ from numba import njit
 
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 _TIMES = 60
+NO_AREA = 1e-9
+"""Of the mean density: where it is less the map has no derivative."""
 
 
 @njit(**_OPTIONS)
@@ -60,13 +62,15 @@ def carry(breaks_u, breaks_v, strips, across, cells, jets, out):
     """Jets (m, 3, 2) of (a, b) over into jets of (u, v).
 
     `strips` (nu, degree + 2): area up to u in the strips of u; `across` (nu, degree + 1): its derivative W, for u from 0 to 1
-    across a strip; `cells` (nu, nv, degree + 1, degree + 2): Y, the integral of the density by v up to v.
+    across a strip; `cells` (nu, nv, degree + 1, degree + 2): Y, the integral of the density by v up to v. Where there is no area
+    derivatives are NaN.
     """
     width = strips.shape[1]
     rows = np.empty((3, width))
     area = 0.0
     for power in range(width):
         area += strips[-1, power]
+    side = (breaks_u[-1] - breaks_u[0]) * (breaks_v[-1] - breaks_v[0])
     i, x, known = 0, 0.5, -1.0
     for m in range(len(jets)):
         a, b = jets[m, 0, 0], jets[m, 0, 1]
@@ -85,6 +89,8 @@ def carry(breaks_u, breaks_v, strips, across, cells, jets, out):
         yu, yuv, _ = _polynomial(rows[1], y)
         yuu, _, _ = _polynomial(rows[2], y)
         yv, yvv, yu, yuv, yuu = yv / k, yvv / k**2, yu / h, yuv / (h * k), yuu / h**2
+        if yv * side <= NO_AREA * area:
+            yv = np.nan
         a1, b1, a2, b2 = jets[m, 1, 0], jets[m, 1, 1], jets[m, 2, 0], jets[m, 2, 1]
         u1 = area * a1 / w
         u2 = (area * a2 - wu * u1**2) / w
