@@ -29,6 +29,8 @@ ROUNDS = 5
 CHECKS = 8
 COARSE = 5e-3
 """Share of the duration that a finer grid must save for the first law: it is only where points are put, and a first guess."""
+BRAKE = 64
+"""Least number of intervals in the longest brake is this or what the jerk asks for; half a window holds twice that."""
 EASY = 1.4
 """By how much slower the programs begin: from within the limits they take fewer steps."""
 MARGIN, FIRST = 1e-4, 4
@@ -54,7 +56,7 @@ def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, accelerat
     """Fastest law of a run that keeps limits of jerk too."""
     first = fastest_law(run, limits, feed_rate, acceleration, gain=COARSE)
     turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
-    points = _points(first, min(turn, first.duration), SHARE * turn)
+    points = _points(first, min(turn, first.duration), max(SHARE * turn, _brake(first) / BRAKE))
     tight = np.ones(points.length.size)
     for _ in range(ROUNDS):
         law = _law(run, limits, feed_rate, acceleration or np.inf, points, tight)
@@ -64,6 +66,13 @@ def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, accelerat
             break
         tight = _tighter(tight, found[:, :3].max(axis=1))
     return law.slower(slowing(closest(run, law, limits, feed_rate, 20)[:, 0]))
+
+
+def _brake(first: TimeLaw) -> float:
+    """Longest time (s) that a law slows down without a pause."""
+    falls = np.concatenate([[0.0], np.cumsum(np.where(first.acceleration < 0, np.diff(first.knots), 0.0))])
+    pauses = np.flatnonzero(np.concatenate([[True], first.acceleration >= 0, [True]]))
+    return float(np.max(np.diff(falls[np.minimum(pauses, falls.size - 1)]), initial=0.0))
 
 
 def _tighter(tight: Floats, used: Floats) -> Floats:
@@ -130,11 +139,9 @@ def _window(
     cap = np.minimum(feed_rate / held, 1 / np.maximum(np.abs(rates[:, 0] / speed).max(axis=1), 1e-9)) * time / long
     start = (float(state[1]) * time / long, float(state[2]) * time**2 / long)
     cap[0] = max(cap[0], start[0])
-    guess = _guess(points, cap, long)
-    data = Data(
-        rates * scale, jerk * time / most, np.diff(points.length) / long, cap, acceleration * time**2 / long, start, guess
-    )
-    found = jerk_program.solve(data)
+    weight, along = jerk * time / most, acceleration * time**2 / long
+    guess = _guess(points, cap, long, rates * scale, weight)
+    found = jerk_program.solve(Data(rates * scale, weight, np.diff(points.length) / long, cap, along, start, guess))
     if not found.solved:
         where = f"between {points.length[0]:.4g} and {points.length[-1]:.4g} mm"
         raise LawError(f"no jerk-limited law was found {where} ({found.message}); method='trapezoid' gives a slower one")
@@ -143,12 +150,16 @@ def _window(
     return t * time, exact * long / time**3
 
 
-def _guess(points: Points, cap: Floats, long: float) -> Floats:
+def _guess(points: Points, cap: Floats, long: float, rates: Floats, weight: Floats) -> Floats:
     """First guess of the program: feed, acceleration, duration, jerk at every point, scaled; slower, to be well within limits."""
-    time, slow = points.step, EASY
+    time = points.step
     bend = points.acceleration * time**2 / long
     feed = np.minimum(points.feed * time / long, cap)
     jerk = np.append(np.diff(bend), 0.0)
+    v, a, j = feed[:, None], bend[:, None], jerk[:, None]
+    snatch = np.max(np.abs(rates[:, 2] * v**3 + 3 * rates[:, 1] * v * a + rates[:, 0] * j))
+    push = np.max(np.abs(weight * (rates[:, 0] * a + rates[:, 1] * v**2)))
+    slow = max(EASY, np.sqrt(push), np.cbrt(snatch))
     return np.column_stack([feed / slow, bend / slow**2, np.full(feed.size, slow), jerk / slow**3])
 
 

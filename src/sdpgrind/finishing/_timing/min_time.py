@@ -18,8 +18,8 @@ LEAST, MOST = 64, 1 << 17
 """Least and greatest number of intervals on a run."""
 GAIN = 2e-4
 """Share of the duration that half the step must save to be taken; the duration is then known to about as much."""
-CHECKS = 4
-"""Places in each interval in which limits are checked: its step is small by then."""
+CHECKS, CHECKED = (4, 20), 40_000
+"""Least and greatest number of places in an interval in which limits are checked, and how many in all."""
 
 
 def fastest_law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None, gain: float = GAIN) -> TimeLaw:
@@ -37,7 +37,8 @@ def fastest_law(run: JointPath, limits: Limits, feed_rate: float, acceleration: 
 def held(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float) -> TimeLaw:
     """Play a law just so much slower that limits are kept between its points too; jerk is not looked at."""
     free = limits.replace(jerk_max=None)
-    return law.slower(slowing(closest(run, law, free, feed_rate, CHECKS)[:, 0]))
+    places = int(np.clip(CHECKED // law.length.size, *CHECKS))  # what a short interval hides is small
+    return law.slower(slowing(closest(run, law, free, feed_rate, places)[:, 0]))
 
 
 def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None, parts: int) -> TimeLaw:
