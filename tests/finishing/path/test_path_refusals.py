@@ -70,7 +70,7 @@ def test_nodes_apart_in_the_square_and_one_point_of_the_surface():
 
 def test_equal_areas_that_come_to_a_point():
     path = Path(BALL, [(0.5, 0.5), (0.2, 1.0), (0.8, 1.0)], mapping="equal_area")
-    message = r"nodes must keep away from where equal areas come to a point; \(u, v\) = \(0.\d+, 1\) has no area"
+    message = r"come to a point; \(u, v\) = \(0.\d+, 1\) has no area|at \(u, v\) = \(0.\d+, 1\) it stands still|has no length"
     for ask in (path.frames, path.sample, lambda: path.length):
         with pytest.raises(ValueError, match=message):
             ask()
