@@ -91,7 +91,8 @@ def orthogonal_array(name: str) -> OrthogonalArray:
     Returns
     -------
     OrthogonalArray
-        L8, L16, L27 and L9 have columns that interactions of two others fall into whole; L12, L18 and L36 spread them over many.
+        L4 to L9, L16 and L27 have columns that interactions of two others fall into whole; L12, L18 and L36 spread them over
+        many, but for columns 2, 4 and 5 of the L18, each of which the interaction of the other two makes whole.
 
     Raises
     ------
@@ -104,8 +105,10 @@ def orthogonal_array(name: str) -> OrthogonalArray:
     >>> fin.orthogonal_array("L4").matrix.tolist()
     [[0, 0, 0], [0, 1, 1], [1, 0, 1], [1, 1, 0]]
     """
-    short = {full.partition("(")[0]: full for full in reversed(TABLES)}
-    known = {**short, **{full: full for full in TABLES}}
+    known: dict[str, str] = {}
+    for full in TABLES:
+        known.setdefault(full.partition("(")[0], full)
+    known |= {full: full for full in TABLES}
     full = known[checks.one_of("name", name, known)]
     return OrthogonalArray(full, TABLES[full]())
 

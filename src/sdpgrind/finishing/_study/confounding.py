@@ -33,8 +33,8 @@ class Confounding:
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> found = fin.confounding(fin.orthogonal_array("L8"), {"A": 1, "B": 2, "C": 3})
-    >>> found.shares["A", "B", "C"]
+    >>> found = confounding(fin.orthogonal_array("L8"), {"A": 1, "B": 2, "C": 3})
+    >>> round(found.shares["A", "B", "C"], 9)
     1.0
     """
 
@@ -82,7 +82,7 @@ def confounding(array: OrthogonalArray, columns: dict[str, int]) -> Confounding:
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.confounding(fin.orthogonal_array("L8"), {"A": 1, "B": 2, "C": 4})
+    >>> confounding(fin.orthogonal_array("L8"), {"A": 1, "B": 2, "C": 4})
     no main effect is touched by an interaction of two other factors
     """
     checks.kind("array", array, OrthogonalArray)

@@ -1,7 +1,8 @@
 """Further runs worth making: where, between and at the ends of the levels, the best may lie.
 
-On a quadratic b x + c x^2 with c < 0 the best is at x = -b/(2c). Its uncertainty follows from that of b and c; n further runs are
-put at the middles of n parts that are equally likely to hold it.
+On a quadratic b x + c x^2 with c < 0 the best is at x = -b/(2c): below any place where the slope b + 2 c x is negative. So
+Student's law of the slope tells with which probability the best lies below a place (Fieller); n further runs are put at the
+middles of n parts that are equally likely to hold it.
 """
 
 import dataclasses
@@ -9,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.optimize import brentq
+from scipy.special import stdtrit
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
@@ -118,17 +120,13 @@ def next_runs(study: "Observations", number: int, pool: Pool) -> NextRuns:
     return NextRuns(tuple(runs), gain, notes, study.unit)
 
 
-def _peak(fit: SurfaceFit, axis: Axis) -> tuple[float, float] | None:
-    """Where a quadratic is highest between the ends, and the standard error of that place (coordinates); None without."""
+def _peak(fit: SurfaceFit, axis: Axis) -> float | None:
+    """Where a quadratic is highest between the ends (coordinate); None without."""
     if axis.degree < 2:
         return None
     k = fit.position(axis)
     b, c = fit.estimate.value[k : k + 2]
-    if c >= 0 or abs(b) >= -2 * c:
-        return None
-    slope = np.array([-1 / (2 * c), b / (2 * c**2)])
-    covariance = fit.estimate.covariance[k : k + 2, k : k + 2]
-    return float(-b / (2 * c)), float(np.sqrt(slope @ covariance @ slope))
+    return None if c >= 0 or abs(b) >= -2 * c else float(-b / (2 * c))
 
 
 def _top(fit: SurfaceFit, axis: Axis, best_level: Level) -> Level:
@@ -137,7 +135,7 @@ def _top(fit: SurfaceFit, axis: Axis, best_level: Level) -> Level:
         return best_level
     peak = _peak(fit, axis)
     if peak is not None:
-        return axis.value(peak[0])
+        return axis.value(peak)
     k = fit.position(axis)
     slopes = fit.estimate.value[k : k + axis.degree]
     ends = [float(sum(s * x ** (n + 1) for n, s in enumerate(slopes))) for x in (-1.0, 1.0)]
@@ -151,10 +149,18 @@ def _part(run: int, axis: int, number: int) -> float:
 
 
 def _placed(fit: SurfaceFit, axis: Axis, share: float) -> float:
-    """Where the peak is with this probability below, within the range."""
-    peak = _peak(fit, axis)
-    assert peak is not None  # only axes with a peak are asked
-    return axis.value(float(np.clip(peak[0] + peak[1] * ndtri(share), -1.0, 1.0)))
+    """Below which place within the range the peak lies with this probability (1)."""
+    k = fit.position(axis)
+    value, covariance = fit.estimate.value[k : k + 2], fit.estimate.covariance[k : k + 2, k : k + 2]
+    reach = float(stdtrit(fit.estimate.freedom, share))
+
+    def excess(x: float) -> float:
+        row = np.array([1.0, 2 * x])
+        return float(-row @ value - reach * np.sqrt(row @ covariance @ row))
+
+    if excess(-1.0) >= 0:
+        return axis.value(-1.0)
+    return axis.value(1.0) if excess(1.0) <= 0 else axis.value(float(brentq(excess, -1.0, 1.0, xtol=1e-13)))
 
 
 def _run(

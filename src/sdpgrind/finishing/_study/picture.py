@@ -35,7 +35,9 @@ def main_effects(study: "Study", confidence: float) -> Any:
 
 
 def _panel(axis: Any, name: str, rows: list[LevelMean]) -> None:
-    """Levels at equal distances, so that names and numbers look alike."""
+    """Levels at equal distances, so that names and numbers look alike; numbers by size."""
+    if all(isinstance(row.level, float) for row in rows):
+        rows = sorted(rows, key=lambda row: float(row.level))
     at, means = np.arange(len(rows)), [row.mean for row in rows]
     axis.plot(at, means, "o-", color=COLOUR, ms=5, lw=1.2)
     widths = [row.half_width for row in rows]

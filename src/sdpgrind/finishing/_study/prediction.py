@@ -53,7 +53,7 @@ class Prediction:
     tool_diameter 4, path_pattern hilbert5, normal_force 1.111
     mean 8.951 dB (3.568 um), as good as the mean of 3 runs
     95 % interval of the mean +- 0.736 dB (3.278 um to 3.884 um)
-    95 % interval of the mean of 1 confirmation run +- 1.472 dB (3.012 um to 4.228 um)
+    95 % interval of the mean of 1 confirmation run +- 1.472 dB (3.012 um to 4.227 um)
     """
 
     levels: dict[str, Level]

@@ -231,14 +231,14 @@ class RoughnessModel(Frozen):
         Parameters
         ----------
         estimate : Estimate
-            What `identify_roughness` gives: the coefficients and residual_sd, unit 1.
+            What `finishing.identify` gives: the coefficients and residual_sd, unit 1.
 
         Raises
         ------
         ValueError
             When the estimate has failed, or is of something else.
         """
-        checks.kind("estimate", estimate, Estimate, ", as identify_roughness gives it")
+        checks.kind("estimate", estimate, Estimate, ", as finishing.identify gives it")
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
         if estimate.names != (*NAMES, "residual_sd"):

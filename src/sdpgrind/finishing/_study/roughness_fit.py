@@ -41,7 +41,7 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> estimate = fin.identify_roughness(fin.Study.published("wang-2001"))
+    >>> estimate = identify_roughness(fin.Study.published("wang-2001"))
     >>> round(estimate["tool_exponent"], 4), round(estimate["residual_sd"], 5)
     (-0.902, 0.06737)
     """

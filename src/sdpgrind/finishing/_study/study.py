@@ -170,7 +170,7 @@ class Study(Observations):
         >>> from sdpgrind import finishing as fin
         >>> means = fin.Study.published("wang-2001").level_means()
         >>> {level: round(mean, 3) for level, mean in means["normal_force"].items()}
-        {0.556: 2.573, 1.111: 5.541, 1.667: 5.386}
+        {0.556: 2.574, 1.111: 5.541, 1.667: 5.386}
         """
         return level_means(self, confidence)
 
@@ -301,7 +301,7 @@ class Study(Observations):
         >>> from sdpgrind import finishing as fin
         >>> runs = fin.Study.published("wang-2001").next_runs(3)
         >>> [round(run.settings["normal_force"], 2) for run in runs]  # N
-        [1.22, 1.3, 1.39]
+        [1.21, 1.3, 1.46]
         """
         return next_runs(self, number, pool)
 

@@ -1,0 +1,118 @@
+"""When another pass is worth it: the planner's answer against optimal stopping in closed form."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sdpgrind import finishing as fin
+from sdpgrind import sdp, units
+
+MODEL = fin.RoughnessModel.published()
+FINE = {"pattern": "hilbert5", "tool_diameter": 4.0, "normal_force": 1.301}
+ROUGH = {"pattern": "zigzag", "tool_diameter": 4.0, "normal_force": 1.301}
+RATE, FREE = 10.0 / units.um(1.0), units.um(3.0)  # $ a mm above what is free
+
+
+def worth(passes, charges, rate=RATE, free=FREE):
+    """Expected charge just before the pass, with n passes left: E min(g, k) = E g - E (g - k)+ of a linear charge g.
+
+    One kind of pass after the other: min over kinds of charge + E min(g(R), what the passes after it are worth).
+    """
+    found = [np.inf]
+    for _ in range(passes):
+        tried = []
+        for how, charge in charges:
+            law = MODEL.law(**how)
+            saved = 0.0 if np.isinf(found[-1]) else float(law.over(free + found[-1] / rate))
+            tried.append(charge + rate * (float(law.over(free)) - saved))
+        found.append(min(tried))
+    return found[1:]
+
+
+def planned(passes, charges, **options):
+    names = {f"kind {k}": how for k, (how, _) in enumerate(charges)}
+    cost = {f"kind {k}": charge for k, (_, charge) in enumerate(charges)}
+    problem = fin.refinish_problem(
+        MODEL, names, pass_charge=cost, roughness_charge=sdp.Linear(RATE, tolerance=FREE), passes=passes
+    )
+    return problem, sdp.plan(problem, **options)
+
+
+def test_values_and_thresholds_of_optimal_stopping():
+    charges = [(FINE, 1.0)]
+    wanted = worth(4, charges)
+    problem, policy = planned(4, charges)
+    width = problem.axes[0].high / 400
+    for n, value in enumerate(wanted, start=1):
+        assert policy.value(roughness=problem.axes[0].high, passes_left=n) == pytest.approx(value, abs=0.005)
+        threshold = FREE + value / RATE
+        assert policy.action(roughness=threshold - 1.01 * width, passes_left=n).stop
+        assert policy.action(roughness=threshold + 1.01 * width, passes_left=n).name == "kind 0"
+    assert wanted == sorted(wanted, reverse=True), "more passes left: less to expect, choosier"
+
+
+def test_a_tolerance_is_reached():
+    charges = [(FINE, 1.0)]
+    problem, policy = planned(3, charges, tolerance=0.02)
+    for n, value in enumerate(worth(3, charges), start=1):
+        assert abs(policy.value(roughness=problem.axes[0].high, passes_left=n) - value) <= policy.error <= 0.02
+
+
+def test_a_cheaper_pass_is_taken_first_where_more_are_left():
+    charges = [(FINE, 4.0), (ROUGH, 1.0)]
+    wanted = worth(3, charges)
+    problem, policy = planned(3, charges)
+    for n, value in enumerate(wanted, start=1):
+        assert policy.value(roughness=problem.axes[0].high, passes_left=n) == pytest.approx(value, abs=0.01)
+    assert worth(1, charges[:1])[0] < worth(1, charges[1:])[0]
+    assert policy.action(roughness=problem.axes[0].high, passes_left=1).name == "kind 0"
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.floats(0.0, 5.0), st.integers(1, 3))
+def test_any_charge_of_a_pass(charge, passes):
+    _, policy = planned(passes, [(FINE, charge)])
+    assert policy.value(roughness=0.006, passes_left=passes) == pytest.approx(worth(passes, [(FINE, charge)])[-1], abs=0.006)
+
+
+def test_simulated_parts_pay_what_was_planned():
+    problem, policy = planned(3, [(FINE, 1.0)])
+    runs = policy.simulate(runs=4000, rng=0, roughness=0.006, passes_left=3)
+    assert abs(runs.mean - worth(3, [(FINE, 1.0)])[-1]) < 4 * runs.standard_error
+    assert sdp.check(problem).ok
+
+
+def test_a_part_that_is_smooth_enough_is_delivered():
+    _, policy = planned(3, [(FINE, 1.0)])
+    assert policy.value(roughness=0.98 * FREE, passes_left=3) == pytest.approx(0.0, abs=1e-9)
+    assert policy.action(roughness=0.0035, passes_left=3).name == "deliver"
+
+
+def made(**changes):
+    given = {"pass_charge": 1.0, "roughness_charge": sdp.Linear(RATE), "passes": 2, "settings": {"fine": FINE}, "model": MODEL}
+    given |= changes
+    return fin.refinish_problem(given.pop("model"), given.pop("settings"), **given)
+
+
+REFUSED = [
+    ({"model": 3}, r"model must be a RoughnessModel; got 3"),
+    ({"settings": {}}, r"settings must be passes by name"),
+    (
+        {"settings": {"fine": {"pattern": "zigzag"}}},
+        r"settings\['fine'\] must be a mapping with pattern, tool_diameter, normal_force",
+    ),
+    ({"settings": {"fine": FINE | {"normal_force": 9.0}}}, r"normal_force must be in \[0.556, 1.667\]"),
+    ({"settings": {"fine": FINE | {"normal_force": [1.0, 1.1]}}}, r"settings\['fine'\] must be of one pass; got arrays"),
+    ({"pass_charge": -1.0}, r"pass_charge must be >= 0 \(\$\); got -1.0"),
+    ({"pass_charge": {}}, r"pass_charge must have an entry for each of the settings; 'fine' has none"),
+    ({"roughness_charge": 3}, r"roughness_charge must be such as sdp.Linear\(rate, tolerance=...\); got 3"),
+    ({"passes": 0}, r"passes must be >= 1; got 0"),
+    ({"roughness_max": 0.0}, r"roughness_max must be > 0 \(mm\); got 0.0"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_refusals(changes, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        made(**changes)
