@@ -144,7 +144,7 @@ def test_a_load_that_is_not_known_is_an_error_of_the_force(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_error_of_the_motor_is_one_of_the_force(kind):
     strong = AXIS.replace(torque_constant=1.1 * AXIS.torque_constant)
-    record = simulate_axis(strong, controller(kind=kind), duration=2.0, start="pressed")
+    record = simulate_axis(AXIS, controller(kind=kind), truth=strong, duration=2.0, start="pressed")
     assert np.mean(record.offset) == pytest.approx(0.1 * 1.111, rel=0.05)
 
 
@@ -270,6 +270,16 @@ def test_controllers_touch_down_from_the_air():
     record = simulate_axis(AXIS, controller(kind="lqg"), duration=1.5, surface=lambda t: 0.5 * (t > 0))
     assert np.all(record.contact_torque[:, 1:10] == 0)
     assert np.all(np.isfinite(record.settling(0.05)))
+
+
+@pytest.mark.parametrize(("kind", "hertz"), [("pidff", 5.56), ("damped", 8.15), ("lqg", 9.40), ("constant", 10.68)])
+def test_force_is_held_on_slow_waves_only(kind, hertz):
+    """Above some 10 Hz a surface that moves is felt in full by every controller: at 25 mm/s, waves shorter than 2.5 mm."""
+    loop = controller(kind=kind).loop()
+    felt = np.abs(loop.response(2 * pi * np.array([0.98 * hertz, 1.02 * hertz, 12.0]), "surface_angle")[:, 0])
+    felt /= AXIS.contact_angular_stiffness
+    assert felt[0] < 0.5**0.5 < felt[1]
+    assert felt[2] > 1
 
 
 def test_figures_of_a_record_by_hand():

@@ -130,6 +130,13 @@ def test_motion(time, per_force, message):
         controller(motion=played)
 
 
+def test_a_motion_of_another_tool():
+    problem = types.SimpleNamespace(lever_arm=80.0)
+    played = types.SimpleNamespace(time=np.zeros(1), torque_per_force=np.ones(1), profile=np.zeros((1, 8)), problem=problem)
+    with pytest.raises(ValueError, match=r"axis.lever_arm must be that of the motion, 80 \(mm\); got 95.0"):
+        controller(motion=played)
+
+
 def test_the_true_torque_is_known_in_simulations_only():
     law = controller(observer=None)
     with pytest.raises(ValueError, match="observer must be 'pid' or 'state' on a machine: no sensor has the true contact torque"):
@@ -188,8 +195,9 @@ def test_simulation_on_another_clock():
     slow = AXIS.replace(sample_time=2e-3)
     with pytest.raises(ValueError, match=r"axis.sample_time must be that of the controller, 0.001 \(s\); got 0.002"):
         simulate_axis(slow, controller())
-    with pytest.raises(ValueError, match=r"truth.sample_time must be that of the controller, 0.001 \(s\); got 0.002"):
-        controller().loop(slow)
+    for run in (lambda: controller().loop(slow), lambda: simulate_axis(AXIS, controller(), truth=slow)):
+        with pytest.raises(ValueError, match=r"truth.sample_time must be that of the controller, 0.001 \(s\); got 0.002"):
+            run()
 
 
 def test_figures_and_ranges():

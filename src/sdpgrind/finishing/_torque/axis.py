@@ -92,7 +92,7 @@ class TorqueAxis(Frozen):
 
     @property
     def current_step(self) -> float:
-        """Least change of the current: the range both ways over 2^bits, A (not over 2^bits - 1, as printed)."""
+        """Least change of the current, its unit A: the range both ways over 2^bits, not over 2^bits - 1 as printed."""
         return 2 * self.current_range / 2.0**self.bits
 
     @property

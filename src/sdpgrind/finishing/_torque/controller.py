@@ -106,7 +106,7 @@ class TorqueController(Frozen):
 
     @cached_property
     def setting(self) -> Setting:
-        """What the loop is made of."""
+        """What the loop is made of: kind, gains and observer, dimensionless names and their own units."""
         return setting(self.axis, self.kind, self.gains, self.observer, self.prefilter)
 
     @cached_property

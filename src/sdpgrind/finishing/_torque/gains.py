@@ -187,7 +187,7 @@ class LqgGains(Frozen):
         return A, np.array([0.0, 1.0 / J, 0.0, 0.0])
 
     def sampled(self, axis: TorqueAxis) -> tuple[Floats, Floats, Floats]:
-        """Return A (4, 4), B (4,) over a sample with the torque held, and the covariance (4, 4) that d'' adds in it.
+        """Return A (4, 4), B (4,) over a sample (rad, s, N m), the torque held, and the covariance (4, 4) that d'' adds in it.
 
         Parameters
         ----------
@@ -204,7 +204,7 @@ class LqgGains(Frozen):
         return over[:4, :4], over[:4, 4], twice[4:, 4:].T @ twice[:4, 4:]
 
     def kalman(self, axis: TorqueAxis) -> Floats:
-        """Return the gain (4,) of the stationary Kalman filter, for readings that are off by up to half a count.
+        """Return the gain (4,) of the stationary Kalman filter for readings that are rounded to counts: states per rad.
 
         Parameters
         ----------

@@ -53,7 +53,7 @@ class AxisLoop:
 
     @property
     def stable(self) -> bool:
-        """Whether every pole decays."""
+        """Whether every pole decays, dimensionless."""
         return bool(np.all(np.abs(self.poles) < 1.0)) if self.sample_time else bool(np.all(self.poles.real < 0.0))
 
     def dc_gain(self, name: str) -> Floats:

@@ -45,7 +45,7 @@ class AxisPoles:
 
     @property
     def stable(self) -> bool:
-        """Whether all of them decay."""
+        """Whether all of them decay, dimensionless."""
         return bool(np.all(self.continuous.real < 0.0) and np.all(np.abs(self.sampled) < 1.0))
 
     def __str__(self) -> str:

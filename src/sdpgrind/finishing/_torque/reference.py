@@ -24,7 +24,7 @@ class Reference:
 def reference(axis: TorqueAxis, motion: Any, normal_force: float, load_torque: npt.ArrayLike) -> Reference:
     """Reference along a motion; refused where it needs more current than there is."""
     force = checks.positive("normal_force", normal_force, "N")
-    time, per_force = (np.zeros(1), np.array([1e-3 * axis.lever_arm])) if motion is None else _motion(motion)
+    time, per_force = (np.zeros(1), np.array([1e-3 * axis.lever_arm])) if motion is None else _motion(motion, axis)
     load = checks.finite_array("load_torque", load_torque, "N m")
     if load.shape not in ((), time.shape):
         raise ValueError(
@@ -35,10 +35,13 @@ def reference(axis: TorqueAxis, motion: Any, normal_force: float, load_torque: n
     return found
 
 
-def _motion(motion: Any) -> tuple[Floats, Floats]:
+def _motion(motion: Any, axis: TorqueAxis) -> tuple[Floats, Floats]:
     missing = [name for name in ("time", "torque_per_force", "profile") if not hasattr(motion, name)]
     if missing:
         raise TypeError(f"motion must be a motion, as plan(problem) gives it, or None; it has no {', '.join(missing)}")
+    planned = getattr(getattr(motion, "problem", None), "lever_arm", axis.lever_arm)
+    if planned != axis.lever_arm:
+        raise checks.refuse("axis.lever_arm", f"that of the motion, {planned:g}", axis.lever_arm, "mm")
     time = np.ascontiguousarray(checks.finite_array("motion.time", motion.time, "s"))
     per_force = np.ascontiguousarray(checks.finite_array("motion.torque_per_force", motion.torque_per_force, "N m/N"))
     if time.ndim != 1 or not time.size or per_force.shape != time.shape:

@@ -21,13 +21,14 @@ def simulate_axis(
     axis: TorqueAxis,
     controller: TorqueController,
     *,
+    truth: TorqueAxis | None = None,
     duration: float = 1.0,
     surface: Callable[[Floats], npt.ArrayLike] | None = None,
     load_torque: float | Callable[[Floats], npt.ArrayLike] = 0.0,
     start_angles: int | npt.ArrayLike = 20,
     start: str = "touching",
 ) -> AxisRecord:
-    """Run an axis, as it really is, under a controller, from several start angles in one compiled call.
+    """Run an axis under a controller, from several start angles in one compiled call.
 
     Between samples the axis moves exactly, in contact and in flight; the surface is straight and the load torque held. Where in a
     count of the encoder the surface lies decides what rounding does: figures are to be averaged over it.
@@ -35,9 +36,11 @@ def simulate_axis(
     Parameters
     ----------
     axis : TorqueAxis
-        As it is; its sample time must be the controller's.
+        Which; its sample time must be the controller's.
     controller : TorqueController
         Its own state is left alone.
+    truth : TorqueAxis, optional
+        As it really is; by default as `axis` says.
     duration : float
         s.
     surface : callable, optional
@@ -67,8 +70,10 @@ def simulate_axis(
     {'settling_2': 0.063, 'settling_5': 0.053, 'overshoot': 0.007, 'ripple': 0.005, 'rms_error': 0.005, 'offset': 0.001}
     """
     checks.kind("controller", controller, TorqueController)
-    if checks.kind("axis", axis, TorqueAxis).sample_time != controller.period:
-        raise checks.refuse("axis.sample_time", f"that of the controller, {controller.period:g}", axis.sample_time, "s")
+    checks.kind("axis", axis, TorqueAxis)
+    name, axis = ("axis", axis) if truth is None else ("truth", checks.kind("truth", truth, TorqueAxis))
+    if axis.sample_time != controller.period:
+        raise checks.refuse(f"{name}.sample_time", f"that of the controller, {controller.period:g}", axis.sample_time, "s")
     time = _times(duration, controller.period)
     height = _along("surface(time)", surface, time, "mm")
     load = _along("load_torque(time)", load_torque, time, "N m")

@@ -140,7 +140,8 @@ def worst_case(
     for factor in factors:
         stiffness = checks.positive("factors", factor) * axis.contact_angular_stiffness
         truth = axis.replace(contact_angular_stiffness=stiffness)
-        found.append(simulate_axis(truth, controller, duration=duration, start_angles=start_angles).figures)
+        record = simulate_axis(axis, controller, truth=truth, duration=duration, start_angles=start_angles)
+        found.append(record.figures)
     names = ("settling_2", "settling_5", "overshoot", "ripple")
     figures = {name: np.array([one[name] for one in found]) for name in names}
     return StiffnessCase(np.array(factors, dtype=float), **figures, stable=stiffness_range(controller))
