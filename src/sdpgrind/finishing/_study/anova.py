@@ -56,7 +56,7 @@ class AnovaRow:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The line as text: SS in dB^2, shares in percent."""
+        """The line as text: SS in the unit dB^2, shares in percent."""
         if self.source == "total":
             return (self.source, str(self.df), f"{self.ss:.5f}", "", "", "", "", _share(self.contribution), "", "")
         tested = ("", "") if self.source == "error" else (number(self.F, ".3f"), number(self.p, ".3g"))
@@ -76,7 +76,7 @@ class AnovaTable:
     Attributes
     ----------
     rows : tuple of AnovaRow
-        Effects, then "error", then "total"; SS in dB^2.
+        Effects, then "error", then "total"; SS in the unit dB^2.
     method : str
         How the sums of squares were found.
     pooling : Pooling or None
@@ -104,22 +104,22 @@ class AnovaTable:
 
     @property
     def effects(self) -> tuple[AnovaRow, ...]:
-        """Rows of factors and interactions; SS in dB^2."""
+        """Rows of factors and interactions; SS in the unit dB^2."""
         return self.rows[:-2]
 
     @property
     def error(self) -> AnovaRow:
-        """Row of the error; SS in dB^2."""
+        """Row of the error; SS in the unit dB^2."""
         return self.rows[-2]
 
     @property
     def total(self) -> AnovaRow:
-        """Row of the total; SS in dB^2."""
+        """Row of the total; SS in the unit dB^2."""
         return self.rows[-1]
 
     @property
     def ranking(self) -> tuple[str, ...]:
-        """Effects by their sums of squares (dB^2), the greatest first."""
+        """Effects by their sums of squares (unit dB^2), the greatest first."""
         return tuple(row.source for row in sorted(self.effects, key=lambda row: -row.ss))
 
     def significant(self, alpha: float = 0.05) -> tuple[str, ...]:
@@ -128,7 +128,7 @@ class AnovaTable:
         return tuple(row.source for row in self.effects if row.p is not None and row.p < alpha and row.source not in late)
 
     def to_dict(self) -> dict[str, dict[str, Any]]:
-        """Return the rows as a mapping from sources to mappings; SS in dB^2, None where not available."""
+        """Return the rows as a mapping from sources to mappings; SS in the unit dB^2, None where not available."""
         return {row.source: dataclasses.asdict(row) for row in self.rows}
 
     @property

@@ -60,7 +60,7 @@ class OrthogonalArray:
 
     @cached_property
     def matrix(self) -> Table:
-        """The table as an array of whole numbers, shape (runs, columns)."""
+        """The table as an array, shape (runs, columns), each entry a whole number."""
         matrix = np.array(self.table)
         matrix.flags.writeable = False
         return matrix
@@ -72,7 +72,7 @@ class OrthogonalArray:
 
     @property
     def levels(self) -> tuple[int, ...]:
-        """Number of levels of each column, whole numbers."""
+        """Number of levels of each column, each a whole number."""
         return tuple(int(n) + 1 for n in self.matrix.max(axis=0))
 
     def __repr__(self) -> str:

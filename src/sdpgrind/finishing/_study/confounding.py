@@ -44,7 +44,7 @@ class Confounding:
 
     @property
     def clear(self) -> bool:
-        """Whether no main effect is touched by an interaction of two others."""
+        """Whether no main effect is touched by an interaction of two others; no unit."""
         return not self.shares
 
     @property

@@ -63,12 +63,12 @@ class Observations:
 
     @property
     def missing(self) -> tuple[int, ...]:
-        """Runs without readings, whole numbers from 1."""
+        """Runs without readings, each a whole number from 1."""
         return tuple(int(k) + 1 for k in np.flatnonzero(np.isnan(self.readings[:, 0])))
 
     @cached_property
     def run_codes(self) -> Codes:
-        """Which distinct level each factor has in each run, from 0, whole numbers, shape (runs, factors)."""
+        """Which distinct level each factor has in each run, a whole number from 0, shape (runs, factors)."""
         if self.array is None:
             given: Codes = self.__dict__["_given"]
             return given
@@ -87,7 +87,7 @@ class Observations:
 
     @property
     def sn_ratio(self) -> Floats:
-        """Signal-to-noise ratio (dB) of each run that is there; with ratio "none" the mean reading."""
+        """Signal-to-noise ratio (unit dB) of each run that is there; with ratio "none" the mean reading."""
         return sn_ratio(self.readings[self.present], self.ratio, reference=self.reference)
 
     @property
@@ -114,12 +114,12 @@ class Observations:
 
     @cached_property
     def observed(self) -> Floats:
-        """What is analysed, (observations,), dB: the ratio of each run; with "none" each reading."""
+        """What is analysed, (observations,), in the unit dB: the ratio of each run; with "none" each reading."""
         return self.readings[self.present].ravel() if self.ratio == "none" else self.sn_ratio
 
     @cached_property
     def linear_model(self) -> LinearModel:
-        """Effects of all factors and of the named interactions on what is analysed (dB)."""
+        """Effects of all factors and of the named interactions on what is analysed (unit dB)."""
         repeats = self.readings.shape[1] if self.ratio == "none" else 1
         codes = np.repeat(self.run_codes[self.present], repeats, axis=0)
         counts = tuple(len(self.levels(name)) for name in self.factors)

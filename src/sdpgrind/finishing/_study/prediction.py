@@ -42,8 +42,8 @@ class Prediction:
         The mean in the unit of the response; None where the ratio has no way back.
     response_mean, response_confirm : (float, float) or None
         The two intervals in the unit of the response, low end first.
-    unit : str
-        That of the response.
+    unit, ratio_unit : str
+        Those of the response and of the ratio.
 
     Examples
     --------

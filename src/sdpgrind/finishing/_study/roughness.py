@@ -77,7 +77,7 @@ class RoughnessModel(Frozen):
 
     @classmethod
     def published(cls) -> Self:
-        """Return the model of Wang and Jan (2001), Table 2, by least squares: ln R_a of 18 runs (R_a in um), scatter 6.7 %.
+        """Return the model of Wang and Jan (2001), Table 2, by least squares: scatter 6.7 %, coefficients of unit 1.
 
         Examples
         --------
@@ -173,7 +173,7 @@ class RoughnessModel(Frozen):
         >>> from sdpgrind import finishing as fin, units
         >>> model = fin.RoughnessModel.published()
         >>> float(model.sample(0, "zigzag", 3.0, 1.111, rounding=units.um(0.25)).round(5))  # mm
-        0.00625
+        0.0065
         """
         drawn = self.law(pattern, tool_diameter, normal_force, extrapolate).sample(generator(rng), size)
         if rounding is None:
