@@ -10,6 +10,7 @@ import scipy.linalg
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.stored import stored
 from sdpgrind.finishing._torque.axis import TorqueAxis
 
@@ -195,12 +196,13 @@ class LqgGains(Frozen):
             What is believed of the axis.
         """
         A, B = self.model(axis)
-        block = np.zeros((9, 9))
-        block[:4, :4], block[:4, 4], block[5:, 5:] = A, B, 0.0
-        over = scipy.linalg.expm(block * axis.sample_time)
+        block = np.zeros((5, 5))
+        block[:4, :4], block[:4, 4] = A, B
         noise = np.zeros((8, 8))
         noise[:4, :4], noise[4:, 4:], noise[3, 7] = -A, A.T, self.density**2  # Van Loan's integral
-        twice = scipy.linalg.expm(noise * axis.sample_time)
+        with one_blas_thread():
+            over = scipy.linalg.expm(block * axis.sample_time)
+            twice = scipy.linalg.expm(noise * axis.sample_time)
         return over[:4, :4], over[:4, 4], twice[4:, 4:].T @ twice[:4, 4:]
 
     def kalman(self, axis: TorqueAxis) -> Floats:
@@ -213,7 +215,10 @@ class LqgGains(Frozen):
         """
         A, _, added = self.sampled(axis)
         C, scale, reading = np.eye(4)[:1], self._scale(axis), _rounding(axis) ** 2
-        P = scipy.linalg.solve_discrete_are((A / scale[:, np.newaxis] * scale).T, C.T, added / np.outer(scale, scale), np.eye(1))
+        with one_blas_thread():
+            P = scipy.linalg.solve_discrete_are(
+                (A / scale[:, np.newaxis] * scale).T, C.T, added / np.outer(scale, scale), np.eye(1)
+            )
         P = np.asarray(P * np.outer(scale, scale))
         return np.asarray(P[0] / (P[0, 0] + reading))
 
@@ -230,7 +235,8 @@ class LqgGains(Frozen):
         added = np.zeros((4, 4))
         added[3, 3] = (self.density / scale[3]) ** 2
         A = A / scale[:, np.newaxis] * scale
-        P = scipy.linalg.solve_continuous_are(A.T, C.T, added, np.eye(1) * axis.sample_time)
+        with one_blas_thread():
+            P = scipy.linalg.solve_continuous_are(A.T, C.T, added, np.eye(1) * axis.sample_time)
         return np.asarray(P[0] * scale[0] * scale / reading)
 
     def _scale(self, axis: TorqueAxis) -> Floats:

@@ -1,6 +1,7 @@
 """What a controller is made of, as the plain arrays that compiled code takes."""
 
 import dataclasses
+from functools import cached_property
 from math import ceil, exp
 from typing import NamedTuple
 
@@ -67,6 +68,13 @@ class Setting:
             raise checks.refuse(
                 "sample_time", f"<= 1/(5 p) = {1 / (5 * speed):.3g} for p = {speed:.4g} 1/s", axis.sample_time, "s"
             )
+
+    @cached_property
+    def linear(self) -> Floats:
+        """Array for compiled code of the loop alone: nothing is rounded, clipped or filtered before it."""
+        found = self.parameters(digital=False)
+        found[at.PREFILTER] = 0.0
+        return found
 
     def parameters(self, settle_time: float = 0.0, digital: bool = True) -> Floats:
         """Array for compiled code; without `digital` currents are neither rounded nor clipped."""

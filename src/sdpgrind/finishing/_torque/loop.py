@@ -9,6 +9,7 @@ import scipy.linalg
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats
+from sdpgrind.base.parallel import one_blas_thread
 
 INPUTS = ("torque_ref", "load_torque", "surface_angle")
 OUTPUTS = ("contact_torque", "estimate")
@@ -48,7 +49,8 @@ class AxisLoop:
     @cached_property
     def poles(self) -> Complex:
         """Poles, slowest first: 1/s, or dimensionless in the z plane of a sampled loop."""
-        poles = np.linalg.eigvals(self.A).astype(complex)
+        with one_blas_thread():
+            poles = np.linalg.eigvals(self.A).astype(complex)
         return np.asarray(poles[np.lexsort((poles.imag, -(np.abs(poles) if self.sample_time else poles.real)))])
 
     @property
@@ -80,7 +82,8 @@ class AxisLoop:
         w = checks.finite_array("frequency", frequency, "rad/s")
         s = np.exp(1j * w * self.sample_time) if self.sample_time else 1j * w
         matrix = s[..., np.newaxis, np.newaxis] * np.eye(len(self.A)) - self.A
-        state = np.linalg.solve(matrix, np.broadcast_to(self.B[:, k : k + 1], (*w.shape, len(self.A), 1)))
+        with one_blas_thread():
+            state = np.linalg.solve(matrix, np.broadcast_to(self.B[:, k : k + 1], (*w.shape, len(self.A), 1)))
         return np.asarray((self.C @ state)[..., 0] + self.D[:, k])
 
     def step(self, time: npt.ArrayLike, name: str = "torque_ref") -> Floats:
@@ -95,7 +98,9 @@ class AxisLoop:
         """
         k = INPUTS.index(checks.one_of("name", name, INPUTS))
         times = checks.finite_array("time", time, "s")
-        return np.array([self._stepped(t, k) for t in times.ravel()]).reshape(*times.shape, len(OUTPUTS))
+        with one_blas_thread():
+            values = [self._stepped(t, k) for t in times.ravel()]
+        return np.array(values).reshape(*times.shape, len(OUTPUTS))
 
     def _stepped(self, time: float, k: int) -> Floats:
         n = len(self.A)

@@ -37,8 +37,7 @@ def continuous(setting: Setting, truth: TorqueAxis) -> AxisLoop:
 
 def sampled(setting: Setting, truth: TorqueAxis) -> AxisLoop:
     """The loop of the compiled controller over a sample, currents held, without rounding; the surface held, too."""
-    parameters = setting.parameters(digital=False)
-    parameters[at.PREFILTER] = 0.0
+    parameters = setting.linear
     kept = _KEPT[int(parameters[at.KIND])]
     if setting.kind == "pidff" and setting.observer == "ideal":
         kept = [at.INTEGRAL]
