@@ -21,6 +21,7 @@ def test_the_report_says_what_the_data_cannot_tell():
     for said in (
         "18 runs in the L18(2^1 3^7), 1 reading each",
         "0 dB is 10 um",
+        "tool_diameter [mm]  path_pattern  feed_rate [mm/s]  normal_force [N]",
         "it carries no information on noise",
         "none hides one whole",
         "before pooling",
@@ -85,6 +86,7 @@ def test_picture(pyplot):
         np.testing.assert_allclose(axis.lines[0].get_ydata(), [means[factor][level] for level in levels])
         assert [label.get_text() for label in axis.get_xticklabels()] == [f"{x:g}" if isinstance(x, float) else x for x in levels]
     assert panels[0].get_ylabel() == "mean ratio [dB]"
+    assert [axis.get_title() for axis in panels] == ["tool diameter [mm]", "path pattern", "feed rate [mm/s]", "normal force [N]"]
     right = figure.axes[4]
     assert right.get_ylabel() == "roughness R_a [um]"
     tick, label = right.get_yticks()[0], right.get_yticklabels()[0].get_text()
@@ -108,3 +110,10 @@ def test_predictions_of_plain_readings():
     assert found.mean == 2.5 and found.response == 2.5
     assert "mean 2.500 V, as good as the mean of 2 runs" in repr(found) and "dB" not in repr(found)
     assert found.response_mean == pytest.approx((2.5 - found.ci_mean, 2.5 + found.ci_mean))
+
+
+def test_a_changed_copy():
+    larger = WANG.replace(ratio="larger")
+    np.testing.assert_allclose(larger.sn_ratio, -WANG.sn_ratio, rtol=1e-12)
+    free = fin.Study.of_runs({"a": [0, 1, 1, 0]}, [1.0, 2.0, 3.0, 4.0]).replace(ratio="none")
+    assert free.anova().total.ss == pytest.approx(5.0)

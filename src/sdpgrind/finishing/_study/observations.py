@@ -11,15 +11,16 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
 from sdpgrind.finishing._study.arrays import OrthogonalArray, orthogonal_array
 from sdpgrind.finishing._study.confounding import Confounding, assigned, checked_columns, confounding
 from sdpgrind.finishing._study.linear_model import Codes, LinearModel, Term
 from sdpgrind.finishing._study.ratios import RATIOS, sn_ratio
-from sdpgrind.finishing._study.settings import Factors, Level, checked_factors, codes_of_array, distinct
+from sdpgrind.finishing._study.settings import Factors, FreeRuns, Level, checked_factors, codes_of_array, distinct
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Observations:
+class Observations(Frozen):
     """Settings and readings of a study; see `Study`."""
 
     array: Any
@@ -32,10 +33,11 @@ class Observations:
     interactions: Sequence[tuple[str, str]] = ()
     name: str = "response"
     unit: str = ""
+    units: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         factors = checked_factors(self.factors)
-        if self.array is not None:
+        if not isinstance(self.array, FreeRuns):
             array = _array(self.array)
             widths = [len(levels) for levels in factors.values()]
             taken = assigned(array, widths) if self.columns is None else checked_columns(array, self.columns)
@@ -48,8 +50,8 @@ class Observations:
         object.__setattr__(self, "reference", checks.positive("reference", self.reference, self.unit))
         checks.one_of("ratio", self.ratio, RATIOS)
         object.__setattr__(self, "response", _readings(self.response, self.unit))
-        if self.array is not None:
-            self._check()
+        object.__setattr__(self, "units", _units(self.units, factors))
+        self._check()
 
     @property
     def runs(self) -> int:
@@ -69,9 +71,8 @@ class Observations:
     @cached_property
     def run_codes(self) -> Codes:
         """Which distinct level each factor has in each run, a whole number from 0, shape (runs, factors)."""
-        if self.array is None:
-            given: Codes = self.__dict__["_given"]
-            return given
+        if isinstance(self.array, FreeRuns):
+            return self.array.codes
         columns = [self.array.matrix[:, k - 1] for k in self.columns or ()]
         return codes_of_array(self.factor_levels, columns)
 
@@ -93,7 +94,7 @@ class Observations:
     @property
     def confounding(self) -> Confounding | None:
         """Which interactions of two factors fall on a third, shares in unit 1; None for runs that are no array."""
-        if self.array is None:
+        if isinstance(self.array, FreeRuns):
             return None
         return confounding(self.array, dict(zip(self.factors, self.columns or (), strict=True)))
 
@@ -127,6 +128,11 @@ class Observations:
         pairs: list[Term] = [(names.index(a), names.index(b)) for a, b in self.interactions]
         return LinearModel(codes, counts, (*((k,) for k in range(len(names))), *pairs))
 
+    def label(self, factor: str) -> str:
+        """Return the name of a `factor`, with its unit in brackets where it has one."""
+        unit = self.units.get(factor, "")
+        return f"{factor} [{unit}]" if unit else factor
+
     def term_name(self, term: Term) -> str:
         """Return the name of a `term` of the linear model: no unit."""
         names = list(self.factors)
@@ -153,6 +159,8 @@ class Observations:
 def _array(array: Any) -> OrthogonalArray:
     if isinstance(array, OrthogonalArray):
         return array
+    if array is None:
+        raise TypeError("array must be an OrthogonalArray, the name of one, or a table of levels; got None")
     return orthogonal_array(array) if isinstance(array, str) else OrthogonalArray("array", array)
 
 
@@ -174,6 +182,14 @@ def _readings(response: npt.ArrayLike, unit: str) -> Floats:
     checks.finite_array("response", readings[~lost], unit)
     readings.flags.writeable = False
     return readings
+
+
+def _units(units: Any, factors: Factors) -> dict[str, str]:
+    if not isinstance(units, Mapping):
+        raise TypeError(f"units must be a mapping from factors to their units; got {checks.shown(units)}")
+    for name in units:
+        checks.one_of("units", name, factors)
+    return {str(name): str(unit) for name, unit in units.items()}
 
 
 def _interactions(pairs: Any, factors: Factors) -> tuple[tuple[str, str], ...]:

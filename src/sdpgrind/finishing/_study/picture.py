@@ -24,7 +24,7 @@ def main_effects(study: "Study", confidence: float) -> Any:
         1, len(names), figsize=(1.2 + 1.9 * len(names), 3.4), sharey=True, layout="constrained", squeeze=False
     )
     for axis, name in zip(axes[0], names, strict=True):
-        _panel(axis, name, [row for row in rows if row.factor == name])
+        _panel(axis, study.label(name), [row for row in rows if row.factor == name])
         axis.axhline(float(study.observed.mean()), color="0.6", lw=0.8, ls="--", zorder=0)
     unit = RATIOS[study.ratio].unit
     axes[0, 0].set_ylabel(f"mean ratio [{unit}]" if unit else _labelled(study.name, study.unit))

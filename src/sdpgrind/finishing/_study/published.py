@@ -11,6 +11,7 @@ WANG_2001: dict[str, Any] = {
         "feed_rate": (12.5, 25.0, 37.5),  # mm/s
         "normal_force": (0.556, 1.111, 1.667),  # N
     },
+    "units": {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"},
     "roughness_um": (
         5.00, 3.50, 3.75, 8.25, 6.00, 6.00, 4.25, 5.25, 6.75,
         4.50, 6.25, 5.00, 7.50, 6.75, 10.50, 6.75, 9.25, 6.50,

@@ -30,14 +30,14 @@ def report(study: "Study", rng: Seed) -> str:
 
 def _head(study: "Study") -> str:
     count = study.readings.shape[1]
-    where = "of any kind" if study.array is None else f"in the {study.array.name}"
+    where = "of any kind" if study.confounding is None else f"in the {study.array.name}"
     text = f"{study.name}: {study.runs} runs {where}, {count} reading{'s' * (count > 1)} each"
     return f"{text}; missing: {', '.join(map(str, study.missing))}" if study.missing else text
 
 
 def _runs(study: "Study") -> str:
     ratio = [format(x, ".3f") for x in study.sn_ratio]
-    heads = ("run", *study.factors, "mean reading", RATIOS[study.ratio].unit or "ratio")
+    heads = ("run", *map(study.label, study.factors), "mean reading", RATIOS[study.ratio].unit or "ratio")
     rows, settings, kept = [], study.settings, iter(ratio)
     for k in range(study.runs):
         values = [level(study_value) for study_value in (settings[name][k].item() for name in study.factors)]

@@ -1,5 +1,6 @@
 """Factors of a study: their levels, by value, and which level each run has."""
 
+import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -11,6 +12,13 @@ from sdpgrind.finishing._study.linear_model import Codes
 
 Level = float | str
 Factors = dict[str, tuple[Level, ...]]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FreeRuns:
+    """Runs of any kind, balanced or not: what stands in the place of an array where there is none."""
+
+    codes: Codes
 
 
 def checked_factors(factors: Any) -> Factors:

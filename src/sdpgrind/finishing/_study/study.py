@@ -20,7 +20,7 @@ from sdpgrind.finishing._study.power import Power, power
 from sdpgrind.finishing._study.prediction import Prediction, predict
 from sdpgrind.finishing._study.published import PUBLISHED
 from sdpgrind.finishing._study.report import report
-from sdpgrind.finishing._study.settings import Level, codes_of_runs
+from sdpgrind.finishing._study.settings import FreeRuns, Level, codes_of_runs
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -48,6 +48,8 @@ class Study(Observations):
         Interactions of two factors that the model has besides the main effects.
     name, unit : str
         What is read, and in which unit.
+    units : mapping of str to str
+        Unit of each factor that has one.
 
     Raises
     ------
@@ -76,6 +78,7 @@ class Study(Observations):
         interactions: Sequence[tuple[str, str]] = (),
         name: str = "response",
         unit: str = "",
+        units: Mapping[str, str] | None = None,
     ) -> Self:
         """Make a study of any runs, balanced or not; where not, it is analysed by a general linear model, type II.
 
@@ -83,7 +86,7 @@ class Study(Observations):
         ----------
         settings : mapping of str to sequence
             Value of each factor in each run.
-        response, ratio, reference, interactions, name, unit
+        response, ratio, reference, interactions, name, unit, units
             As for `Study`; the response in `unit`.
 
         Examples
@@ -94,10 +97,17 @@ class Study(Observations):
         1
         """
         factors, codes = codes_of_runs(settings)
-        study = cls(None, factors, response, ratio=ratio, reference=reference, interactions=interactions, name=name, unit=unit)
-        object.__setattr__(study, "_given", codes)
-        study._check()
-        return study
+        return cls(
+            FreeRuns(codes),
+            factors,
+            response,
+            ratio=ratio,
+            reference=reference,
+            interactions=interactions,
+            name=name,
+            unit=unit,
+            units=units or {},
+        )
 
     @classmethod
     def published(cls, name: str = "wang-2001") -> Self:
@@ -125,7 +135,13 @@ class Study(Observations):
         data = PUBLISHED[one_of("name", name, PUBLISHED)]
         response = 1e-3 * np.array(data["roughness_um"])
         return cls(
-            data["array"], data["factors"], response, reference=1e-3 * data["reference_um"], name="roughness R_a", unit="mm"
+            data["array"],
+            data["factors"],
+            response,
+            reference=1e-3 * data["reference_um"],
+            name="roughness R_a",
+            unit="mm",
+            units=data["units"],
         )
 
     # -- what it tells ---------------------------------------------------------------------------------------------------
@@ -326,5 +342,5 @@ class Study(Observations):
         return main_effects(self, confidence)
 
     def __repr__(self) -> str:
-        where = "runs of any kind" if self.array is None else f"an {self.array.name}"
+        where = "runs of any kind" if isinstance(self.array, FreeRuns) else f"an {self.array.name}"
         return f"Study({self.name}: {self.runs} runs, {where}; factors {', '.join(self.factors)})"
