@@ -25,7 +25,8 @@ SHARE = 0.25
 """An interval over the time in which a joint's acceleration turns from its greatest to its least."""
 SLOWER = 3e-3
 """Share of the duration that may be lost to limits exceeded between points, before they are narrowed there."""
-ROUNDS = 5
+ROUNDS, FINER, FAR = 6, 3, 1.03
+"""Rounds at most; in so many of the first, where a limit is exceeded by more than that, there are more points instead."""
 CHECKS = 8
 COARSE = 5e-3
 """Share of the duration that a finer grid must save for the first law: it is only where points are put, and a first guess."""
@@ -44,9 +45,9 @@ class LawError(ValueError):
 
 
 class Points(NamedTuple):
-    """Points of a run at equal times of its first guess: time step (s), place (mm), feed (mm/s), acceleration (mm/s^2)."""
+    """Points of a run in the course of a first guess: times (s), places (mm), feeds (mm/s), accelerations (mm/s^2)."""
 
-    step: float
+    time: Floats
     length: Floats
     feed: Floats
     acceleration: Floats
@@ -58,14 +59,29 @@ def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, accelerat
     turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
     points = _points(first, min(turn, first.duration), max(SHARE * turn, _brake(first) / BRAKE))
     tight = np.ones(points.length.size)
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         law = _law(run, limits, feed_rate, acceleration or np.inf, points, tight)
-        found = shares(run, law, limits, feed_rate, CHECKS)[:, :, 0]
-        slower = slowing(found.max(axis=0))
-        if slower <= 1 + SLOWER:
+        used = shares(run, law, limits, feed_rate, CHECKS)[:, :, 0]
+        if slowing(used.max(axis=0)) <= 1 + SLOWER:
             break
-        tight = _tighter(tight, found[:, :3].max(axis=1))
+        beyond = used[:, :3].max(axis=1)
+        if number < FINER and beyond.max() > FAR:
+            points = _finer(law, beyond > FAR)
+            tight = np.ones(points.length.size)
+        else:
+            tight = _tighter(tight, beyond)
     return law.slower(slowing(closest(run, law, limits, feed_rate, 20)[:, 0]))
+
+
+def _finer(law: TimeLaw, beyond: "np.typing.NDArray[np.bool_]") -> Points:
+    """Points of a law that was found, more of them where limits are exceeded in between, and in its longest pieces."""
+    wide = beyond | np.append(beyond[1:], False) | np.insert(beyond[:-1], 0, False)
+    spare = _count(beyond.size + int(wide.sum())) - beyond.size - int(wide.sum())
+    longest = np.argsort(np.where(wide, 0.0, -np.diff(law.knots)), kind="stable")
+    wide[longest[:spare]] = True
+    time = np.sort(np.concatenate([law.knots, (law.knots[:-1] + law.knots[1:])[wide] / 2]))
+    course = law.at(time)
+    return Points(time, course.length, course.feed, course.acceleration)
 
 
 def _brake(first: TimeLaw) -> float:
@@ -91,7 +107,7 @@ def _points(first: TimeLaw, turn: float, step: float) -> Points:
     length = first.at(np.clip(places, 0.0, first.duration)).length.mean(axis=1)
     length[0], length[-1] = first.length[0], first.end
     (now, feed_now), (then, feed_then) = (_clipped(first, time), _clipped(first, time - turn))
-    return Points(whole / count, length, (now - then) / turn, (feed_now - feed_then) / turn)
+    return Points(time, length, (now - then) / turn, (feed_now - feed_then) / turn)
 
 
 def _clipped(law: TimeLaw, time: Floats) -> tuple[Floats, Floats]:
@@ -115,7 +131,7 @@ def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, 
     begin, state = 0, np.array([points.length[0], 0.0, 0.0])
     durations, jerks = [], []
     while begin < count:
-        window = Points(points.step, *(row[begin : begin + size + 1].copy() for row in points[1:]))
+        window = Points(*(row[begin : begin + size + 1].copy() for row in points))
         kept = size if begin + size == count else size // 2
         t, j = _window(run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1])
         state = _after(state, t[:kept], j[:kept])
@@ -131,7 +147,7 @@ def _window(
 ) -> tuple[Floats, Floats]:
     """Durations (s) and jerks (mm/s^3) over one window, from a state of place, feed and acceleration to rest."""
     points.length[0] = state[0]
-    long, time = float(np.diff(points.length).mean()), points.step
+    long, time = float(np.diff(points.length).mean()), float(np.diff(points.time).mean())
     held = np.where((np.arange(tight.size) < FIRST) & (state[1] > 0), 1.0, 1 + MARGIN) * tight
     rates = run.derivatives(points.length)[:, 1:] * held[:, None, None]
     speed, most, jerk = limits.table
@@ -140,7 +156,7 @@ def _window(
     start = (float(state[1]) * time / long, float(state[2]) * time**2 / long)
     cap[0] = max(cap[0], start[0])
     weight, along = jerk * time / most, acceleration * time**2 / long
-    guess = _guess(points, cap, long, rates * scale, weight)
+    guess = _guess(points, cap, (long, time), rates * scale, weight)
     found = jerk_program.solve(Data(rates * scale, weight, np.diff(points.length) / long, cap, along, start, guess))
     if not found.solved:
         where = f"between {points.length[0]:.4g} and {points.length[-1]:.4g} mm"
@@ -150,17 +166,18 @@ def _window(
     return t * time, exact * long / time**3
 
 
-def _guess(points: Points, cap: Floats, long: float, rates: Floats, weight: Floats) -> Floats:
+def _guess(points: Points, cap: Floats, scale: tuple[float, float], rates: Floats, weight: Floats) -> Floats:
     """First guess of the program: feed, acceleration, duration, jerk at every point, scaled; slower, to be well within limits."""
-    time = points.step
+    long, time = scale
+    steps = np.diff(points.time) / time
     bend = points.acceleration * time**2 / long
     feed = np.minimum(points.feed * time / long, cap)
-    jerk = np.append(np.diff(bend), 0.0)
+    jerk = np.append(np.diff(bend) / steps, 0.0)
     v, a, j = feed[:, None], bend[:, None], jerk[:, None]
     snatch = np.max(np.abs(rates[:, 2] * v**3 + 3 * rates[:, 1] * v * a + rates[:, 0] * j))
     push = np.max(np.abs(weight * (rates[:, 0] * a + rates[:, 1] * v**2)))
     slow = max(EASY, np.sqrt(push), np.cbrt(snatch))
-    return np.column_stack([feed / slow, bend / slow**2, np.full(feed.size, slow), jerk / slow**3])
+    return np.column_stack([feed / slow, bend / slow**2, np.append(steps, 1.0) * slow, jerk / slow**3])
 
 
 def _after(state: Floats, durations: Floats, jerks: Floats) -> Floats:

@@ -16,7 +16,7 @@ from sdpgrind.finishing._timing.limits import Limits
 from sdpgrind.finishing._timing.min_time import grid_of, held, law_of
 from sdpgrind.finishing._timing.time_law import TimeLaw
 
-INTERVALS = 400
+INTERVALS = 200
 """Least number of intervals on a run."""
 FREE = 1e12
 """Acceleration along the path that is no limit, mm/s^2."""

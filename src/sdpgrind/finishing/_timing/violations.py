@@ -103,8 +103,21 @@ def worst_violation(
 def closest(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refine: int) -> Floats:
     """Greatest share of each limit over one run: (4, 4) = quantities by (ratio, joint, time, length)."""
     each = shares(run, law, limits, feed_rate, refine)
-    piece = np.argmax(each[:, :, 0], axis=0)
-    return np.stack([_between(run, law, limits, feed_rate, int(k), refine)[q] for q, k in enumerate(piece)])
+    found = np.empty((len(QUANTITIES), 4))
+    for quantity, piece in enumerate(np.argmax(each[:, :, 0], axis=0)):
+        near, begin = _around(law, int(piece), each[piece, quantity, 2], refine)
+        closer = shares(run, near, limits, feed_rate, 20)[0, quantity] + [0.0, 0.0, begin, 0.0]
+        found[quantity] = max(each[piece, quantity], closer, key=lambda row: row[0])
+    return found
+
+
+def _around(law: TimeLaw, piece: int, time: float, refine: int) -> tuple[TimeLaw, float]:
+    """A short part of a piece about a time, as a law of its own, and when it begins."""
+    begin, end = law.knots[piece : piece + 2]
+    step = (end - begin) / refine
+    first = float(max(begin, min(time - step, end - 2 * step)))
+    known = [np.array([float(value)]) for value in law.at(first)]
+    return TimeLaw(np.array([0.0, min(2 * step, end - begin)]), *known), first
 
 
 def shares(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refine: int) -> Floats:
@@ -120,15 +133,6 @@ def _rows(law: TimeLaw) -> Floats:
     end = law.at(law.duration)
     columns = zip((law.length, law.feed, law.acceleration, law.jerk), end, strict=True)
     return np.stack([law.knots, *(np.append(row, last) for row, last in columns)])
-
-
-def _between(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, piece: int, refine: int) -> Floats:
-    """Shares over one piece of a law, looked at again as a law of its own, ten times finer."""
-    span = law.knots[piece : piece + 2] - law.knots[piece]
-    alone = TimeLaw(span, *(getattr(law, name)[piece : piece + 1] for name in ("length", "feed", "acceleration", "jerk")))
-    found: Floats = shares(run, alone, limits, feed_rate, 10 * refine)[0]
-    found[:, 2] += law.knots[piece]
-    return found
 
 
 def slowing(ratios: Floats) -> float:
