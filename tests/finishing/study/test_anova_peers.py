@@ -53,6 +53,14 @@ def test_the_published_sums_of_squares(name):
         assert table[source].ss == pytest.approx(square, abs=1.0001 * SETS[name].tolerance), source
 
 
+def test_cars_by_cylinders_alone():
+    """One-way, as R prints it: 824.8 and 301.3, F = 39.7, p = 4.98e-09."""
+    study = fin.Study.of_runs({"cylinders": CARS.settings["cylinders"]}, CARS.response, ratio="none")
+    table = study.anova()
+    assert table["cylinders"].ss == pytest.approx(824.8, abs=0.05) and table.error.ss == pytest.approx(301.3, abs=0.05)
+    assert abs(table["cylinders"].F - 39.7) < 0.05 and table["cylinders"].p == pytest.approx(4.98e-9, rel=2e-3)
+
+
 def test_which_of_them_are_orthogonal():
     assert study_of(WARP_BREAKS).anova().method.startswith("orthogonal")
     assert study_of(PEAS).anova().method.startswith("orthogonal")

@@ -52,6 +52,23 @@ def test_values_and_thresholds_of_optimal_stopping():
     assert wanted == sorted(wanted, reverse=True), "more passes left: less to expect, choosier"
 
 
+def test_the_weights_are_those_of_the_law():
+    """Of any law on the grid: probabilities that sum to 1 with its mean, and the expectation of a hat by drawing."""
+    problem, _ = planned(1, [(FINE, 1.0)])
+    move, axis = problem.moves[0], problem.axes[0]
+    x = np.linspace(axis.low, axis.high, axis.nodes)
+    weights = move.to.weights(x)
+    assert weights.sum() == pytest.approx(1.0, abs=1e-12) and weights.min() > -1e-12
+    assert weights @ x == pytest.approx(float(move.to.law.mean), rel=1e-10)
+    drawn = move.to.law.sample(0, 40000)
+    for node in (100, 112, 120):
+        hat = np.clip(1 - np.abs(drawn - x[node]) / (x[1] - x[0]), 0, None)
+        assert abs(weights[node] - hat.mean()) < 4 * hat.std() / 200
+    low, high = move.to.weights(np.array([3.4e-3, 3.5e-3, 3.6e-3]))[[0, 2]]
+    ends = [np.clip((3.5e-3 - drawn) / 1e-4, 0, 1), np.clip((drawn - 3.5e-3) / 1e-4, 0, 1)]
+    assert abs(low - ends[0].mean()) < 0.01 and abs(high - ends[1].mean()) < 0.01
+
+
 def test_a_tolerance_is_reached():
     charges = [(FINE, 1.0)]
     problem, policy = planned(3, charges, tolerance=0.02)

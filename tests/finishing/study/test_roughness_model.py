@@ -204,6 +204,10 @@ REFUSED = [
         r"the data do not determine all values",
     ),
     (
+        lambda: identify_roughness({name: values[:6] for name, values in of_one_pattern(5e-3).items()}),
+        r"data must hold 7 readings or more for 6 coefficients; got 6",
+    ),
+    (
         lambda: identify_roughness(of_one_pattern(5e-3) | {"tool_diameter": [4.0]}),
         r"tool_diameter must have 8 entries, as path_pattern has; got 1",
     ),
@@ -222,3 +226,10 @@ def test_refusals(call, message):
 
 def test_outside_on_request():
     assert float(MODEL.law("zigzag", 5.0, 2.0, extrapolate=True).mean) > 0
+
+
+def test_what_does_not_determine_the_model_is_told():
+    estimate = identify_roughness(of_one_pattern(5e-3), throw=False)
+    assert not estimate.ok and not np.any(np.isnan(estimate.value))
+    with pytest.raises(ValueError, match="estimate must have succeeded"):
+        MODEL.updated(estimate)

@@ -21,15 +21,18 @@ class Fresh:
 
     law: sdp.Law
 
-    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> sdp.Rows:
-        """The same weights from each point: of a hat over a node, the second difference of E (x - R)+."""
-        axis, count = menu.grid.axes[0], points[0].size
-        x = np.linspace(axis.low, axis.high, axis.nodes)
+    def weights(self, x: Floats) -> Floats:
+        """Expectations of the hats over nodes, the second differences of E (x - R)+; beyond the ends the hats stay 1."""
         share = np.diff(self.law.under(x)) / np.diff(x)  # mean of P(R <= x) over each cell
-        weights = np.diff(share, prepend=0.0, append=1.0)
+        return np.diff(share, prepend=0.0, append=1.0)
+
+    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> sdp.Rows:
+        """The same weights from each point."""
+        axis, count = menu.grid.axes[0], points[0].size
+        weights = self.weights(np.linspace(axis.low, axis.high, axis.nodes))
         charge = menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level))
         return sdp.Rows(
-            np.broadcast_to(weights, (count, x.size)).copy(),
+            np.broadcast_to(weights, (count, weights.size)).copy(),
             np.zeros(count, dtype=int) if mode is None else mode,
             np.broadcast_to(charge, (count,)).astype(float),
             np.zeros(count),

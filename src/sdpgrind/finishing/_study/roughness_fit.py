@@ -46,6 +46,8 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     (-0.902, 0.06737)
     """
     rows, target = _system(data)
+    if target.size <= len(NAMES):
+        raise ValueError(f"data must hold {len(NAMES) + 1} readings or more for {len(NAMES)} coefficients; got {target.size}")
     found = identify.least_squares(rows, target, names=NAMES, throw=throw)
     left = target - rows @ found.value
     sd = float(np.sqrt(left @ left / found.freedom))
