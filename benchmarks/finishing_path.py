@@ -13,11 +13,8 @@ from hilbertcurve.hilbertcurve import HilbertCurve
 from measure import median
 from scipy.interpolate import NdBSpline
 
+from sdpgrind.finishing import Path, Surface, hilbert, hilbert_lsystem, hilbert_nodes, nominal_surface, uneven_surfaces
 from sdpgrind.finishing._path.equal_area import equal_area
-from sdpgrind.finishing._path.hilbert import hilbert, hilbert_lsystem, hilbert_nodes
-from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._surface.presets import nominal_surface, uneven_surfaces
-from sdpgrind.finishing._surface.surface import Surface
 
 SLOW = 1
 """Runs of peers that take seconds."""
@@ -120,9 +117,7 @@ def parts(order: int, times: int) -> None:
 
 
 def maps(times: int) -> None:
-    print(
-        "\n## Maps of equal areas\n| surface | densities' ratio | map made [ms] | error of the density |\n|---|---|---|---|"
-    )
+    print("\n## Maps of equal areas\n| surface | densities' ratio | map made [ms] | error of the density |\n|---|---|---|---|")
     at = np.linspace(0.0, 1.0, 101)
     for name, surface in {"nominal": nominal_surface(), **uneven_surfaces()}.items():
         density = surface.area_density(at[:, None], at)

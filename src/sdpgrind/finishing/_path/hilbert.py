@@ -43,8 +43,8 @@ def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: 
 
     Examples
     --------
-    >>> from sdpgrind.finishing._surface.presets import flat_surface
-    >>> path = hilbert(flat_surface(8.0), 3, mapping="parametric")
+    >>> from sdpgrind import finishing
+    >>> path = finishing.hilbert(finishing.flat_surface(8.0), 3, mapping="parametric")
     >>> path.points[:3]  # mm
     array([[0.5, 0.5, 0. ],
            [0.5, 1.5, 0. ],
@@ -73,7 +73,8 @@ def hilbert_nodes(order: int) -> Nodes:
 
     Examples
     --------
-    >>> hilbert_nodes(1).tolist()
+    >>> from sdpgrind import finishing
+    >>> finishing.hilbert_nodes(1).tolist()
     [[0, 0], [0, 1], [1, 1], [1, 0]]
     """
     nodes = np.empty((4 ** _order(order, ORDER_MAX), 2), dtype=np.int32)
@@ -102,9 +103,11 @@ def hilbert_lsystem(order: int, *, printed: bool = False) -> Nodes:
 
     Examples
     --------
-    >>> hilbert_lsystem(1).tolist() == hilbert_nodes(1).tolist()
+    >>> from sdpgrind import finishing
+    >>> finishing.hilbert_lsystem(1).tolist() == finishing.hilbert_nodes(1).tolist()
     True
-    >>> len(hilbert_lsystem(2, printed=True)), len(set(map(tuple, hilbert_lsystem(2, printed=True).tolist())))
+    >>> nodes = finishing.hilbert_lsystem(2, printed=True).tolist()
+    >>> len(nodes), len(set(map(tuple, nodes)))
     (16, 14)
     """
     text = "L"

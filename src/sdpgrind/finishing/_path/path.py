@@ -69,9 +69,9 @@ class Path(Frozen):
 
     Examples
     --------
-    >>> from sdpgrind.finishing._surface.presets import flat_surface
-    >>> path = Path(flat_surface(10.0), [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)])
-    >>> path.length  # mm
+    >>> from sdpgrind import finishing
+    >>> path = finishing.Path(finishing.flat_surface(10.0), [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)])
+    >>> round(path.length, 9)  # mm
     16.0
     >>> path.sample(per_leg=1).tangent.round(9) + 0.0  # one before, one after the corner
     array([[1., 0., 0.],
@@ -266,9 +266,8 @@ class Path(Frozen):
 
         Examples
         --------
-        >>> from sdpgrind.finishing._path.hilbert import hilbert
-        >>> from sdpgrind.finishing._surface.presets import flat_surface
-        >>> path = hilbert(flat_surface(8.0), 3)
+        >>> from sdpgrind import finishing
+        >>> path = finishing.hilbert(finishing.flat_surface(8.0), 3)
         >>> len(path.runs), len(path.blended().runs)
         (51, 1)
         """

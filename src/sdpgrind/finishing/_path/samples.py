@@ -30,9 +30,8 @@ class Samples(NamedTuple):
 
     Examples
     --------
-    >>> from sdpgrind.finishing._path.hilbert import hilbert
-    >>> from sdpgrind.finishing._surface.presets import flat_surface
-    >>> samples = hilbert(flat_surface(8.0), 1).sample(per_leg=1)
+    >>> from sdpgrind import finishing
+    >>> samples = finishing.hilbert(finishing.flat_surface(8.0), 1).sample(per_leg=1)
     >>> samples.length.round(9), samples.run  # mm
     (array([ 0.,  4.,  4.,  8.,  8., 12.]), array([0, 0, 1, 1, 2, 2]))
     """
