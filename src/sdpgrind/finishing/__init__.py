@@ -42,7 +42,9 @@ from sdpgrind.finishing._timing.violations import Violation, worst_violation
 from sdpgrind.finishing._torque.axis import TorqueAxis
 from sdpgrind.finishing._torque.controller import TorqueController
 from sdpgrind.finishing._torque.gains import DampingGains, LqgGains, PidffGains
+from sdpgrind.finishing._torque.law import TorqueLaw
 from sdpgrind.finishing._torque.load_torque import gravity_torque
+from sdpgrind.finishing._torque.loop import AxisLoop
 from sdpgrind.finishing._torque.observer import ObservedTorque, observed_torque
 from sdpgrind.finishing._torque.poles import AxisPoles
 from sdpgrind.finishing._torque.record import AxisRecord
@@ -54,6 +56,7 @@ __all__ = [
     "AnovaRow",
     "AnovaTable",
     "Arm",
+    "AxisLoop",
     "AxisPoles",
     "AxisRecord",
     "Best",
@@ -92,6 +95,7 @@ __all__ = [
     "TimeLaw",
     "TorqueAxis",
     "TorqueController",
+    "TorqueLaw",
     "Trapezoid",
     "Violation",
     "ball_footprint",

@@ -27,7 +27,17 @@ INSIDE = 1e-7
 
 
 class Posture(NamedTuple):
-    """How the arm is held all along: distance of the wrist (mm), branch, origin of the surface over the base (mm)."""
+    """How the arm is held all along.
+
+    Attributes
+    ----------
+    wrist_radius : float
+        Distance of the wrist from the first joint's axis, mm.
+    branch : int
+        0 to 3, see `Arm.inverse`.
+    placement : (float, float, float)
+        Origin of the surface over the base with the table at zero, mm.
+    """
 
     wrist_radius: float
     branch: int
@@ -35,7 +45,17 @@ class Posture(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """A motion at one time, or at several: joints (rad, mm), length (mm) of path behind, feed (mm/s)."""
+    """A motion at one time, or at several.
+
+    Attributes
+    ----------
+    joints : array (..., 7)
+        Five joints of the arm in rad, two of the table in mm.
+    length : array (...)
+        Length of path behind, mm.
+    feed : array (...)
+        Feed along the path, mm/s.
+    """
 
     joints: Floats
     length: Floats

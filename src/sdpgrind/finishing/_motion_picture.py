@@ -1,5 +1,6 @@
 """Picture of a motion: feed along the path, and how much of their limits the joints use."""
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,48 +11,65 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from sdpgrind.finishing._motion import Motion
 
-FEW = 1500  # columns of pixels: more rows than that are drawn by their extremes
+MANY, FEW = 1500, 150  # slices of time drawn by their extremes: as many as columns of pixels; and so few that lines stay apart
+PIECES = 3000
+CLOSE = 1.0  # s
 
 
 def plot(motion: "Motion") -> Any:
     """Draw a motion; return the figure."""
     plt = need("matplotlib.pyplot", "plot")
-    figure = plt.figure(figsize=(11, 5), layout="constrained")
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.1, 1))
-    _draw_path(figure, figure.add_subplot(grid[:, 0], projection="3d"), motion)
+    figure = plt.figure(figsize=(12, 5.5), layout="constrained")
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.2, 1))
+    _draw_path(figure, figure.add_subplot(grid[:, 0], projection="3d", computed_zorder=False), motion)
     _draw_feed(figure.add_subplot(grid[0, 1]), motion)
-    _draw_joints(figure.add_subplot(grid[1, 1]), motion)
-    figure.suptitle(f"{motion.duration:.1f} s, {motion.length[-1]:.0f} mm, {motion.method}", fontsize=10)
+    _draw_close(figure.add_subplot(grid[1, 1]), motion)
+    _draw_joints(figure.add_subplot(grid[2, 1]), motion)
+    figure.suptitle(f"{motion.length[-1]:.0f} mm in {motion.duration:.1f} s, {motion.method}", fontsize=10)
     return figure
 
 
 def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
-    """The path as the joints make it, coloured by its feed; a mark where a limit is nearest."""
+    """The path as the joints make it on its surface, coloured by its feed; a mark where a limit is nearest."""
     lines = need("mpl_toolkits.mplot3d.art3d", "plot")
-    points, feed = motion.points, motion.feed
-    pieces = np.stack([points[:-1], points[1:]], axis=1)
-    drawn = lines.Line3DCollection(pieces, cmap="viridis", linewidth=0.9)
-    drawn.set_array((feed[:-1] + feed[1:]) / 2)
+    motion.problem.surface.plot(axis)
+    points, kept, worst = motion.points, _apart(motion), motion.worst_violation
+    pieces = np.stack([points[kept[:-1]], points[kept[1:]]], axis=1)
+    drawn = lines.Line3DCollection(pieces, cmap="plasma", linewidth=1.3, capstyle="round", zorder=3)
+    drawn.set_array([motion.feed[a : b + 1].max() for a, b in pairwise(kept)])
     axis.add_collection3d(drawn)
-    low, high = points.min(axis=0), points.max(axis=0)
-    axis.set(
-        xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2] - 1e-3, high[2] + 1e-3), xlabel="x [mm]", ylabel="y [mm]"
-    )
-    axis.set_box_aspect(np.maximum(high - low, 0.15 * (high - low).max()))
-    worst = motion.worst_violation
     place = points[int(np.argmin(np.abs(motion.time - worst.time)))]
-    axis.scatter(*place, color="#b04a3a", s=30, label=f"{worst.quantity} {worst.joint}: {100 * worst.ratio:.1f} % of its limit")
+    told = f"{worst.quantity} {worst.joint}".strip()
+    axis.scatter(*place, color="black", s=25, zorder=4, label=f"{told}: {100 * worst.ratio:.1f} % of its limit")
     axis.legend(frameon=False, fontsize=8, loc="upper left")
     figure.colorbar(drawn, ax=axis, shrink=0.6, label="feed [mm/s]")
 
 
+def _apart(motion: "Motion") -> Any:
+    """Rows so far apart that a line between two of them is drawn at all; corners are among them."""
+    slices = np.floor(motion.length / motion.length[-1] * PIECES)
+    corners = np.flatnonzero(np.diff(motion.time) == 0)
+    return np.unique(np.concatenate([[0], np.flatnonzero(np.diff(slices)) + 1, corners, [len(slices) - 1]]))
+
+
 def _draw_feed(axis: Any, motion: "Motion") -> None:
-    time, low, high = _extremes(motion.time, motion.feed)
-    axis.fill_between(time, low, high, color="#4878a8", lw=0.6)
+    """Feed over all of the time: between its extremes, as there may be a thousand corners."""
+    time, low, high = _extremes(motion.time, motion.feed, MANY)
+    axis.fill_between(time, low, high, color="#4878a8", lw=0.4)
     axis.axhline(motion.problem.feed_rate, color="0.4", lw=0.8, ls="--")
-    axis.axhline(motion.mean_feed, color="0.2", lw=0.8)
-    axis.text(motion.duration, motion.mean_feed, f" mean {motion.mean_feed:.3g}", fontsize=8, va="bottom", ha="right")
+    axis.axhline(motion.mean_feed, color="0.1", lw=0.8)
     axis.set(ylabel="feed [mm/s]", xlim=(0, motion.duration), ylim=(0, 1.08 * motion.problem.feed_rate))
+    axis.set_title(f"mean {motion.mean_feed:.3g} of {motion.problem.feed_rate:.3g} mm/s", fontsize=8)
+
+
+def _draw_close(axis: Any, motion: "Motion") -> None:
+    """Feed near the place where a limit is nearest."""
+    worst = motion.worst_violation
+    first = float(np.clip(worst.time - CLOSE / 2, 0.0, max(0.0, motion.duration - CLOSE)))
+    near = (motion.time >= first) & (motion.time <= first + CLOSE)
+    axis.plot(motion.time[near], motion.feed[near], color="#4878a8", lw=1)
+    axis.axvline(worst.time, color="#b04a3a", lw=0.8)
+    axis.set(ylabel="feed [mm/s]", xlim=(first, min(first + CLOSE, motion.duration)), ylim=(0, 1.08 * motion.problem.feed_rate))
 
 
 def _draw_joints(axis: Any, motion: "Motion") -> None:
@@ -59,17 +77,17 @@ def _draw_joints(axis: Any, motion: "Motion") -> None:
     arm = motion.problem.arm
     share = np.abs(motion.joint_speed) / np.array(arm.speed_max)
     for k, name in enumerate(arm.names):
-        time, _, high = _extremes(motion.time, share[:, k])
+        time, _, high = _extremes(motion.time, share[:, k], FEW)
         axis.plot(time, 100 * high, lw=0.9, label=name)
     axis.axhline(100, color="0.4", lw=0.8, ls="--")
-    axis.set(ylabel="speed [% of the limit]", xlabel="time [s]", xlim=(0, motion.duration))
+    axis.set(ylabel="speed [% of limit]", xlabel="time [s]", xlim=(0, motion.duration))
     axis.set_ylim(0, max(105.0, 105 * float(share.max())))
     axis.legend(frameon=False, fontsize=8, ncol=7, loc="upper center", handlelength=1)
 
 
-def _extremes(time: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
-    """Least and greatest values in as many slices of time as a picture has columns."""
-    if len(time) <= FEW:
+def _extremes(time: Floats, values: Floats, slices: int) -> tuple[Floats, Floats, Floats]:
+    """Least and greatest values in slices of time."""
+    if len(time) <= slices:
         return time, values, values
-    cuts = np.linspace(0, len(time) - 1, FEW).astype(int)[:-1]
+    cuts = np.linspace(0, len(time) - 1, slices).astype(int)[:-1]
     return time[cuts], np.minimum.reduceat(values, cuts), np.maximum.reduceat(values, cuts)
