@@ -32,17 +32,17 @@ def sweep(E, F, G, d, most):
 
 
 @njit(cache=True, nogil=True)
-def refine(E, F, G, d, order, fixed):
-    """Second order: nodes that are not `fixed` (n m,) once more, in `order` (n m,), each from neighbours that come before it."""
-    n, m = d.shape
-    out = np.full((n, m), np.inf)
+def refine(E, F, G, d, known, order, fixed):
+    """Second order: nodes of `d` that are not `fixed` (n m,) once more, in `order` (n m,), from those of `known` (n, m).
+
+    `known` holds the same afterwards; where it begins with what is fixed alone, a node has just what comes before it.
+    """
     for k in order:
-        i, j = k // m, k % m
-        out[i, j] = d[i, j]
-        found, triangle, edge = _first(E[i, j], F[i, j], G[i, j], out, i, j)
+        i, j = k // d.shape[1], k % d.shape[1]
+        found, triangle, edge = _first(E[i, j], F[i, j], G[i, j], known, i, j)
         if found < np.inf and not fixed[k]:
-            out[i, j] = _second(E[i, j], F[i, j], G[i, j], out, i, j, found, triangle, edge)
-    d[:] = out
+            d[i, j] = _second(E[i, j], F[i, j], G[i, j], known, i, j, found, triangle, edge)
+        known[i, j] = d[i, j]
 
 
 @njit(cache=True, nogil=True)
@@ -83,7 +83,7 @@ def _behind(e, f, g, d, i, j, k):
     near, far = _at(d, i, j, k, 1), _at(d, i, j, k, 2)
     a0, a1 = _NEIGHBOURS[k]
     rise = near - far
-    if 0.0 <= rise <= 1.2 * np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1):
+    if 0.0 <= rise <= 3.0 * np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1):
         return 1.5, 2.0 * near - 0.5 * far
     return 1.0, near
 
@@ -108,6 +108,8 @@ def _through(e, f, g, k, wa, ra, wb, rb):
     ab = e * a0 * b0 + f * (a0 * b1 + a1 * b0) + g * a1 * b1
     bb = e * b0 * b0 + 2.0 * f * b0 * b1 + g * b1 * b1
     det = aa * bb - ab * ab
+    if det <= 1e-14 * aa * bb:
+        return np.inf  # at a pole
     square = bb * wa * wa - 2.0 * ab * wa * wb + aa * wb * wb
     mixed = bb * wa * ra - ab * (wa * rb + wb * ra) + aa * wb * rb
     rest = bb * ra * ra - 2.0 * ab * ra * rb + aa * rb * rb - det

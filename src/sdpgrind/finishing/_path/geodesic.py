@@ -41,8 +41,9 @@ def solved(E: Floats, F: Floats, G: Floats) -> Floats:
     d[:, 0] = 0.0
     fixed = d.ravel() == 0.0
     sweep(E, F, G, d, SWEEPS)
+    known = np.where(d == 0.0, 0.0, np.inf)
     for _ in range(REFINEMENTS):
-        refine(E, F, G, d, np.argsort(d, axis=None, kind="stable"), fixed)
+        refine(E, F, G, d, known, np.argsort(d, axis=None, kind="stable"), fixed)
     return d
 
 

@@ -34,7 +34,8 @@ def plot(path: Path, ax: Any = None) -> Any:
         ax.plot(*samples.point[[k]].T, sign, color="black", markersize=4, zorder=4)
     bar = figure.colorbar(line, ax=ax, shrink=0.6, pad=0.08, label="length from the start (dot) to the end (square) [mm]")
     bar.solids.set_alpha(1.0)
-    ax.set_title(f"{path.pattern}, {path.mapping}: {path.length:.4g} mm, mean pitch {path.pitch:.3g} mm")
+    how = path.pattern if path.pattern == "zigzag" else f"{path.pattern}, {path.mapping.replace('_', ' ')}"
+    ax.set_title(f"{how}: {path.length:.4g} mm, mean pitch {path.pitch:.3g} mm")
     return figure
 
 

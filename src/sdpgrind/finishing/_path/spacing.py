@@ -1,6 +1,6 @@
 """Where lines of one family stand so that the widest gap between neighbours is a pitch at most.
 
-The gap of two lines c = c1 and c = c2 at a place s is that of the source of this page, int |Q_s x Q_c|/|Q_s| dc at that s; for a
+The gap of two lines c = c1 and c = c2 at a place s is int |Q_s x Q_c|/|Q_s| dc at that s; for a
 pair of lines its largest value over s counts. A border counts as half way to another line: it is half a pitch away at most.
 """
 
@@ -40,6 +40,13 @@ class Gaps(NamedTuple):
     def width(self) -> float:
         """Widest distance of the two borders, mm."""
         return float(self.total[:, -1].max())
+
+    @property
+    def densest(self) -> float:
+        """Largest derivative next to the mean of its row."""
+        return float(
+            np.max(self.slope.max(axis=1) / np.maximum(self.total[:, -1], 1e-300), initial=0.0, where=self.total[:, -1] > 0)
+        )
 
 
 def gaps_of(tangent: Floats, across_tangent: Floats, across: Floats) -> Gaps:

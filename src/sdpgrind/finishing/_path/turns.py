@@ -13,7 +13,9 @@ from sdpgrind.finishing._path.passes import Pass
 from sdpgrind.finishing._path.square import Square
 
 ARC = np.pi / 16
-"""Turn from node to node of an arc, rad."""
+"""Turn from node to node of an arc, rad; less where it is an ellipse in the square, whose tips are sharper."""
+LONGEST = 16.0
+"""Ratio of an ellipse's axes up to which that is so."""
 NEAR = 0.2
 """Steps of an arc that are no distance, where two arcs make one."""
 Bools = npt.NDArray[np.bool_]
@@ -69,7 +71,8 @@ def _arc(square: Square, each: Pass, forward: bool, turn: float, radius: float) 
     along, across = float(np.linalg.norm(x)), float(np.linalg.norm(y))
     angle = float(np.arccos(x @ y / (along * across)))
     reach = radius * np.tan(angle / 2)
-    count = max(4, int(np.ceil(angle / ARC)))
+    longer = min(max(along / across, across / along), LONGEST)
+    count = max(4, int(np.ceil(angle / ARC * longer)))
     psi = np.linspace(0.0, angle, count + 1)
     inward = radius * (1 - np.cos(psi)) / np.sin(angle)
     s = side + way / along * (radius * np.sin(psi) - reach - inward * np.cos(angle))
@@ -115,8 +118,8 @@ def _turn(up: Arc, down: Arc) -> Floats:
 def _graded(low: float, high: float, places: Floats, left: float, right: float) -> Floats:
     """Places between two ends, with more near an end that has a step: one step from it, three, seven and so on."""
     middle = (low + high) / 2
-    spacing = np.min(np.diff(places), initial=high - low)
-    near = [low + _steps(left, min(spacing, middle - low)), high - _steps(right, min(spacing, high - middle))[::-1]]
+    spacing = np.diff(places) if places.size > 1 else np.array([high - low])
+    near = [low + _steps(left, min(spacing[0], middle - low)), high - _steps(right, min(spacing[-1], high - middle))[::-1]]
     first, last = (near[0][-1] if near[0].size else low) + left, (near[1][0] if near[1].size else high) - right
     return np.concatenate([near[0], places[(places >= first) & (places <= last)], near[1]])
 

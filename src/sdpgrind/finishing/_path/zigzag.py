@@ -12,6 +12,8 @@ from sdpgrind.finishing._path.square import Square
 from sdpgrind.finishing._surface.surface import Surface
 
 MAPPINGS = ("equal_spacing", "parametric", "equal_area", "geodesic")
+DENSEST = 1e4
+"""Ratio of the widest to the mean gap of lines evenly apart in the square at which there must be a pole."""
 NODES_MAX = 4**12
 """As many as a Hilbert curve of the greatest order."""
 
@@ -66,7 +68,7 @@ def zigzag(surface: Surface, pitch: float, *, mapping: str = "equal_spacing", al
     radius = checks.nonnegative("radius", radius, "mm")
     square = Square(surface, "equal_area" if mapping == "equal_area" else "parametric", along)
     across, lengthwise = square.gaps(), square.gaps(across=False)
-    _refuse_pitch(pitch, across, lengthwise)
+    _refuse_pitch(pitch, mapping, across, lengthwise)
     place = even_spacing if mapping in ("parametric", "equal_area") else equal_spacing
     lines, columns = place(across, pitch), place(lengthwise, pitch)
     if mapping == "geodesic":
@@ -78,8 +80,10 @@ def zigzag(surface: Surface, pitch: float, *, mapping: str = "equal_spacing", al
     return Path(surface, nodes, mapping=square.mapping, pattern="zigzag", corners=given, smooth=given is not None)
 
 
-def _refuse_pitch(pitch: float, across: Gaps, lengthwise: Gaps) -> None:
+def _refuse_pitch(pitch: float, mapping: str, across: Gaps, lengthwise: Gaps) -> None:
     widths = across.width, lengthwise.width
+    if not np.isfinite(widths).all() or (mapping == "equal_area" and max(across.densest, lengthwise.densest) > DENSEST):
+        raise checks.refuse("mapping", "another one for a zigzag on a surface with a pole, where lines would crowd", mapping)
     if pitch >= min(widths):
         raise checks.refuse("pitch", f"< {min(widths):.4g}, the lesser side of the surface", pitch, "mm")
     if np.prod(widths) / pitch**2 > NODES_MAX:

@@ -1,0 +1,183 @@
+"""What a path is worth: closed forms on a flat, brute force, areas by positions alone, the numbers of an uneven surface."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sdpgrind.finishing._path.cells import cell_areas
+from sdpgrind.finishing._path.hilbert import hilbert, hilbert_nodes
+from sdpgrind.finishing._path.metrics import metrics, surface_samples
+from sdpgrind.finishing._path.path import Path
+from sdpgrind.finishing._path.zigzag import zigzag
+from sdpgrind.finishing._surface.presets import flat_surface, nominal_surface, uneven_surfaces
+
+MISSED = (1 - np.pi / 4) / 4
+"""Of a cell, where a node has no leg on either side of a quarter: a square less a quarter circle."""
+
+
+def test_hilbert_and_zigzag_at_half_a_pitch():
+    """0.955 and 0.985: a turn leaves one quarter of a cell, an end two."""
+    fine = {"surface_step": 0.01, "path_step": 0.01}
+    curve = hilbert(flat_surface(8.0), 3, mapping="parametric").metrics(0.5, **fine)
+    assert 1 - MISSED * (50 + 4) / 64 == pytest.approx(0.955, abs=5e-4)
+    assert curve.coverage == pytest.approx(1 - MISSED * (50 + 4) / 64, abs=2e-4)
+    passes = zigzag(flat_surface(8.0), 1.0).metrics(0.5, **fine)
+    assert 1 - MISSED * (14 + 4) / 64 == pytest.approx(0.985, abs=5e-4)
+    assert passes.coverage == pytest.approx(1 - MISSED * (14 + 4) / 64, abs=2e-4)
+    for found in (curve, passes):
+        assert found.largest_gap == pytest.approx(np.sqrt(2), abs=1e-6)
+        assert found.length == pytest.approx(63) and found.step_mean == pytest.approx(1) and found.step_cv < 1e-12
+        assert found.cell_area_cv < 1e-12
+
+
+def test_vertices_that_no_leg_touches():
+    """47 of the 961 inside order 5 are further than 0.707 pitches less nothing, and are reached from there on."""
+    nodes = hilbert_nodes(5)
+    legs = {tuple(sorted(map(tuple, pair))) for pair in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True)}
+    around = ((0, 0, 1, 0), (0, 1, 1, 1), (0, 0, 0, 1), (1, 0, 1, 1))
+    free = [
+        (i, j) for i in range(31) for j in range(31) if not any(((i + a, j + b), (i + c, j + d)) in legs for a, b, c, d in around)
+    ]
+    assert len(free) == 47
+    path = hilbert(flat_surface(32.0), 5, mapping="parametric")
+    line = path.sample(0.05).point
+    for i, j in free:
+        assert np.linalg.norm(line - [i + 1, j + 1, 0], axis=1).min() == pytest.approx(np.sqrt(0.5), abs=1e-9)
+    inner = flat_surface(32.0)
+    assert path.metrics(0.75, surface_step=0.2).largest_gap == pytest.approx(np.sqrt(2), abs=1e-6)
+    assert inner.domain == ((0.0, 1.0), (0.0, 1.0))
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.sampled_from([2, 3]), st.sampled_from(["parametric", "equal_area"]), st.floats(0.5, 6.0))
+def test_coverage_by_brute_force(order, mapping, radius):
+    """Every sample against every piece of a fine polyline."""
+    path = hilbert(nominal_surface(), order, mapping=mapping)
+    found = metrics(path, radius, surface_step=1.3, path_step=0.1)
+    line = path.sample(0.1).point
+    start, leg = line[:-1], np.diff(line, axis=0)
+    square = np.maximum((leg**2).sum(axis=1), 1e-30)
+    inside = area = furthest = 0.0
+    for block in surface_samples(path.surface, 1.3):
+        for point, weight in zip(block.point, block.area, strict=True):
+            share = np.clip(((point - start) * leg).sum(axis=1) / square, 0, 1)
+            distance = np.linalg.norm(point - start - share[:, None] * leg, axis=1).min()
+            inside += weight * (distance <= radius)
+            area += weight
+            furthest = max(furthest, distance)
+    assert found.coverage == pytest.approx(inside / area, abs=2e-3)
+    assert area == pytest.approx(path.surface.area, rel=1e-3)
+    assert 2 * furthest <= found.largest_gap + 1e-9 <= 2 * furthest + 2 * np.sqrt(2) * 1.3
+
+
+def test_samples_are_as_close_as_told():
+    for surface in uneven_surfaces().values():
+        for block in surface_samples(surface, 2.0):
+            corners = surface.grid(block.u, block.v).point
+            assert max(np.linalg.norm(np.diff(corners, axis=k), axis=2).max() for k in (0, 1)) <= 2.0 * 1.001
+
+
+def test_a_wider_footprint_covers_more():
+    path = hilbert(nominal_surface(), 3)
+    shares = [path.metrics(radius, surface_step=0.5, path_step=0.3).coverage for radius in (1.0, 2.0, 3.0, 6.0)]
+    assert shares == sorted(shares) and shares[0] < 0.5 and shares[-1] == 1.0
+
+
+# Cells -------------------------------------------------------------------------------------------------------------
+
+
+def below(surface, u, v, count=400):
+    """Area of the surface under a curve v(u) for each width of u, by rectangles of positions alone."""
+    t = (np.arange(count) + 0.5) / count
+    return sum(surface.area_density(u, v * each) * v for each in t) / count
+
+
+@pytest.mark.parametrize("name", ["crowded", "steep", "weighted"])
+def test_cells_of_equal_area(name):
+    surface = uneven_surfaces()[name]
+    density = surface.grid(*2 * [np.linspace(0, 1, 201)])
+    w = np.linalg.norm(np.cross(density.u, density.v), axis=-1)
+    assert w.max() / w.min() >= 10
+    path = hilbert(surface, 4)
+    assert path.metrics(2.0, surface_step=1.0, path_step=0.5).cell_area_cv <= 1e-3
+    assert cell_areas(path).sum() == pytest.approx(surface.area, rel=1e-4)
+    edges = Path(surface, np.stack(np.broadcast_arrays(0.3, [0.25, 0.5, 0.75]), axis=1), mapping="equal_area").uv
+    share = below(surface, edges[:, 0], edges[:, 1]) / below(surface, edges[:1, 0], np.array([1.0]))
+    np.testing.assert_allclose(share, [0.25, 0.5, 0.75], atol=2e-4)
+    assert hilbert(surface, 4, mapping="parametric").metrics(2.0, surface_step=1.0).cell_area_cv > 0.3
+
+
+def test_strips_of_a_zigzag():
+    """Strips on a flat between lines of one's own: half way to the neighbours."""
+    lines = np.array([0.1, 0.3, 0.8])
+    nodes = [[a, c] for k, c in enumerate(lines) for a in ((0.1, 0.9) if k % 2 == 0 else (0.9, 0.1))]
+    path = Path(flat_surface(10.0), np.array(nodes), pattern="zigzag")
+    np.testing.assert_allclose(cell_areas(path), [20.0, 35.0, 45.0], rtol=1e-12)
+    assert path.metrics(1.0).cell_area_cv == pytest.approx(np.std([20, 35, 45]) / np.mean([20, 35, 45]))
+    even = zigzag(nominal_surface(), 2.0, mapping="equal_area", along="v")
+    assert cell_areas(even).sum() == pytest.approx(nominal_surface().area, rel=1e-6)
+    assert even.metrics(1.0, surface_step=0.5).cell_area_cv < 1e-6
+
+
+def test_no_cells_for_other_paths():
+    found = Path(flat_surface(10.0), np.array([[0.1, 0.1], [0.5, 0.4], [0.9, 0.2]])).metrics(1.0)
+    assert found.cell_area_cv is None and "cell areas     not defined for this pattern" in repr(found)
+
+
+# An uneven surface -------------------------------------------------------------------------------------------------
+
+
+def test_equal_area_is_more_even():
+    """Less than half the gap and the spread of steps, for a few percent of length."""
+    surface = uneven_surfaces()["crowded"]
+    plain, even = (
+        hilbert(surface, 5, mapping=mapping).metrics(0.8, surface_step=0.2) for mapping in ("parametric", "equal_area")
+    )
+    assert even.largest_gap < 0.6 * plain.largest_gap
+    assert even.step_cv < 0.5 * plain.step_cv
+    assert even.coverage > plain.coverage
+    assert even.length < 1.1 * plain.length
+
+
+def test_text():
+    text = repr(hilbert(nominal_surface(), 3).metrics(3.0, surface_step=0.5, path_step=0.2))
+    assert text.startswith("PathMetrics(\n    length         4") and text.count("\n") == 6
+    assert "within 3 mm of the path" in text and "0.5 mm on the surface, 0.2 mm on the path)" in text
+
+
+# Refused -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_refused_sizes(value):
+    path = hilbert(flat_surface(8.0), 1)
+    with pytest.raises(ValueError, match=rf"^footprint_radius must be > 0 \(mm\); got {value}$"):
+        path.metrics(value)
+    with pytest.raises(ValueError, match=rf"^surface_step must be > 0 \(mm\); got {value}$"):
+        path.metrics(1.0, surface_step=value)
+    with pytest.raises(ValueError, match=rf"^path_step must be > 0 \(mm\); got {value}$"):
+        path.metrics(1.0, path_step=value)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"pitch": 0.0}, r"^pitch must be > 0 \(mm\); got 0.0$"),
+        ({"pitch": -1.0}, r"^pitch must be > 0 \(mm\); got -1.0$"),
+        ({"pitch": 50.0}, r"^pitch must be < 50, the lesser side of the surface \(mm\); got 50.0$"),
+        ({"pitch": 1e-3}, r"^pitch must be >= 0.012: else a path has more than 16777216 nodes \(mm\); got 0.001$"),
+        ({"radius": -0.1}, r"^radius must be >= 0 \(mm\); got -0.1$"),
+        ({"radius": 1.1}, r"^radius must be <= 1, what fits between the passes at their ends \(mm\); got 1.1$"),
+        ({"mapping": "even"}, r"^mapping must be one of equal_spacing, parametric, equal_area, geodesic; got 'even'$"),
+        ({"along": "x"}, r"^along must be one of u, v; got 'x'$"),
+    ],
+)
+def test_refused_zigzags(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        zigzag(flat_surface(50.0), **{"pitch": 2.0, **wrong})
+
+
+def test_refused_surface():
+    with pytest.raises(TypeError, match=r"^surface must be a Surface; got 3.0$"):
+        zigzag(3.0, 1.0)
