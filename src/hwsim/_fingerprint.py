@@ -39,6 +39,9 @@ def _feed(take: Any, thing: Any, above: tuple[int, ...]) -> None:
 
 def _pieces(thing: Any) -> list[Any]:
     """What an object is made of."""
+    if hasattr(thing, "data_vars") and not isinstance(thing, type):  # a labelled table, which is a mapping, too
+        named = sorted((str(name), variable) for name, variable in thing.variables.items())
+        return [(name, variable.dims, _values(variable)) for name, variable in named]
     if isinstance(thing, Mapping):
         return [piece for item in thing.items() for piece in item]
     if isinstance(thing, list | tuple | range):
@@ -50,6 +53,12 @@ def _pieces(thing: Any) -> list[Any]:
     if isinstance(thing, functools.partial):
         return [thing.func, thing.args, thing.keywords]
     return _code(thing) if callable(thing) and hasattr(thing, "__qualname__") else _object(thing)
+
+
+def _values(variable: Any) -> Any:
+    """Values of a labelled array; names, which files keep as objects and arrays may not, as a list."""
+    values = np.asarray(variable.values)
+    return values.tolist() if values.dtype.kind in "OU" else values
 
 
 def _code(thing: Any) -> list[Any]:
@@ -78,9 +87,6 @@ def _object(thing: Any) -> list[Any]:
         return [thing.entropy, thing.spawn_key, thing.n_children_spawned]
     if dataclasses.is_dataclass(thing):
         return [(f.name, getattr(thing, f.name)) for f in dataclasses.fields(thing) if f.init]
-    if hasattr(thing, "variables") and hasattr(thing, "data_vars"):  # a labelled table
-        named = sorted((str(name), variable) for name, variable in thing.variables.items())
-        return [(name, variable.dims, np.asarray(variable.values)) for name, variable in named]
     if hasattr(thing, "dataset"):  # a plan
         return [getattr(thing, "problem", None), thing.dataset]
     return [piece for piece in thing.__reduce_ex__(4)[:3] if piece is not None]

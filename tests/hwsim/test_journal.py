@@ -221,6 +221,20 @@ def test_a_closure_is_told_by_what_it_holds():
     assert fingerprint(made(1.0)) == fingerprint(made(1.0)) != fingerprint(made(2.0))
 
 
+def test_labelled_tables_are_told_by_what_they_hold():
+    """Not by the order of their columns, nor by how a file kept their names."""
+    import xarray as xr
+
+    def table(names=("q1", "q2"), last=2.0, **first):
+        return xr.Dataset({**first, "y": ("joint", [1.0, last]), "x": ("row", [3.0])}, {"joint": np.array(names, dtype=object)})
+
+    same = table(x=("row", [3.0]))
+    same = same.assign_coords(joint=np.array(["q1", "q2"]))
+    assert list(same.data_vars) != list(table().data_vars) and same.joint.dtype != table().joint.dtype
+    assert fingerprint(same) == fingerprint(table())
+    assert len({fingerprint(each) for each in (table(), table(last=2.5), table(("q1", "q3")), table(z=("row", [3.0])))}) == 4
+
+
 def test_a_ring_of_references_ends():
     ring = Drain()
     ring.myself = ring
