@@ -13,6 +13,7 @@ from hwsim._log import Log
 from hwsim._loop import check_helpers, run
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Progress, silent
 from sdpgrind.base.rng import Seed, children
 
@@ -157,7 +158,7 @@ def finishing_study(
     tool_diameter : sequence of 2 floats
         mm.
     path_pattern : sequence of 3 names
-        "hilbert<order>" or "zigzag". The pitches are those that they have on the surface of the cell.
+        "hilbert4", "hilbert5", "zigzag": those that the model of roughness knows. Pitches are as the surface of the cell is wide.
     feed_rate, normal_force : sequence of 3 floats
         mm/s and N.
     pitch : float
@@ -205,10 +206,13 @@ def finishing_study(
         "normal_force": tuple(normal_force),
     }
     bench = _Bench(cell, checks.positive("pitch", pitch, "mm"), kind, method, None if folder is None else Path(folder))
+    for pattern in factors["path_pattern"]:  # refuse what the model of roughness does not know
+        bench.refuse_unknown(pattern)
     *of_runs, of_confirmation = children(rng, len(_settings(factors)) + 1)
     logs = []
     for k, setting in enumerate(_settings(factors)):
-        logs.append(bench.finish(setting, replicates, of_runs[k], f"run-{k + 1:02d}"))
+        with one_blas_thread():
+            logs.append(bench.finish(setting, replicates, of_runs[k], f"run-{k + 1:02d}"))
         progress((k + 1) / (len(of_runs) + 1), f"run {k + 1} of {len(of_runs)}")
     outcome = {name: np.array([log.outcome[name].values for log in logs]) for name in _TOLD}
     study = _study(factors, outcome["roughness_ra"])
@@ -247,6 +251,11 @@ class _Bench:
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
 
+    def refuse_unknown(self, pattern: str) -> None:
+        """Refuse a path that the model of roughness does not know, before anything is run."""
+        model = self._cell.problem.model
+        model.median(pattern, model.tool_diameter_range[0], model.normal_force_range[0])
+
     def finish(self, setting: Mapping[str, Any], parts: int, rng: Seed, name: str) -> Log:
         """Finish some specimens at a setting."""
         from sdpgrind import finishing
@@ -281,8 +290,5 @@ def _path(problem: "finishing.FinishingProblem", pattern: str, pitch: float) -> 
 
     if pattern == "zigzag":
         return finishing.zigzag(problem.surface, pitch)
-    order = pattern.removeprefix("hilbert")
-    if order == pattern or not order.isdigit():
-        raise checks.refuse("path_pattern", 'of "zigzag" and "hilbert<order>"', pattern)
     mapping = problem.path.mapping if problem.path.mapping in ("equal_area", "parametric") else "equal_area"
-    return finishing.hilbert(problem.surface, int(order), mapping=mapping)
+    return finishing.hilbert(problem.surface, int(pattern.removeprefix("hilbert")), mapping=mapping)

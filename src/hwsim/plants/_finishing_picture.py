@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TRUE, _SET, _GRAY, _BAD = "tab:blue", "0.15", "0.55", "tab:red"
+_LEGEND: dict[str, Any] = {"frameon": False, "fontsize": 8, "loc": "lower right", "bbox_to_anchor": (1, 0.97)}  # above its axes
 _UM = 1000.0
 _SAMPLES = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
 
@@ -20,12 +21,14 @@ def picture(log: PartLog) -> "Figure":
     """Draw a log of `FinishingCell`: the last part against time and seen from above, force and roughness of all parts."""
     pyplot = need("matplotlib.pyplot", "plot")
     figure: Figure = pyplot.figure(figsize=(12.5, 7.2), layout="constrained")
-    grid = figure.add_gridspec(6, 2, width_ratios=(1.5, 1))
+    left, right = figure.add_gridspec(1, 2, width_ratios=(1.5, 1))
     last, wanted = _last(log), _set_force(log)
-    height = figure.add_subplot(grid[4:, 0])
-    _in_time([*(figure.add_subplot(grid[rows, 0], sharex=height) for rows in (slice(2), slice(2, 4))), height], last, log, wanted)
-    _from_above(figure.add_subplot(grid[:4, 1]), last, log)
-    _parts(figure.add_subplot(grid[4:, 1]), log)
+    rows = left.subgridspec(3, 1)
+    height = figure.add_subplot(rows[2])
+    _in_time([*(figure.add_subplot(rows[k], sharex=height) for k in (0, 1)), height], last, log, wanted)
+    above, below = right.subgridspec(2, 1, height_ratios=(2, 1))
+    _from_above(figure.add_subplot(above), last, log)
+    _parts(figure.add_subplot(below), log)
     for axis in figure.axes:
         axis.spines[["top", "right"]].set_visible(False)
     figure.suptitle(_title(log, wanted))
@@ -57,18 +60,18 @@ def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: flo
     """Force, feed and height error of a part against time."""
     force, feed, height = axes
     time, down = last["sample_time"], float(log.outcome.touch_down.values[-1])
-    force.plot(time, last["true_normal_force"], color=_TRUE, lw=0.8, label="normal force")
+    force.plot(time, last["true_normal_force"], color=_TRUE, lw=0.5, label="normal force")
     if wanted is not None:
         force.axhline(wanted, color=_SET, lw=1, ls="--", label="set")
     if np.isfinite(down):
         force.axvline(down, color=_GRAY, lw=0.8, ls=":", label="touches")
     force.set(ylabel="force [N]", ylim=(0, None))
     force.set_title("The last part", loc="left")
-    force.legend(frameon=False, fontsize=8, loc="lower right", ncols=3)
-    feed.plot(time, last["true_feed"], color=_TRUE, lw=0.6, label="of the contact")
+    force.legend(**_LEGEND, ncols=3)
+    feed.plot(time, last["true_feed"], color=_TRUE, lw=0.5, label="of the contact")
     feed.axhline(float(log.outcome.attrs["feed_rate"]), color=_SET, lw=1, ls="--", label="planned between corners")
     feed.set(ylabel="feed [mm/s]", ylim=(0, None))
-    feed.legend(frameon=False, fontsize=8, loc="lower right", ncols=2)
+    feed.legend(**_LEGEND, ncols=2)
     height.plot(time, _UM * last["height_error"], color=_TRUE, lw=0.8)
     height.set(xlabel="time [s]", ylabel="height error [um]")
     for axis in axes:
@@ -100,7 +103,7 @@ def _parts(axis: Any, log: PartLog) -> None:
         axis.annotate("the model does not know this pattern", (0.5, 0.5), xycoords="axes fraction", ha="center", color=_BAD)
     elif stretched.any():
         axis.legend(frameon=False, fontsize=8)
-    axis.set(xlabel="part", ylabel="roughness Ra [um]", ylim=(0, None))
+    axis.set(xlabel="part", ylabel="roughness Ra [um]", ylim=(0, 1.2 * np.nanmax(rough) if np.isfinite(rough).any() else 1.0))
     axis.set_title("Every part", loc="left")
     axis.grid(alpha=0.25, lw=0.5)
     axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
