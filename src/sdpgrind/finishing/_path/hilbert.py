@@ -59,7 +59,7 @@ def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: 
 
 
 def hilbert_nodes(order: int) -> Nodes:
-    """Return the nodes (4^n, 2) of a Hilbert curve, whole numbers from (0, 0) to (2^n - 1, 0), by their index.
+    """Return the nodes (4^n, 2) of a Hilbert curve, as whole number pairs from (0, 0) to (2^n - 1, 0), by their index.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def hilbert_nodes(order: int) -> Nodes:
 
 
 def hilbert_lsystem(order: int, *, printed: bool = False) -> Nodes:
-    """Return the nodes (4^n, 2) of a Hilbert curve by the strings of an L-system, after Wang, section 3.
+    """Return the nodes (4^n, 2) of a Hilbert curve, steps of one unit, by the strings of an L-system, after Wang, section 3.
 
     L becomes +RF-LFL-FR+, R becomes -LF+RFR+FL-; F is a step, - a quarter turn counter-clockwise, + clockwise; the first string
     is L, which runs below the x axis and is mirrored here. L and R themselves draw nothing.

@@ -159,7 +159,7 @@ class Path(Frozen):
 
     @property
     def uv(self) -> Floats:
-        """Parameters of the surface at the nodes, (n, 2); a rounded corner counts at the middle of its blend, here and below."""
+        """Parameters at the nodes, (n, 2), in the surface's units; a rounded corner counts at the middle of its blend, here and below."""
         first = np.searchsorted(self._legs.at_node, np.arange(len(self.nodes)))
         return np.ascontiguousarray(self._moved[first, 0])
 
@@ -186,7 +186,7 @@ class Path(Frozen):
         return np.stack([ends[:-1], ends[1:]], axis=1)
 
     def derivatives(self) -> Derivatives:
-        """Return the surface's points with derivatives by u and v at the nodes, each (n, 3)."""
+        """Return the surface's points with derivatives by u and v at the nodes, each (n, 3), mm a unit of the parameters."""
         return self._there
 
     def frames(self) -> Floats:
@@ -253,7 +253,7 @@ class Path(Frozen):
         return self.replace(nodes=nodes, corners=corners, smooth=self.smooth or self.deviation > 0, deviation=0.0)
 
     def reversed(self) -> Self:
-        """Return the path from its end to its start."""
+        """Return the path with its nodes in the unit square from its end to its start."""
         return self.replace(nodes=self.nodes[::-1], corners=None if self.corners is None else self.corners[::-1])
 
     def blended(self, deviation: float | None = None) -> Self:
@@ -290,7 +290,7 @@ class Path(Frozen):
         return metrics(self, footprint_radius, surface_step, path_step)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the path on its surface in three dimensions."""
+        """Draw the path on its surface in three dimensions, mm, in the axes `ax` if they are given."""
         from sdpgrind.finishing._path.picture import plot
 
         return plot(self, ax)
