@@ -159,7 +159,7 @@ class Path(Frozen):
 
     @property
     def uv(self) -> Floats:
-        """Parameters at the nodes, (n, 2), in the surface's units; a rounded corner counts at the middle of its blend, here and below."""
+        """Parameters at the nodes, (n, 2), in units of the surface; a rounded corner counts at the middle of its blend."""
         first = np.searchsorted(self._legs.at_node, np.arange(len(self.nodes)))
         return np.ascontiguousarray(self._moved[first, 0])
 
