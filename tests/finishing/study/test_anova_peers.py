@@ -1,5 +1,7 @@
 """Analysis of variance of published data sets: equal to statsmodels, and to the sums of squares that were published."""
 
+from itertools import product
+
 import numpy as np
 import pandas
 import pytest
@@ -226,3 +228,27 @@ def test_order_origin_and_scale_do_not_matter(order, shift, scale):
     changed = fin.Study.of_runs(runs, scale * study.sn_ratio[list(order)] + shift, ratio="none")
     for row in study.anova().effects:
         assert abs(changed.anova()[row.source].F / row.F - 1) < 1e-9
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_the_rule_pools_what_is_below_one_and_nothing_else(seed):
+    y = np.random.default_rng(seed).normal(size=18)
+    study = fin.Study("L18", fin.Study.published("wang-2001").factors, y, ratio="none")
+    table = study.anova(pool="F<1")
+    below = {row.source for row in table.unpooled.effects if row.F < 1}
+    assert set(table.pooling.names) == below
+    assert {row.source for row in table.effects} == set(study.factors) - below
+    late = {row.source for row in table.effects if row.p < 0.05 <= table.unpooled[row.source].p}
+    assert set(table.pooling.only_after) == late
+    assert not late & set(table.significant())
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_the_best_of_a_chain_of_interactions_is_the_best_of_all(seed):
+    factors = dict.fromkeys("abcd", (0, 1))
+    y = np.exp(np.random.default_rng(seed).normal(size=16))
+    study = fin.Study("L16", factors, y, columns=(1, 2, 4, 8), interactions=[("a", "b"), ("b", "c")])
+    every = [study.predict(dict(zip("abcd", levels, strict=True))).mean for levels in product((0, 1), repeat=4)]
+    assert study.predict(study.best()).mean == pytest.approx(max(every), rel=1e-9)

@@ -147,7 +147,8 @@ def test_pooling_keeps_a_record_and_both_tables():
     assert (table.pooling.rule, table.pooling.names, table.pooling.df, table.pooling.error_df) == ("F < 1", ("feed_rate",), 2, 12)
     assert table.error.ss == pytest.approx(3.65585 + 0.45308, abs=2e-5)
     assert abs(table.unpooled["feed_rate"].F - 0.620) < 1e-3
-    assert table.unpooled.pooling is None
+    assert table.unpooled.pooling is None and table.pooling.only_after == ()
+    assert table.significant() == ("tool_diameter", "path_pattern", "normal_force")
     text = str(table)
     assert text.index("before pooling") < text.index("feed_rate") < text.index("after pooling") < text.rindex("error")
     named = STUDY.anova(pool=["feed_rate"])

@@ -118,19 +118,15 @@ def assigned(array: OrthogonalArray, levels: Sequence[int]) -> tuple[int, ...]:
                 f"factors must fit the array: {array.name} has no free column of {count} levels for factor {k + 1}"
                 f" of {len(levels)}"
             )
-        lost = [_confounded(array.matrix, [*taken, column]) for column in free]
+        lost = [_hiding(array.matrix, taken, column) for column in free]
         taken.append(free[int(np.argmin(lost))])
     return tuple(taken)
 
 
-def _confounded(matrix: Table, columns: list[int]) -> int:
-    """Number of main effects that interactions of two others make up wholly, with multiplicity, at least one being the last."""
-    bases = [contrasts(matrix[:, k - 1]) for k in columns]
-    last, lost = len(columns) - 1, 0
-    for i, j in combinations(range(len(columns)), 2):
-        others = [last] if last not in (i, j) else [k for k in range(last) if k not in (i, j)]
-        lost += sum(overlap(bases[i], bases[j], bases[k]) > WHOLE for k in others)
-    return lost
+def _hiding(matrix: Table, taken: list[int], column: int) -> int:
+    """Number of interactions of two taken columns that make up the whole effect of a further one."""
+    bases, third = [contrasts(matrix[:, k - 1]) for k in taken], contrasts(matrix[:, column - 1])
+    return sum(overlap(one, other, third) > WHOLE for one, other in combinations(bases, 2))
 
 
 def contrasts(column: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> Floats:
