@@ -38,9 +38,12 @@ def picture(log: PartLog) -> "Figure":
 def _title(log: PartLog, wanted: float | None) -> str:
     out = log.outcome
     parts = f"{len(log)} parts" if len(log) > 1 else "1 part"
-    force = f"{np.nanmean(out.normal_force.values):.3f} N" + ("" if wanted is None else f" for {wanted:.3f} N")
-    off = f"{100 * np.nanmean(out.lift_off.values):.2g} % without contact"
-    return f"{parts}, {out.attrs['pattern']}: force {force}, {off}, feed {np.nanmean(out.feed.values):.1f} mm/s"
+    played = np.isfinite(out.normal_force.values)
+    if not played.any():
+        return f"{parts}, {out.attrs['pattern']}: nothing was played"
+    force, off, feed = (float(out[name].values[played].mean()) for name in ("normal_force", "lift_off", "feed"))
+    held = f"{force:.3f} N" + ("" if wanted is None else f" for {wanted:.3f} N")
+    return f"{parts}, {out.attrs['pattern']}: force {held}, {100 * off:.2g} % without contact, feed {feed:.1f} mm/s"
 
 
 def _last(log: PartLog) -> dict[str, Floats]:
