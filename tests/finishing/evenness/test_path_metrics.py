@@ -18,13 +18,12 @@ MISSED = (1 - np.pi / 4) / 4
 
 def test_hilbert_and_zigzag_at_half_a_pitch():
     """0.955 and 0.985: a turn leaves one quarter of a cell, an end two."""
-    fine = {"surface_step": 0.01, "path_step": 0.01}
+    fine = {"surface_step": 0.0125, "path_step": 0.0125}
     curve = hilbert(flat_surface(8.0), 3, mapping="parametric").metrics(0.5, **fine)
-    assert 1 - MISSED * (50 + 4) / 64 == pytest.approx(0.955, abs=5e-4)
     assert curve.coverage == pytest.approx(1 - MISSED * (50 + 4) / 64, abs=2e-4)
     passes = zigzag(flat_surface(8.0), 1.0).metrics(0.5, **fine)
-    assert 1 - MISSED * (14 + 4) / 64 == pytest.approx(0.985, abs=5e-4)
     assert passes.coverage == pytest.approx(1 - MISSED * (14 + 4) / 64, abs=2e-4)
+    assert (round(curve.coverage, 3), round(passes.coverage, 3)) == (0.955, 0.985)
     for found in (curve, passes):
         assert found.largest_gap == pytest.approx(np.sqrt(2), abs=1e-6)
         assert found.length == pytest.approx(63) and found.step_mean == pytest.approx(1) and found.step_cv < 1e-12
@@ -44,22 +43,20 @@ def test_vertices_that_no_leg_touches():
     line = path.sample(0.05).point
     for i, j in free:
         assert np.linalg.norm(line - [i + 1, j + 1, 0], axis=1).min() == pytest.approx(np.sqrt(0.5), abs=1e-9)
-    inner = flat_surface(32.0)
     assert path.metrics(0.75, surface_step=0.2).largest_gap == pytest.approx(np.sqrt(2), abs=1e-6)
-    assert inner.domain == ((0.0, 1.0), (0.0, 1.0))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(st.sampled_from([2, 3]), st.sampled_from(["parametric", "equal_area"]), st.floats(0.5, 6.0))
 def test_coverage_by_brute_force(order, mapping, radius):
     """Every sample against every piece of a fine polyline."""
     path = hilbert(nominal_surface(), order, mapping=mapping)
-    found = metrics(path, radius, surface_step=1.3, path_step=0.1)
-    line = path.sample(0.1).point
+    found = metrics(path, radius, surface_step=1.7, path_step=0.2)
+    line = path.sample(0.2).point
     start, leg = line[:-1], np.diff(line, axis=0)
     square = np.maximum((leg**2).sum(axis=1), 1e-30)
     inside = area = furthest = 0.0
-    for block in surface_samples(path.surface, 1.3):
+    for block in surface_samples(path.surface, 1.7):
         for point, weight in zip(block.point, block.area, strict=True):
             share = np.clip(((point - start) * leg).sum(axis=1) / square, 0, 1)
             distance = np.linalg.norm(point - start - share[:, None] * leg, axis=1).min()
@@ -68,7 +65,7 @@ def test_coverage_by_brute_force(order, mapping, radius):
             furthest = max(furthest, distance)
     assert found.coverage == pytest.approx(inside / area, abs=2e-3)
     assert area == pytest.approx(path.surface.area, rel=1e-3)
-    assert 2 * furthest <= found.largest_gap + 1e-9 <= 2 * furthest + 2 * np.sqrt(2) * 1.3
+    assert 2 * furthest <= found.largest_gap + 1e-9 <= 2 * furthest + 2 * np.sqrt(2) * 1.7
 
 
 def test_samples_are_as_close_as_told():

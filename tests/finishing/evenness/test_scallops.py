@@ -11,7 +11,7 @@ from sdpgrind.finishing._path.scallop import ball_footprint, cusp_roughness, sca
 
 
 def next_to_cylinder(ball, pitch, curvature):
-    """Height over a cylinder of that curvature (> 0: the ball is inside) of the point where two circles meet, passes along its axis."""
+    """Height over a cylinder of that curvature (> 0: ball inside) of the point where two circles meet; passes along its axis."""
     radius, centre = 1 / curvature, 1 / curvature - ball
     half = pitch * curvature / 2
     return radius - centre * cos(half) - sqrt(ball**2 - (centre * sin(half)) ** 2)

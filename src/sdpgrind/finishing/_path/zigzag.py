@@ -52,7 +52,8 @@ def zigzag(surface: Surface, pitch: float, *, mapping: str = "equal_spacing", al
     ------
     ValueError
         When the pitch is not less than the sides of the surface, the radius does not fit between passes, passes of equal distance
-        would turn back, or a value is out of range.
+        would turn back or the surface has a crease across which they go, a pole makes lines of equal areas crowd, or a value is
+        out of range.
 
     Examples
     --------
