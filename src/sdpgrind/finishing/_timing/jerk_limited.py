@@ -25,7 +25,7 @@ SHARE = 0.25
 """An interval over the time in which a joint's acceleration turns from its greatest to its least."""
 SLOWER = 3e-3
 """Share of the duration that may be lost to limits exceeded between points, before they are narrowed there."""
-ROUNDS, FINER, FAR = 6, 3, 1.03
+ROUNDS, FINER, FAR = 8, 3, 1.03
 """Rounds at most; in so many of the first, where a limit is exceeded by more than that, there are more points instead."""
 CHECKS = 8
 COARSE = 5e-3
@@ -35,7 +35,7 @@ BRAKE = 64
 EASY = 1.4
 """By how much slower the programs begin: from within the limits they take fewer steps."""
 MARGIN, FIRST = 1e-4, 4
-"""By how much the limits are narrowed but at the first points of a window: what it begins with is then well within them."""
+"""By how much the limits are narrowed but at the first points of a window: what the next begins with is then well within them."""
 AVERAGED = 64
 """Places over which the first law is averaged."""
 
@@ -128,12 +128,12 @@ def _count(least: float) -> int:
 def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points, tight: Floats) -> TimeLaw:
     """Law over all points, window by window."""
     count, size = points.length.size - 1, min(points.length.size - 1, SIZES[-1])
-    begin, state = 0, np.array([points.length[0], 0.0, 0.0])
+    begin, state, margin = 0, np.array([points.length[0], 0.0, 0.0]), MARGIN if count > size else 0.0
     durations, jerks = [], []
     while begin < count:
         window = Points(*(row[begin : begin + size + 1].copy() for row in points))
         kept = size if begin + size == count else size // 2
-        t, j = _window(run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1])
+        t, j = _window(run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1], margin)
         state = _after(state, t[:kept], j[:kept])
         durations.append(t[:kept])
         jerks.append(j[:kept])
@@ -143,12 +143,19 @@ def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, 
 
 
 def _window(
-    run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points, state: Floats, tight: Floats
+    run: JointPath,
+    limits: Limits,
+    feed_rate: float,
+    acceleration: float,
+    points: Points,
+    state: Floats,
+    tight: Floats,
+    margin: float,
 ) -> tuple[Floats, Floats]:
     """Durations (s) and jerks (mm/s^3) over one window, from a state of place, feed and acceleration to rest."""
     points.length[0] = state[0]
     long, time = float(np.diff(points.length).mean()), float(np.diff(points.time).mean())
-    held = np.where((np.arange(tight.size) < FIRST) & (state[1] > 0), 1.0, 1 + MARGIN) * tight
+    held = np.where(np.arange(tight.size) < FIRST, 1.0, 1 + margin) * tight
     rates = run.derivatives(points.length)[:, 1:] * held[:, None, None]
     speed, most, jerk = limits.table
     scale = np.array([long, long**2, long**3])[:, None] / (jerk * time**3)
@@ -176,7 +183,7 @@ def _guess(points: Points, cap: Floats, scale: tuple[float, float], rates: Float
     v, a, j = feed[:, None], bend[:, None], jerk[:, None]
     snatch = np.max(np.abs(rates[:, 2] * v**3 + 3 * rates[:, 1] * v * a + rates[:, 0] * j))
     push = np.max(np.abs(weight * (rates[:, 0] * a + rates[:, 1] * v**2)))
-    slow = max(EASY, np.sqrt(push), np.cbrt(snatch))
+    slow = max(EASY if points.feed[0] == 0.0 else 1.0, np.sqrt(push), np.cbrt(snatch))
     return np.column_stack([feed / slow, bend / slow**2, np.append(steps, 1.0) * slow, jerk / slow**3])
 
 

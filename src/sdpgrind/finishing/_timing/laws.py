@@ -95,9 +95,18 @@ def _named(number: int, run: JointPath, limits: Limits, feed: float, along: floa
 
 
 def min_time_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
-    """Fastest law of one run."""
-    maker = fastest_law if limits.jerk_max is None else jerk_limited_law
-    return maker(run, limits, feed_rate, acceleration)
+    """Fastest law of one run; with limits of jerk seven pieces are that, too, where a run is straight for all its joints."""
+    if limits.jerk_max is None:
+        return fastest_law(run, limits, feed_rate, acceleration)
+    both = jerk_limited_law(run, limits, feed_rate, acceleration), _seven_pieces(run, limits, feed_rate, acceleration)
+    return min(both, key=lambda law: law.duration)
+
+
+def _seven_pieces(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+    """Seven pieces at the acceleration that the joints allow where they move straight."""
+    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
+    joints = float(np.min(limits.table[1] / np.maximum(steepest, 1e-9)))
+    return trapezoid_of(run, limits, feed_rate, min(joints, acceleration or np.inf))
 
 
 def trapezoid_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
