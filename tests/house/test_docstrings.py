@@ -8,7 +8,7 @@ from house_names import Public, everything
 UNITS = (
     "mm", "mm/s", "mm^2", "mm^3", "mm^3/s", "s", "N", "kg", "rad", "rad/s", "W", "J", "J/mm^3", "$", "$/mm", "1/mm",
     "unit", "units", "Unit", "Units", "probability", "Probability", "probabilities", "ticks", "Ticks", "seconds",
-    "dimensionless", "whole number",
+    "dimensionless", "whole number", "dB",
 )  # fmt: skip
 UNIT = re.compile(r"(?<![\w.'])(?:" + "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True)) + r")(?![\w])")
 

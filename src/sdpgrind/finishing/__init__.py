@@ -20,8 +20,10 @@ from sdpgrind.finishing._problem import FinishingProblem
 from sdpgrind.finishing._study.anova import AnovaRow, AnovaTable
 from sdpgrind.finishing._study.arrays import OrthogonalArray, orthogonal_array
 from sdpgrind.finishing._study.best import Best, Tie
-from sdpgrind.finishing._study.confounding import Confounding
+from sdpgrind.finishing._study.confounding import Confounding, confounding
+from sdpgrind.finishing._study.means import LevelMean, LevelMeans
 from sdpgrind.finishing._study.next_runs import NextRun, NextRuns
+from sdpgrind.finishing._study.pooling import Pooling
 from sdpgrind.finishing._study.power import Power
 from sdpgrind.finishing._study.prediction import Prediction
 from sdpgrind.finishing._study.ratios import sn_ratio
@@ -68,6 +70,8 @@ __all__ = [
     "FinishingProblem",
     "JointPath",
     "LeaveOneOut",
+    "LevelMean",
+    "LevelMeans",
     "Limits",
     "LqgGains",
     "Moment",
@@ -80,6 +84,7 @@ __all__ = [
     "Path",
     "PathMetrics",
     "PidffGains",
+    "Pooling",
     "Posture",
     "Power",
     "Prediction",
@@ -101,6 +106,7 @@ __all__ = [
     "ball_footprint",
     "check_corners",
     "choose_branches",
+    "confounding",
     "contact_step",
     "corner_jumps",
     "cusp_roughness",

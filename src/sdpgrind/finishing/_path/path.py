@@ -32,7 +32,7 @@ BLEND = 0.05
 
 
 @stored("finishing.path")
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Path(Frozen):
     """A tool path over a surface, through nodes in the unit square: Wang, section 3.
 
@@ -103,6 +103,11 @@ class Path(Frozen):
 
     def __hash__(self) -> int:
         return hash(self._key)
+
+    def __repr__(self) -> str:
+        rounded = f", corners rounded by {self.deviation:.3g} mm" if self.deviation else ""
+        what = f"{self.pattern}, {self.mapping}, {len(self.nodes)} nodes, {self.length:.4g} mm"
+        return f"Path({what}{rounded}, on {self.surface!r})"
 
     @property
     def _key(self) -> tuple[Any, ...]:

@@ -56,7 +56,7 @@ class RoughnessModel(Frozen):
 
     coefficients: npt.ArrayLike
     residual_sd: float
-    covariance: npt.ArrayLike
+    covariance: npt.ArrayLike = dataclasses.field(repr=False)
     freedom: float
     tool_diameter_range: tuple[float, float] = (3.0, 4.0)
     normal_force_range: tuple[float, float] = (0.556, 1.667)

@@ -130,6 +130,12 @@ class Surface(Frozen):
     def __hash__(self) -> int:
         return hash(self._key)
 
+    def __repr__(self) -> str:
+        nu, nv = self.control_points.shape[:2]
+        kind = "B-spline" if self.weights is None else "rational"
+        size = " x ".join(f"{side:.4g}" for side in np.ptp(self.control_points, axis=(0, 1)))
+        return f"Surface({kind}, {nu} x {nv} control points over {size} mm, degree {self.degree})"
+
     @cached_property
     def _key(self) -> tuple[Any, ...]:
         weights = None if self.weights is None else self.weights.tobytes()
