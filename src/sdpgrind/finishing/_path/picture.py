@@ -32,7 +32,7 @@ def plot(path: Path, ax: Any = None) -> Any:
     ax.add_collection3d(line)
     for k, sign in ((0, "o"), (-1, "s")):
         ax.plot(*samples.point[[k]].T, sign, color="black", markersize=4, zorder=4)
-    bar = figure.colorbar(line, ax=ax, shrink=0.6, pad=0.08, label="length from the start (dot) to the end (square) [mm]")
+    bar = figure.colorbar(line, ax=ax, shrink=0.6, pad=0.08, label="length, from the dot to the square [mm]")
     bar.solids.set_alpha(1.0)
     how = path.pattern if path.pattern == "zigzag" else f"{path.pattern}, {path.mapping.replace('_', ' ')}"
     ax.set_title(f"{how}: {path.length:.4g} mm, mean pitch {path.pitch:.3g} mm")
