@@ -27,7 +27,8 @@ PACKAGES = (
 )
 """Public packages. `test_every_public_package_is_here` keeps the list whole."""
 MADE_HERE = (
-    "Area", "Columns", "Distribution", "Locus", "Log", "Moments", "Motion", "Policy", "PresetInfo", "Risk", "Runs", "SequenceAction",
+    "Area", "Columns", "Distribution", "Locus", "Log", "Moments", "Motion", "Policy", "PresetInfo", "Risk", "Runs",
+    "SequenceAction",
 )  # fmt: skip
 """Results: made by the library, never by its users; their attributes are documented, not their constructors."""
 

@@ -48,7 +48,7 @@ class Pooling:
 
     @classmethod
     def of(cls, pool: Pool, names: tuple[str, ...], before: "AnovaTable", after: "AnovaTable") -> "Pooling":
-        """The record of one pooling; degrees of freedom, whole numbers."""
+        """Record one pooling; private to this package."""
         late = tuple(row.source for row in after.effects if _below(row.p) and not _below(before[row.source].p))
         df = after.error.df - before.error.df
         return cls("F < 1" if pool == "F<1" else "named", names, df, after.error.df, late)
