@@ -22,6 +22,8 @@ from sdpgrind.finishing._timing.violations import Violation
 SAMPLE_TIME = 0.004
 """Longest time (s) between two rows of a motion; where a law changes there is a row in any case."""
 
+EXCEEDED = 1e-3
+"""Of a limit: what is beyond it by more is an error."""
 INSIDE = 1e-7
 """Of a run: so far from its ends is the direction of feed its own, not that of the next run."""
 
@@ -218,8 +220,8 @@ class Motion:
     def status(self) -> str:
         """One sentence: what comes nearest to its limit, or exceeds it (rad, mm, s)."""
         worst = self.worst_violation
-        kept = "all limits are held, the nearest is" if worst.held else "exceeded is"
-        return f"{kept} the {worst}"
+        kept = "all limits are held" if worst.held else "all limits are held to 0.1 %" if worst.ratio <= 1 + EXCEEDED else ""
+        return f"{kept}, the nearest is the {worst}" if kept else f"exceeded is the {worst}"
 
     def plot(self) -> Any:
         """Draw feed (mm/s) along the path, and how much of their limits the joints use over time (s); return the figure."""

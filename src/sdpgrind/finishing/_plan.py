@@ -10,7 +10,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, silent
 from sdpgrind.finishing._arm.branches import choose_branches
 from sdpgrind.finishing._arm.heading import check_corners, corner_jumps
-from sdpgrind.finishing._motion import Motion, MotionError, Posture, rows
+from sdpgrind.finishing._motion import EXCEEDED, Motion, MotionError, Posture, rows
 from sdpgrind.finishing._path.path import Path
 from sdpgrind.finishing._path.samples import Samples
 from sdpgrind.finishing._problem import TABLE_HEIGHT, FinishingProblem
@@ -22,7 +22,6 @@ from sdpgrind.finishing._timing.violations import worst_violation
 METHODS = ("trapezoid", "toppra", "min_time")
 ENDLESS = 1e6  # mm
 FEWEST, STEP = 8, 0.25  # samples of a leg, and mm between them
-EXCEEDED = 1e-3  # of a limit: more is an error
 
 
 def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = True, progress: Progress = silent) -> Motion:
