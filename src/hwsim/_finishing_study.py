@@ -52,13 +52,13 @@ class FinishingStudy:
 
     @property
     def confirmed(self) -> float:
-        """Ratio of the runs that confirm, mean of their dB."""
+        """Ratio of the runs that confirm, a mean, dB."""
         read = self.confirmation.outcome.roughness_ra.values.reshape(-1, self.study.readings.shape[1])
         return float(np.mean(-10.0 * np.log10(np.mean((read / REFERENCE) ** 2, axis=1))))
 
     @property
     def held(self) -> bool:
-        """Whether the runs that confirm are where the prediction wants them (dB)."""
+        """Whether the ratio of the runs that confirm, in dB, is within the interval of the prediction."""
         width = self.prediction.ci_confirm
         return width is not None and abs(self.confirmed - self.prediction.mean) <= width
 
@@ -206,7 +206,7 @@ def finishing_study(
         "normal_force": tuple(normal_force),
     }
     bench = _Bench(cell, checks.positive("pitch", pitch, "mm"), kind, method, None if folder is None else Path(folder))
-    for pattern in factors["path_pattern"]:  # refuse what the model of roughness does not know
+    for pattern in path_pattern:  # refuse what the model of roughness does not know
         bench.refuse_unknown(pattern)
     *of_runs, of_confirmation = children(rng, len(_settings(factors)) + 1)
     logs = []

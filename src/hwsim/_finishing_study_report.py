@@ -1,27 +1,24 @@
 """What a designed experiment in the finishing cell says: what the cell did, the analysis, the confirmation, who takes over."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.rng import Seed
-
-if TYPE_CHECKING:
-    from hwsim._finishing_study import FinishingStudy
 
 _UM = 1000.0
 _PASSES, _PLACES = 3, 2001
 _HEADS = ("run", "tool mm", "pattern", "feed mm/s", "force N", "held N", "sd N", "no contact", "fed mm/s", "off path mm", "Ra um")
 
 
-def report(found: "FinishingStudy", rng: Seed) -> str:
-    """Text of it; see `FinishingStudy.report`."""
+def report(found: Any, rng: Seed) -> str:
+    """Text of a `FinishingStudy`."""
     parts = ["\n".join(_runs(found)), found.study.report(rng=rng), "\n".join(_confirmation(found)), "\n".join(_handed_on(found))]
     return "\n\n".join(parts)
 
 
-def _runs(found: "FinishingStudy") -> Iterator[str]:
+def _runs(found: Any) -> Iterator[str]:
     """What was set, and what the cell made of it."""
     out, settings = found.outcome, found.study.settings
     hours = (out["time"].sum() + found.confirmation.outcome.time.values.sum()) / 3600
@@ -42,7 +39,7 @@ def _shown(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _confirmation(found: "FinishingStudy") -> Iterator[str]:
+def _confirmation(found: Any) -> Iterator[str]:
     """Where the runs that confirm fell."""
     read = _UM * found.confirmation.outcome.roughness_ra.values
     force = found.confirmation.outcome.normal_force.values
@@ -58,7 +55,7 @@ def _confirmation(found: "FinishingStudy") -> Iterator[str]:
         yield "within the interval" if found.held else "NOT within the interval: something that was not varied matters"
 
 
-def _handed_on(found: "FinishingStudy") -> Iterator[str]:
+def _handed_on(found: Any) -> Iterator[str]:
     """What the scatter that is left costs, with and without looking at each specimen."""
     try:
         model = found.model
