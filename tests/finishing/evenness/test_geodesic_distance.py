@@ -128,7 +128,8 @@ def test_traced_geodesics(u, length):
 def test_gaps_are_equal_along_the_passes():
     """Straight distances from each pass to the next are the same all along, a curved surface's sagitta less."""
     path = zigzag(nominal_surface(), 2.0, mapping="geodesic", along="v")
-    runs = [path.sample(0.05).point[path.sample(0.05).run == k] for k in range(len(path.runs))]
+    line = path.sample(0.05)
+    runs = [line.point[line.run == k] for k in range(len(path.runs))]
     passes = [run for run in runs if np.ptp(run[:, 1]) > 40][:-2]
     assert len(passes) > 20
     gaps = [cKDTree(other).query(one[40:-40])[0] for one, other in pairwise(passes)]
