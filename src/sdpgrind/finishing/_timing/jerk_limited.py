@@ -9,6 +9,7 @@ foreseen.
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._timing import jerk_program
@@ -28,10 +29,13 @@ SLOWER = 3e-3
 ROUNDS, FINER, FAR = 8, 3, 1.03
 """Rounds at most; in so many of the first, where a limit is exceeded by more than that, there are more points instead."""
 CHECKS = 8
+"""Places in an interval in which limits are checked between rounds."""
 COARSE = 5e-3
 """Share of the duration that a finer grid must save for the first law: it is only where points are put, and a first guess."""
 BRAKE = 64
-"""Least number of intervals in the longest brake is this or what the jerk asks for; half a window holds twice that."""
+"""Greatest number of intervals, to begin with, in the longest brake: half a window holds twice that."""
+MANY = 2048
+"""Greatest number of intervals to begin with, on a run of few samples."""
 EASY = 1.4
 """By how much slower the programs begin: from within the limits they take fewer steps."""
 MARGIN, FIRST = 1e-4, 4
@@ -57,7 +61,9 @@ def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, accelerat
     """Fastest law of a run that keeps limits of jerk too."""
     first = fastest_law(run, limits, feed_rate, acceleration, gain=COARSE)
     turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
-    points = _points(first, min(turn, first.duration), max(SHARE * turn, _brake(first) / BRAKE))
+    many = max(MANY, 4 * run.pieces.breaks.size)  # a slow cruise needs no more
+    step = max(SHARE * turn, _brake(first) / BRAKE, first.duration / many)
+    points = _points(first, min(turn, first.duration), step)
     tight = np.ones(points.length.size)
     for number in range(ROUNDS):
         law = _law(run, limits, feed_rate, acceleration or np.inf, points, tight)
@@ -73,7 +79,7 @@ def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, accelerat
     return law.slower(slowing(closest(run, law, limits, feed_rate, 20)[:, 0]))
 
 
-def _finer(law: TimeLaw, beyond: "np.typing.NDArray[np.bool_]") -> Points:
+def _finer(law: TimeLaw, beyond: npt.NDArray[np.bool_]) -> Points:
     """Points of a law that was found, more of them where limits are exceeded in between, and in its longest pieces."""
     wide = beyond | np.append(beyond[1:], False) | np.insert(beyond[:-1], 0, False)
     spare = _count(beyond.size + int(wide.sum())) - beyond.size - int(wide.sum())
