@@ -1,6 +1,7 @@
 """The finishing cell: forces in closed form, the same bits whole and step by step, seeds, executors, journals."""
 
 import copy
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -11,6 +12,7 @@ import hwsim
 import sdpgrind
 from hwsim._log import same
 from hwsim.protocols import FOREVER
+from sdpgrind import finishing
 
 FORCE = 1.11
 STEP = AXIS.torque_step / lever(problem())  # N: the converter knows no finer force
@@ -41,6 +43,18 @@ def test_the_motor_presses_as_its_torque_constant_has_it():
 def test_a_load_torque_is_taken_from_the_contact_whole(kind):
     plain, loaded = (float(outcome(cell(problem(), load_torque=load), kind).normal_force[0]) for load in (0.0, 0.01))
     assert plain - loaded == pytest.approx(0.01 / lever(problem()), abs=1.5 * STEP)
+
+
+def test_a_load_torque_is_measured_on_the_way_down_and_then_taken_into_account():
+    """A larger gap gives a free motion from which the load torque is told; a controller that knows it holds the force."""
+    of = problem()
+    plant = cell(of, load_torque=0.01).replace(gap=2.0)
+    log = hwsim.run(plant, controller(of, "damped"), parts=4, rng=1)
+    until = float(log.outcome.touch_down.min()) - AXIS.sample_time
+    known = finishing.identify(log, "load_torque", axis=AXIS, until=until)
+    assert known["load_torque"] == pytest.approx(0.01, abs=4 * known.covariance[0, 0] ** 0.5) and known.covariance[0, 0] < 1e-6
+    told = outcome(plant, load_torque=known["load_torque"])
+    assert abs(log.outcome.normal_force[0] - FORCE) > 0.1 > 5 * abs(told.normal_force[0] - FORCE)
 
 
 def test_weight_presses_on_a_flat_surface():
@@ -192,6 +206,14 @@ def test_a_controller_at_another_pace_goes_step_by_step():
     log = hwsim.run(plant, controller(of, "damped"))
     assert log.outcome.normal_force[0] == pytest.approx(FORCE, abs=2 * STEP)
     np.testing.assert_allclose(np.diff(log["controller"].time.values)[:-1], 1e-3, rtol=1e-9)
+
+
+def test_cells_and_controllers_travel_to_other_processes():
+    of = problem(friction_ratio=0.3)
+    plant, found = hwsim.FinishingCell(of, scatter=hwsim.CellScatter()), controller(of)
+    log = hwsim.run(plant, found, rng=7)
+    again = pickle.loads(pickle.dumps((plant, found)))
+    assert same(hwsim.run(*again, rng=7), log)
 
 
 def test_seeds_and_executors():

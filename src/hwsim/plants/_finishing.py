@@ -33,16 +33,17 @@ class FinishingCell(Frozen):
     at the angle theta of the real surface and the direction psi of the real feed; below 0.5 mm/s friction falls with the speed.
     Between rows a motion is a straight line.
 
-    The tool starts above the surface and is brought down by the controller. A part ends when its motion is played.
+    The tool starts above the surface and is brought down by the controller: from that free motion the load torque can be told,
+    `sdpgrind.finishing.identify`, if the gap is some mm. A part ends when its motion is played.
 
     Outcome of a part: ``time`` and ``touch_down`` (s); over the motion ``normal_force`` (N, mean) with its ``normal_force_sd``,
     ``_min`` and ``_max``, ``force_error`` (N, rms off the force that is wanted), the share of time without contact ``lift_off``,
-    ``feed`` and ``feed_sd`` (mm/s, of the contact), the largest ``path_deviation`` (mm, in the surface, across the planned
-    direction); ``roughness_ra`` (mm, drawn from the model at the mean force), ``extrapolated`` (1: outside the model's range; NaN
-    roughness: a pattern that it does not know), ``timed_out``; the hidden ``true_torque_constant`` (N m/A),
-    ``true_contact_angular_stiffness`` (N m/rad), ``true_friction_ratio`` and ``true_load_torque`` (N m). At no more than 5000
-    ticks: ``sample_time`` (s), ``true_normal_force`` (N, mean of the tick), ``true_feed`` (mm/s), ``height_error`` (mm, what the
-    tool must follow), ``true_x`` and ``true_y`` (mm, of the contact).
+    ``feed`` and ``feed_sd`` (mm/s, of the contact, which runs a longer way than planned where the table overshoots), the largest
+    ``path_deviation`` (mm, in the surface, across the planned direction); ``roughness_ra`` (mm, drawn from the model at the mean
+    force), ``extrapolated`` (1: outside the model's range; NaN roughness: a pattern that it does not know), ``timed_out``; the
+    hidden ``true_torque_constant`` (N m/A), ``true_contact_angular_stiffness`` (N m/rad), ``true_friction_ratio`` and
+    ``true_load_torque`` (N m). At no more than 5000 ticks: ``sample_time`` (s), ``true_normal_force`` (N, mean of the tick),
+    ``true_feed`` (mm/s), ``height_error`` (mm, what the tool must follow), ``true_x`` and ``true_y`` (mm, of the contact).
 
     Parameters
     ----------
