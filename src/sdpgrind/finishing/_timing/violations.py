@@ -45,7 +45,7 @@ class Violation(NamedTuple):
 
     @property
     def held(self) -> bool:
-        """Whether no limit is exceeded."""
+        """Whether no limit is exceeded: a ratio <= 1, dimensionless."""
         return self.ratio <= 1 + SLACK
 
     def __str__(self) -> str:
