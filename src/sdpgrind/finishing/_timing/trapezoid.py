@@ -6,7 +6,6 @@ from math import sqrt
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.finishing._timing.time_law import TimeLaw, integrated
 
@@ -106,11 +105,3 @@ def double_s_peaks(shape: Trapezoid, jerk: float) -> tuple[float, float, float]:
         return v, a, jerk
     a = min(shape.acceleration, (length * jerk**2 / 2) ** (1 / 3))  # two ramps fill the way: L = v (v/a + a/j)
     return (sqrt((a * a / jerk) ** 2 + 4 * length * a) - a * a / jerk) / 2, a, jerk
-
-
-def peak_feed(law: TimeLaw) -> float:
-    """Greatest feed of a law, mm/s: it is where a piece of acceleration 0 begins, or within a piece."""
-    turning = np.where(law.jerk < 0, -law.acceleration / np.where(law.jerk < 0, law.jerk, -1.0), 0.0)
-    inside = np.clip(turning, 0.0, np.diff(law.knots))
-    feed: Floats = law.feed + inside * (law.acceleration + inside * law.jerk / 2)
-    return float(feed.max())
