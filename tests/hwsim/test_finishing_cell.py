@@ -202,8 +202,11 @@ def test_whole_parts_that_are_broken_off_too(monkeypatch):
 
 def test_a_controller_at_another_pace_goes_step_by_step():
     of = problem()
-    plant = cell(of, sample_time=5e-4).replace(axis=AXIS.replace(sample_time=5e-4))
+    plant = cell(of).replace(axis=AXIS.replace(sample_time=5e-4))
     log = hwsim.run(plant, controller(of, "damped"))
+    assert same(
+        hwsim.run(plant.replace(truth=truth(of, sample_time=0.1)), controller(of, "damped")), log
+    )  # the cell has the clock
     assert log.outcome.normal_force[0] == pytest.approx(FORCE, abs=2 * STEP)
     np.testing.assert_allclose(np.diff(log["controller"].time.values)[:-1], 1e-3, rtol=1e-9)
 

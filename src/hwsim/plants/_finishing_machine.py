@@ -42,7 +42,7 @@ class FinishingPart:
         field = truth.height
         self._waves = np.column_stack([field.waves, field.phases, field.amplitudes])
         self._loop = loop_of(truth.table, cell.tick)
-        self._cell, self._axis = _settings(setup), np.array(truth.axis.parameters, dtype=float)
+        self._cell, self._axis = _settings(setup), truth.axis.replace(sample_time=cell.tick).parameters
         self._state, self._axis_state = np.zeros(core.STATES), np.zeros(torque_axis.STATES)
         self._state[core.TOUCHED], self._state[core.EVERY] = -1.0, 1.0
         self._state[core.FORCE_MIN] = math.inf

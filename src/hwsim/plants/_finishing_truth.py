@@ -19,8 +19,8 @@ class CellTruth(Frozen):
     Parameters
     ----------
     axis : TorqueAxis
-        Inertia (kg m^2), stiffness of the contact (N m/rad) and torque constant (N m/A) count; encoder and converter are the
-        cell's own.
+        Inertia (kg m^2), stiffness of the contact (N m/rad) and torque constant (N m/A) count; lever arm, encoder, converter and
+        sample time are the cell's own.
     friction_ratio : float
         Tangential over normal force.
     load_torque : float
