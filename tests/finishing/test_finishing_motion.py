@@ -161,3 +161,22 @@ def test_refused_at_the_planner():
         finishing.plan(EASY.replace(wrist_radius=700.0))
     with pytest.raises(ValueError, match=r"time must be in \[0, .*\] \(s\); got -1.0"):
         finishing.plan(EASY).at(-1.0)
+
+
+def test_without_limits_of_jerk_nothing_is_faster_than_min_time(motion):
+    """Slower with them than the trapezoid, whose acceleration jumps; without, the fastest of the three."""
+    problem = EASY.replace(arm=EASY.arm.replace(jerk_max=None))
+    free, held = finishing.plan(problem, method="min_time"), finishing.plan(EASY, method="min_time")
+    assert free.duration < finishing.plan(problem).duration < held.duration
+    assert held.worst_violation.ratio <= 1.001 and free.worst_violation.ratio <= 1.001
+    third = np.array(EASY.arm.jerk_max) * 1e-3
+    step = np.diff(held.at(np.arange(0.0, held.duration, 1e-3)).joints, 3, axis=0) / 1e-9
+    assert np.all(np.abs(step) * 1e-3 <= 1.02 * third)
+
+
+def test_through_rounded_corners_is_faster():
+    problem = EASY.replace(arm=EASY.arm.replace(jerk_max=None))
+    stops = finishing.plan(problem, method="min_time")
+    through = finishing.plan(problem.replace(path=FLAT.blended()), method="min_time")
+    assert through.duration < 0.9 * stops.duration and through.feed[1:-1].min() > 0
+    assert through.worst_violation.ratio <= 1.001

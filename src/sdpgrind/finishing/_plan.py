@@ -28,9 +28,10 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     """Plan the motion along a path: poses by Wang (1), joints in closed form, and a time law that keeps the limits.
 
     ``"trapezoid"``: rest at every sharp corner, in between a trapezoid of feed (Wang, figure 9), slower where a joint asks for
-    it. ``"toppra"``: the fastest law under the limits of speed and acceleration, by the package toppra (extra ``toppra``).
-    ``"min_time"``: the fastest one under these and the limits of jerk, by CasADi. All three rest at corners that are sharp: plan
-    ``path.blended()`` to go through without.
+    it; its acceleration jumps. ``"toppra"``: the fastest law under the limits of speed and acceleration, by the package toppra
+    (extra ``toppra``). ``"min_time"``: the fastest one, also under the limits of jerk, for which it takes longer than a
+    trapezoid does where there are many corners; an arm with ``jerk_max=None`` has none. All three rest at corners that are
+    sharp: plan ``path.blended()`` to go through without, where a trapezoid makes little sense.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ class Arm(Frozen):
     position_min, position_max : tuple of float
         Limits of q1 to q5 (rad) and of the table's X and Y (mm).
     speed_max, acceleration_max, jerk_max : tuple of float
-        Per s, s^2 and s^3.
+        Per s, s^2 and s^3; jerk_max None: the accelerations may jump.
 
     Raises
     ------
@@ -67,7 +67,7 @@ class Arm(Frozen):
     position_max: tuple[float, ...]
     speed_max: tuple[float, ...]
     acceleration_max: tuple[float, ...]
-    jerk_max: tuple[float, ...]
+    jerk_max: tuple[float, ...] | None
 
     names: ClassVar[tuple[str, ...]] = NAMES
     units: ClassVar[tuple[str, ...]] = UNITS
@@ -78,6 +78,8 @@ class Arm(Frozen):
         for name in ("a2", "a3"):
             checks.positive(name, getattr(self, name), "mm")
         for name in ("position_min", "position_max", "speed_max", "acceleration_max", "jerk_max"):
+            if name == "jerk_max" and self.jerk_max is None:
+                continue
             object.__setattr__(self, name, _seven(name, getattr(self, name), positive=not name.startswith("position")))
         for joint, unit, low, high in zip(NAMES, UNITS, self.position_min, self.position_max, strict=True):
             if low >= high:

@@ -119,7 +119,7 @@ class AxisRecord:
             ax = plt.figure(figsize=(7, 4), layout="constrained").add_subplot()
         ax.plot(self.time, self.normal_force.T, color="C0", linewidth=0.7, alpha=0.5)
         ax.axhline(self.target, color="k", linewidth=0.7)
-        ax.set(xlabel="time (s)", ylabel="normal force (N)")
+        ax.set(xlabel="time [s]", ylabel="normal force [N]")
         return ax
 
     @property
