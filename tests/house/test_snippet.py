@@ -111,6 +111,29 @@ log.outcome; log.plot()
 """  # noqa: E501 as it is written
 
 
+FINISHING = """
+import hwsim
+from sdpgrind import finishing as fin, units
+
+surface = fin.preset("nominal").surface                            # or fin.Surface.bspline(control_points, degree=(3, 3)), .nurbs(...)
+path = fin.hilbert(surface, order=5, mapping="equal_area")         # or fin.zigzag(surface, pitch=0.2, mapping="equal_spacing")
+path.metrics(footprint_radius=0.8); path.plot()                    # lengths, gaps, cell-area CV, coverage, with the sampling used
+problem = fin.FinishingProblem(path, arm=fin.Arm.generic(), contact_angle=units.deg(30), lever_arm=95.0,
+                               heading="fixed", feed_rate=25.0)    # joint limits are the arm's
+motion = fin.plan(problem)                                         # method="trapezoid" | "toppra" | "min_time"
+motion.poses, motion.joints, motion.time, motion.worst_violation; motion.plot()     # names what is violated, and where
+
+axis = fin.TorqueAxis()
+controllers = {kind: fin.TorqueController(axis, motion, normal_force=1.11, kind=kind) for kind in ("constant", "pidff", "lqg")}
+controllers["pidff"].poles                                         # always with the observer
+log = hwsim.run(hwsim.FinishingCell(problem), controllers["lqg"], rng=0)            # force trace, feed achieved, roughness
+hwsim.compare(hwsim.FinishingCell(problem), controllers, parts=5, rng=0).plot()
+
+study = fin.Study.published("wang-2001")                           # or fin.Study(fin.orthogonal_array("L18"), factors, response, ratio="smaller")
+study.anova(); study.best(); study.predict(study.best(), confirm=1); study.power(rng=0); study.next_runs(3); print(study.report())
+"""  # noqa: E501 as it is written
+
+
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
     pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -163,6 +186,18 @@ def test_the_tour_of_the_locus_runs_as_written(elsewhere):
     assert 0 < design.gain < design.violation_free < design.stable
     assert set(names["controller"].command) == {"u", "v"}
     assert names["log"].outcome.sizes["part"] == 5 and names["log"].outcome.slack.min() > -1.0  # W
+    assert not list(elsewhere.iterdir())
+
+
+def test_the_tour_of_finishing_runs_as_written(elsewhere, capsys):
+    names: dict = {}
+    exec(compile(FINISHING, "finishing", "exec"), names)
+    motion, outcome = names["motion"], names["log"].outcome
+    assert motion.worst_violation.held and len(motion.poses) == len(motion.joints) == len(motion.time)
+    assert names["controllers"]["pidff"].poles.slowest < 40.0  # 1/s: slower than its observer alone
+    assert outcome.normal_force.item() == pytest.approx(1.11, abs=0.02) and 3e-3 < outcome.roughness_ra.item() < 5e-3
+    assert motion.mean_feed < outcome.feed.item() < 25.0  # mm/s; the table overshoots at corners
+    assert "normal_force" in capsys.readouterr().out
     assert not list(elsewhere.iterdir())
 
 
