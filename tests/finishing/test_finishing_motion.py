@@ -180,3 +180,13 @@ def test_through_rounded_corners_is_faster():
     through = finishing.plan(problem.replace(path=FLAT.blended()), method="min_time")
     assert through.duration < 0.9 * stops.duration and through.feed[1:-1].min() > 0
     assert through.worst_violation.ratio <= 1.001
+
+
+def test_a_job_tells_every_path_from_every_other():
+    flat, nurbs = finishing.flat_surface(16.0), finishing.Surface.nurbs
+    bent = nurbs(flat.control_points, [[1.0, 1.0], [1.0, 2.0]], degree=(1, 1))
+    changes = [{"surface": flat.replace(outward=-1)}, {"surface": bent}, {"mapping": "equal_area"}, {"pattern": "mine"}]
+    paths = [FLAT, FLAT.blended(0.01), FLAT.reversed(), *(FLAT.replace(**change) for change in changes)]
+    jobs = [EASY.replace(path=path).job["path_digest"] for path in paths]
+    assert len(set(jobs)) == len(jobs)
+    assert EASY.replace(path=finishing.hilbert(flat, 3, mapping="parametric")).job == EASY.job

@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -12,7 +13,7 @@ from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.stored import encode, stored
 from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
 from sdpgrind.finishing._arm.tool import HEADINGS, tool_poses
@@ -166,7 +167,7 @@ class FinishingProblem(Frozen):
         """
         return feed_angle(samples.tangent, samples.normal, self.tool_poses(samples))
 
-    @property
+    @cached_property
     def job(self) -> Mapping[str, object]:
         """Part and machine, name -> (value, unit); nothing that is estimated."""
         held = {"contact_angle": (float(self.contact_angle), "rad"), "lever_arm": (float(self.lever_arm), "mm")}
@@ -197,8 +198,4 @@ class FinishingProblem(Frozen):
 
 def _digest(path: Path) -> str:
     """Twelve digits that tell a path from every other."""
-    taken = hashlib.sha256()
-    for array in (path.nodes, path.surface.control_points):
-        taken.update(np.ascontiguousarray(array, dtype=float).tobytes())
-    taken.update(f"{path.mapping} {path.deviation!r}".encode())
-    return taken.hexdigest()[:12]
+    return hashlib.sha256(encode(path).encode()).hexdigest()[:12]

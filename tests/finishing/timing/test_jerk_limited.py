@@ -82,6 +82,27 @@ def test_windows_are_as_good_as_the_whole(monkeypatch):
     assert cut.duration == pytest.approx(whole.duration, rel=5e-3)
 
 
+def test_a_window_that_is_not_solved_is_left_by_the_way_to_rest_of_the_one_before(monkeypatch):
+    """Slower, but within every limit, and at rest where the window before had meant to end."""
+    run = part(wavy(6), 4.0, 16.0)
+    monkeypatch.setattr(jerk_limited, "SIZES", (16,))
+    whole = fastest(run, SMOOTH)
+    solved, calls = jerk_limited._window, []
+
+    def second_fails(*given):
+        calls.append(given)
+        if len(calls) % 3 == 2:
+            raise jerk_limited.LawError
+        return solved(*given)
+
+    monkeypatch.setattr(jerk_limited, "_window", second_fails)
+    law = jerk_limited.jerk_limited_law(run, SMOOTH, 25.0, None)
+    assert len(calls) >= 4, "it takes no windows"
+    assert worst_violation([run], [law], SMOOTH, 25.0, refine=20).ratio <= 1 + 1e-6
+    assert law.duration > whole.duration and law.end == pytest.approx(16.0, abs=1e-9)
+    assert np.min(law.feed[1:-1]) < 1e-6 * 25.0
+
+
 def test_a_limit_of_the_paths_own_acceleration():
     run = SHORT[1]
     (law,) = time_laws([run], SMOOTH, feed_rate=25.0, acceleration=150.0, method="min_time")

@@ -132,19 +132,27 @@ def _count(least: float) -> int:
 
 
 def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points, tight: Floats) -> TimeLaw:
-    """Law over all points, window by window."""
-    count, size = points.length.size - 1, min(points.length.size - 1, SIZES[-1])
-    begin, state, margin = 0, np.array([points.length[0], 0.0, 0.0]), MARGIN if count > size else 0.0
-    durations, jerks = [], []
+    """Law over all points, window by window; where one is not solved, the way to rest that the one before had found is taken."""
+    count = points.length.size - 1
+    begin, state, margin = 0, np.array([points.length[0], 0.0, 0.0]), MARGIN if count > SIZES[-1] else 0.0
+    pieces: list[tuple[Floats, Floats]] = []
+    to_rest: tuple[Floats, Floats] | None = None
     while begin < count:
+        size = min(count - begin, SIZES[-1])
         window = Points(*(row[begin : begin + size + 1].copy() for row in points))
-        kept = size if begin + size == count else size // 2
-        t, j = _window(run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1], margin)
-        state = _after(state, t[:kept], j[:kept])
-        durations.append(t[:kept])
-        jerks.append(j[:kept])
+        try:
+            t, j = _window(run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1], margin)
+            kept = size if begin + size == count else size // 2
+            pieces.append((t[:kept], j[:kept]))
+            state, to_rest = _after(state, *pieces[-1]), (t[kept:], j[kept:])
+        except LawError:
+            if to_rest is None:
+                raise
+            pieces.append(to_rest)
+            kept, to_rest = to_rest[0].size, None
+            state = np.array([points.length[begin + kept], 0.0, 0.0])
         begin += kept
-    t, j = np.concatenate(durations), np.concatenate(jerks)
+    t, j = (np.concatenate(column) for column in zip(*pieces, strict=True))
     return integrated(float(points.length[0]), t, np.concatenate([[0.0], np.cumsum(t * j)[:-1]]), j)
 
 
