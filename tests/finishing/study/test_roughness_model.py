@@ -224,6 +224,23 @@ def test_refusals(call, message):
         call()
 
 
+@settings(max_examples=100, deadline=None)
+@given(st.sampled_from(["hilbert4", "zigzag", "spiral"]), st.floats(-1.0, 6.0) | st.just(np.nan), st.floats(-1.0, 3.0))
+def test_what_is_covered_needs_no_extrapolation(pattern, diameter, force):
+    try:
+        MODEL.law(pattern, diameter, force)
+    except ValueError:
+        assert not MODEL.covers(pattern, diameter, force)
+    else:
+        assert MODEL.covers(pattern, diameter, force)
+
+
+def test_the_ends_of_the_ranges_are_covered():
+    ends = np.array(MODEL.normal_force_range)
+    assert MODEL.covers("hilbert5", 3.0, ends) and MODEL.covers(["hilbert4", "zigzag"], 4.0, ends)
+    assert not MODEL.covers("hilbert5", 3.0, ends * [1.0, 1.001]) and not MODEL.covers(["hilbert4", "spiral"], 4.0, ends)
+
+
 def test_outside_on_request():
     assert float(MODEL.law("zigzag", 5.0, 2.0, extrapolate=True).mean) > 0
 

@@ -99,6 +99,35 @@ class RoughnessModel(Frozen):
         """Standard errors of the coefficients, unit 1."""
         return np.sqrt(np.diag(np.asarray(self.covariance)))
 
+    def covers(self, pattern: Any, tool_diameter: npt.ArrayLike, normal_force: npt.ArrayLike) -> bool:
+        """Return whether the model is known there: so that `law` needs no ``extrapolate=True``.
+
+        Parameters
+        ----------
+        pattern : str or array of str
+            Of any name.
+        tool_diameter, normal_force : float or array
+            mm and N; of NaN the answer is no.
+
+        Returns
+        -------
+        bool
+            Of arrays: whether it holds of all.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing as fin
+        >>> model = fin.RoughnessModel.published()
+        >>> model.covers("zigzag", 4.0, 1.1), model.covers("zigzag", 6.0, 1.1), model.covers("spiral", 4.0, 1.1)
+        (True, False, False)
+        """
+        known = np.isin(np.asarray(pattern), PATTERNS)
+        inside = (
+            _inside(np.asarray(tool_diameter, dtype=float), self.tool_diameter_range),
+            _inside(np.asarray(normal_force, dtype=float), self.normal_force_range),
+        )
+        return bool(np.all(known)) and all(bool(np.all(each)) for each in inside)
+
     def law(
         self,
         pattern: Any,
@@ -258,11 +287,16 @@ class RoughnessModel(Frozen):
         array = checks.finite_array(name, value, unit)
         if np.any(array <= 0):
             raise checks.refuse(name, "> 0", float(array.min()), unit)
-        outside = (array < ends[0] * (1 - 1e-9)) | (array > ends[1] * (1 + 1e-9))
+        outside = ~_inside(array, ends)
         if np.any(outside) and not extrapolate:
             rule = f"in [{ends[0]:g}, {ends[1]:g}], where the model is known, or extrapolate=True given"
             raise checks.refuse(name, rule, float(array[outside].flat[0]), unit)
         return array
+
+
+def _inside(array: Floats, ends: tuple[float, float]) -> npt.NDArray[np.bool_]:
+    """Whether values are in a range, up to rounding; NaN is not."""
+    return np.asarray((array >= ends[0] * (1 - 1e-9)) & (array <= ends[1] * (1 + 1e-9)))
 
 
 def _tuples(array: Floats) -> Any:
