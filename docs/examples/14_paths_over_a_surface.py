@@ -101,7 +101,7 @@ except ValueError as error:
 # In practice
 # -----------
 # Begin with "equal_area" for a Hilbert path, with "equal_spacing" for a zigzag or "geodesic" where lines of the parameters bend;
-# and with a pitch of 1.4 times the radius of the footprint, not of twice. A zigzag covers better with the same length and has far
-# fewer corners. In Wang and Jan's experiment the finer of two fractal paths left the smoothest surface nevertheless; but they
-# print the pitch of neither.
+# and with a pitch of 1.4 times the radius of the footprint, for a zigzag of a little less than twice. A zigzag covers better with
+# the same length and has far fewer corners. In the experiment of Wang and Jan the finer of two fractal paths left the smoothest
+# surface nevertheless; but they print the pitch of neither.
 plt.show()
