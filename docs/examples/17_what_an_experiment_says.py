@@ -87,7 +87,7 @@ for pattern in ("hilbert5", "zigzag", "hilbert4"):
     (line,) = ax.plot(force, median, label=pattern)
     ax.fill_between(force, median * np.exp(-2 * model.residual_sd), median * np.exp(2 * model.residual_sd), alpha=0.2)
     settings = study.settings
-    ours = (settings["path_pattern"] == pattern) & (settings["tool_diameter"] == 4.0)
+    ours = (settings["pattern"] == pattern) & (settings["tool_diameter"] == 4.0)
     ax.plot(settings["normal_force"][ours], 1e3 * study.readings[ours, 0], "o", color=line.get_color())
 ax.set(xlabel="normal force [N]", ylabel="R_a with the tool of 4 mm [um]", ylim=(0, None))
 ax.legend(frameon=False, fontsize=8)

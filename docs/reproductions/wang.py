@@ -74,7 +74,7 @@ row("S/N of 5 um as the formula is printed [dB]", "6.021", -13.979, float(finish
 table = study.anova()
 TABLE_3 = {
     "tool_diameter": ("22.862", 22.86223, "20.2", 20.2, 22.497, 19.907, 62.536),
-    "path_pattern": ("52.549", 52.54950, "46.5", 46.5, 51.818, 45.854, 71.870),
+    "pattern": ("52.549", 52.54950, "46.5", 46.5, 51.818, 45.854, 71.870),
     "feed_rate": ("0.453", 0.45308, "0.4", 0.4, -0.278, -0.246, 0.620),
     "normal_force": ("33.487", 33.48709, "29.6", 29.6, 32.756, 28.986, 45.799),
 }
@@ -106,7 +106,7 @@ row("mean S/N at 1.111 N [dB]", "-", 5.541, means[1.111], 1e-3)
 row("mean S/N at 1.667 N [dB]", "-", 5.386, means[1.667], 1e-3)
 row("best force [N]", "1.667", 1.111, best["normal_force"], 0.0, "1.111 N is 0.155 dB better, a tie")
 row("chance of that difference without an effect", "-", 0.67, best.ties[0].p, 0.01)
-kept = {"tool_diameter": 4.0, "path_pattern": "hilbert5", "normal_force": 1.111}
+kept = {"tool_diameter": 4.0, "pattern": "hilbert5", "normal_force": 1.111}
 found = study.predict(kept, confirm=1)
 row("4 mm, order 5, 1.111 N: S/N [dB]", "-", 8.951, found.mean, 1e-3)
 row("the same as roughness [um]", "-", 3.568, 1e3 * found.response, 1e-3)

@@ -107,8 +107,8 @@ class FinishingStudy:
 
         level = float(self.prediction.response or 0.0) if tolerance is None else tolerance
         held = {"tool_diameter": self.best["tool_diameter"], "normal_force": self.best["normal_force"]}
-        settings = {name: {"pattern": name, **held} for name in map(str, self.study.levels("path_pattern"))}
-        pattern, time = self.study.settings["path_pattern"], self.outcome["time"].mean(axis=1)
+        settings = {name: {"pattern": name, **held} for name in map(str, self.study.levels("pattern"))}
+        pattern, time = self.study.settings["pattern"], self.outcome["time"].mean(axis=1)
         charges = {name: machine_charge * float(time[pattern == name].mean()) for name in settings}
         charge = sdp.Linear(roughness_charge, tolerance=level)
         problem = finishing.refinish_problem(
@@ -137,7 +137,7 @@ def finishing_study(
     cell: "FinishingCell",
     *,
     tool_diameter: Sequence[float] = (4.0, 3.0),
-    path_pattern: Sequence[str] = ("hilbert5", "hilbert4", "zigzag"),
+    pattern: Sequence[str] = ("hilbert5", "hilbert4", "zigzag"),
     feed_rate: Sequence[float] = (12.5, 25.0, 37.5),
     normal_force: Sequence[float] = (0.556, 1.111, 1.667),
     pitch: float = 0.2,
@@ -157,7 +157,7 @@ def finishing_study(
         The cell: surface, arm, axis, and how parts differ. Its own path is used by none of the runs.
     tool_diameter : sequence of 2 floats
         mm.
-    path_pattern : sequence of 3 names
+    pattern : sequence of 3 names
         "hilbert4", "hilbert5", "zigzag": those that the model of roughness knows. Pitches are as the surface of the cell is wide.
     feed_rate, normal_force : sequence of 3 floats
         mm/s and N.
@@ -194,20 +194,20 @@ def finishing_study(
     >>> from sdpgrind import finishing
     >>> cell = hwsim.FinishingCell(finishing.preset("specimen"), scatter=hwsim.CellScatter())
     >>> found = hwsim.finishing_study(cell, rng=1)
-    >>> found.best["path_pattern"], found.study.anova()["path_pattern"].p < 0.01
+    >>> found.best["pattern"], found.study.anova()["pattern"].p < 0.01
     ('hilbert5', True)
     """
     replicates, confirm = checks.count("replicates", replicates), checks.count("confirm", confirm)
     check_helpers(None, progress)
     factors = {
         "tool_diameter": tuple(tool_diameter),
-        "path_pattern": tuple(path_pattern),
+        "pattern": tuple(pattern),
         "feed_rate": tuple(feed_rate),
         "normal_force": tuple(normal_force),
     }
     bench = _Bench(cell, checks.positive("pitch", pitch, "mm"), kind, method, None if folder is None else Path(folder))
-    for pattern in path_pattern:  # refuse what the model of roughness does not know
-        bench.refuse_unknown(pattern)
+    for name in pattern:  # refuse what the model of roughness does not know
+        bench.refuse_unknown(name)
     *of_runs, of_confirmation = children(rng, len(_settings(factors)) + 1)
     logs = []
     for k, setting in enumerate(_settings(factors)):
@@ -268,12 +268,12 @@ class _Bench:
 
     def _problem(self, setting: Mapping[str, Any]) -> Any:
         changes = {name: setting[name] for name in ("tool_diameter", "feed_rate")}
-        return self._cell.problem.replace(path=self._path(setting["path_pattern"]), **changes)
+        return self._cell.problem.replace(path=self._path(setting["pattern"]), **changes)
 
     def _motion(self, setting: Mapping[str, Any]) -> Any:
         from sdpgrind import finishing
 
-        key = setting["path_pattern"], setting["feed_rate"]
+        key = setting["pattern"], setting["feed_rate"]
         if key not in self._motions:
             self._motions[key] = finishing.plan(self._problem(setting), method=self._method)
         return self._motions[key]

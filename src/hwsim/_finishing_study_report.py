@@ -25,7 +25,7 @@ def _runs(found: Any) -> Iterator[str]:
     yield f"What the cell did: {out['time'].size + len(found.confirmation)} specimens, {hours:.2f} h of its time"
     yield "  ".join(f"{head:>11}" for head in _HEADS)
     for k in range(found.study.runs):
-        row = [settings[name][k] for name in ("tool_diameter", "path_pattern", "feed_rate", "normal_force")]
+        row = [settings[name][k] for name in ("tool_diameter", "pattern", "feed_rate", "normal_force")]
         names = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation", "roughness_ra")
         held, sd, off, fed, away, rough = (float(np.mean(out[name][k])) for name in names)
         made = f"{held:.3f}", f"{sd:.3f}", f"{off:.3f}", f"{fed:.1f}", f"{away:.3f}", f"{_UM * rough:.2f}"

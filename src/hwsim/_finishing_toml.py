@@ -134,7 +134,7 @@ def _study(table: Table) -> dict[str, Any]:
     """What a study varies, and how often; all of it may be left out."""
     levels: dict[str, Any] = {key: tuple(table.list_of(key, unit)) for key, unit in _LEVELS.items() if table.has(key)}
     levels |= table.given({"pitch": "mm"})
-    levels |= {key: table.take(key) for key in ("path_pattern", "replicates") if table.has(key)}
+    levels |= {key: table.take(key) for key in ("pattern", "replicates") if table.has(key)}
     table.done()
     return levels
 

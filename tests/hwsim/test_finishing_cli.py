@@ -293,8 +293,8 @@ def studied(study_job, remembered):
 def test_a_study_finds_what_was_put_in(studied):
     truth = finishing.RoughnessModel.published()
     table = studied.study.anova()
-    assert all(table[name].p < 1e-3 for name in ("tool_diameter", "path_pattern", "normal_force"))
-    assert studied.best["tool_diameter"] == 4.0 and studied.best["path_pattern"] == "hilbert5"
+    assert all(table[name].p < 1e-3 for name in ("tool_diameter", "pattern", "normal_force"))
+    assert studied.best["tool_diameter"] == 4.0 and studied.best["pattern"] == "hilbert5"
     off = (np.array(studied.model.coefficients) - truth.coefficients) / studied.model.standard_errors
     assert np.abs(off).max() < 3.5 and 0.04 < studied.model.residual_sd < 0.12
     assert studied.held == (abs(studied.confirmed - studied.prediction.mean) <= studied.prediction.ci_confirm)
@@ -325,7 +325,7 @@ def test_what_is_left_is_handed_to_the_planner(studied):
     costs = [float(policy.value(roughness=2 * tolerance, passes_left=k)) for k in (1, 2, 3)]
     assert costs[0] > costs[1] > costs[2] > 0
     law = studied.model.law("hilbert5", 4.0, studied.best["normal_force"])
-    time = studied.outcome["time"][studied.study.settings["path_pattern"] == "hilbert5"].mean()
+    time = studied.outcome["time"][studied.study.settings["pattern"] == "hilbert5"].mean()
     assert costs[0] == pytest.approx(1e4 * float(law.over(tolerance)) + time / 60, rel=2e-2)  # a table of 401 nodes
     dear = studied.refinishing(passes=3, machine_charge=1e3)
     assert bool(dear.action(roughness=1.2 * tolerance, passes_left=2).stop)

@@ -164,7 +164,7 @@ def test_plans_and_problems_are_told_what_they_want():
     ("options", "message"),
     [
         (
-            {"path_pattern": ("hilbert5", "hilbert3", "zigzag")},
+            {"pattern": ("hilbert5", "hilbert3", "zigzag")},
             "pattern must be one of hilbert4, hilbert5, zigzag; got 'hilbert3'",
         ),
         ({"replicates": 0}, "replicates must be >= 1; got 0"),

@@ -25,7 +25,7 @@ def identify(
     `what`         result and data
     ============== ================================================================================================
     "roughness"    the coefficients of `RoughnessModel` and their scatter, what `FinishingProblem.updated` takes. From a
-                   `Study` with the factors path_pattern, tool_diameter (mm) and normal_force (N), or from these and
+                   `Study` with the factors pattern, tool_diameter (mm) and normal_force (N), or from these and
                    roughness_ra (mm) as arrays of one length
     "load_torque"  T_L (N m), which no controller can tell from the contact torque: `TorqueController` takes it. From the
                    free motion before touch-down: arrays time (s), motor_angle (rad) and current (A, from that time on),

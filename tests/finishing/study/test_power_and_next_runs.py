@@ -9,7 +9,7 @@ from sdpgrind import sdp, units
 
 STUDY = fin.Study.published("wang-2001")
 MODEL = fin.RoughnessModel.published()
-RANKING = ("path_pattern", "normal_force", "tool_diameter", "feed_rate")
+RANKING = ("pattern", "normal_force", "tool_diameter", "feed_rate")
 
 
 def test_the_bars_of_2000_simulated_studies():
@@ -25,7 +25,7 @@ def test_the_bars_of_2000_simulated_studies():
 
 def test_shares_by_the_non_central_law():
     """What each effect's F exceeds, with the true sums of squares; the truth has less effect here, so that shares lie between."""
-    small = {"tool_diameter": 0.15, "path_pattern": 0.3, "feed_rate": 0.2, "normal_force": 0.1}
+    small = {"tool_diameter": 0.15, "pattern": 0.3, "feed_rate": 0.2, "normal_force": 0.1}
     y = np.zeros(18)
     for k, (name, size) in enumerate(small.items()):
         y += size * np.array([-1.0, 1.0, 0.3])[STUDY.run_codes[:, k] % len(STUDY.levels(name))]
@@ -90,7 +90,7 @@ def test_power_of_unbalanced_runs():
     settings = {name: values[:-3].tolist() for name, values in STUDY.settings.items() if name != "feed_rate"}
     study = fin.Study.of_runs(settings, STUDY.readings[:-3, 0], reference=0.01)
     found = study.power(rng=0, runs=400, pool=None)
-    assert found.significant["path_pattern"] > 0.99
+    assert found.significant["pattern"] > 0.99
     assert "type II" in study.anova().method
 
 
@@ -103,7 +103,7 @@ def test_the_next_runs_lie_about_the_best_force():
     assert len(runs) == 3 and forces == sorted(forces)
     assert forces[1] == pytest.approx(MODEL.best_force(), rel=1e-9)
     assert all(1.15 < force < 1.5 for force in forces)
-    assert all(run.settings["path_pattern"] == "hilbert5" and run.settings["tool_diameter"] == 4.0 for run in runs)
+    assert all(run.settings["pattern"] == "hilbert5" and run.settings["tool_diameter"] == 4.0 for run in runs)
     assert all("feed_rate" not in run.settings for run in runs)
     assert "best at 4, the greatest level tried" in runs.notes[0]
     assert "confirms" in runs[1].why and "below the top 1.301" in runs[0].why

@@ -21,7 +21,7 @@ def table_two():
     """Columns straight from the settings: intercept, two patterns, ln d/3.5, ln F/1.111 and its square, ln feed/25; ln R_a."""
     s = STUDY.settings
     x = np.log(s["normal_force"] / 1.111)
-    marks = [s["path_pattern"] == name for name in ("hilbert5", "zigzag")]
+    marks = [s["pattern"] == name for name in ("hilbert5", "zigzag")]
     columns = [np.ones(18), *marks, np.log(s["tool_diameter"] / 3.5), x, x**2, np.log(s["feed_rate"] / 25)]
     return np.column_stack(columns).astype(float), np.log(1e3 * STUDY.readings[:, 0])
 
@@ -137,7 +137,7 @@ def test_from_drawn_data_back_to_the_model():
     rng = np.random.default_rng(11)
     n = 3000
     data = {
-        "path_pattern": rng.choice(["hilbert4", "hilbert5", "zigzag"], n),
+        "pattern": rng.choice(["hilbert4", "hilbert5", "zigzag"], n),
         "tool_diameter": rng.uniform(3, 4, n),
         "normal_force": rng.uniform(0.556, 1.667, n),
     }
@@ -177,7 +177,7 @@ def test_relative_scatter_is_the_same_everywhere(pattern, diameter, force):
 
 
 def of_one_pattern(roughness):
-    settings = {"path_pattern": ["zigzag"] * 8, "tool_diameter": [4.0] * 8, "normal_force": [1.0] * 8}
+    settings = {"pattern": ["zigzag"] * 8, "tool_diameter": [4.0] * 8, "normal_force": [1.0] * 8}
     return settings | {"roughness_ra": [roughness] * 8}
 
 
@@ -192,8 +192,8 @@ REFUSED = [
     (lambda: MODEL.replace(coefficients=[1.0]), r"coefficients must be of shape \(6,\); got \(1,\)"),
     (lambda: MODEL.replace(normal_force_range=(2.0, 1.0)), r"normal_force_range must be two numbers, 0 < low < high \(N\)"),
     (lambda: MODEL.updated(3), r"estimate must be a Estimate, as finishing.identify gives it; got 3"),
-    (lambda: MODEL.responses({"feed_rate": [1.0]}, 0, 1), r"settings must hold path_pattern; got feed_rate"),
-    (lambda: identify_roughness({"path_pattern": ["zigzag"]}), r"data must hold tool_diameter; got path_pattern"),
+    (lambda: MODEL.responses({"feed_rate": [1.0]}, 0, 1), r"settings must hold pattern; got feed_rate"),
+    (lambda: identify_roughness({"pattern": ["zigzag"]}), r"data must hold tool_diameter; got pattern"),
     (lambda: identify_roughness([1.0]), r"data must be a Study or a mapping of arrays"),
     (
         lambda: identify_roughness(of_one_pattern(5.0)),
@@ -209,7 +209,7 @@ REFUSED = [
     ),
     (
         lambda: identify_roughness(of_one_pattern(5e-3) | {"tool_diameter": [4.0]}),
-        r"tool_diameter must have 8 entries, as path_pattern has; got 1",
+        r"tool_diameter must have 8 entries, as pattern has; got 1",
     ),
     (
         lambda: identify_roughness(fin.Study("L4", {"a": (0, 1)}, [1.0, 2.0, 3.0, 4.0], unit="V")),

@@ -21,12 +21,12 @@ def test_the_report_says_what_the_data_cannot_tell():
     for said in (
         "18 runs in the L18(2^1 3^7), 1 reading each",
         "0 dB is 10 um",
-        "tool_diameter [mm]  path_pattern  feed_rate [mm/s]  normal_force [N]",
+        "tool_diameter [mm]   pattern  feed_rate [mm/s]  normal_force [N]",
         "it carries no information on noise",
         "none hides one whole",
         "before pooling",
         "after pooling: rule F < 1: feed_rate counted as error, 2 of its 12 degrees of freedom",
-        "Significant at 5 %: tool_diameter, path_pattern, normal_force. Not seen: feed_rate.",
+        "Significant at 5 %: tool_diameter, pattern, normal_force. Not seen: feed_rate.",
         "feed_rate: 12.5 (arbitrary: no effect is seen)",
         "normal_force: 1.111 (tie: 1.667, 0.155 dB lower, p = 0.67)",
         "mean 8.951 dB (3.568 um)",
@@ -63,7 +63,7 @@ def test_tables_line_up():
     assert len(ends) == 1
     assert lines[3].endswith("F < 1: pool")
     assert repr(WANG) == (
-        "Study(roughness R_a: 18 runs, an L18(2^1 3^7); factors tool_diameter, path_pattern, feed_rate, normal_force)"
+        "Study(roughness R_a: 18 runs, an L18(2^1 3^7); factors tool_diameter, pattern, feed_rate, normal_force)"
     )
 
 
@@ -86,7 +86,7 @@ def test_picture(pyplot):
         np.testing.assert_allclose(axis.lines[0].get_ydata(), [means[factor][level] for level in levels])
         assert [label.get_text() for label in axis.get_xticklabels()] == [f"{x:g}" if isinstance(x, float) else x for x in levels]
     assert panels[0].get_ylabel() == "mean ratio [dB]"
-    assert [axis.get_title() for axis in panels] == ["tool diameter [mm]", "path pattern", "feed rate [mm/s]", "normal force [N]"]
+    assert [axis.get_title() for axis in panels] == ["tool diameter [mm]", "pattern", "feed rate [mm/s]", "normal force [N]"]
     right = figure.axes[4]
     assert right.get_ylabel() == "roughness R_a [um]"
     tick, label = right.get_yticks()[0], right.get_yticklabels()[0].get_text()

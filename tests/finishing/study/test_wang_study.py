@@ -12,7 +12,7 @@ PRINTED_RATIO = [
     6.021, 9.119, 8.519, 1.671, 4.437, 4.437, 7.432, 5.597, 3.414,
     6.936, 4.082, 6.021, 2.499, 3.414, -0.424, 3.414, 0.677, 3.742,
 ]  # fmt: skip
-FACTORS = ("tool_diameter", "path_pattern", "feed_rate", "normal_force")
+FACTORS = ("tool_diameter", "pattern", "feed_rate", "normal_force")
 
 
 def test_the_table_is_the_printed_one():
@@ -20,7 +20,7 @@ def test_the_table_is_the_printed_one():
     assert STUDY.columns == (1, 2, 3, 4)
     settings = STUDY.settings
     assert settings["tool_diameter"].tolist() == [4.0] * 9 + [3.0] * 9
-    assert settings["path_pattern"].tolist() == (["hilbert5"] * 3 + ["hilbert4"] * 3 + ["zigzag"] * 3) * 2
+    assert settings["pattern"].tolist() == (["hilbert5"] * 3 + ["hilbert4"] * 3 + ["zigzag"] * 3) * 2
     assert settings["feed_rate"].tolist() == [12.5, 25.0, 37.5] * 6
     assert settings["normal_force"][9:15].tolist() == [1.667, 0.556, 1.111, 1.111, 1.667, 0.556]
     assert np.all(np.abs(STUDY.readings / units.um(0.25) % 1) < 1e-9), "all are multiples of 0.25 um"
@@ -49,7 +49,7 @@ def test_sums_of_squares_by_level_means():
 
 def test_rounded_ratios_give_other_sums():
     rounded = fin.Study("L18", STUDY.factors, PRINTED_RATIO, ratio="none").anova()
-    assert rounded["path_pattern"].ss == pytest.approx(52.551, abs=6e-4)
+    assert rounded["pattern"].ss == pytest.approx(52.551, abs=6e-4)
     assert rounded["normal_force"].ss == pytest.approx(33.491, abs=6e-4)
 
 
@@ -70,8 +70,8 @@ def test_f_and_p():
     p = [stats.f.sf(table[name].F, table[name].df, 10) for name in FACTORS]
     np.testing.assert_allclose([table[name].p for name in FACTORS], p, rtol=1e-10)
     assert table["feed_rate"].p == pytest.approx(0.56, abs=5e-3)
-    assert table.significant() == ("tool_diameter", "path_pattern", "normal_force")
-    assert table.ranking == ("path_pattern", "normal_force", "tool_diameter", "feed_rate")
+    assert table.significant() == ("tool_diameter", "pattern", "normal_force")
+    assert table.ranking == ("pattern", "normal_force", "tool_diameter", "feed_rate")
 
 
 def test_the_reference_changes_no_sum_of_squares():
@@ -82,7 +82,7 @@ def test_the_reference_changes_no_sum_of_squares():
 
 
 def test_prediction_with_the_feed_pooled():
-    found = STUDY.predict({"tool_diameter": 4, "path_pattern": "hilbert5", "normal_force": 1.111}, confirm=1)
+    found = STUDY.predict({"tool_diameter": 4, "pattern": "hilbert5", "normal_force": 1.111}, confirm=1)
     assert found.mean == pytest.approx(8.951, abs=1e-3)
     assert 1e3 * found.response == pytest.approx(3.568, abs=1e-3)
     assert 1 / found.n_eff == pytest.approx(1 / 3, rel=1e-12)
@@ -94,7 +94,7 @@ def test_prediction_with_the_feed_pooled():
 def test_predictions_of_all_four_factors():
     means = {}
     for force in (1.667, 1.111):
-        levels = {"tool_diameter": 4.0, "path_pattern": "hilbert5", "feed_rate": 12.5, "normal_force": force}
+        levels = {"tool_diameter": 4.0, "pattern": "hilbert5", "feed_rate": 12.5, "normal_force": force}
         found = STUDY.predict(levels)
         means[force] = found.mean
         assert found.ci_mean == pytest.approx(0.898, abs=1e-3)
@@ -104,7 +104,7 @@ def test_predictions_of_all_four_factors():
 
 
 def test_intervals_by_the_formulas():
-    levels = {"tool_diameter": 3.0, "path_pattern": "zigzag", "normal_force": 0.556}
+    levels = {"tool_diameter": 3.0, "pattern": "zigzag", "normal_force": 0.556}
     found = STUDY.predict(levels, confirm=4, confidence=0.9)
     y = STUDY.sn_ratio
     mean = y.mean() + sum(y[STUDY.settings[name] == level].mean() - y.mean() for name, level in levels.items())
@@ -120,7 +120,7 @@ def test_intervals_by_the_formulas():
 
 def test_best_levels_and_ties():
     best = STUDY.best()
-    assert dict(best) == {"tool_diameter": 4.0, "path_pattern": "hilbert5", "feed_rate": 12.5, "normal_force": 1.111}
+    assert dict(best) == {"tool_diameter": 4.0, "pattern": "hilbert5", "feed_rate": 12.5, "normal_force": 1.111}
     assert best.arbitrary == ("feed_rate",)
     (tie,) = best.ties
     assert (tie.factor, tie.level) == ("normal_force", 1.667)
@@ -148,7 +148,7 @@ def test_pooling_keeps_a_record_and_both_tables():
     assert table.error.ss == pytest.approx(3.65585 + 0.45308, abs=2e-5)
     assert abs(table.unpooled["feed_rate"].F - 0.620) < 1e-3
     assert table.unpooled.pooling is None and table.pooling.only_after == ()
-    assert table.significant() == ("tool_diameter", "path_pattern", "normal_force")
+    assert table.significant() == ("tool_diameter", "pattern", "normal_force")
     text = str(table)
     assert text.index("before pooling") < text.index("feed_rate") < text.index("after pooling") < text.rindex("error")
     named = STUDY.anova(pool=["feed_rate"])

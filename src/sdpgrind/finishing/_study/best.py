@@ -65,7 +65,7 @@ class Best(Mapping[str, Level]):
     >>> from sdpgrind import finishing as fin
     >>> fin.Study.published("wang-2001").best()
     tool_diameter: 4
-    path_pattern: hilbert5
+    pattern: hilbert5
     feed_rate: 12.5 (arbitrary: no effect is seen)
     normal_force: 1.111 (tie: 1.667, 0.155 dB lower, p = 0.67)
     """

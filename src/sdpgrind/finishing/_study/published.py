@@ -7,7 +7,7 @@ WANG_2001: dict[str, Any] = {
     "array": "L18",
     "factors": {
         "tool_diameter": (4.0, 3.0),  # mm
-        "path_pattern": ("hilbert5", "hilbert4", "zigzag"),
+        "pattern": ("hilbert5", "hilbert4", "zigzag"),
         "feed_rate": (12.5, 25.0, 37.5),  # mm/s
         "normal_force": (0.556, 1.111, 1.667),  # N
     },

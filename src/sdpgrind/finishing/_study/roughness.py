@@ -218,7 +218,7 @@ class RoughnessModel(Frozen):
         Parameters
         ----------
         settings : mapping of str to array, (n,)
-            With path_pattern, tool_diameter (mm) and normal_force (N); other factors have no effect.
+            With pattern, tool_diameter (mm) and normal_force (N); other factors have no effect.
         rng : int, Generator or SeedSequence
             Source of randomness.
         runs : int
@@ -231,11 +231,11 @@ class RoughnessModel(Frozen):
         array, shape (runs, n)
             R_a, mm.
         """
-        for name in ("path_pattern", "tool_diameter", "normal_force"):
+        for name in ("pattern", "tool_diameter", "normal_force"):
             if name not in settings:
                 raise ValueError(f"settings must hold {name}; got {', '.join(settings)}")
-        at = (settings["path_pattern"], settings["tool_diameter"], settings["normal_force"])
-        size = (checks.count("runs", runs), np.size(settings["path_pattern"]))
+        at = (settings["pattern"], settings["tool_diameter"], settings["normal_force"])
+        size = (checks.count("runs", runs), np.size(settings["pattern"]))
         return self.sample(rng, *at, size=size, rounding=rounding, extrapolate=extrapolate)
 
     def best_force(self) -> float:

@@ -23,7 +23,7 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     Parameters
     ----------
     data : Study or mapping of arrays
-        A study with the factors path_pattern, tool_diameter (mm) and normal_force (N), its readings in mm; or these factors and
+        A study with the factors pattern, tool_diameter (mm) and normal_force (N), its readings in mm; or these factors and
         roughness_ra (mm) as arrays of one length.
     throw : bool
         Raise when the data do not determine the coefficients; else the status says so.
@@ -71,7 +71,7 @@ def _system(data: Any) -> tuple[Floats, Floats]:
     if np.any(rough <= 0) or np.any(rough >= 1):
         worst = rough[(rough <= 0) | (rough >= 1)][0]
         raise checks.refuse("roughness_ra", "in (0, 1); units.um(...) for micrometres", float(worst), "mm")
-    return design(arrays["path_pattern"], arrays["tool_diameter"], arrays["normal_force"]), np.log(1e3 * rough)
+    return design(arrays["pattern"], arrays["tool_diameter"], arrays["normal_force"]), np.log(1e3 * rough)
 
 
 def _of_study(study: Study) -> dict[str, npt.NDArray[Any]]:
@@ -85,17 +85,17 @@ def _of_study(study: Study) -> dict[str, npt.NDArray[Any]]:
 def _of_mapping(data: Any) -> dict[str, npt.NDArray[Any]]:
     if not isinstance(data, Mapping):
         raise TypeError(f"data must be a Study or a mapping of arrays; got {checks.shown(data)}")
-    for name in ("path_pattern", *_SETTINGS, "roughness_ra"):
+    for name in ("pattern", *_SETTINGS, "roughness_ra"):
         if name not in data:
             raise ValueError(f"data must hold {name}; got {', '.join(map(str, data))}")
-    patterns = np.ravel(np.asarray(data["path_pattern"]))
+    patterns = np.ravel(np.asarray(data["pattern"]))
     for name in np.unique(patterns).tolist():
-        checks.one_of("path_pattern", name, PATTERNS)
-    arrays: dict[str, npt.NDArray[Any]] = {"path_pattern": patterns}
+        checks.one_of("pattern", name, PATTERNS)
+    arrays: dict[str, npt.NDArray[Any]] = {"pattern": patterns}
     for name, unit in (*_SETTINGS.items(), ("roughness_ra", "mm")):
         arrays[name] = np.ravel(checks.finite_array(name, data[name], unit))
         if arrays[name].size != patterns.size:
-            raise ValueError(f"{name} must have {patterns.size} entries, as path_pattern has; got {arrays[name].size}")
+            raise ValueError(f"{name} must have {patterns.size} entries, as pattern has; got {arrays[name].size}")
     for name, unit in _SETTINGS.items():
         if np.any(arrays[name] <= 0):
             raise checks.refuse(name, "> 0", float(arrays[name].min()), unit)

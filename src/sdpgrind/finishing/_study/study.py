@@ -167,7 +167,7 @@ class Study(Observations):
         Examples
         --------
         >>> from sdpgrind import finishing as fin
-        >>> row = fin.Study.published("wang-2001").anova()["path_pattern"]
+        >>> row = fin.Study.published("wang-2001").anova()["pattern"]
         >>> round(row.ss, 5), row.df, round(row.F, 3)
         (52.5495, 2, 71.87)
         """
@@ -240,7 +240,7 @@ class Study(Observations):
         --------
         >>> from sdpgrind import finishing as fin
         >>> study = fin.Study.published("wang-2001")
-        >>> found = study.predict({"tool_diameter": 4.0, "path_pattern": "hilbert5", "normal_force": 1.111})
+        >>> found = study.predict({"tool_diameter": 4.0, "pattern": "hilbert5", "normal_force": 1.111})
         >>> round(found.mean, 3), round(found.ci_mean, 3), round(found.ci_confirm, 3)  # dB
         (8.951, 0.736, 1.472)
         """
@@ -286,7 +286,7 @@ class Study(Observations):
         >>> from sdpgrind import finishing as fin
         >>> found = fin.Study.published("wang-2001").power(rng=0)
         >>> found.ranking
-        ('path_pattern', 'normal_force', 'tool_diameter', 'feed_rate')
+        ('pattern', 'normal_force', 'tool_diameter', 'feed_rate')
         >>> 0.03 < found.significant["feed_rate"] < 0.08 and found.ranking_returned > 0.8
         True
         """
