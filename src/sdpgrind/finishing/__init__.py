@@ -17,6 +17,9 @@ from sdpgrind.finishing._path.zigzag import zigzag
 from sdpgrind.finishing._plan import plan
 from sdpgrind.finishing._presets import preset, presets
 from sdpgrind.finishing._problem import FinishingProblem
+from sdpgrind.finishing._roughness.fit import LeaveOneOut, leave_one_out
+from sdpgrind.finishing._roughness.model import RoughnessModel
+from sdpgrind.finishing._roughness.refinish import refinish_problem
 from sdpgrind.finishing._study.anova import AnovaRow, AnovaTable
 from sdpgrind.finishing._study.arrays import OrthogonalArray, orthogonal_array
 from sdpgrind.finishing._study.best import Best, Tie
@@ -27,9 +30,6 @@ from sdpgrind.finishing._study.pooling import Pooling
 from sdpgrind.finishing._study.power import Power
 from sdpgrind.finishing._study.prediction import Prediction
 from sdpgrind.finishing._study.ratios import sn_ratio
-from sdpgrind.finishing._study.refinish import refinish_problem
-from sdpgrind.finishing._study.roughness import RoughnessModel
-from sdpgrind.finishing._study.roughness_fit import LeaveOneOut, leave_one_out
 from sdpgrind.finishing._study.study import Study
 from sdpgrind.finishing._surface.derivatives import Derivatives
 from sdpgrind.finishing._surface.presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from sdpgrind.base import checks
-from sdpgrind.finishing._study.roughness_fit import identify_roughness
+from sdpgrind.finishing._roughness.fit import identify_roughness
 from sdpgrind.finishing._torque.axis import TorqueAxis
 from sdpgrind.finishing._torque.load_torque import identify_load_torque
 from sdpgrind.identify import Estimate

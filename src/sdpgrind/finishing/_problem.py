@@ -19,7 +19,7 @@ from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
 from sdpgrind.finishing._arm.tool import HEADINGS, tool_poses
 from sdpgrind.finishing._path.path import Path
 from sdpgrind.finishing._path.samples import Samples
-from sdpgrind.finishing._study.roughness import RoughnessModel
+from sdpgrind.finishing._roughness.model import RoughnessModel
 from sdpgrind.finishing._surface.surface import Surface
 from sdpgrind.identify import Estimate
 

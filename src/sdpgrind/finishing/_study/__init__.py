@@ -1,1 +1,1 @@
-"""Designed experiments: orthogonal arrays, signal-to-noise ratios, analysis of variance, what to run next, a law of roughness."""
+"""Designed experiments: orthogonal arrays, signal-to-noise ratios, analysis of variance, what to run next."""

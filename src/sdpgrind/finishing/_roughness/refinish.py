@@ -10,7 +10,7 @@ import numpy.typing as npt
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._study.roughness import RoughnessModel
+from sdpgrind.finishing._roughness.model import RoughnessModel
 
 NODES = 401
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from sdpgrind import identify
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._study.roughness_terms import NAMES, PATTERNS, design
+from sdpgrind.finishing._roughness.terms import NAMES, PATTERNS, design
 from sdpgrind.finishing._study.study import Study
 from sdpgrind.identify import Estimate
 

@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.rng import Seed, generator
 from sdpgrind.base.stored import stored
-from sdpgrind.finishing._study.roughness_terms import NAMES, PATTERNS, TERMS, design
+from sdpgrind.finishing._roughness.terms import NAMES, PATTERNS, TERMS, design
 from sdpgrind.identify import Estimate
 
 
@@ -85,7 +85,7 @@ class RoughnessModel(Frozen):
         >>> [round(b, 4) for b in fin.RoughnessModel.published().coefficients]
         [1.8658, -0.4732, -0.1581, -0.902, -0.1546, 0.4897]
         """
-        from sdpgrind.finishing._study.roughness_fit import published_estimate
+        from sdpgrind.finishing._roughness.fit import published_estimate
 
         return cls._of(published_estimate())
 
