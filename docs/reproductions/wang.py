@@ -267,7 +267,7 @@ missing("figures 3 to 7", "pictures", "no numbers of surface, specimen and pitch
 # Four nodes in five of a fractal path are corners. A robot that stops at each of them never comes near to the commanded feed,
 # which may be why it has no effect in Table 3.
 for feed, correct in ((12.5, 0.56), (25.0, 0.28), (37.5, 0.19)):
-    law = finishing.trapezoid(0.2, speed_max=feed, acceleration=1000.0)
+    law = finishing.Trapezoid(0.2, speed_max=feed, acceleration=1000.0)
     row(f"0.2 mm from rest to rest: mean over {feed} mm/s", "-", correct, law.mean_share, 5e-3)
 
 width = [max(len(r[k]) for r in ROWS) for k in range(5)]

@@ -39,7 +39,7 @@ from sdpgrind.finishing._timing.laws import time_laws
 from sdpgrind.finishing._timing.limits import Limits
 from sdpgrind.finishing._timing.table_loop import TableLoop
 from sdpgrind.finishing._timing.time_law import TimeLaw
-from sdpgrind.finishing._timing.trapezoid import Trapezoid, trapezoid
+from sdpgrind.finishing._timing.trapezoid import Trapezoid
 from sdpgrind.finishing._timing.violations import Violation, worst_violation
 from sdpgrind.finishing._torque.axis import TorqueAxis
 from sdpgrind.finishing._torque.controller import TorqueController
@@ -136,7 +136,6 @@ __all__ = [
     "time_laws",
     "tool_poses",
     "torque_per_force",
-    "trapezoid",
     "triple_pole_step",
     "uneven_surfaces",
     "worst_case",

@@ -10,7 +10,8 @@ from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.laws import time_laws
 from sdpgrind.finishing._timing.limits import Limits
 from sdpgrind.finishing._timing.table_loop import TableLoop
-from sdpgrind.finishing._timing.trapezoid import trapezoid
+from sdpgrind.finishing._timing.time_law import TimeLaw
+from sdpgrind.finishing._timing.trapezoid import Trapezoid
 from sdpgrind.finishing._timing.violations import worst_violation
 
 LAW = time_laws([line(1.0)], LINE, feed_rate=10.0)[0]
@@ -46,9 +47,36 @@ REFUSED = {
         lambda: time_laws([wavy(0)], SMOOTH, feed_rate=1.0, method="toppra"),
         r"limits\.jerk_max must be None for method='toppra', whose acceleration jumps",
     ),
-    "trapezoid length": (lambda: trapezoid(-1.0, 1.0, 1.0), r"length must be >= 0 \(mm\); got -1\.0"),
-    "trapezoid speed": (lambda: trapezoid(1.0, 0.0, 1.0), r"speed_max must be > 0 \(mm/s\); got 0\.0"),
-    "trapezoid acceleration": (lambda: trapezoid(1.0, 1.0, -2.0), r"acceleration must be > 0 \(mm/s\^2\); got -2\.0"),
+    "trapezoid length": (lambda: Trapezoid(-1.0, 1.0, 1.0), r"length must be >= 0 \(mm\); got -1\.0"),
+    "trapezoid speed": (lambda: Trapezoid(1.0, 0.0, 1.0), r"speed_max must be > 0 \(mm/s\); got 0\.0"),
+    "trapezoid acceleration": (lambda: Trapezoid(1.0, 1.0, -2.0), r"acceleration must be > 0 \(mm/s\^2\); got -2\.0"),
+    "a copy of a trapezoid": (lambda: Trapezoid(1.0, 1.0, 2.0).replace(length=-5.0), r"length must be >= 0 \(mm\); got -5\.0"),
+    "pieces of a law": (
+        lambda: TimeLaw([0.0, 1.0], [0.0, 1.0], [1.0], [0.0], [0.0]),
+        r"length must be of shape \(1,\), a piece between each two knots \(mm\); got \(2,\)",
+    ),
+    "knots of a law": (
+        lambda: TimeLaw([0.0], [], [], [], []),
+        r"knots must be of shape \(k \+ 1,\) with k >= 1 \(s\); got \(1,\)",
+    ),
+    "begin of a law": (lambda: TimeLaw([1.0, 2.0], [0.0], [1.0], [0.0], [0.0]), r"knots\[0\] must be 0 \(s\); got 1\.0"),
+    "back in time": (
+        lambda: TimeLaw([0.0, 2.0, 1.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]),
+        r"knots must be rising: knots 1 and 2 go back \(s\); got \(2\.0, 1\.0\)",
+    ),
+    "a jump of length": (
+        lambda: TimeLaw([0.0, 1.0, 2.0], [0.0, 5.0], [0.0, 1.0], [1.0, -1.0], [0.0, 0.0]),
+        r"length\[1\] must be where piece 0 ends, at 0\.5 \(mm\); got 5\.0",
+    ),
+    "a jump of feed": (
+        lambda: TimeLaw([0.0, 1.0, 2.0], [0.0, 0.5], [0.0, 3.0], [1.0, -1.0], [0.0, 0.0]),
+        r"feed\[1\] must be where piece 0 ends, at 1 \(mm/s\); got 3\.0",
+    ),
+    "no number in a law": (
+        lambda: TimeLaw([0.0, 1.0], [0.0], [np.nan], [0.0], [0.0]),
+        r"feed\[0\] must be finite \(mm/s\); got nan",
+    ),
+    "a law faster than asked": (lambda: LAW.slower(0.5), r"factor must be >= 1; got 0\.5"),
     "limit": (
         lambda: LINE.replace(speed_max=(0.0,)),
         r"speed_max\[0\] must be > 0 \(rad/s or mm/s\); got 0\.0",

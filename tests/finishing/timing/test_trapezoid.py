@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law, trapezoid, trapezoid_law
+from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law, trapezoid_law
 
 rates = st.floats(1e-2, 1e3)
 
@@ -15,24 +15,24 @@ rates = st.floats(1e-2, 1e3)
 @pytest.mark.parametrize(("speed", "share"), [(12.5, 0.56), (25.0, 0.28), (37.5, 0.19)])
 def test_mean_feed_of_a_stop_at_every_corner(speed, share):
     """The spec's table: pitch 0.2 mm, 1000 mm/s^2."""
-    assert trapezoid(0.2, speed, 1000.0).mean_share == pytest.approx(share, abs=0.005)
+    assert Trapezoid(0.2, speed, 1000.0).mean_share == pytest.approx(share, abs=0.005)
 
 
 def test_a_commanded_speed_is_touched_from_v2_over_length():
     least = 37.5**2 / 0.2
     assert least == pytest.approx(7031.25)
-    assert trapezoid(0.2, 37.5, least * (1 + 1e-12)).reached
-    assert not trapezoid(0.2, 37.5, least * (1 - 1e-9)).reached
+    assert Trapezoid(0.2, 37.5, least * (1 + 1e-12)).reached
+    assert not Trapezoid(0.2, 37.5, least * (1 - 1e-9)).reached
 
 
 def test_no_way_takes_no_time():
-    nothing = trapezoid(0.0, 25.0, 1000.0)
+    nothing = Trapezoid(0.0, 25.0, 1000.0)
     assert (nothing.duration, nothing.peak, nothing.mean_share) == (0.0, 0.0, 0.0)
 
 
 @given(rates, rates, rates)
 def test_closed_form_is_the_spec(length, speed, acceleration):
-    found = trapezoid(length, speed, acceleration)
+    found = Trapezoid(length, speed, acceleration)
     reaches = length >= speed**2 / acceleration
     expected = length / speed + speed / acceleration if reaches else 2 * sqrt(length / acceleration)
     assert found.duration == pytest.approx(expected, rel=1e-12)
@@ -41,7 +41,7 @@ def test_closed_form_is_the_spec(length, speed, acceleration):
 
 @given(rates, rates, rates)
 def test_law_goes_the_way_in_the_closed_time(length, speed, acceleration):
-    shape = trapezoid(length, speed, acceleration)
+    shape = Trapezoid(length, speed, acceleration)
     law = trapezoid_law(7.0, shape)
     end = law.at(law.duration)
     assert law.duration == pytest.approx(shape.duration, rel=1e-9)

@@ -11,7 +11,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
-FIELDS = ("knots", "length", "feed", "acceleration", "jerk")
+FIELDS = {"knots": "s", "length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
+JOINED = 1e-6
+"""Of a law's length and of its greatest feed: by how much less a piece may end beside where the next begins."""
 
 
 class Course(NamedTuple):
@@ -45,6 +47,11 @@ class TimeLaw(Frozen):
     slowed : float
         By how much slower than asked: duration over that without limits of the joints, unit 1; 1 where it is not known.
 
+    Raises
+    ------
+    ValueError
+        When shapes do not fit together, times do not rise from 0, or a piece does not begin where the one before it ends.
+
     Examples
     --------
     >>> law = TimeLaw(knots=[0.0, 0.1, 0.2], length=[0.0, 5.0], feed=[0.0, 100.0], acceleration=[1e3, -1e3], jerk=[0.0, 0.0])
@@ -61,8 +68,35 @@ class TimeLaw(Frozen):
     slowed: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in FIELDS:
-            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=float))
+        for name, unit in FIELDS.items():
+            object.__setattr__(self, name, np.ascontiguousarray(checks.finite_array(name, getattr(self, name), unit)))
+        object.__setattr__(self, "slowed", checks.positive("slowed", self.slowed))
+        self._check_shapes()
+        self._check_jumps()
+
+    def _check_shapes(self) -> None:
+        """Refuse times that do not rise from 0, and pieces that do not lie between them."""
+        if self.knots.ndim != 1 or self.knots.size < 2:
+            raise checks.refuse("knots", "of shape (k + 1,) with k >= 1", self.knots.shape, "s")
+        if self.knots[0] != 0:
+            raise checks.refuse("knots[0]", "0", float(self.knots[0]), "s")
+        for k in np.flatnonzero(np.diff(self.knots) < 0)[:1]:
+            pair = float(self.knots[k]), float(self.knots[k + 1])
+            raise checks.refuse("knots", f"rising: knots {k} and {k + 1} go back", pair, "s")
+        count = self.knots.size - 1
+        for name in list(FIELDS)[1:]:
+            if getattr(self, name).shape != (count,):
+                rule = f"of shape ({count},), a piece between each two knots"
+                raise checks.refuse(name, rule, getattr(self, name).shape, FIELDS[name])
+
+    def _check_jumps(self) -> None:
+        """Refuse a piece that does not begin where the one before it ends."""
+        ends = moved(np.diff(self.knots), self.length, self.feed, self.acceleration, self.jerk)
+        way = max(float(np.ptp(self.length)), float(abs(ends.length[-1] - self.length[0])))
+        for name, scale in (("length", way), ("feed", float(np.abs(self.feed).max()))):
+            begin, end = getattr(self, name)[1:], getattr(ends, name)[:-1]
+            for k in np.flatnonzero(np.abs(begin - end) > JOINED * scale)[:1]:
+                raise checks.refuse(f"{name}[{k + 1}]", f"where piece {k} ends, at {end[k]:.6g}", float(begin[k]), FIELDS[name])
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, TimeLaw) and self._key == other._key
@@ -107,7 +141,7 @@ class TimeLaw(Frozen):
         """Course at times that are on the law."""
         k = np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, self.length.size - 1)
         t, s, v, a, j = time - self.knots[k], self.length[k], self.feed[k], self.acceleration[k], self.jerk[k]
-        return Course(s + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j, j)
+        return moved(t, s, v, a, j)
 
     def time_at(self, length: npt.ArrayLike) -> Floats:
         """Return the times (s) at which the contact point is at arc lengths (mm).
@@ -133,10 +167,22 @@ class TimeLaw(Frozen):
         ----------
         factor : float
             >= 1, dimensionless; the duration (s) grows by it.
+
+        Raises
+        ------
+        ValueError
+            When it is less.
         """
-        f = factor
+        f = checks.number("factor", factor)
+        if f < 1:
+            raise checks.refuse("factor", ">= 1", f)
         scaled = (self.knots * f, self.length, self.feed / f, self.acceleration / f**2, self.jerk / f**3)
         return TimeLaw(*scaled, slowed=self.slowed * f)
+
+
+def moved(t: Floats, s: Floats, v: Floats, a: Floats, j: Floats) -> Course:
+    """Course after times `t` (s) at constant jerk `j`, begun at length `s` with feed `v` and acceleration `a`."""
+    return Course(s + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j, j)
 
 
 def integrated(start: float, durations: Floats, accelerations: Floats, jerks: Floats) -> TimeLaw:

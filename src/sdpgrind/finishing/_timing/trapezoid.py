@@ -12,21 +12,37 @@ from sdpgrind.finishing._timing.time_law import TimeLaw, integrated
 
 @dataclass(frozen=True)
 class Trapezoid(Frozen):
-    """Trapezoidal speed profile from rest to rest, in closed form; made by `trapezoid`.
+    """Trapezoidal speed profile from rest to rest, in closed form (Wang, Fig. 9).
 
     Parameters
     ----------
     length : float
-        Way to go, mm.
+        Way to go, mm, >= 0.
     speed_max : float
         Commanded speed, mm/s.
     acceleration : float
         While speeding up, and while slowing down, mm/s^2.
+
+    Raises
+    ------
+    ValueError
+        When the length is < 0, or the speed or the acceleration is not > 0.
+
+    Examples
+    --------
+    >>> short = Trapezoid(0.2, speed_max=25.0, acceleration=1000.0)
+    >>> round(short.duration, 6), round(short.peak, 3), round(short.mean_share, 2)
+    (0.028284, 14.142, 0.28)
     """
 
     length: float
     speed_max: float
     acceleration: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "length", checks.nonnegative("length", self.length, "mm"))
+        for name, unit in (("speed_max", "mm/s"), ("acceleration", "mm/s^2")):
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
 
     @property
     def peak(self) -> float:
@@ -47,33 +63,6 @@ class Trapezoid(Frozen):
     def mean_share(self) -> float:
         """Mean speed over the commanded one, dimensionless; 0 for no way."""
         return self.length / (self.duration * self.speed_max) if self.length > 0 else 0.0
-
-
-def trapezoid(length: float, speed_max: float, acceleration: float) -> Trapezoid:
-    """Return the trapezoidal speed profile from rest to rest.
-
-    Parameters
-    ----------
-    length : float
-        Way to go, mm, >= 0.
-    speed_max : float
-        Commanded speed, mm/s.
-    acceleration : float
-        Greatest acceleration, mm/s^2.
-
-    Raises
-    ------
-    ValueError
-        When the length is < 0, or the speed or the acceleration is not > 0.
-
-    Examples
-    --------
-    >>> short = trapezoid(0.2, speed_max=25.0, acceleration=1000.0)
-    >>> round(short.duration, 6), round(short.peak, 3), round(short.mean_share, 2)
-    (0.028284, 14.142, 0.28)
-    """
-    known = checks.nonnegative("length", length, "mm"), checks.positive("speed_max", speed_max, "mm/s")
-    return Trapezoid(*known, checks.positive("acceleration", acceleration, "mm/s^2"))
 
 
 def trapezoid_law(start: float, shape: Trapezoid) -> TimeLaw:

@@ -10,7 +10,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._timing import check_kernels
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.limits import Limits
-from sdpgrind.finishing._timing.time_law import TimeLaw
+from sdpgrind.finishing._timing.time_law import TimeLaw, moved
 
 QUANTITIES = ("speed", "acceleration", "jerk", "feed")
 SLACK = 1e-9
@@ -102,29 +102,26 @@ def worst_violation(
 
 def closest(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refine: int) -> Floats:
     """Greatest share of each limit over one run: (4, 4) = quantities by (ratio, joint, time, length)."""
-    each = shares(run, law, limits, feed_rate, refine)
+    rows = _rows(law)
+    each = _shares(run, rows, limits, feed_rate, refine)
     found = np.empty((len(QUANTITIES), 4))
     for quantity, piece in enumerate(np.argmax(each[:, :, 0], axis=0)):
-        near, begin = _around(law, int(piece), each[piece, quantity, 2], refine)
-        closer = shares(run, near, limits, feed_rate, 20)[0, quantity] + [0.0, 0.0, begin, 0.0]
+        near, begin = _around(rows[:, piece : piece + 2], each[piece, quantity, 2], refine)
+        closer = _shares(run, near, limits, feed_rate, 20)[0, quantity] + [0.0, 0.0, begin, 0.0]
         found[quantity] = max(each[piece, quantity], closer, key=lambda row: row[0])
     return found
 
 
-def _around(law: TimeLaw, piece: int, time: float, refine: int) -> tuple[TimeLaw, float]:
-    """A short part of a piece about a time, as a law of its own, and when it begins."""
-    begin, end = law.knots[piece : piece + 2]
-    step = (end - begin) / refine
-    first = float(max(begin, min(time - step, end - 2 * step)))
-    known = [np.array([float(value)]) for value in law.at(first)]
-    return TimeLaw(np.array([0.0, min(2 * step, end - begin)]), *known), first
-
-
 def shares(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refine: int) -> Floats:
     """Greatest share of each limit in every piece of a law: (k, 4, 4)."""
-    found = np.zeros((law.length.size, len(QUANTITIES), 4))
+    return _shares(run, _rows(law), limits, feed_rate, refine)
+
+
+def _shares(run: JointPath, rows: Floats, limits: Limits, feed_rate: float, refine: int) -> Floats:
+    """The same of a law's rows (5, k + 1)."""
+    found = np.zeros((rows.shape[1] - 1, len(QUANTITIES), 4))
     found[:, :, 1] = -1
-    check_kernels.worst(*run.pieces, _rows(law), limits.table, feed_rate, refine, found)
+    check_kernels.worst(*run.pieces, rows, limits.table, feed_rate, refine, found)
     return found
 
 
@@ -133,6 +130,16 @@ def _rows(law: TimeLaw) -> Floats:
     end = law.at(law.duration)
     columns = zip((law.length, law.feed, law.acceleration, law.jerk), end, strict=True)
     return np.stack([law.knots, *(np.append(row, last) for row, last in columns)])
+
+
+def _around(piece: Floats, time: float, refine: int) -> tuple[Floats, float]:
+    """A short part of a piece (5, 2) about a time, in rows of its own from time 0, and when it begins."""
+    begin, end = piece[0]
+    step = (end - begin) / refine
+    first = float(max(begin, min(time - step, end - 2 * step)))
+    width = min(2 * step, end - begin)
+    there = moved(first - begin, *piece[1:, 0])
+    return np.array([[0.0, *there], [width, *moved(width, *there)]]).T.copy(), first
 
 
 def slowing(ratios: Floats) -> float:
