@@ -17,7 +17,7 @@ def identify(
     axis: TorqueAxis | None = None,
     part: int | Sequence[int] | None = None,
     until: float | None = None,
-    throw: bool = False,
+    throw: bool = True,
 ) -> Estimate:
     """Estimate from what was measured.
 
@@ -45,17 +45,17 @@ def identify(
     until : float, optional
         Use what was before, s.
     throw : bool
-        Raise when the data do not identify the values.
+        Raise when the data do not determine the values; else the status says so.
 
     Returns
     -------
     Estimate
-        Values with their covariance; or, never NaN, a status with the reason.
+        Values with their covariance; with ``throw=False`` also, never NaN, a status with the reason.
 
     Raises
     ------
     ValueError, TypeError
-        For missing or bad data, or an option that the quantity does not take.
+        For missing or bad data, too little of it, or an option that the quantity does not take.
 
     Examples
     --------

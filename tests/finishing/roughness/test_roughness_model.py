@@ -200,7 +200,7 @@ REFUSED = [
         r"roughness_ra must be in \(0, 1\); units.um\(...\) for micrometres \(mm\); got 5.0",
     ),
     (
-        lambda: identify_roughness(of_one_pattern(5e-3)),
+        lambda: fin.identify(of_one_pattern(5e-3), "roughness"),
         r"the data do not determine all values",
     ),
     (
@@ -246,7 +246,7 @@ def test_outside_on_request():
 
 
 def test_what_does_not_determine_the_model_is_told():
-    estimate = identify_roughness(of_one_pattern(5e-3), throw=False)
+    estimate = fin.identify(of_one_pattern(5e-3), "roughness", throw=False)
     assert not estimate.ok and not np.any(np.isnan(estimate.value))
     with pytest.raises(ValueError, match="estimate must have succeeded"):
         MODEL.updated(estimate)

@@ -40,7 +40,7 @@ def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
 
 
 def identify_load_torque(
-    data: Any, axis: TorqueAxis, *, part: int | Sequence[int] | None = None, until: float | None = None, throw: bool = False
+    data: Any, axis: TorqueAxis, *, part: int | Sequence[int] | None = None, until: float | None = None, throw: bool = True
 ) -> idf.Estimate:
     """Estimate the load torque T_L from free motion before touch-down: least squares of J theta'' = k_t i - T_L.
 
@@ -60,13 +60,13 @@ def identify_load_torque(
     until : float, optional
         Use what was before, s: free motion ends at touch-down.
     throw : bool
-        Raise where the readings do not identify it.
+        Raise where the readings do not identify it; else the status says so.
 
     Returns
     -------
     Estimate
-        ``load_torque`` (N m) with its variance; or the status "not identified" with the reason: fewer than 8 readings, or a
-        motion that is not free.
+        ``load_torque`` (N m) with its variance; with ``throw=False`` also the status "not identified" with the reason: fewer
+        than 8 readings, or a motion that is not free.
 
     Raises
     ------
