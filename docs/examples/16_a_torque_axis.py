@@ -46,7 +46,7 @@ print(f"pidff, better: {controllers['pidff, better'].poles}")
 figure, axes = plt.subplots(1, 5, figsize=(12, 2.6), sharey=True, layout="constrained")
 print(f"\n{'':14}{'within 5 %':>12}{'within 2 %':>12}{'overshoot':>12}{'ripple':>10}")
 for ax, (kind, controller) in zip(axes, controllers.items(), strict=True):
-    record = finishing.simulate_axis(axis, controller, duration=0.5)
+    record = finishing.simulate_axis(controller, duration=0.5)
     found = record.figures
     times = f"{1e3 * found['settling_5']:9.0f} ms{1e3 * found['settling_2']:9.0f} ms"
     print(f"{kind:14}{times}{100 * found['overshoot']:10.1f} %{1e3 * found['ripple']:7.1f} mN")
@@ -96,10 +96,10 @@ ax.legend(frameon=False, fontsize=8)
 # Weight of the tool, friction in the bearing, a cable: all act on the motor as the contact does. Current and angle show the sum.
 # Each controller holds the *sum*, and reports no error.
 for kind in ("pidff", "damped", "lqg"):
-    record = finishing.simulate_axis(axis, controllers[kind], load_torque=0.01)
+    record = finishing.simulate_axis(controllers[kind], load_torque=0.01)
     seen = float(record.estimate[:, -200:].mean() / (1e-3 * axis.lever_arm))
     print(f"{kind:7} load torque 10 mN m: contact {1e3 * record.offset.mean():+.0f} mN off, believed to be {seen:.3f} N")
-record = finishing.simulate_axis(axis, controllers["lqg"], truth=axis.replace(torque_constant=1.1 * axis.torque_constant))
+record = finishing.simulate_axis(controllers["lqg"], truth=axis.replace(torque_constant=1.1 * axis.torque_constant))
 print(f"and a torque constant that is 10 % higher: {1e3 * record.offset.mean():+.0f} mN")
 
 # %%

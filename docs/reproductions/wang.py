@@ -206,17 +206,18 @@ row("(7): error over the rate of a load that rises [s]", "= 0", 0.04786, float(l
 # The smallest step of the command is not what the observer can tell: that is one count of the encoder. The paper does not print
 # how many counts it has; 20 000 in a turn are assumed here.
 REASON = "the step of the current was rounded first"
+GRAM = 9.81e-3  # N, the weight of a gram as the source has it; in N m it is that of a kilogram at a millimetre
 LIMITS = {
-    "current_step (mA)": ("2.44", 2.4414, ""),
-    "torque_step (mN m)": ("0.4514", 0.45166, REASON),
-    "torque_step (kgf mm)": ("0.04601", 0.046041, REASON),
-    "force_step (gf)": ("0.48", 0.48464, ""),
-    "torque_max (kgf mm)": ("18.9", 18.858, ""),
-    "force_max (gf)": ("199", 198.51, ""),
+    "step of the current [mA]": ("2.44", 2.4414, 1e3 * axis.current_step, ""),
+    "step of the torque [mN m]": ("0.4514", 0.45166, 1e3 * axis.torque_step, REASON),
+    "step of the torque [kgf mm]": ("0.04601", 0.046041, axis.torque_step / GRAM, REASON),
+    "step of the force [gf]": ("0.48", 0.48464, axis.force_step / GRAM, ""),
+    "greatest torque [kgf mm]": ("18.9", 18.858, axis.torque_max / GRAM, ""),
+    "greatest force [gf]": ("199", 198.51, axis.force_max / GRAM, ""),
 }
-for name, (digits, correct, why) in LIMITS.items():
-    row(name, digits, correct, axis.printed[name], 1e-4 * correct, why)
-row("force_max at the 1.2 A of Table 1 (gf)", "-", 238.2, axis.replace(current_limit=1.2).printed["force_max (gf)"], 0.05)
+for name, (digits, correct, ours, why) in LIMITS.items():
+    row(name, digits, correct, ours, 1e-4 * correct, why)
+row("greatest force at the 1.2 A of Table 1 [gf]", "-", 238.2, axis.replace(current_limit=1.2).force_max / GRAM, 0.05)
 missing("least force that the observer can tell (gf)", "0.48", "counts of the encoder are not printed; 0.48 is the command's")
 row("the same, with 20 000 counts [N]", "-", 0.040, axis.force_resolution, 1e-3)
 
@@ -295,8 +296,8 @@ time = np.linspace(0.0, 0.3, 601)
 faster = finishing.TorqueController(axis, normal_force=1.111, gains=finishing.PidffGains.of_poles(axis, pole=61.0))
 figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
 ax.plot(1e3 * time, finishing.triple_pole_step(time, prefilter=True), "0.5", ls=":", label="the same with a prefilter")
-ax.plot(1e3 * time, loops["pid"].loop().step(time)[:, 0], "#b04a3a", label="with the printed observer")
-ax.plot(1e3 * time, faster.loop().step(time)[:, 0], "#4878a8", lw=3, label="with an observer of three times the pole")
+ax.plot(1e3 * time, loops["pid"].loop().step_response(time)[:, 0], "#b04a3a", label="with the printed observer")
+ax.plot(1e3 * time, faster.loop().step_response(time)[:, 0], "#4878a8", lw=3, label="with an observer of three times the pole")
 ax.plot(1e3 * time, finishing.contact_step(time), "0.1", ls="--", lw=1, label="(8): true torque fed back")
 ax.axhline(1.0, color="0.7", lw=0.8)
 ax.set(xlabel="time [ms]", ylabel="contact torque over command")

@@ -44,8 +44,8 @@ ROWS = (
     "path_time",
     "current_command",
     "feed_override_command",
-    "contact_torque_planned",
-    "torque_reference_planned",
+    "torque_estimate_planned",
+    "torque_ref_planned",
 )
 
 _STUCK = 0.5  # mm/s: below it friction falls with the speed, as nothing slides where nothing moves

@@ -13,7 +13,9 @@ have names in this module: `ANGLE`, `SPEED`, `MEAN_TORQUE` of the axis; `CURRENT
 controller.
 """
 
-from sdpgrind.finishing._torque._places import (
+from sdpgrind.finishing._torque.axis_kernels import axis_tick, encoder_reading
+from sdpgrind.finishing._torque.controller_kernels import controller_sample, controller_step, feed_override, torque_at
+from sdpgrind.finishing._torque.slots import (
     ANGLE,
     CONTROL,
     COUNT,
@@ -24,8 +26,6 @@ from sdpgrind.finishing._torque._places import (
     SPEED,
     STATES,
 )
-from sdpgrind.finishing._torque.axis_kernels import axis_tick, encoder_reading
-from sdpgrind.finishing._torque.controller_kernels import controller_sample, controller_step, feed_override, torque_at
 
 __all__ = [
     "ANGLE",

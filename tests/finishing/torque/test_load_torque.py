@@ -84,7 +84,7 @@ def test_what_is_found_puts_the_force_right():
     errors = {}
     for known in (0.0, found["load_torque"]):
         law = TorqueController(AXIS, normal_force=1.111, kind="lqg", load_torque=known)
-        errors[known] = abs(np.mean(simulate_axis(AXIS, law, load_torque=load).offset))
+        errors[known] = abs(np.mean(simulate_axis(law, load_torque=load).offset))
     assert errors[0.0] == pytest.approx(load / 0.095, rel=0.02)
     assert errors[found["load_torque"]] < 0.01
 

@@ -23,19 +23,15 @@ def ticks(start, drives, surface, axis, load=0.0):
     return np.array(rows)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("current_step (mA)", 2.4414),
-        ("torque_step (mN m)", 0.45166),
-        ("torque_step (kgf mm)", 0.046041),
-        ("force_step (gf)", 0.48464),
-        ("torque_max (kgf mm)", 18.858),
-        ("force_max (gf)", 198.51),
-    ],
-)
-def test_digital_limits_of_the_source(name, value):
-    assert AXIS.printed[name] == pytest.approx(value, rel=1e-4)
+def test_digital_limits_of_the_source():
+    """In its units: mA, mN m, kgf mm and gf, with 9.81 m/s^2."""
+    gf, kgf_mm = 9.81e-3, 9.81e-3  # N; N m
+    assert 1e3 * AXIS.current_step == pytest.approx(2.4414, rel=1e-4)
+    assert 1e3 * AXIS.torque_step == pytest.approx(0.45166, rel=1e-4)
+    assert AXIS.torque_step / kgf_mm == pytest.approx(0.046041, rel=1e-4)
+    assert AXIS.force_step / gf == pytest.approx(0.48464, rel=1e-4)
+    assert AXIS.torque_max / kgf_mm == pytest.approx(18.858, rel=1e-4)
+    assert AXIS.force_max / gf == pytest.approx(198.51, rel=1e-4)
 
 
 def test_command_and_observation_are_limited_by_different_steps():

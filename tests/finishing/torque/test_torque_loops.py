@@ -91,11 +91,11 @@ def test_sampled_poles_come_near_those_in_continuous_time(options):
 def test_sampled_loop_is_what_the_compiled_code_does(options):
     """Matrices by unit vectors against a run of the axis that never lifts: both without rounding to speak of."""
     loop = controller(FINE, **options)
-    record = simulate_axis(FINE, loop, duration=0.3, start="pressed", load_torque=lambda t: 2e-3 * (t >= 0), start_angles=[0.0])
-    answer = loop.loop(sampled_time=True).step(record.time, "load_torque")
+    record = simulate_axis(loop, duration=0.3, start="pressed", load_torque=lambda t: 2e-3 * (t >= 0), start_angles=[0.0])
+    answer = loop.loop(sampled_time=True).step_response(record.time, "load_torque")
     torque = 1.111 * 0.095
     # The controller wakes on a contact that is pressed already: its own start is a step of the reference from there.
-    other = simulate_axis(FINE, loop, duration=0.3, start="pressed", start_angles=[0.0])
+    other = simulate_axis(loop, duration=0.3, start="pressed", start_angles=[0.0])
     np.testing.assert_allclose((record.contact_torque - other.contact_torque)[0], 2e-3 * answer[:, 0], atol=2e-8 * torque)
     np.testing.assert_allclose((record.estimate - other.estimate)[0], 2e-3 * answer[:, 1], atol=1e-5 * torque)
 
@@ -177,7 +177,7 @@ def test_steps_of_wang_8():
     np.testing.assert_allclose(triple_pole_step(time), wanted, atol=1e-6)
     np.testing.assert_allclose(contact_step(time), wanted, atol=1e-6)
     np.testing.assert_allclose(contact_step(time, gains=PidffGains.of_poles(AXIS)), triple_pole_step(time), atol=1e-12)
-    np.testing.assert_allclose(controller(observer="ideal").loop().step(time)[:, 0], contact_step(time), atol=1e-12)
+    np.testing.assert_allclose(controller(observer="ideal").loop().step_response(time)[:, 0], contact_step(time), atol=1e-12)
 
 
 def test_overshoot_peak_and_settling_of_wang_8():
@@ -195,7 +195,7 @@ def test_a_prefilter_takes_the_overshoot_away():
     assert figures.overshoot < 1e-9
     assert figures.settling == pytest.approx(7.517 / 61, rel=1e-3)
     assert PidffGains.of_poles(AXIS).prefilter_rate(AXIS) == pytest.approx(61 / 3, rel=1e-12)
-    record = simulate_axis(FINE, controller(FINE, observer="ideal", prefilter=True), duration=0.4, start_angles=[0.0])
+    record = simulate_axis(controller(FINE, observer="ideal", prefilter=True), duration=0.4, start_angles=[0.0])
     found = record.contact_torque[0] / (1.111 * 0.095)
     np.testing.assert_allclose(found, triple_pole_step(record.time, prefilter=True), atol=0.03)  # sampled at 1 ms
     assert record.overshoot[0] < 5e-3
@@ -243,4 +243,4 @@ def test_the_filter_is_stable_whatever_the_encoder(counts, step, density):
 def test_poles_are_told():
     assert "-16.54±8.88j" in str(controller().poles)
     assert "±" not in str(controller(observer="ideal", gains=PidffGains(kp=-9000.0, ki=2e3, kd=150.0)).poles).split("1/s")[0]
-    assert DampingGains(ratio=1.0).speed_gain(AXIS) == pytest.approx(2 * DampingGains().speed_gain(AXIS))
+    assert DampingGains(damping=1.0).speed_gain(AXIS) == pytest.approx(2 * DampingGains().speed_gain(AXIS))

@@ -93,7 +93,7 @@ class DampedTwin:
         self.before = angle
         share = np.exp(-h / self.g.highpass_time)
         self.slow = share * self.slow + (1 - share) * omega
-        damping = 2 * self.g.ratio * np.sqrt(self.axis.contact_angular_stiffness * self.axis.inertia)
+        damping = 2 * self.g.damping * np.sqrt(self.axis.contact_angular_stiffness * self.axis.inertia)
         current = rounded(self.axis, (wanted - damping * (omega - self.slow)) / self.axis.torque_constant)
         return current, self.axis.torque_constant * current
 

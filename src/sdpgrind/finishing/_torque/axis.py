@@ -19,8 +19,9 @@ GRAVITY = 9.81
 class TorqueAxis(Frozen):
     """Motor that presses the tool against the surface: J theta'' = k_t i - T_f - T_L, T_f = max(0, k_e (theta - theta_s)).
 
-    The equation is Wang and Jan (2001) (3) with k_e theta for the printed k_e theta'; theta_s is the angle at which the surface
-    is touched. Torques are in N m.
+    The contact is the spring of Wang and Jan (2001) (2) that pushes and does not pull; the motion is their (3) with k_e theta for
+    the printed k_e theta', from which (4) follows as printed. theta_s is the angle at which the surface is touched. The torque
+    constant is that of their Table 1, inertia and stiffness are the estimates of their section 6. Torques are in N m.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ class TorqueAxis(Frozen):
     lever_arm : float
         From the motor's axis to the contact, mm.
     current_limit : float
-        Greatest current, A: 1 A in the source's text, 1.2 A in its Table 1.
+        Greatest current, A: 1 A in the source's section 5, 1.2 A in its Table 1.
     current_range : float
         Greatest current of the converter, both ways, A.
     bits : int
@@ -50,7 +51,8 @@ class TorqueAxis(Frozen):
 
     Examples
     --------
-    >>> axis = TorqueAxis()
+    >>> from sdpgrind import finishing as fin
+    >>> axis = fin.TorqueAxis()
     >>> round(axis.natural_frequency, 1), round(axis.contact_stiffness, 3)  # rad/s, N/mm
     (104.2, 1.324)
     >>> round(axis.force_max, 3), round(axis.force_resolution, 3)  # N: what it can press, what the encoder can tell
@@ -102,7 +104,7 @@ class TorqueAxis(Frozen):
 
     @property
     def force_step(self) -> float:
-        """Least change of the force that is commanded, N."""
+        """Least change of the force that is commanded, N; a force, though the source calls it a pressure."""
         return self.force(self.torque_step)
 
     @property
@@ -112,7 +114,10 @@ class TorqueAxis(Frozen):
 
     @property
     def force_resolution(self) -> float:
-        """Force of a contact that is pressed in by one count of the encoder, N: what limits observation, not `force_step`."""
+        """Force of a contact that is pressed in by one count of the encoder, N.
+
+        What limits observation: the source's "resolution of the observer" is `torque_step`, that of the command.
+        """
         return self.force(self.contact_angular_stiffness * self.angle_step)
 
     @property
@@ -124,30 +129,6 @@ class TorqueAxis(Frozen):
     def force_max(self) -> float:
         """Force at the greatest current, without friction, N."""
         return self.force(self.torque_max)
-
-    @property
-    def printed(self) -> dict[str, float]:
-        """The source's digital limits in its own units: mA, mN m, kgf mm, gf, with g = 9.81 m/s^2.
-
-        Examples
-        --------
-        >>> for name, value in TorqueAxis().printed.items():
-        ...     print(name, round(value, 5))
-        current_step (mA) 2.44141
-        torque_step (mN m) 0.45166
-        torque_step (kgf mm) 0.04604
-        force_step (gf) 0.48464
-        torque_max (kgf mm) 18.85831
-        force_max (gf) 198.5085
-        """
-        return {
-            "current_step (mA)": 1e3 * self.current_step,
-            "torque_step (mN m)": 1e3 * self.torque_step,
-            "torque_step (kgf mm)": 1e3 * self.torque_step / GRAVITY,
-            "force_step (gf)": 1e3 * self.force_step / GRAVITY,
-            "torque_max (kgf mm)": 1e3 * self.torque_max / GRAVITY,
-            "force_max (gf)": 1e3 * self.force_max / GRAVITY,
-        }
 
     @property
     def parameters(self) -> Floats:
@@ -163,3 +144,12 @@ class TorqueAxis(Frozen):
             N m.
         """
         return torque / (1e-3 * self.lever_arm)
+
+
+def true_axis(believed: TorqueAxis, truth: TorqueAxis | None) -> TorqueAxis:
+    """The axis as it is: that which is believed, or another one at the same sample time."""
+    if truth is None:
+        return believed
+    if checks.kind("truth", truth, TorqueAxis).sample_time != believed.sample_time:
+        raise checks.refuse("truth.sample_time", f"that of the controller, {believed.sample_time:g}", truth.sample_time, "s")
+    return truth

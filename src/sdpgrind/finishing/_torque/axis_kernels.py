@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from sdpgrind.finishing._torque import _places as at
+from sdpgrind.finishing._torque import slots as at
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _EVENTS = 100

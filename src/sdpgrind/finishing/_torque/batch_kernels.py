@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from sdpgrind.finishing._torque import _places as at
+from sdpgrind.finishing._torque import slots as at
 from sdpgrind.finishing._torque.axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing._torque.controller_kernels import controller_step, feed_override
 

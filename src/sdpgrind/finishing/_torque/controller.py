@@ -13,8 +13,8 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.finishing._torque import _places as at
-from sdpgrind.finishing._torque.axis import TorqueAxis
+from sdpgrind.finishing._torque import slots as at
+from sdpgrind.finishing._torque.axis import TorqueAxis, true_axis
 from sdpgrind.finishing._torque.controller_kernels import controller_step, torque_at
 from sdpgrind.finishing._torque.gains import Gains
 from sdpgrind.finishing._torque.law import Setting, TorqueLaw, setting
@@ -34,7 +34,7 @@ class TorqueController(Frozen):
     `kind`     law
     ========== ============================================================================================================
     "constant" current T*/k_t: no loop, and a contact that nothing damps
-    "pidff"    PID plus feedforward of Wang and Jan (2001) (6) with the torque observer (9): as printed, errata put right
+    "pidff"    PID plus feedforward of Wang and Jan (2001) (6) with the torque observer (9), errata put right
     "damped"   T* less damping by the motor's speed (`DampingGains`): what all others must be compared with
     "lqg"      Kalman filter and state feedback (`LqgGains`): fastest, and least tolerant of a stiffer contact
     ========== ============================================================================================================
@@ -56,14 +56,15 @@ class TorqueController(Frozen):
         To be held, N.
     kind : {"pidff", "constant", "damped", "lqg"}
         Law.
-    gains : PidffGains, DampingGains, LqgGains or "printed", optional
-        Of that law; by default those that the source prints, or those that its class has. The observer of the source is slower
-        than its loop: `PidffGains.of_poles` designs a faster one.
-    observer : {"pid", "state", "ideal"}, optional
-        Of "pidff": (10), corrected, with the speed in it; its state form; or None or "ideal", the true contact torque, which is
-        known in a simulation only.
+    gains : PidffGains, DampingGains or LqgGains, optional
+        Of that law; by default what its class has. For "pidff" these are the source's, whose observer is slower than its loop (so
+        that the slowest poles are at -16.5 1/s, not at -61): ``PidffGains.of_poles(axis)`` designs others.
+    observer : {"pid", "state", "ideal"}
+        Of "pidff": (9), corrected; its state form, which with the gains of the source hardly decays and is unstable on a contact
+        half as stiff; or "ideal", the true contact torque, which is known in a simulation only.
     prefilter : bool
-        Of "pidff": filter T* by p/(3s + p), which takes the overshoot of (8) away.
+        Of "pidff": filter T* by p/(3s + p), which takes the overshoot of (8) away. At 1.667 N that overshoot needs more than the
+        current limit of 1 A.
     load_torque : float or array (m,)
         Load torque that is known, N m, all along or at the times of the motion.
     settle_time : float, optional
@@ -77,7 +78,8 @@ class TorqueController(Frozen):
 
     Examples
     --------
-    >>> controller = TorqueController(TorqueAxis(), normal_force=1.111, kind="lqg")
+    >>> from sdpgrind import finishing as fin
+    >>> controller = fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg")
     >>> controller.step(motor_angle=0.0)
     {'current': 0.3369140625}
     >>> print(controller.poles)
@@ -89,13 +91,13 @@ class TorqueController(Frozen):
     _: KW_ONLY
     normal_force: float
     kind: str = "pidff"
-    gains: Gains | str | None = None
-    observer: str | None = "pid"
+    gains: Gains | None = None
+    observer: str = "pid"
     prefilter: bool = False
     load_torque: npt.ArrayLike = 0.0
     settle_time: float | None = None
 
-    reports: ClassVar[Mapping[str, str]] = {"contact_torque": "N m", "torque_reference": "N m"}
+    reports: ClassVar[Mapping[str, str]] = {"torque_estimate": "N m", "torque_ref": "N m"}
 
     def __post_init__(self) -> None:
         self.setting.check_sampling()
@@ -131,8 +133,9 @@ class TorqueController(Frozen):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """What the motion is made for, in its units; `hwsim` refuses to run it on other parts and machines."""
-        return getattr(getattr(self.motion, "problem", None), "job", None) or {}
+        """What the motion is made for, and the normal force that is held (N): `hwsim` refuses to run it for anything else."""
+        planned = getattr(getattr(self.motion, "problem", None), "job", None) or {}
+        return {**planned, "target_force": (float(self.normal_force), "N")}
 
     @cached_property
     def poles(self) -> AxisPoles:
@@ -168,7 +171,7 @@ class TorqueController(Frozen):
         sampled_time : bool
             The loop as it is sampled, else that in continuous time.
         """
-        real = self._real(truth)
+        real = true_axis(self.axis, truth)
         return sampled(self.setting, real) if sampled_time else continuous(self.setting, real)
 
     def poles_at(self, truth: TorqueAxis) -> AxisPoles:
@@ -179,14 +182,7 @@ class TorqueController(Frozen):
         truth : TorqueAxis
             The axis as it is.
         """
-        return poles_of(self.setting, self._real(truth))
-
-    def _real(self, truth: TorqueAxis | None) -> TorqueAxis:
-        if truth is None:
-            return self.axis
-        if checks.kind("truth", truth, TorqueAxis).sample_time != self.period:
-            raise checks.refuse("truth.sample_time", f"that of the controller, {self.period:g}", truth.sample_time, "s")
-        return truth
+        return poles_of(self.setting, true_axis(self.axis, truth))
 
     def reset(self) -> None:
         """Forget the part before."""
@@ -229,7 +225,7 @@ class TorqueController(Frozen):
         """Return what it takes the contact torque to be, and what it is to be (N m)."""
         law, state = self.law, self.state
         load = float(torque_at(law.time, law.load, state[at.PATH_TIME], state))
-        return {"contact_torque": float(state[at.ESTIMATE]) - load, "torque_reference": float(state[at.REFERENCE]) - load}
+        return {"torque_estimate": float(state[at.ESTIMATE]) - load, "torque_ref": float(state[at.REFERENCE]) - load}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """A controller with a state of its own; axis and motion never change and are shared."""

@@ -22,19 +22,23 @@ _PIDFF = {"kp": "1/s^2", "ki": "1/s^3", "kd": "1/s", "obs_kp": "N m/rad", "obs_k
 class PidffGains(Frozen):
     """Gains of PID plus feedforward, Wang and Jan (2001) (6), and of its torque observer, (9).
 
+    (5) has T_f + T_L where (6) has T*, as nobody measures the load. ``PidffGains()`` are the gains that the source prints in its
+    section 6: a baseline, not a design. Their observer, with poles at -40 1/s, is slower than the loop around it, with -61;
+    together the slowest poles are at -16.5 1/s. `of_poles` designs others, the observer three times as fast as the loop.
+
     Parameters
     ----------
     kp, ki, kd : float
-        k_fp (1/s^2), k_fi (1/s^3), k_fd (1/s): by default those that the source prints, three poles at -61 1/s.
+        k_fp (1/s^2), k_fi (1/s^3), k_fd (1/s): three poles at -61 1/s, if the true torque were fed back.
     obs_kp, obs_ki, obs_kd : float
-        k_op (N m/rad), k_oi (N m/(rad s)), k_od (N m s/rad): by default those that are printed, three poles at -40 1/s. That
-        observer is slower than the loop around it; better is `of_poles` with an observer of three times the pole or more.
+        k_op (N m/rad), k_oi (N m/(rad s)), k_od (N m s/rad): three poles at -40 1/s, of the observer alone.
 
     Examples
     --------
-    >>> PidffGains().pole  # 1/s
+    >>> from sdpgrind import finishing as fin
+    >>> fin.PidffGains().pole  # 1/s
     61.0
-    >>> gains = PidffGains.of_poles(TorqueAxis(), pole=61.0, observer_pole=40.0)
+    >>> gains = fin.PidffGains.of_poles(fin.TorqueAxis(), pole=61.0, observer_pole=40.0)
     >>> round(gains.kp, 4), gains.ki, gains.kd, round(gains.obs_kp, 6), round(gains.obs_ki, 6), round(gains.obs_kd, 6)
     (299.3636, 226981.0, 183.0, 5.28, 70.4, 0.132)
     """
@@ -99,26 +103,29 @@ class PidffGains(Frozen):
 class DampingGains(Frozen):
     """Constant torque less damping: u = T* - K_v omega, K_v = 2 zeta sqrt(k_e J), omega without its slow part.
 
-    What any force controller must be compared with.
+    What any force controller must be compared with. Like (6), which takes k_e omega for the rate of T_f, it damps the speed of
+    the motor against the still world: on a surface that moves this adds an error that a constant current does not have.
+    `LqgGains` damps the speed relative to the surface.
 
     Parameters
     ----------
-    ratio : float
+    damping : float
         zeta, dimensionless.
     highpass_time : float
         Time constant of what takes the slow part of the speed away, s.
 
     Examples
     --------
-    >>> round(DampingGains().speed_gain(TorqueAxis()), 5)  # N m s/rad
+    >>> from sdpgrind import finishing as fin
+    >>> round(fin.DampingGains().speed_gain(fin.TorqueAxis()), 5)  # N m s/rad
     0.11465
     """
 
-    ratio: float = 0.5
+    damping: float = 0.5
     highpass_time: float = 0.1
 
     def __post_init__(self) -> None:
-        checks.positive("ratio", self.ratio)
+        checks.positive("damping", self.damping)
         checks.positive("highpass_time", self.highpass_time, "s")
 
     def speed_gain(self, axis: TorqueAxis) -> float:
@@ -129,7 +136,7 @@ class DampingGains(Frozen):
         axis : TorqueAxis
             What is believed of the axis.
         """
-        return 2.0 * self.ratio * sqrt(axis.contact_angular_stiffness * axis.inertia)
+        return 2.0 * self.damping * sqrt(axis.contact_angular_stiffness * axis.inertia)
 
 
 @stored("finishing.lqg_gains")
@@ -151,7 +158,8 @@ class LqgGains(Frozen):
 
     Examples
     --------
-    >>> LqgGains().kalman(TorqueAxis()).round(4).tolist()  # over a count of the encoder: 1, 1/s, N m/rad, N m/(rad s)
+    >>> from sdpgrind import finishing as fin
+    >>> fin.LqgGains().kalman(fin.TorqueAxis()).round(4).tolist()  # over a count of the encoder: 1, 1/s, N m/rad, N m/(rad s)
     [0.2549, 37.4153, -5.5705, -300.9914]
     """
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._torque import _places as at
+from sdpgrind.finishing._torque import slots as at
 from sdpgrind.finishing._torque.axis import TorqueAxis
 from sdpgrind.finishing._torque.gains import DampingGains, Gains, LqgGains, PidffGains
 
@@ -107,11 +107,11 @@ class Setting:
         p[at.LQG_MATRIX :] = A.ravel()
 
 
-def setting(axis: TorqueAxis, kind: str, gains: object, observer: str | None, prefilter: bool) -> Setting:
+def setting(axis: TorqueAxis, kind: str, gains: object, observer: str, prefilter: bool) -> Setting:
     """Check what a controller is to be made of."""
     checks.kind("axis", axis, TorqueAxis)
     checks.one_of("kind", kind, KINDS)
-    observer = checks.one_of("observer", "ideal" if observer is None else observer, OBSERVERS)
+    observer = checks.one_of("observer", observer, OBSERVERS)
     if kind != "pidff" and (observer != "pid" or prefilter):
         raise ValueError(f"observer and prefilter must be left as they are with kind {kind!r}; got {observer!r} and {prefilter}")
     return Setting(axis, kind, _gains(kind, gains), observer, bool(prefilter))
@@ -123,6 +123,6 @@ def _gains(kind: str, gains: object) -> Gains | None:
             raise checks.refuse("gains", "left out with kind 'constant', which has no loop", gains)
         return None
     wanted: type[Gains] = _GAINS[kind]
-    if gains is None or (kind == "pidff" and gains == "printed"):
+    if gains is None:
         return wanted()
     return checks.kind("gains", gains, wanted, f", for kind {kind!r}")

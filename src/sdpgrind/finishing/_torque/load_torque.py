@@ -18,6 +18,9 @@ _FREE = 5.0  # readings may be off by so many times what rounding explains, befo
 def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
     """Return the torque of the weight of a tool about the motor's axis, N m: m g d cos(angle), part of the load torque.
 
+    The source is silent about it. Its inertia would be that of 0.44 kg at 50 mm, which weighs more than its motor can hold:
+    balance the tool. What is left changes with the pose; give it to the controller as `load_torque`.
+
     Parameters
     ----------
     mass : float
@@ -30,7 +33,8 @@ def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
 
     Examples
     --------
-    >>> round(gravity_torque(0.44, 50.0, 0.0), 3)  # more than the motor's 0.185 N m
+    >>> from sdpgrind import finishing as fin
+    >>> round(fin.gravity_torque(0.44, 50.0, 0.0), 3)  # more than the motor's 0.185 N m
     0.216
     """
     checks.nonnegative("mass", mass, "kg")
@@ -75,11 +79,13 @@ def identify_load_torque(
 
     Examples
     --------
-    >>> axis = TorqueAxis()
+    >>> from sdpgrind import finishing as fin
+    >>> axis = fin.TorqueAxis()
     >>> time = np.arange(100) * axis.sample_time
     >>> angle = 0.5 * (0.185 * 0.05 - 0.02) / 0.0011 * time**2  # 50 mA against 20 mN m
     >>> shown = np.round(angle / axis.angle_step) * axis.angle_step
-    >>> found = identify_load_torque({"time": time, "motor_angle": shown, "current": np.full(100, 0.05)}, axis)
+    >>> data = {"time": time, "motor_angle": shown, "current": np.full(100, 0.05)}
+    >>> found = fin.identify(data, "load_torque", axis=axis)
     >>> round(found["load_torque"], 4), bool(found.sd[0] < 1e-4)  # N m
     (0.02, True)
     """

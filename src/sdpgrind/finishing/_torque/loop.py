@@ -15,7 +15,7 @@ INPUTS = ("torque_ref", "load_torque", "surface_angle")
 OUTPUTS = ("contact_torque", "estimate")
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class AxisLoop:
     """Closed loop x' = A x + B u, y = C x + D u, with contact that never lifts.
 
@@ -31,11 +31,10 @@ class AxisLoop:
 
     Examples
     --------
-    >>> from sdpgrind.finishing._torque.model import continuous
-    >>> from sdpgrind.finishing._torque.law import setting
-    >>> from sdpgrind.finishing._torque.axis import TorqueAxis
-    >>> axis = TorqueAxis()
-    >>> loop = continuous(setting(axis, "pidff", None, "pid", False), axis)
+    >>> from sdpgrind import finishing as fin
+    >>> loop = fin.TorqueController(fin.TorqueAxis(), normal_force=1.111).loop()
+    >>> loop
+    AxisLoop(6 states, continuous, stable; slowest pole -16.54±8.88j 1/s)
     >>> loop.dc_gain("load_torque").round(9).tolist()  # the contact loses what the load takes; the estimate does not notice
     [-1.0, 0.0]
     """
@@ -52,6 +51,12 @@ class AxisLoop:
         with one_blas_thread():
             poles = np.linalg.eigvals(self.A).astype(complex)
         return np.asarray(poles[np.lexsort((poles.imag, -(np.abs(poles) if self.sample_time else poles.real)))])
+
+    def __repr__(self) -> str:
+        kind, unit = (f"sampled every {self.sample_time:g} s", "in z") if self.sample_time else ("continuous", "1/s")
+        slowest = self.poles[0]
+        told = f"{slowest.real:.4g}" + (f"±{abs(slowest.imag):.3g}j" if slowest.imag else "")
+        return f"AxisLoop({len(self.A)} states, {kind}, {'' if self.stable else 'not '}stable; slowest pole {told} {unit})"
 
     @property
     def stable(self) -> bool:
@@ -86,7 +91,7 @@ class AxisLoop:
             state = np.linalg.solve(matrix, np.broadcast_to(self.B[:, k : k + 1], (*w.shape, len(self.A), 1)))
         return np.asarray((self.C @ state)[..., 0] + self.D[:, k])
 
-    def step(self, time: npt.ArrayLike, name: str = "torque_ref") -> Floats:
+    def step_response(self, time: npt.ArrayLike, name: str = "torque_ref") -> Floats:
         """Return contact torque and estimate (..., 2) after a unit step of an input at time 0, N m per unit.
 
         Parameters

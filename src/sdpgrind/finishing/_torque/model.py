@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._torque import _places as at
+from sdpgrind.finishing._torque import slots as at
 from sdpgrind.finishing._torque.axis import TorqueAxis
 from sdpgrind.finishing._torque.controller_kernels import controller_sample
 from sdpgrind.finishing._torque.gains import DampingGains, Gains, LqgGains, PidffGains
@@ -123,7 +123,7 @@ def _ideal(x: Floats, gains: PidffGains, J: float, true: float) -> _Observed:
 
 
 def _pid_observer(x: Floats, gains: PidffGains, J: float, true: float) -> _Observed:
-    """J s^2 theta^ = k_t i + C (theta - theta^), estimate -C (theta - theta^): Wang (10), corrected."""
+    """J s^2 theta^ = k_t i + C (theta - theta^), estimate -C (theta - theta^): Wang (9), corrected."""
     angle, speed = x[0] - x[3], x[1] - x[4]
     pull = gains.obs_kp * angle + x[5] + gains.obs_kd * speed
     return -pull, lambda drive: [x[4], (drive + pull) / J, gains.obs_ki * angle]

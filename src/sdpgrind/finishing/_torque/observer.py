@@ -44,25 +44,27 @@ class ObservedTorque(NamedTuple):
 def observed_torque(
     axis: TorqueAxis, gains: PidffGains | None = None, *, observer: str = "pid", truth: TorqueAxis | None = None
 ) -> ObservedTorque:
-    """Return how the observer's estimate follows the sum of contact and load torque, and the motor's speed: Wang (9).
+    """Return how the observer's estimate follows the sum of contact and load torque, and the motor's speed: Wang (9), corrected.
 
     That = (N/D) [(k_t^/k_t)(T_f + T_L) + J^ (J k_t^/(J^ k_t) - 1) s omega]. As printed it has k_t in place of (k_t^/k_t) N, k_oi
-    s^2 for k_od s^2, and no s before omega. It always sees the load torque as if it were of the contact.
+    s^2 for k_od s^2, and no s before omega. With J^ and k_t^ right it is (10), where k_oi s^2 stands for k_od s^2, too. It always
+    sees the load torque as if it were of the contact.
 
     Parameters
     ----------
     axis : TorqueAxis
         As it is believed: J^, k_t^.
     gains : PidffGains, optional
-        By default those that are printed.
+        By default those of the source.
     observer : {"pid", "state"}
-        Form.
+        PID form, that of (9), or state form: N = k_oi.
     truth : TorqueAxis, optional
         As it is: J, k_t; by default as it is believed.
 
     Examples
     --------
-    >>> seen = observed_torque(TorqueAxis())
+    >>> from sdpgrind import finishing as fin
+    >>> seen = fin.observed_torque(fin.TorqueAxis())
     >>> (seen.denominator / 0.0011).round(6).tolist()  # (s + 40)^3
     [1.0, 120.0, 4800.0, 64000.0]
     >>> abs(seen.response(0.0)).tolist()

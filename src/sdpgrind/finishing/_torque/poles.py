@@ -13,7 +13,7 @@ from sdpgrind.finishing._torque.model import continuous, sampled
 _EDGE = 1e-9  # how near to the edge a pole of the undamped axis may come, of its modulus
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class AxisPoles:
     """Poles of axis, controller and observer together.
 
@@ -28,8 +28,8 @@ class AxisPoles:
 
     Examples
     --------
-    >>> from sdpgrind.finishing._torque.controller import TorqueController
-    >>> print(TorqueController(TorqueAxis(), normal_force=1.111).poles)  # as printed: the observer is slower than the loop
+    >>> from sdpgrind import finishing as fin
+    >>> print(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111).poles)  # the source's observer is slower than its loop
     -16.54±8.88j, -20.55±45.68j, -114.41±57.79j 1/s; slowest sampled 0.983556±0.00862j
     """
 
@@ -47,6 +47,9 @@ class AxisPoles:
     def stable(self) -> bool:
         """Whether all of them decay, dimensionless."""
         return bool(np.all(self.continuous.real < 0.0) and np.all(np.abs(self.sampled) < 1.0))
+
+    def __repr__(self) -> str:
+        return f"AxisPoles({self})"
 
     def __str__(self) -> str:
         largest = np.max(np.abs(self.sampled))

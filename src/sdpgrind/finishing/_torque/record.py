@@ -8,11 +8,12 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.extras import need
 
 _LAST = 0.1  # share of a run in which a force that has settled stays within its band
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class AxisRecord:
     """Runs of the torque axis from several start angles, as `simulate_axis` gives them.
 
@@ -28,9 +29,9 @@ class AxisRecord:
         True contact torque, and what the controller takes it to be, N m.
     normal_force : array, (runs, n)
         True normal force, N.
-    target : float
+    target_force : float
         Normal force that is to be held, N.
-    surface : array, (n,)
+    height_error : array, (n,)
         Height error of the surface, mm.
     """
 
@@ -40,8 +41,8 @@ class AxisRecord:
     contact_torque: Floats
     estimate: Floats
     normal_force: Floats
-    target: float
-    surface: Floats
+    target_force: float
+    height_error: Floats
 
     def settling(self, band: float = 0.02) -> Floats:
         """Return when each run has come within a band of its target for good, (runs,), s; infinite: not in this time.
@@ -51,7 +52,7 @@ class AxisRecord:
         band : float
             Share of the target, dimensionless.
         """
-        outside = np.abs(self.normal_force - self.target) > checks.share("band", band) * self.target
+        outside = np.abs(self.normal_force - self.target_force) > checks.share("band", band) * self.target_force
         n = self.time.size
         last = n - 1 - np.argmax(outside[:, ::-1], axis=1)  # meaningless where it never is outside
         step = self.time[1] - self.time[0]
@@ -61,7 +62,7 @@ class AxisRecord:
     @property
     def overshoot(self) -> Floats:
         """Greatest force beyond the target over the target, (runs,), dimensionless."""
-        return np.asarray(self.normal_force.max(axis=1) / self.target - 1.0)
+        return np.asarray(self.normal_force.max(axis=1) / self.target_force - 1.0)
 
     @property
     def ripple(self) -> Floats:
@@ -71,12 +72,12 @@ class AxisRecord:
     @property
     def rms_error(self) -> Floats:
         """Root mean square of the error of the force in the second half of each run, (runs,), N: ripple and offset."""
-        return np.asarray(np.sqrt(np.mean((self._second_half - self.target) ** 2, axis=1)))
+        return np.asarray(np.sqrt(np.mean((self._second_half - self.target_force) ** 2, axis=1)))
 
     @property
     def offset(self) -> Floats:
         """Mean error of the force in the second half of each run, (runs,), N."""
-        return np.asarray(self._second_half.mean(axis=1) - self.target)
+        return np.asarray(self._second_half.mean(axis=1) - self.target_force)
 
     def error_amplitude(self, frequency: float) -> Floats:
         """Return the amplitude of the force at a frequency in the second half of each run, (runs,), N.
@@ -106,7 +107,7 @@ class AxisRecord:
         return found | {"offset": float(np.mean(self.offset))}
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the normal force of every run over time (N, s); return the axes.
+        """Draw the normal force of every run over time (N, s), into the axes `ax` or a new figure; return the figure.
 
         Parameters
         ----------
@@ -114,13 +115,19 @@ class AxisRecord:
             Where.
         """
         if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.figure(figsize=(7, 4), layout="constrained").add_subplot()
+            ax = need("matplotlib.pyplot", "plot").figure(figsize=(7, 4), layout="constrained").add_subplot()
         ax.plot(self.time, self.normal_force.T, color="C0", linewidth=0.7, alpha=0.5)
-        ax.axhline(self.target, color="k", linewidth=0.7)
+        ax.axhline(self.target_force, color="k", linewidth=0.7)
         ax.set(xlabel="time [s]", ylabel="normal force [N]")
-        return ax
+        return ax.figure
+
+    def __repr__(self) -> str:
+        found, (runs, samples) = self.figures, self.normal_force.shape
+        times = f"{runs} runs of {samples * float(self.time[1] - self.time[0]):.3g} s, {self.target_force:g} N"
+        told = (
+            f"2 % within {found['settling_2']:.3g} s, overshoot {100 * found['overshoot']:.3g} %, ripple {found['ripple']:.3g} N"
+        )
+        return f"AxisRecord({times}: {told})"
 
     @property
     def _second_half(self) -> Floats:

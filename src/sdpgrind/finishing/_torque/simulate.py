@@ -9,7 +9,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._torque import batch_kernels as columns
-from sdpgrind.finishing._torque.axis import TorqueAxis
+from sdpgrind.finishing._torque.axis import TorqueAxis, true_axis
 from sdpgrind.finishing._torque.batch_kernels import batch
 from sdpgrind.finishing._torque.controller import TorqueController
 from sdpgrind.finishing._torque.record import AxisRecord
@@ -18,33 +18,30 @@ _STARTS = ("touching", "pressed")
 
 
 def simulate_axis(
-    axis: TorqueAxis,
     controller: TorqueController,
     *,
     truth: TorqueAxis | None = None,
     duration: float = 1.0,
-    surface: Callable[[Floats], npt.ArrayLike] | None = None,
+    height_error: Callable[[Floats], npt.ArrayLike] | None = None,
     load_torque: float | Callable[[Floats], npt.ArrayLike] = 0.0,
     start_angles: int | npt.ArrayLike = 20,
     start: str = "touching",
 ) -> AxisRecord:
-    """Run an axis under a controller, from several start angles in one compiled call.
+    """Run the axis under a controller, from several start angles in one compiled call.
 
     Between samples the axis moves exactly, in contact and in flight; the surface is straight and the load torque held. Where in a
     count of the encoder the surface lies decides what rounding does: figures are to be averaged over it.
 
     Parameters
     ----------
-    axis : TorqueAxis
-        Which; its sample time must be the controller's.
     controller : TorqueController
         Its own state is left alone.
     truth : TorqueAxis, optional
-        As it really is; by default as `axis` says.
+        The axis as it really is, at the sample time of the controller; by default as the controller believes it to be.
     duration : float
         s.
-    surface : callable, optional
-        Height error of the surface (mm) at times (n,) in s; none: flat.
+    height_error : callable, optional
+        How much higher than planned the surface is (mm) at times (n,) in s; none: as planned.
     load_torque : float or callable
         Load torque T_L, N m: constant, or at times (n,) in s; whatever the controller knows of it.
     start_angles : int or array (runs,)
@@ -64,18 +61,15 @@ def simulate_axis(
 
     Examples
     --------
-    >>> axis = TorqueAxis()
-    >>> record = simulate_axis(axis, TorqueController(axis, normal_force=1.111, kind="lqg"))
+    >>> from sdpgrind import finishing as fin
+    >>> record = fin.simulate_axis(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"))
     >>> {name: round(value, 3) for name, value in record.figures.items()}  # s, s, 1, N, N, N
     {'settling_2': 0.063, 'settling_5': 0.053, 'overshoot': 0.007, 'ripple': 0.005, 'rms_error': 0.005, 'offset': 0.001}
     """
     checks.kind("controller", controller, TorqueController)
-    checks.kind("axis", axis, TorqueAxis)
-    name, axis = ("axis", axis) if truth is None else ("truth", checks.kind("truth", truth, TorqueAxis))
-    if axis.sample_time != controller.period:
-        raise checks.refuse(f"{name}.sample_time", f"that of the controller, {controller.period:g}", axis.sample_time, "s")
+    axis = true_axis(controller.axis, truth)
     time = _times(duration, controller.period)
-    height = _along("surface(time)", surface, time, "mm")
+    height = _along("height_error(time)", height_error, time, "mm")
     load = _along("load_torque(time)", load_torque, time, "N m")
     offsets, law = _offsets(axis, start_angles), controller.law
     known = controller.reference
@@ -98,8 +92,8 @@ def _record(controller: TorqueController, time: Floats, height: Floats, out: Flo
         contact_torque=torque,
         estimate=out[..., columns.ESTIMATE] - np.interp(played, known.time, known.load),
         normal_force=torque / np.interp(played, known.time, known.per_force),
-        target=float(controller.normal_force),
-        surface=height,
+        target_force=float(controller.normal_force),
+        height_error=height,
     )
 
 

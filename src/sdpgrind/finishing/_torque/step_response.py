@@ -56,7 +56,8 @@ def triple_pole_step(time: npt.ArrayLike, pole: float = 61.0, *, prefilter: bool
 
     Examples
     --------
-    >>> triple_pole_step([0.01, 0.02, 0.05, 0.1, 0.15]).round(6).tolist()
+    >>> from sdpgrind import finishing as fin
+    >>> fin.triple_pole_step([0.01, 0.02, 0.05, 0.1, 0.15]).round(6).tolist()
     [0.327386, 0.78401, 1.248753, 1.067533, 1.007815]
     """
     x = checks.positive("pole", pole, "1/s") * checks.finite_array("time", time, "s")
@@ -67,6 +68,9 @@ def triple_pole_step(time: npt.ArrayLike, pole: float = 61.0, *, prefilter: bool
 def contact_step(time: npt.ArrayLike, axis: TorqueAxis | None = None, gains: PidffGains | None = None) -> Floats:
     """Return T_f/T* after a step for Wang (8) with any gains, by its error equation; dimensionless.
 
+    That equation is (7) corrected: e'' + k_fd e' + (k_fp + k_e/J) e + k_fi int e = (k_e/J) T_L, here with T_L = 0. As printed,
+    its first line has e' for e'' and neither k_fp nor k_e/J before T_L; its second is one order too low.
+
     Parameters
     ----------
     time : array
@@ -74,11 +78,12 @@ def contact_step(time: npt.ArrayLike, axis: TorqueAxis | None = None, gains: Pid
     axis : TorqueAxis, optional
         By default that of the source.
     gains : PidffGains, optional
-        By default those that are printed.
+        By default those of the source.
 
     Examples
     --------
-    >>> contact_step([0.01, 0.02, 0.05, 0.1, 0.15]).round(6).tolist()
+    >>> from sdpgrind import finishing as fin
+    >>> fin.contact_step([0.01, 0.02, 0.05, 0.1, 0.15]).round(6).tolist()
     [0.327386, 0.78401, 1.248753, 1.067533, 1.007815]
     """
     axis, gains = TorqueAxis() if axis is None else axis, PidffGains() if gains is None else gains
@@ -103,12 +108,13 @@ def step_figures(answer: Callable[[Floats], Floats] | AxisLoop, *, horizon: floa
 
     Examples
     --------
-    >>> figures = step_figures(triple_pole_step)
+    >>> from sdpgrind import finishing as fin
+    >>> figures = fin.step_figures(fin.triple_pole_step)
     >>> round(figures.overshoot, 5), round(figures.peak_time, 5), round(figures.settling, 4)  # 1, s, s
     (0.24894, 0.04918, 0.1293)
     """
     end, share = checks.positive("horizon", horizon, "s"), checks.share("band", band)
-    curve = (lambda t: answer.step(t)[..., 0]) if isinstance(answer, AxisLoop) else answer
+    curve = (lambda t: answer.step_response(t)[..., 0]) if isinstance(answer, AxisLoop) else answer
     time = np.linspace(0.0, end, _CURVE + 1)
     values = np.asarray(curve(time))
     k = int(np.argmax(values))

@@ -14,7 +14,7 @@ _GRID = 200
 _BISECTIONS = 40
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class StiffnessCase:
     """What a controller does on contacts that are not as stiff as it believes, as `worst_case` gives it.
 
@@ -45,6 +45,14 @@ class StiffnessCase:
         names = ("settling_2", "settling_5", "overshoot", "ripple")
         return {name: float(np.max(getattr(self, name))) for name in names}
 
+    def __repr__(self) -> str:
+        worst, (low, high) = self.worst, self.stable
+        told = (
+            f"5 % within {worst['settling_5']:.3g} s, overshoot {100 * worst['overshoot']:.3g} %, ripple {worst['ripple']:.3g} N"
+        )
+        factors = f"k_e x {self.factors.min():.3g} to {self.factors.max():.3g}"
+        return f"StiffnessCase(at worst of {factors}: {told}; stable for k_e x {low:.3g} to {high:.3g})"
+
     def __str__(self) -> str:
         head = "k_e x   2 % (s)   5 % (s)   overshoot   ripple (N)"
         columns = (self.factors, self.settling_2, self.settling_5, self.overshoot, self.ripple)
@@ -70,8 +78,8 @@ def stiffness_range(controller: TorqueController, *, low: float = 0.05, high: fl
 
     Examples
     --------
-    >>> from sdpgrind.finishing._torque.axis import TorqueAxis
-    >>> [round(end, 2) for end in stiffness_range(TorqueController(TorqueAxis(), normal_force=1.111, kind="lqg"))]
+    >>> from sdpgrind import finishing as fin
+    >>> [round(end, 2) for end in fin.stiffness_range(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"))]
     [0.05, 4.35]
     """
     if not checks.positive("low", low) < 1.0 < checks.positive("high", high):
@@ -131,8 +139,8 @@ def worst_case(
 
     Examples
     --------
-    >>> from sdpgrind.finishing._torque.axis import TorqueAxis
-    >>> case = worst_case(TorqueController(TorqueAxis(), normal_force=1.111, kind="lqg"), factors=(0.5, 1.0))
+    >>> from sdpgrind import finishing as fin
+    >>> case = fin.worst_case(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"), factors=(0.5, 1.0))
     >>> round(case.worst["overshoot"], 2), case.stable[1] > 3
     (0.13, True)
     """
@@ -140,7 +148,7 @@ def worst_case(
     for factor in factors:
         stiffness = checks.positive("factors", factor) * axis.contact_angular_stiffness
         truth = axis.replace(contact_angular_stiffness=stiffness)
-        record = simulate_axis(axis, controller, truth=truth, duration=duration, start_angles=start_angles)
+        record = simulate_axis(controller, truth=truth, duration=duration, start_angles=start_angles)
         found.append(record.figures)
     names = ("settling_2", "settling_5", "overshoot", "ripple")
     figures = {name: np.array([one[name] for one in found]) for name in names}
