@@ -9,9 +9,9 @@ import numpy as np
 from measure import median
 
 from sdpgrind import finishing
-from sdpgrind.finishing import JointPath, Limits, TimeLaw
+from sdpgrind.finishing import JointLimits, JointPath, TimeLaw
 
-ARM = Limits(
+ARM = JointLimits(
     ("q1", "q2", "q3", "q4", "q5", "X", "Y"), speed_max=(1.5,) * 5 + (200.0,) * 2, acceleration_max=(8.0,) * 5 + (2000.0,) * 2
 )
 JERKY = ARM.replace(jerk_max=(80.0,) * 5 + (2e4,) * 2)  # full acceleration in 0.1 s
@@ -39,7 +39,7 @@ def corners(order: int) -> list[JointPath]:
     return runs
 
 
-def report(name: str, runs: Sequence[JointPath], limits: Limits, method: str, feed_rate: float) -> tuple[TimeLaw, ...]:
+def report(name: str, runs: Sequence[JointPath], limits: JointLimits, method: str, feed_rate: float) -> tuple[TimeLaw, ...]:
     """Make the laws twice, and print how long the second took, their sum, and the closest limit."""
     finishing.time_laws(runs[:1], limits, feed_rate=feed_rate, method=method)
     begin = time.perf_counter()

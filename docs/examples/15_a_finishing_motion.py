@@ -40,7 +40,7 @@ for name, laid in (("sharp", coarse), ("rounded within 0.6 mm", coarse.blended(0
     for method in ("trapezoid", "toppra", "min_time"):
         found = finishing.plan(problem.replace(path=laid), method=method)
         nearest = f"{found.worst_violation.quantity} of {found.worst_violation.joint}"
-        print(f"{name:22}{method:12}{found.duration:6.2f} s{found.mean_feed:7.1f} mm/s   {nearest}")
+        print(f"{name:22}{method:12}{found.duration:6.2f} s{found.mean_feed_rate:7.1f} mm/s   {nearest}")
 
 # %%
 # A trapezoid knows one speed for each run from rest to rest. Through rounded corners all of the path is one run, and the sharpest
@@ -81,12 +81,12 @@ try:
 except ValueError as error:
     print(error)
 fast = finishing.plan(problem.replace(feed_rate=500.0))
-print(f"at 500 mm/s commanded: {fast.mean_feed:.0f} mm/s on average, {fast.feed.max():.0f} at most")
+print(f"at 500 mm/s commanded: {fast.mean_feed_rate:.0f} mm/s on average, {fast.feed_rate.max():.0f} at most")
 
 # %%
 # What the robot plays
 # --------------------
 # Times and joints as a table; or at any time. ``motion.save`` keeps it with the problem that it was made for.
 print(motion.profile.shape, motion.profile[1].round(4))
-print(motion.at(10.0).feed.round(2), "mm/s after 10 s")
+print(motion.at(10.0).feed_rate.round(2), "mm/s after 10 s")
 plt.show()

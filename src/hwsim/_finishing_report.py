@@ -30,8 +30,8 @@ def report(title: str, log: "Log", plan: Any, job: Any) -> str:
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     path, problem = plan.problem.path, plan.problem
     yield f"{title}: {path.pattern}, {path.length:.0f} mm of path, pitch {path.pitch:.3g} mm, tool {problem.tool_diameter:g} mm"
-    share = plan.mean_feed / problem.feed_rate
-    feed = f"{plan.mean_feed:.2f} mm/s on average, {100 * share:.0f} % of the {problem.feed_rate:g} mm/s commanded"
+    share = plan.mean_feed_rate / problem.feed_rate
+    feed = f"{plan.mean_feed_rate:.2f} mm/s on average, {100 * share:.0f} % of the {problem.feed_rate:g} mm/s commanded"
     yield f"motion: {plan.duration:.2f} s, {feed}; {plan.status}"
     controller = job.controller(plan)
     slowest = "" if controller.kind == "constant" else f"; its slowest pole decays with {controller.poles.slowest:.1f} 1/s"
@@ -42,7 +42,7 @@ def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
     outcome, wanted = log.outcome, job.stand.normal_force
     yield summary_head(log, "part")
     yield summary_line("time (s)", outcome.time.values, ".3f", plan.duration)
-    yield summary_line("feed (mm/s)", outcome.feed.values, ".3f", plan.mean_feed)
+    yield summary_line("feed (mm/s)", outcome.feed.values, ".3f", plan.mean_feed_rate)
     yield summary_line("force (N)", outcome.normal_force.values, ".4f", wanted)
     yield summary_line("rms off the force (N)", outcome.force_error.values, ".4f", 0.0)
     yield summary_line("without contact (%)", 100.0 * outcome.lift_off.values, ".2f", 0.0)

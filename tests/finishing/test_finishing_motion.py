@@ -56,7 +56,7 @@ def test_rest_at_corners_is_a_trapezoid_for_each_run():
     v, a = fast.feed_rate, fast.acceleration
     times = np.where(runs >= v**2 / a, runs / v + v / a, 2 * np.sqrt(runs / a))
     assert motion.duration == pytest.approx(times.sum(), rel=1e-9)
-    assert motion.mean_feed == pytest.approx(FLAT.length / times.sum(), rel=1e-9)
+    assert motion.mean_feed_rate == pytest.approx(FLAT.length / times.sum(), rel=1e-9)
 
 
 def turns(nodes):
@@ -111,7 +111,7 @@ def test_saved_and_loaded(motion, tmp_path):
     back = sdpgrind.load(tmp_path / "motion.nc")
     assert back.problem == motion.problem and back.posture == motion.posture
     assert back.worst_violation == motion.worst_violation and back.method == motion.method
-    for name in ("time", "joints", "joint_speed", "feed", "torque_per_force"):
+    for name in ("time", "joints", "joint_speed", "feed_rate", "torque_per_force"):
         np.testing.assert_array_equal(getattr(back, name), getattr(motion, name))
     assert repr(back) == repr(motion)
 
@@ -178,7 +178,7 @@ def test_through_rounded_corners_is_faster():
     problem = EASY.replace(arm=EASY.arm.replace(jerk_max=None))
     stops = finishing.plan(problem, method="min_time")
     through = finishing.plan(problem.replace(path=FLAT.blended()), method="min_time")
-    assert through.duration < 0.9 * stops.duration and through.feed[1:-1].min() > 0
+    assert through.duration < 0.9 * stops.duration and through.feed_rate[1:-1].min() > 0
     assert through.worst_violation.ratio <= 1.001
 
 

@@ -196,7 +196,7 @@ def test_the_tour_of_finishing_runs_as_written(elsewhere, capsys):
     assert motion.worst_violation.held and len(motion.poses) == len(motion.joints) == len(motion.time)
     assert names["controllers"]["pidff"].poles.slowest < 40.0  # 1/s: slower than its observer alone
     assert outcome.normal_force.item() == pytest.approx(1.11, abs=0.02) and 3e-3 < outcome.roughness_ra.item() < 5e-3
-    assert motion.mean_feed < outcome.feed.item() < 25.0  # mm/s; the table overshoots at corners
+    assert motion.mean_feed_rate < outcome.feed.item() < 25.0  # mm/s; the table overshoots at corners
     assert "normal_force" in capsys.readouterr().out
     assert not list(elsewhere.iterdir())
 

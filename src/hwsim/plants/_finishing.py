@@ -12,7 +12,7 @@ from hwsim.plants._finishing_machine import FinishingPart, Setup
 from hwsim.plants._finishing_truth import CellScatter, CellTruth
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.finishing import FinishingProblem, Samples, TorqueAxis
+from sdpgrind.finishing import FinishingProblem, PathSamples, TorqueAxis
 
 Truth: TypeAlias = CellTruth | Callable[[np.random.Generator], CellTruth] | None
 
@@ -152,7 +152,7 @@ class FinishingCell(Frozen):
         return cKDTree(self.problem.path.sample().point)
 
     @cached_property
-    def first(self) -> Samples:
+    def first(self) -> PathSamples:
         """Where the path begins: point (mm), tangent and normal."""
         return self.problem.path.at(0.0)
 

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from hwsim.plants import _finishing_kernels as at
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing import FinishingProblem, Samples, TableLoop
+from sdpgrind.finishing import FinishingProblem, PathSamples, TableLoop
 
 ASTRAY = 1.0  # mm; a motion that is farther from the path is one for another part
 _ROUNDING = 1e-6  # of a joint's range
@@ -28,7 +28,7 @@ def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: flo
     return course
 
 
-def standing(problem: FinishingProblem, first: Samples, weight: float) -> Floats:
+def standing(problem: FinishingProblem, first: PathSamples, weight: float) -> Floats:
     """Two rows of a tool that stands at the begin of the path, `first`."""
     poses = np.repeat(problem.tool_poses(first), 2, axis=0)
     return _course(problem, np.array([0.0, 1.0]), poses, first.point[0], weight)

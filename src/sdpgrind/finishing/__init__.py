@@ -2,16 +2,16 @@
 
 from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.finishing._arm.arm import Arm
-from sdpgrind.finishing._arm.branches import Chosen, choose_branches
+from sdpgrind.finishing._arm.branches import ArmChoice, choose_branches
 from sdpgrind.finishing._arm.heading import CornerJumps, check_corners, corner_jumps, pitch_cosine
 from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
 from sdpgrind.finishing._arm.tool import tool_poses
 from sdpgrind.finishing._identify import identify
-from sdpgrind.finishing._motion import Moment, Motion, MotionError, Posture
+from sdpgrind.finishing._motion import Motion, MotionError, MotionState, Posture
 from sdpgrind.finishing._path.hilbert import hilbert, hilbert_lsystem, hilbert_nodes
 from sdpgrind.finishing._path.metrics import PathMetrics
 from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._path.samples import Samples
+from sdpgrind.finishing._path.samples import PathSamples
 from sdpgrind.finishing._path.scallop import ball_footprint, cusp_roughness, scallop_height
 from sdpgrind.finishing._path.zigzag import zigzag
 from sdpgrind.finishing._plan import plan
@@ -31,12 +31,12 @@ from sdpgrind.finishing._study.power import Power
 from sdpgrind.finishing._study.prediction import Prediction
 from sdpgrind.finishing._study.ratios import sn_ratio
 from sdpgrind.finishing._study.study import Study
-from sdpgrind.finishing._surface.derivatives import Derivatives
+from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 from sdpgrind.finishing._surface.presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
 from sdpgrind.finishing._surface.surface import Surface
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.table_loop import TableLoop
 from sdpgrind.finishing._timing.time_law import TimeLaw
 from sdpgrind.finishing._timing.trapezoid import Trapezoid
@@ -58,31 +58,31 @@ __all__ = [
     "AnovaRow",
     "AnovaTable",
     "Arm",
+    "ArmChoice",
     "AxisLoop",
     "AxisPoles",
     "AxisRecord",
     "Best",
-    "Chosen",
     "Confounding",
     "CornerJumps",
     "DampingGains",
-    "Derivatives",
     "FinishingProblem",
+    "JointLimits",
     "JointPath",
     "LeaveOneOut",
     "LevelMean",
     "LevelMeans",
-    "Limits",
     "LqgGains",
-    "Moment",
     "Motion",
     "MotionError",
+    "MotionState",
     "NextRun",
     "NextRuns",
     "ObservedTorque",
     "OrthogonalArray",
     "Path",
     "PathMetrics",
+    "PathSamples",
     "PidffGains",
     "Pooling",
     "Posture",
@@ -90,11 +90,11 @@ __all__ = [
     "Prediction",
     "PresetInfo",
     "RoughnessModel",
-    "Samples",
     "StepFigures",
     "StiffnessCase",
     "Study",
     "Surface",
+    "SurfaceDerivatives",
     "TableLoop",
     "Tie",
     "TimeLaw",

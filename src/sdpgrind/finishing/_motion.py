@@ -46,7 +46,7 @@ class Posture(NamedTuple):
     placement: tuple[float, float, float]
 
 
-class Moment(NamedTuple):
+class MotionState(NamedTuple):
     """A motion at one time, or at several.
 
     Attributes
@@ -55,13 +55,13 @@ class Moment(NamedTuple):
         Five joints of the arm in rad, two of the table in mm.
     length : array (...)
         Length of path behind, mm.
-    feed : array (...)
-        Feed along the path, mm/s.
+    feed_rate : array (...)
+        Along the path, mm/s.
     """
 
     joints: Floats
     length: Floats
-    feed: Floats
+    feed_rate: Floats
 
 
 class MotionError(ValueError):
@@ -120,9 +120,9 @@ class Motion:
         return self._own("length")
 
     @property
-    def feed(self) -> Floats:
-        """Feed along the path, mm/s, shape (m,)."""
-        return self._own("feed")
+    def feed_rate(self) -> Floats:
+        """Along the path, mm/s, shape (m,)."""
+        return self._own("feed_rate")
 
     @property
     def joints(self) -> Floats:
@@ -177,11 +177,11 @@ class Motion:
     def _splines(self) -> tuple[Any, Any]:
         once = np.concatenate([[True], np.diff(self.time) > 0])
         t = self.time[once]
-        along = CubicHermiteSpline(t, self.length[once], self.feed[once])
+        along = CubicHermiteSpline(t, self.length[once], self.feed_rate[once])
         return CubicHermiteSpline(t, self.joints[once], self.joint_speed[once]), along
 
-    def at(self, time: npt.ArrayLike) -> Moment:
-        """Return joints, length and feed at any time.
+    def at(self, time: npt.ArrayLike) -> MotionState:
+        """Return joints, length and feed rate at any time.
 
         Parameters
         ----------
@@ -190,8 +190,8 @@ class Motion:
 
         Returns
         -------
-        Moment
-            Joints (..., 7) in rad and mm, length in mm, feed in mm/s; the feed of a spline through the rows.
+        MotionState
+            Joints (..., 7) in rad and mm, length in mm, feed rate in mm/s: that of a spline through the rows.
 
         Raises
         ------
@@ -203,10 +203,10 @@ class Motion:
         if np.any(outside):
             raise checks.refuse("time", f"in [0, {self.duration:g}]", float(asked[outside].flat[0]), "s")
         joints, along = self._splines
-        return Moment(joints(asked), along(asked), along(asked, 1))
+        return MotionState(joints(asked), along(asked), along(asked, 1))
 
     @property
-    def mean_feed(self) -> float:
+    def mean_feed_rate(self) -> float:
         """Length of the path over the duration, mm/s."""
         return float(self.length[-1] / self.duration)
 
@@ -251,7 +251,7 @@ class Motion:
 
     def __repr__(self) -> str:
         way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"
-        share = 100 * self.mean_feed / self.problem.feed_rate
+        share = 100 * self.mean_feed_rate / self.problem.feed_rate
         return f"Motion({way}, {share:.0f} % of the feed rate, {self.method}; {self.status})"
 
 
@@ -285,7 +285,7 @@ def _labelled(arm: Arm, time: Floats, length: Floats, feed: Floats, joints: Floa
     columns = {
         "time": ("row", time, {"units": "s", "long_name": "time"}),
         "length": ("row", length, {"units": "mm", "long_name": "length of path behind"}),
-        "feed": ("row", feed, {"units": "mm/s", "long_name": "feed along the path"}),
+        "feed_rate": ("row", feed, {"units": "mm/s", "long_name": "feed along the path"}),
         "joints": (("row", "joint"), joints, {"units": "joint_unit", "long_name": "joints"}),
         "joint_speed": (("row", "joint"), speed, {"units": "joint_unit/s", "long_name": "speed of the joints"}),
         "torque_per_force": ("row", lever, {"units": "N m/N", "long_name": "motor torque for each N of normal force"}),

@@ -36,7 +36,7 @@ def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
     points, kept, worst = motion.points, _apart(motion), motion.worst_violation
     pieces = np.stack([points[kept[:-1]], points[kept[1:]]], axis=1)
     drawn = lines.Line3DCollection(pieces, cmap="plasma", linewidth=1.3, capstyle="round", zorder=3)
-    drawn.set_array([motion.feed[a : b + 1].max() for a, b in pairwise(kept)])
+    drawn.set_array([motion.feed_rate[a : b + 1].max() for a, b in pairwise(kept)])
     axis.add_collection3d(drawn)
     place = points[int(np.argmin(np.abs(motion.time - worst.time)))]
     told = f"{worst.quantity} {worst.joint}".strip()
@@ -54,12 +54,12 @@ def _apart(motion: "Motion") -> Any:
 
 def _draw_feed(axis: Any, motion: "Motion") -> None:
     """Feed over all of the time: between its extremes, as there may be a thousand corners."""
-    time, low, high = _extremes(motion.time, motion.feed, MANY)
+    time, low, high = _extremes(motion.time, motion.feed_rate, MANY)
     axis.fill_between(time, low, high, color="#4878a8", lw=0.4)
     axis.axhline(motion.problem.feed_rate, color="0.4", lw=0.8, ls="--")
-    axis.axhline(motion.mean_feed, color="0.1", lw=0.8)
+    axis.axhline(motion.mean_feed_rate, color="0.1", lw=0.8)
     axis.set(ylabel="feed [mm/s]", xlim=(0, motion.duration), ylim=(0, 1.08 * motion.problem.feed_rate))
-    axis.set_title(f"mean {motion.mean_feed:.3g} of {motion.problem.feed_rate:.3g} mm/s", fontsize=8)
+    axis.set_title(f"mean {motion.mean_feed_rate:.3g} of {motion.problem.feed_rate:.3g} mm/s", fontsize=8)
 
 
 def _draw_close(axis: Any, motion: "Motion") -> None:
@@ -67,7 +67,7 @@ def _draw_close(axis: Any, motion: "Motion") -> None:
     worst = motion.worst_violation
     first = float(np.clip(worst.time - CLOSE / 2, 0.0, max(0.0, motion.duration - CLOSE)))
     near = (motion.time >= first) & (motion.time <= first + CLOSE)
-    axis.plot(motion.time[near], motion.feed[near], color="#4878a8", lw=1)
+    axis.plot(motion.time[near], motion.feed_rate[near], color="#4878a8", lw=1)
     axis.axvline(worst.time, color="#b04a3a", lw=0.8)
     axis.set(ylabel="feed [mm/s]", xlim=(first, min(first + CLOSE, motion.duration)), ylim=(0, 1.08 * motion.problem.feed_rate))
 

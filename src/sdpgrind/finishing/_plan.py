@@ -12,11 +12,11 @@ from sdpgrind.finishing._arm.branches import choose_branches
 from sdpgrind.finishing._arm.heading import check_corners, corner_jumps
 from sdpgrind.finishing._motion import EXCEEDED, Motion, MotionError, Posture, rows
 from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._path.samples import Samples
+from sdpgrind.finishing._path.samples import PathSamples
 from sdpgrind.finishing._problem import TABLE_HEIGHT, FinishingProblem
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.violations import worst_violation
 
 METHODS = ("trapezoid", "toppra", "min_time")
@@ -59,7 +59,7 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     >>> from sdpgrind import finishing
     >>> path = finishing.hilbert(finishing.preset("nominal").surface, 3)
     >>> motion = finishing.plan(finishing.FinishingProblem(path))
-    >>> motion.worst_violation.held, round(motion.mean_feed / motion.problem.feed_rate, 2)
+    >>> motion.worst_violation.held, round(motion.mean_feed_rate / motion.problem.feed_rate, 2)
     (True, 0.67)
     """
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
@@ -67,7 +67,7 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     samples = problem.path.sample(per_leg=_per_leg(problem.path))
     posture, joints = held(problem, samples)
     arm = problem.arm
-    limits = Limits(
+    limits = JointLimits(
         arm.names,
         speed_max=arm.speed_max,
         acceleration_max=arm.acceleration_max,
@@ -90,7 +90,7 @@ def _per_leg(path: Path) -> int:
     return max(FEWEST, math.ceil(longest / STEP))
 
 
-def held(problem: FinishingProblem, samples: Samples) -> tuple[Posture, Floats]:
+def held(problem: FinishingProblem, samples: PathSamples) -> tuple[Posture, Floats]:
     """How the arm is held, and its joints at every sample."""
     poses = problem.tool_poses(samples)
     if problem.heading == "feed_aligned":
@@ -129,12 +129,12 @@ def _refuse_corners(problem: FinishingProblem, segments: list[Floats]) -> None:
     )
 
 
-def _cuts(samples: Samples) -> Any:
+def _cuts(samples: PathSamples) -> Any:
     """Where a new run begins."""
     return np.flatnonzero(np.diff(samples.run)) + 1
 
 
-def runs_of(samples: Samples, joints: Floats) -> list[JointPath]:
+def runs_of(samples: PathSamples, joints: Floats) -> list[JointPath]:
     """The smooth runs between sharp corners."""
     cuts = _cuts(samples)
     pieces = zip(np.split(samples.length, cuts), np.split(joints, cuts), strict=True)

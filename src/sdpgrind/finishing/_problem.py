@@ -18,7 +18,7 @@ from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
 from sdpgrind.finishing._arm.tool import HEADINGS, tool_poses
 from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._path.samples import Samples
+from sdpgrind.finishing._path.samples import PathSamples
 from sdpgrind.finishing._roughness.model import RoughnessModel
 from sdpgrind.finishing._surface.surface import Surface
 from sdpgrind.identify import Estimate
@@ -145,24 +145,24 @@ class FinishingProblem(Frozen):
         """
         return torque_per_force(self.contact_angle, self.lever_arm, self.friction_ratio, feed_angle, self.pushed)
 
-    def tool_poses(self, samples: Samples) -> Floats:
+    def tool_poses(self, samples: PathSamples) -> Floats:
         """Return the poses of the tool at places of the path, in the frame of the surface, (m, 4, 4): Wang (1).
 
         Parameters
         ----------
-        samples : Samples
+        samples : PathSamples
             What `Path.sample` or `Path.at` gives (mm).
         """
         held = {name: getattr(self, name) for name in ("contact_angle", "lever_arm", "heading", "pushed")}
         held["azimuth"] = self.azimuth + math.pi  # dragged along a heading: it points the other way
         return tool_poses(samples.point, samples.tangent, samples.normal, **held)
 
-    def feed_angles(self, samples: Samples) -> Floats:
+    def feed_angles(self, samples: PathSamples) -> Floats:
         """Return the angles psi (rad) between the azimuth of the tool and the feed at places of the path, (m,).
 
         Parameters
         ----------
-        samples : Samples
+        samples : PathSamples
             What `Path.sample` or `Path.at` gives (mm).
         """
         return feed_angle(samples.tangent, samples.normal, self.tool_poses(samples))

@@ -6,7 +6,7 @@ from timing_paths import SMOOTH, dense, line, part, wavy
 
 from sdpgrind.finishing._timing import jerk_limited, jerk_program
 from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law
 from sdpgrind.finishing._timing.violations import worst_violation
 
@@ -23,7 +23,7 @@ SHAPES = [(25.0, 500.0, 2e4), (25.0, 5e3, 2e4), (1e3, 500.0, 2e4), (1e3, 1e6, 2e
 @pytest.mark.parametrize(("speed", "acceleration", "jerk"), SHAPES)
 def test_straight_line_is_the_closed_form(speed, acceleration, jerk):
     """All four kinds of seven-piece laws."""
-    limits = Limits(["X"], speed_max=[speed], acceleration_max=[acceleration], jerk_max=[jerk])
+    limits = JointLimits(["X"], speed_max=[speed], acceleration_max=[acceleration], jerk_max=[jerk])
     exact = double_s_law(0.0, Trapezoid(2.0, speed, acceleration), jerk)
     assert fastest(line(2.0), limits, feed_rate=2e3).duration == pytest.approx(exact.duration, rel=1e-9)
     # the program alone: where switching times fall between its points, that costs a few 1e-3 of the time

@@ -8,7 +8,7 @@ from timing_paths import ARM, line, wavy
 from sdpgrind.base import stored
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.time_law import TimeLaw
 from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law
 
@@ -104,7 +104,7 @@ def test_laws_are_told_apart():
 
 
 def test_trapezoid_of_the_path_where_no_joint_asks_for_more():
-    free = Limits(["X"], speed_max=[1e3], acceleration_max=[1e5])
+    free = JointLimits(["X"], speed_max=[1e3], acceleration_max=[1e5])
     (law,) = time_laws([line(10.0, begin=4.0)], free, feed_rate=25.0, acceleration=500.0)
     assert law.duration == pytest.approx(0.45, rel=1e-12)
     assert law.slowed == pytest.approx(1.0, rel=1e-12)
@@ -114,7 +114,7 @@ def test_trapezoid_of_the_path_where_no_joint_asks_for_more():
 def test_trapezoid_is_slowed_by_the_acceleration_of_a_joint():
     """A joint that turns 3 rad/mm has three times the path's acceleration: time grows by sqrt(3 a/limit) where no speed binds."""
     run = JointPath([0.0, 1.0], [[0.0], [3.0]])
-    limits = Limits(["q"], speed_max=[1e6], acceleration_max=[1500.0])
+    limits = JointLimits(["q"], speed_max=[1e6], acceleration_max=[1500.0])
     (law,) = time_laws([run], limits, feed_rate=1e5, acceleration=1000.0)
     assert law.slowed == pytest.approx(np.sqrt(2.0), rel=1e-9)
 
@@ -122,14 +122,14 @@ def test_trapezoid_is_slowed_by_the_acceleration_of_a_joint():
 def test_no_joint_moves():
     still = JointPath([0.0, 10.0], [[1.0], [1.0]])
     for method in ("trapezoid", "min_time"):
-        limits = Limits(["X"], speed_max=[1.0], acceleration_max=[1.0])
+        limits = JointLimits(["X"], speed_max=[1.0], acceleration_max=[1.0])
         (law,) = time_laws([still], limits, feed_rate=10.0, acceleration=100.0, method=method)
         assert law.duration == pytest.approx(10 / 10 + 10 / 100, rel=1e-3)
 
 
 def test_progress_is_told():
     told = []
-    limits = Limits(["X"], speed_max=[1e3], acceleration_max=[1e5])
+    limits = JointLimits(["X"], speed_max=[1e3], acceleration_max=[1e5])
     time_laws([line(1.0)] * 4, limits, feed_rate=25.0, progress=lambda share, text: told.append(share))
     assert told == [0.25, 0.5, 0.75, 1.0]
 

@@ -8,7 +8,7 @@ from timing_paths import LINE, SMOOTH, line, wavy
 
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.table_loop import TableLoop
 from sdpgrind.finishing._timing.time_law import TimeLaw
 from sdpgrind.finishing._timing.trapezoid import Trapezoid
@@ -86,7 +86,7 @@ REFUSED = {
         r"jerk_max must be one number for each of the 1 joints \(rad/s\^3 or mm/s\^3\); got \(1\.0, 2\.0\)",
     ),
     "names": (
-        lambda: Limits(("X", "X"), speed_max=(1.0, 1.0), acceleration_max=(1.0, 1.0)),
+        lambda: JointLimits(("X", "X"), speed_max=(1.0, 1.0), acceleration_max=(1.0, 1.0)),
         r"names must be without repeats; got 'X' twice",
     ),
     "laws": (

@@ -6,7 +6,7 @@ from timing_paths import ARM, SMOOTH, TABLE, dense, ellipse, line, wavy
 
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.time_law import TimeLaw
 from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law
 from sdpgrind.finishing._timing.violations import closest, worst_violation
@@ -44,7 +44,7 @@ def test_the_place_between_points_is_found():
 )
 def test_each_quantity_is_named(quantity, limits, feed_rate, ratio):
     law = double_s_law(0.0, Trapezoid(10.0, 25.0, 500.0), 2e4)
-    free = Limits(("X",), speed_max=(1e3,), acceleration_max=(1e6,), jerk_max=(1e9,)).replace(**limits)
+    free = JointLimits(("X",), speed_max=(1e3,), acceleration_max=(1e6,), jerk_max=(1e9,)).replace(**limits)
     worst = worst_violation([line(10.0)], [law], free, feed_rate)
     assert worst.quantity == quantity
     assert worst.ratio == pytest.approx(ratio, rel=1e-9)
@@ -59,7 +59,7 @@ def test_the_run_is_named_and_told():
     assert str(worst) == "speed of X at 200 % of its limit in run 1 at 10 mm, 1 s"
 
 
-LIMITS = Limits(("X",), speed_max=(10.0,), acceleration_max=(1e3,))
+LIMITS = JointLimits(("X",), speed_max=(10.0,), acceleration_max=(1e3,))
 
 
 @pytest.mark.parametrize("limits", [ARM, SMOOTH])

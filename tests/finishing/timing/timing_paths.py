@@ -3,14 +3,14 @@
 import numpy as np
 
 from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 
-ARM = Limits(
+ARM = JointLimits(
     ("q1", "q2", "q3", "q4", "q5", "X", "Y"), speed_max=(1.5,) * 5 + (200.0,) * 2, acceleration_max=(8.0,) * 5 + (2000.0,) * 2
 )
 SMOOTH = ARM.replace(jerk_max=(400.0,) * 5 + (1e5,) * 2)
-TABLE = Limits(("X", "Y"), speed_max=(200.0, 200.0), acceleration_max=(2000.0, 2000.0))
-LINE = Limits(("X",), speed_max=(25.0,), acceleration_max=(500.0,))
+TABLE = JointLimits(("X", "Y"), speed_max=(200.0, 200.0), acceleration_max=(2000.0, 2000.0))
+LINE = JointLimits(("X",), speed_max=(25.0,), acceleration_max=(500.0,))
 
 
 def wavy(seed, span=30.0, samples=61):

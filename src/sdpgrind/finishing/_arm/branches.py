@@ -19,7 +19,7 @@ TURN = 1.0
 """Of an angle between neighbouring poses of a segment, rad: beyond, the arm does not follow the tool in between."""
 
 
-class Chosen(NamedTuple):
+class ArmChoice(NamedTuple):
     """How the arm takes one segment.
 
     Attributes
@@ -48,7 +48,7 @@ class _Way(NamedTuple):
 
 def choose_branches(
     arm: "Arm", segments: Sequence[npt.ArrayLike], wrist_radii: float | Sequence[float] = 350.0
-) -> tuple[Chosen, ...]:
+) -> tuple[ArmChoice, ...]:
     """Choose branch and wrist radius for every segment in contact, so that the joints travel least.
 
     Neither ever changes inside a segment. Travel is measured by the time that the joint with the longest way needs at its
@@ -67,7 +67,7 @@ def choose_branches(
 
     Returns
     -------
-    tuple of Chosen
+    tuple of ArmChoice
         One for each segment: branch, wrist radius (mm), joints (rad, mm).
 
     Raises
@@ -93,7 +93,7 @@ def choose_branches(
         _refuse_impossible(k, row, pairs)
     picked = [pairs[p] for p in _least_travel(arm, ways, [f"{BRANCHES[b]} at {r!r} mm" for b, r in pairs])]
     taken = [joints_of(arm, poses, radius, branch, True)[0] for poses, (branch, radius) in zip(runs, picked, strict=True)]
-    return tuple(Chosen(branch, radius, joints) for (branch, radius), joints in zip(picked, taken, strict=True))
+    return tuple(ArmChoice(branch, radius, joints) for (branch, radius), joints in zip(picked, taken, strict=True))
 
 
 def _segment(k: int, poses: npt.ArrayLike) -> Floats:

@@ -8,7 +8,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._path.contact_kernels import along, follow, put_frames, speeds
 from sdpgrind.finishing._path.mappings import Mapping
 from sdpgrind.finishing._path.samples import Ints
-from sdpgrind.finishing._surface.derivatives import Derivatives
+from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 from sdpgrind.finishing._surface.surface import Surface
 
 OUTSIDE = 1e-9
@@ -49,7 +49,7 @@ def speed(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints,
     return found
 
 
-def contact(surface: Surface, moved: Floats, there: Derivatives, place: Ints) -> Contact:
+def contact(surface: Surface, moved: Floats, there: SurfaceDerivatives, place: Ints) -> Contact:
     """Contact on curves with jets `moved` (m, 3, 2) of (u, v), at rows `place` (m,) of the surface's derivatives."""
     m = len(place)
     tangent, bend, normal = np.empty((3, m, 3))

@@ -17,14 +17,14 @@ from sdpgrind.finishing._path.blends import rounded
 from sdpgrind.finishing._path.crossings import intervals
 from sdpgrind.finishing._path.legs import Bools, Legs, legs, turning
 from sdpgrind.finishing._path.mappings import MAPPINGS, Mapping, mapping_of
-from sdpgrind.finishing._path.samples import Ints, Samples
-from sdpgrind.finishing._surface.derivatives import Derivatives
+from sdpgrind.finishing._path.samples import Ints, PathSamples
+from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 from sdpgrind.finishing._surface.surface import Surface
 
 if TYPE_CHECKING:
     from sdpgrind.finishing._path.metrics import PathMetrics
 
-__all__ = ["Path", "Samples"]
+__all__ = ["Path", "PathSamples"]
 STILL = 1e-12
 """Share of a path's length that is no leg."""
 BLEND = 0.05
@@ -140,7 +140,7 @@ class Path(Frozen):
         return self._mapping.carried(contact.jets(own.coefficients, own.at_piece, own.at_t))
 
     @cached_property
-    def _there(self) -> Derivatives:
+    def _there(self) -> SurfaceDerivatives:
         """The surface at the nodes."""
         uv = self.uv
         return self.surface.derivatives(uv[:, 0], uv[:, 1])
@@ -190,7 +190,7 @@ class Path(Frozen):
         ends = np.concatenate([[0], self._legs.at_node[sharp], [len(self.nodes) - 1]])
         return np.stack([ends[:-1], ends[1:]], axis=1)
 
-    def derivatives(self) -> Derivatives:
+    def derivatives(self) -> SurfaceDerivatives:
         """Return the surface's points with derivatives by u and v at the nodes, each (n, 3), mm a unit of the parameters."""
         return self._there
 
@@ -204,7 +204,7 @@ class Path(Frozen):
         found = contact.contact(self.surface, self._moved, self._there, at_node)
         return contact.frames(self.points, at_node, found.tangent, found.normal)
 
-    def sample(self, step: float | None = None, per_leg: int = 8) -> Samples:
+    def sample(self, step: float | None = None, per_leg: int = 8) -> PathSamples:
         """Return what is known of the path at places along it, both sides of a sharp corner among them.
 
         Parameters
@@ -223,7 +223,7 @@ class Path(Frozen):
             return self._sampled(*places.by_legs(self._legs.run, checks.count("per_leg", per_leg)))
         return self._sampled(*places.by_length(self._legs.run, self._arc, checks.positive("step", step, "mm")))
 
-    def at(self, length: npt.ArrayLike) -> Samples:
+    def at(self, length: npt.ArrayLike) -> PathSamples:
         """Return what is known of the path at lengths (m,) from its start, mm; at a sharp corner, of what follows it.
 
         Raises
@@ -233,12 +233,12 @@ class Path(Frozen):
         """
         return self._sampled(*self._arc.places(door.reached(length, self.length)))
 
-    def _sampled(self, piece: Ints, t: Floats) -> Samples:
+    def _sampled(self, piece: Ints, t: Floats) -> PathSamples:
         moved = self._mapping.carried(contact.jets(self._legs.coefficients, piece, t))
         there = self.surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
         found = contact.contact(self.surface, moved, there, np.arange(len(t)))
         length, uv = self._arc.at(piece, t), np.ascontiguousarray(moved[:, 0])
-        return Samples(self._legs.run[piece], length, uv, there.point, found.tangent, found.curvature_vector, found.normal)
+        return PathSamples(self._legs.run[piece], length, uv, there.point, found.tangent, found.curvature_vector, found.normal)
 
     def resampled(self, step: float) -> Self:
         """Return the path with nodes at even distances of at most `step` (mm) in each run; its sharp corners stay nodes.

@@ -10,7 +10,7 @@ from sdpgrind.base.checks import Floats
 Ints = npt.NDArray[np.intp]
 
 
-class Samples(NamedTuple):
+class PathSamples(NamedTuple):
     """A path at places along it, run by run; a sharp corner is there twice, with the direction before and that after.
 
     Parameters

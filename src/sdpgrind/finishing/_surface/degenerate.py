@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._surface import forms
-from sdpgrind.finishing._surface.derivatives import Derivatives
+from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 
 if TYPE_CHECKING:
     from sdpgrind.finishing._surface.surface import Surface
@@ -28,7 +28,7 @@ SLOPES = ((1.0, 1.0), (1.0, 0.5), (0.5, 1.0))
 class Quantity(NamedTuple):
     """What has a limit: of the derivatives, by its name, in 1/mm to a power."""
 
-    function: Callable[[Derivatives], Floats]
+    function: Callable[[SurfaceDerivatives], Floats]
     name: str
     power: int
 
@@ -39,20 +39,22 @@ MEAN = Quantity(forms.mean, "mean curvature", 1)
 PRINCIPAL = Quantity(forms.principal, "principal curvatures", 1)
 
 
-def regular(surface: "Surface", quantity: Quantity, d: Derivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+def regular(surface: "Surface", quantity: Quantity, d: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
     """A quantity of the derivatives, and its limit wherever the surface is degenerate."""
     bad = _thin(surface, d)
     if not bad.any():
         return quantity.function(d)
     places = np.stack([np.broadcast_to(x, bad.shape)[bad] for x in (u, v)], axis=-1)
-    good = quantity.function(Derivatives(*(x[~bad] for x in d)))
+    good = quantity.function(SurfaceDerivatives(*(x[~bad] for x in d)))
     out = np.empty(bad.shape + good.shape[1:])
     out[~bad] = good
     out[bad] = [_limit(surface, quantity, *place) for place in places]
     return out
 
 
-def squared_length(surface: "Surface", d: Derivatives, du: Floats, dv: Floats, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+def squared_length(
+    surface: "Surface", d: SurfaceDerivatives, du: Floats, dv: Floats, u: npt.ArrayLike, v: npt.ArrayLike
+) -> Floats:
     """First form of a direction; one without length on the surface is refused."""
     (u0, u1), (v0, v1) = surface.domain
     length = forms.along(forms.first_form(d), du, dv)
@@ -71,7 +73,7 @@ def _size(surface: "Surface") -> float:
     return float(np.linalg.norm(np.ptp(surface.control_points.reshape(-1, 3), axis=0)))
 
 
-def _thin(surface: "Surface", d: Derivatives) -> npt.NDArray[np.bool_]:
+def _thin(surface: "Surface", d: SurfaceDerivatives) -> npt.NDArray[np.bool_]:
     """Where ``|Qu x Qv|`` is too small to tell a normal."""
     (u0, u1), (v0, v1) = surface.domain
     return np.asarray(forms.area_density(d) < THIN * _size(surface) ** 2 / ((u1 - u0) * (v1 - v0)))

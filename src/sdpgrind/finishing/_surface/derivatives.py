@@ -5,7 +5,7 @@ from typing import NamedTuple
 from sdpgrind.base.checks import Floats
 
 
-class Derivatives(NamedTuple):
+class SurfaceDerivatives(NamedTuple):
     """Points of a surface with their derivatives by the parameters (u, v) to second order.
 
     Parameters

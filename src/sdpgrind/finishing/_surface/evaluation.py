@@ -7,10 +7,10 @@ from scipy.interpolate import BSpline
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._surface.bspline_kernels import evaluate
-from sdpgrind.finishing._surface.derivatives import Derivatives
+from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 
 ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-"""Derivatives by u and v, in the order of `Derivatives`."""
+"""Derivatives by u and v, in the order of `SurfaceDerivatives`."""
 
 
 class Net(NamedTuple):
@@ -29,22 +29,22 @@ def homogeneous(points: Floats, weights: Floats | None) -> Floats:
     return np.concatenate([points * weights[..., None], weights[..., None]], axis=-1)
 
 
-def scattered(net: Net, u: Floats, v: Floats) -> Derivatives:
+def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
     """At each pair (u, v), of any shape that fits together."""
     u, v = np.broadcast_arrays(u, v)
     out = np.empty((6, u.size, 3))
     evaluate(net.points, net.rational, *net.knots, *net.degree, u.ravel(), v.ravel(), out)
-    return Derivatives(*out.reshape(6, *u.shape, 3))
+    return SurfaceDerivatives(*out.reshape(6, *u.shape, 3))
 
 
-def on_grid(net: Net, u: Floats, v: Floats) -> Derivatives:
+def on_grid(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
     """At each u with each v: A_u P A_v^T, with the basis of each direction evaluated once."""
     bases_u, bases_v = (bases(*direction) for direction in zip(net.knots, net.degree, (u, v), strict=True))
     points = net.points if net.rational else net.points[..., :3]
     nu, nv, columns = points.shape
     lines = [(basis @ points.reshape(nu, -1)).reshape(len(u), nv, columns) for basis in bases_u]
     flat = np.stack([bases_v[b] @ lines[a] for a, b in ORDERS])
-    return Derivatives(*(_divided(flat) if net.rational else flat))
+    return SurfaceDerivatives(*(_divided(flat) if net.rational else flat))
 
 
 def bases(knots: Floats, degree: int, x: Floats) -> list[Floats]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._surface.derivatives import Derivatives
+from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 
 
 def dot(a: Floats, b: Floats) -> Floats:
@@ -11,24 +11,24 @@ def dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(np.einsum("...c,...c->...", a, b))
 
 
-def first_form(d: Derivatives) -> tuple[Floats, Floats, Floats]:
+def first_form(d: SurfaceDerivatives) -> tuple[Floats, Floats, Floats]:
     """E, F, G."""
     return dot(d.u, d.u), dot(d.u, d.v), dot(d.v, d.v)
 
 
-def area_density(d: Derivatives) -> Floats:
+def area_density(d: SurfaceDerivatives) -> Floats:
     """Length of Qu x Qv: sqrt(EG - F^2) without its cancellation."""
     cross = np.cross(d.u, d.v)
     return np.asarray(np.sqrt(dot(cross, cross)))
 
 
-def unit_cross(d: Derivatives) -> Floats:
+def unit_cross(d: SurfaceDerivatives) -> Floats:
     """Qu x Qv made a unit vector."""
     cross = np.cross(d.u, d.v)
     return np.asarray(cross / np.sqrt(dot(cross, cross))[..., None])
 
 
-def second_form(d: Derivatives, normal: Floats) -> tuple[Floats, Floats, Floats]:
+def second_form(d: SurfaceDerivatives, normal: Floats) -> tuple[Floats, Floats, Floats]:
     """e, f, g."""
     return dot(d.uu, normal), dot(d.uv, normal), dot(d.vv, normal)
 
@@ -38,7 +38,7 @@ def along(form: tuple[Floats, Floats, Floats], du: Floats, dv: Floats) -> Floats
     return np.asarray(form[0] * du**2 + 2.0 * form[1] * du * dv + form[2] * dv**2)
 
 
-def bending(d: Derivatives) -> Floats:
+def bending(d: SurfaceDerivatives) -> Floats:
     """Second form (a, b, c) in orthonormal tangents, the first along Qu, for the normal Qu x Qv.
 
     H = (a + c)/2 and K = a c - b^2; H^2 - K = ((a - c)/2)^2 + b^2 comes without the cancellation of its two terms.
@@ -52,19 +52,19 @@ def bending(d: Derivatives) -> Floats:
     return np.stack([a, b, c], axis=-1)
 
 
-def gaussian(d: Derivatives) -> Floats:
+def gaussian(d: SurfaceDerivatives) -> Floats:
     """K."""
     a, b, c = np.moveaxis(bending(d), -1, 0)
     return np.asarray(a * c - b**2)
 
 
-def mean(d: Derivatives) -> Floats:
+def mean(d: SurfaceDerivatives) -> Floats:
     """H for the normal Qu x Qv."""
     a, _, c = np.moveaxis(bending(d), -1, 0)
     return np.asarray(0.5 * (a + c))
 
 
-def principal(d: Derivatives) -> Floats:
+def principal(d: SurfaceDerivatives) -> Floats:
     """H -+ sqrt(H^2 - K), the lesser first, for the normal Qu x Qv."""
     a, b, c = np.moveaxis(bending(d), -1, 0)
     middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)

@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.finishing._surface import area, degenerate, door, evaluation, forms, picture
-from sdpgrind.finishing._surface.derivatives import Derivatives
+from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 
 Pair = tuple[int, int]
 KnotPair = tuple[npt.ArrayLike, npt.ArrayLike]
@@ -153,7 +153,7 @@ class Surface(Frozen):
         (ku, kv), (p, q) = self.knots, self.degree
         return (float(ku[p]), float(ku[-p - 1])), (float(kv[q]), float(kv[-q - 1]))
 
-    def derivatives(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Derivatives:
+    def derivatives(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
         """Return points and derivatives to second order (mm) at each pair of parameters `u` and `v`.
 
         At a knot where a derivative jumps it is that of the span behind it.
@@ -178,7 +178,7 @@ class Surface(Frozen):
         """Return points Q(u, v) (..., 3) in mm at each pair of parameters `u` and `v`."""
         return self.derivatives(u, v).point
 
-    def grid(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Derivatives:
+    def grid(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
         """Return points and derivatives (n, m, 3) in mm at each of `u` (n,) with each of `v` (m,): two contractions."""
         columns = [checks.finite_array(name, values) for name, values in (("u", u), ("v", v))]
         for name, values in zip("uv", columns, strict=True):
@@ -201,7 +201,7 @@ class Surface(Frozen):
         """
         return self.normal_of(self.derivatives(u, v), u, v)
 
-    def normal_of(self, derivatives: Derivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+    def normal_of(self, derivatives: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return unit normals (dimensionless) where the `derivatives` at `u` and `v` are known already; see `normal`."""
         return self.outward * degenerate.regular(self, degenerate.NORMAL, derivatives, u, v)
 

@@ -15,7 +15,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._timing import jerk_program
 from sdpgrind.finishing._timing.jerk_program import Data
 from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.min_time import fastest_law
 from sdpgrind.finishing._timing.time_law import TimeLaw, integrated
 from sdpgrind.finishing._timing.violations import closest, shares, slowing
@@ -57,7 +57,7 @@ class Points(NamedTuple):
     acceleration: Floats
 
 
-def jerk_limited_law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def jerk_limited_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
     """Fastest law of a run that keeps limits of jerk too."""
     first = fastest_law(run, limits, feed_rate, acceleration, gain=COARSE)
     turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
@@ -131,7 +131,7 @@ def _count(least: float) -> int:
     return half * (1 + int(np.ceil(least / half - 1)))
 
 
-def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, points: Points, tight: Floats) -> TimeLaw:
+def _law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float, points: Points, tight: Floats) -> TimeLaw:
     """Law over all points, window by window; where one is not solved, the way to rest that the one before had found is taken."""
     count = points.length.size - 1
     begin, state, margin = 0, np.array([points.length[0], 0.0, 0.0]), MARGIN if count > SIZES[-1] else 0.0
@@ -158,7 +158,7 @@ def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, 
 
 def _window(
     run: JointPath,
-    limits: Limits,
+    limits: JointLimits,
     feed_rate: float,
     acceleration: float,
     points: Points,

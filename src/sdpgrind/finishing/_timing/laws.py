@@ -8,7 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress, silent
 from sdpgrind.finishing._timing.jerk_limited import LawError, jerk_limited_law
 from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.min_time import fastest_law
 from sdpgrind.finishing._timing.time_law import TimeLaw
 from sdpgrind.finishing._timing.toppra_law import ToppraError, toppra_law
@@ -23,7 +23,7 @@ REFINE = 20
 
 def time_laws(
     runs: Sequence[JointPath],
-    limits: Limits,
+    limits: JointLimits,
     *,
     feed_rate: float,
     acceleration: float | None = None,
@@ -36,7 +36,7 @@ def time_laws(
     ----------
     runs : sequence of JointPath
         The runs, mm and rad or mm.
-    limits : Limits
+    limits : JointLimits
         Of the joints.
     feed_rate : float
         Greatest feed of the process along the path, mm/s.
@@ -63,7 +63,7 @@ def time_laws(
     Examples
     --------
     >>> run = JointPath([0.0, 100.0], [[0.0], [200.0]])
-    >>> limits = Limits(["X"], speed_max=[50.0], acceleration_max=[2000.0])
+    >>> limits = JointLimits(["X"], speed_max=[50.0], acceleration_max=[2000.0])
     >>> (law,) = time_laws([run], limits, feed_rate=40.0)
     >>> round(law.duration, 4), round(law.slowed, 4)
     (4.025, 1.5846)
@@ -83,7 +83,7 @@ def time_laws(
     return tuple(out)
 
 
-def _named(number: int, run: JointPath, limits: Limits, feed: float, along: float | None, method: str) -> TimeLaw:
+def _named(number: int, run: JointPath, limits: JointLimits, feed: float, along: float | None, method: str) -> TimeLaw:
     """Law of one run, told how much slower it is than without joints; errors name the run."""
     try:
         law = _MAKERS[method](run, limits, feed, along)
@@ -95,7 +95,7 @@ def _named(number: int, run: JointPath, limits: Limits, feed: float, along: floa
     return TimeLaw(law.knots, law.length, law.feed, law.acceleration, law.jerk, slowed=law.duration / asked)
 
 
-def min_time_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def min_time_of(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
     """Fastest law of one run; with limits of jerk seven pieces are that, too, where a run is straight for all its joints."""
     if limits.jerk_max is None:
         return fastest_law(run, limits, feed_rate, acceleration)
@@ -103,20 +103,20 @@ def min_time_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: 
     return min(both, key=lambda law: law.duration)
 
 
-def _seven_pieces(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def _seven_pieces(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
     """Seven pieces at the acceleration that the joints allow where they move straight."""
     steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
     joints = float(np.min(limits.table[1] / np.maximum(steepest, 1e-9)))
     return trapezoid_of(run, limits, feed_rate, min(joints, acceleration or np.inf))
 
 
-def trapezoid_of(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def trapezoid_of(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
     """Trapezoid of one run (rounded where jerk has a limit), at a speed all joints can follow, and slowed for the rest."""
     shape = _shape(run, limits, min(feed_rate, _speed_of(run, limits)), acceleration or ACCELERATION)
     return shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))
 
 
-def _shape(run: JointPath, limits: Limits, speed: float, acceleration: float) -> TimeLaw:
+def _shape(run: JointPath, limits: JointLimits, speed: float, acceleration: float) -> TimeLaw:
     """Law along the path; the jerk of the path is what the joints allow where they move straight."""
     shape = Trapezoid(run.span, speed, acceleration)
     start = float(run.length[0])
@@ -126,13 +126,13 @@ def _shape(run: JointPath, limits: Limits, speed: float, acceleration: float) ->
     return double_s_law(start, shape, float(np.min(limits.table[2] / np.maximum(steepest, 1e-9))))
 
 
-def _speed_of(run: JointPath, limits: Limits) -> float:
+def _speed_of(run: JointPath, limits: JointLimits) -> float:
     """Greatest feed that the speeds of the joints allow everywhere on the run, mm/s."""
     steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
     return float(np.min(limits.table[0] / np.maximum(steepest, 1e-9)))
 
 
-_MAKERS: Mapping[str, Callable[[JointPath, Limits, float, float | None], TimeLaw]] = {
+_MAKERS: Mapping[str, Callable[[JointPath, JointLimits, float, float | None], TimeLaw]] = {
     "trapezoid": trapezoid_of,
     "toppra": toppra_law,
     "min_time": min_time_of,

@@ -13,7 +13,7 @@ from sdpgrind.base.stored import stored
 
 @stored("finishing.limits")
 @dataclass(frozen=True)
-class Limits(Frozen):
+class JointLimits(Frozen):
     """Greatest speed, acceleration and jerk of every joint, the table's two included.
 
     Parameters
@@ -34,7 +34,7 @@ class Limits(Frozen):
 
     Examples
     --------
-    >>> Limits(("q1", "X"), speed_max=(1.5, 200.0), acceleration_max=(8.0, 2000.0)).jerk_max is None
+    >>> JointLimits(("q1", "X"), speed_max=(1.5, 200.0), acceleration_max=(8.0, 2000.0)).jerk_max is None
     True
     """
 

@@ -10,7 +10,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._timing import sweep_kernels
 from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.time_law import TimeLaw
 from sdpgrind.finishing._timing.violations import closest, slowing
 
@@ -22,7 +22,7 @@ CHECKS, CHECKED = (4, 20), 40_000
 """Least and greatest number of places in an interval in which limits are checked, and how many in all."""
 
 
-def fastest_law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None, gain: float = GAIN) -> TimeLaw:
+def fastest_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, gain: float = GAIN) -> TimeLaw:
     """Fastest law of a run; jerk is not limited."""
     parts = -(-LEAST // (run.pieces.breaks.size - 1))
     best = _law(run, limits, feed_rate, acceleration, parts)
@@ -34,20 +34,20 @@ def fastest_law(run: JointPath, limits: Limits, feed_rate: float, acceleration: 
     return held(run, best, limits, feed_rate)
 
 
-def held(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float) -> TimeLaw:
+def held(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float) -> TimeLaw:
     """Play a law just so much slower that limits are kept between its points too; jerk is not looked at."""
     free = limits.replace(jerk_max=None)
     places = int(np.clip(CHECKED // law.length.size, *CHECKS))  # what a short interval hides is small
     return law.slower(slowing(closest(run, law, free, feed_rate, places)[:, 0]))
 
 
-def _law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None, parts: int) -> TimeLaw:
+def _law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, parts: int) -> TimeLaw:
     """Fastest law on a grid of so many parts in each piece of the path."""
     grid = grid_of(run, parts)
     return law_of(grid, swept(run, limits, feed_rate, acceleration, grid))
 
 
-def swept(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None, grid: Floats) -> Floats:
+def swept(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats) -> Floats:
     """Square of the feed (mm^2/s^2) at the points of a grid (mm)."""
     joints = run.derivatives(grid)
     speed, most, _ = limits.table

@@ -12,7 +12,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.min_time import grid_of, held, law_of
 from sdpgrind.finishing._timing.time_law import TimeLaw
 
@@ -48,14 +48,14 @@ class _WithLength:
         return np.column_stack([self.run.derivatives(length)[:, order], own])
 
 
-def toppra_law(run: JointPath, limits: Limits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def toppra_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
     """Fastest law of a run by `toppra`, on the breaks of the path cut alike; slower for what is exceeded between."""
     grid = grid_of(run, -(-INTERVALS // (run.pieces.breaks.size - 1)))
     feed = _swept(run, limits, feed_rate, acceleration or FREE, grid)
     return held(run, law_of(grid, feed**2), limits, feed_rate)
 
 
-def _swept(run: JointPath, limits: Limits, feed_rate: float, acceleration: float, grid: Floats) -> Floats:
+def _swept(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float, grid: Floats) -> Floats:
     """Feed at the points of a grid, mm/s."""
     need("toppra", "toppra")
     constraint, algorithm = need("toppra.constraint", "toppra"), need("toppra.algorithm", "toppra")

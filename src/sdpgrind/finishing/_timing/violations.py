@@ -9,7 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._timing import check_kernels
 from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.limits import Limits
+from sdpgrind.finishing._timing.limits import JointLimits
 from sdpgrind.finishing._timing.time_law import TimeLaw, moved
 
 QUANTITIES = ("speed", "acceleration", "jerk", "feed")
@@ -55,7 +55,7 @@ class Violation(NamedTuple):
 
 
 def worst_violation(
-    runs: Sequence[JointPath], laws: Sequence[TimeLaw], limits: Limits, feed_rate: float, refine: int = 20
+    runs: Sequence[JointPath], laws: Sequence[TimeLaw], limits: JointLimits, feed_rate: float, refine: int = 20
 ) -> Violation:
     """Return where the motion comes closest to a limit, or goes beyond it.
 
@@ -68,7 +68,7 @@ def worst_violation(
         The joints of each run, mm and rad or mm.
     laws : sequence of TimeLaw
         How each is played, s.
-    limits : Limits
+    limits : JointLimits
         Of the joints; jerk is looked at where it has a limit.
     feed_rate : float
         Greatest feed of the process, mm/s.
@@ -83,7 +83,7 @@ def worst_violation(
     Examples
     --------
     >>> run = JointPath([0.0, 100.0], [[0.0], [100.0]])
-    >>> limits = Limits(["X"], speed_max=[200.0], acceleration_max=[2000.0])
+    >>> limits = JointLimits(["X"], speed_max=[200.0], acceleration_max=[2000.0])
     >>> law = TimeLaw([0.0, 2.0, 4.0], [0.0, 50.0], [0.0, 50.0], [25.0, -25.0], [0.0, 0.0])
     >>> print(worst_violation([run], [law], limits, feed_rate=40.0))
     feed at 125 % of its limit in run 0 at 50 mm, 2 s
@@ -100,7 +100,7 @@ def worst_violation(
     return Violation(QUANTITIES[quantity], name, float(ratio), int(run), float(time), float(length))
 
 
-def closest(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refine: int) -> Floats:
+def closest(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
     """Greatest share of each limit over one run: (4, 4) = quantities by (ratio, joint, time, length)."""
     rows = _rows(law)
     each = _shares(run, rows, limits, feed_rate, refine)
@@ -112,12 +112,12 @@ def closest(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refi
     return found
 
 
-def shares(run: JointPath, law: TimeLaw, limits: Limits, feed_rate: float, refine: int) -> Floats:
+def shares(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
     """Greatest share of each limit in every piece of a law: (k, 4, 4)."""
     return _shares(run, _rows(law), limits, feed_rate, refine)
 
 
-def _shares(run: JointPath, rows: Floats, limits: Limits, feed_rate: float, refine: int) -> Floats:
+def _shares(run: JointPath, rows: Floats, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
     """The same of a law's rows (5, k + 1)."""
     found = np.zeros((rows.shape[1] - 1, len(QUANTITIES), 4))
     found[:, :, 1] = -1
