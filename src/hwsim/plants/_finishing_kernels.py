@@ -18,6 +18,7 @@ from sdpgrind.finishing.kernels import (
     controller_step,
     encoder_reading,
     feed_override,
+    table_step,
     torque_at,
 )
 
@@ -28,9 +29,6 @@ TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, COLUMNS = 0, 1, 3, 6, 9, 12, 1
 
 # Settings of a cell.
 TICK, LEVER, CONTACT_ANGLE, SIDE, FRICTION, LOAD, RESOLUTION, OFFSET, CURRENT_STEP, CURRENT_MAX, SETTINGS = range(11)
-
-# Table loop for a command that is a straight line in a tick: matrix (3, 3), weights of old and new command, output. Empty: none.
-OLD, NEW, OUTPUT = 9, 12, 15
 
 # State of a cell: what is played and where the tool is, then what came of it.
 PLAYED, LEG, SURFACE, CONTACT, TABLE_X, TABLE_Y = 0, 1, 2, 3, 6, 10  # of each axis of the table three states and the command
@@ -64,21 +62,6 @@ def field(waves, place, along):
         height += waves[k, 4] * np.cos(phase)
         slope -= waves[k, 4] * turn * np.sin(phase)
     return height, slope
-
-
-@njit(**_OPTIONS)
-def loop_step(loop, table, command):
-    """Place (mm) of an axis of the table that is commanded to a place, both from where it began."""
-    if loop.size == 0:
-        return command
-    a, b, c, before = table[0], table[1], table[2], table[3]
-    place = 0.0
-    for i in range(3):
-        free = loop[3 * i] * a + loop[3 * i + 1] * b + loop[3 * i + 2] * c
-        table[i] = free + loop[OLD + i] * before + loop[NEW + i] * command
-        place += loop[OUTPUT + i] * table[i]
-    table[3] = command
-    return place
 
 
 @njit(**_OPTIONS)
@@ -116,8 +99,8 @@ def touch(course, waves, loop, cell, state, seconds):
         along[i] = _between(course, leg, share, AZIMUTH + i)
     x = _between(course, leg, share, TABLE) - course[0, TABLE]
     y = _between(course, leg, share, TABLE + 1) - course[0, TABLE + 1]
-    off_x = x - loop_step(loop, state[TABLE_X:TABLE_Y], x)
-    off_y = y - loop_step(loop, state[TABLE_Y:FORCE], y)
+    off_x = x - table_step(loop, state[TABLE_X:TABLE_Y], x)
+    off_y = y - table_step(loop, state[TABLE_Y:FORCE], y)
     place[0] += off_x
     place[1] += off_y
     height, slope = field(waves, place, along)

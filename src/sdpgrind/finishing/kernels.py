@@ -1,18 +1,20 @@
-"""Compiled steps of the torque axis and of its controllers, for compiled loops of other packages: plain arrays, in place, serial.
+"""Compiled steps of torque axis, controllers and table, for compiled loops of other packages: plain arrays, in place, serial.
 
 One tick of a loop is::
 
     shown = encoder_reading(axis_state[ANGLE], resolution)                             # rad
     current = controller_step(law, state, shown, path_time, time, torque, 0.0, 0.0)    # A
     override = feed_override(law, state)                                               # 0.0 or 1.0, for the tick that follows
+    x = table_step(loop, table_state, command)                                         # mm, from where it began
     contact_torque = axis_tick(axis_state, current, load_torque, surface, next_surface, axis)   # N m at the end of the tick
 
-`axis` is `TorqueAxis.parameters`; `law`, `state`, `time` and `torque` are what `TorqueController.law` holds; `state` is changed
-and is the caller's own copy. `controller_step` is `torque_at` and `controller_sample`, one after the other. Places in the arrays
-have names in this module: `ANGLE`, `SPEED`, `MEAN_TORQUE` of the axis; `CURRENT`, `ESTIMATE`, `REFERENCE`, `COUNT` of a
-controller.
+`loop` is ``TableLoop.step(tick).parameters``, `axis` is `TorqueAxis.parameters`; `law`, `state`, `time` and `torque` are what
+`TorqueController.law` holds; each `state` is changed and is the caller's own copy. `controller_step` is `torque_at` and
+`controller_sample`, one after the other. Places in the arrays have names in this module: `ANGLE`, `SPEED`, `MEAN_TORQUE` of the
+axis; `CURRENT`, `ESTIMATE`, `REFERENCE`, `COUNT` of a controller; and their sizes `STATES`, `CONTROL` and, of the table, `TABLE`.
 """
 
+from sdpgrind.finishing._timing.table_kernels import TABLE, table_step
 from sdpgrind.finishing._torque.axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing._torque.controller_kernels import controller_sample, controller_step, feed_override, torque_at
 from sdpgrind.finishing._torque.slots import (
@@ -37,10 +39,12 @@ __all__ = [
     "REFERENCE",
     "SPEED",
     "STATES",
+    "TABLE",
     "axis_tick",
     "controller_sample",
     "controller_step",
     "encoder_reading",
     "feed_override",
+    "table_step",
     "torque_at",
 ]

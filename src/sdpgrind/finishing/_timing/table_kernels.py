@@ -1,16 +1,43 @@
 """The table's position loop, one sample after the other."""
 
+from typing import Any
+
 from numba import njit
 
+_OPTIONS: Any = {"cache": True, "nogil": True}
+OLD, NEW, OUTPUT, LOOP = 9, 12, 15, 18
+"""A loop: matrix (3, 3) of the state, weights (3,) of the command before and after a sample, output (3,); how many they are."""
+COMMAND, TABLE = 3, 4
+"""State of an axis of the table: three of the loop and the last command; how many they are."""
 
-@njit(cache=True, nogil=True)
-def follow(transition, old, new, output, state, command, position):
-    """Fill position (m,) with the answer to a command (m,), a straight line between samples; `state` (3,) goes on."""
+
+@njit(**_OPTIONS)
+def table_step(loop, state, command):
+    """Advance an axis of the table by a sample and return where it is, mm from where it began: Wang, section 3.
+
+    Parameters
+    ----------
+    loop : array, (LOOP,)
+        `TableLoop.step(period).parameters`; empty: the table is always where it is commanded to be.
+    state : array, (TABLE,)
+        State of the loop and last command; zeros at the start. It is changed.
+    command : float
+        Where it is to be at the end of the sample, mm from where it began; a straight line from the last command.
+    """
+    if loop.size == 0:
+        return command
+    a, b, c, before = state[0], state[1], state[2], state[COMMAND]
+    place = 0.0
+    for i in range(3):
+        free = loop[3 * i] * a + loop[3 * i + 1] * b + loop[3 * i + 2] * c
+        state[i] = free + loop[OLD + i] * before + loop[NEW + i] * command
+        place += loop[OUTPUT + i] * state[i]
+    state[COMMAND] = command
+    return place
+
+
+@njit(**_OPTIONS)
+def follow(loop, state, command, position):
+    """Fill position (m,) with the answer to a command (m,) that begins at 0."""
     for k in range(command.size):
-        if k > 0:
-            a, b, before, after = state[0], state[1], command[k - 1], command[k]
-            c = state[2]
-            for i in range(3):
-                free = transition[i, 0] * a + transition[i, 1] * b + transition[i, 2] * c
-                state[i] = free + old[i] * before + new[i] * after
-        position[k] = output[0] * state[0] + output[1] * state[1] + output[2] * state[2]
+        position[k] = table_step(loop, state, command[k])

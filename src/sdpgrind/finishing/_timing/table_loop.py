@@ -32,6 +32,11 @@ class LoopStep(NamedTuple):
     new: Floats
     output: Floats
 
+    @property
+    def parameters(self) -> Floats:
+        """All of it in one array (18,) for `kernels.table_step`; weights of a command in mm."""
+        return np.concatenate([np.ravel(each) for each in self])
+
 
 @stored("finishing.table_loop")
 @dataclass(frozen=True)
@@ -133,7 +138,7 @@ class TableLoop(Frozen):
         """
         A, B, C, _ = control.continuous(self.numerator, self.denominator)
         transition, old, new = control.ramped(A, B, checks.positive("period", period, "s"))
-        return LoopStep(np.ascontiguousarray(transition), np.ascontiguousarray(old), np.ascontiguousarray(new), C)
+        return LoopStep(transition, old, new, C)
 
     def follow(self, command: npt.ArrayLike, period: float) -> Floats:
         """Return where the table is when it is told where to be; it stands still at the first command before.
@@ -161,5 +166,5 @@ class TableLoop(Frozen):
         if told.ndim != 1 or not told.size:
             raise checks.refuse("command", "of shape (m,) with m >= 1", told.shape, "mm")
         position = np.empty(told.size)
-        table_kernels.follow(*self.step(period), np.zeros(3), told - told[0], position)
+        table_kernels.follow(self.step(period).parameters, np.zeros(table_kernels.TABLE), told - told[0], position)
         return np.asarray(position + told[0])
