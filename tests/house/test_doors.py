@@ -127,6 +127,15 @@ def test_numbers_and_arrays_are_converted():
     assert float(units.inch(xr.DataArray(2.0))) == 50.8
 
 
+def test_a_probability_is_neither_0_nor_1():
+    assert checks.probability("alpha", 0.05) == 0.05
+    for value in (0.0, 1.0, -0.1, 95):
+        with pytest.raises(ValueError, match=rf"alpha must be in \(0, 1\) \(1\); got {value}"):
+            checks.probability("alpha", value)
+    with pytest.raises(TypeError, match=r"alpha must be a number \(1\); got '5 %'"):
+        checks.probability("alpha", "5 %")
+
+
 def test_what_is_long_is_told_by_its_type():
     assert checks.shown(3.0) == "3.0" and checks.shown("a") == "'a'"
     assert checks.shown(P1) == "a SequenceProblem" and checks.shown(np.arange(200.0)) == "a ndarray"

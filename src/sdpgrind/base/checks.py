@@ -97,6 +97,14 @@ def share(name: str, value: object, unit: str = "") -> float:
     return checked
 
 
+def probability(name: str, value: object) -> float:
+    """Return `value` as a float, or raise ValueError unless it is in (0, 1)."""
+    checked = number(name, value, "1")
+    if not 0 < checked < 1:
+        raise refuse(name, "in (0, 1)", checked, "1")
+    return checked
+
+
 def count(name: str, value: object, at_least: int = 1) -> int:
     """Return `value` as an int >= `at_least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):

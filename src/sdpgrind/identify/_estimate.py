@@ -120,9 +120,7 @@ class Estimate(Frozen):
         array, shape (p, 2)
             Low and high end, in `units`; Student's law with `freedom` degrees of freedom.
         """
-        if not 0 < checks.number("confidence", confidence, "1") < 1:
-            raise checks.refuse("confidence", "in (0, 1)", confidence, "1")
-        share = 0.5 + confidence / 2
+        share = 0.5 + checks.probability("confidence", confidence) / 2
         reach = (stdtrit(self.freedom, share) if np.isfinite(self.freedom) else ndtri(share)) * self.sd
         return np.stack([self.value - reach, self.value + reach], axis=1)
 

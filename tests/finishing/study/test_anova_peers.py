@@ -13,12 +13,18 @@ from scipy import stats
 from statsmodels.stats.anova import anova_lm
 
 from sdpgrind import finishing as fin
+from sdpgrind.finishing._study.analysed import analysed
 
 TABLES = ("L4", "L8", "L9", "L12", "L16", "L16(4^5)", "L18", "L27", "L36")
 
 
 def study_of(data, **changes):
     return fin.Study.of_runs(data.settings, data.response, ratio="none", interactions=data.interactions, **changes)
+
+
+def codes_of(study):
+    """Which level each factor has in each run."""
+    return np.transpose([[study.levels(name).index(level) for level in levels] for name, levels in study.settings.items()])
 
 
 def peer(study):
@@ -80,7 +86,7 @@ def test_type_two_by_what_each_effect_adds():
     """The second way: differences of what two models leave."""
     study = study_of(CARS)
     y = study.readings[:, 0]
-    one, other = (study.run_codes[:, k] for k in (0, 1))
+    one, other = (codes_of(study)[:, k] for k in (0, 1))
     cells = 10 * one + other
     wanted = {
         "cylinders": rest(y, other) - rest(y, one, other),
@@ -91,7 +97,7 @@ def test_type_two_by_what_each_effect_adds():
     table = study.anova()
     for source, square in wanted.items():
         assert table[source].ss == pytest.approx(square, rel=1e-10)
-    projected = study.linear_model.squares(y)
+    projected = analysed(study).model.squares(y)
     np.testing.assert_allclose(projected, [row.ss for row in table.effects], rtol=1e-10)
 
 
@@ -161,7 +167,7 @@ def test_a_missing_run_is_analysed_by_type_two():
     assert study.missing == (7,) and study.sn_ratio.size == 17
     table = study.anova()
     assert "type II" in table.method and table.error.df == 9
-    y, codes = study.sn_ratio, np.delete(whole.run_codes, 6, axis=0)
+    y, codes = study.sn_ratio, np.delete(codes_of(whole), 6, axis=0)
     for k, name in enumerate(study.factors):
         others = [codes[:, j] for j in range(4) if j != k]
         assert table[name].ss == pytest.approx(rest(y, *others) - rest(y, *others, codes[:, k]), rel=1e-9)
@@ -173,7 +179,7 @@ def test_a_dummy_level_keeps_the_array_orthogonal():
     study = fin.Study("L9", factors, y, ratio="none")
     table = study.anova()
     assert table["a"].df == 1 and table.error.df == 3
-    codes = study.run_codes
+    codes = codes_of(study)
     assert np.bincount(codes[:, 0]).tolist() == [6, 3]
     for k, name in enumerate(factors):
         others = [codes[:, j] for j in range(3) if j != k]

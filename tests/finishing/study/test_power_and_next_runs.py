@@ -6,6 +6,7 @@ from scipy import optimize, stats
 
 from sdpgrind import finishing as fin
 from sdpgrind import sdp, units
+from sdpgrind.finishing._study.analysed import analysed
 
 STUDY = fin.Study.published("wang-2001")
 MODEL = fin.RoughnessModel.published()
@@ -27,15 +28,14 @@ def test_shares_by_the_non_central_law():
     """What each effect's F exceeds, with the true sums of squares; the truth has less effect here, so that shares lie between."""
     small = {"tool_diameter": 0.15, "pattern": 0.3, "feed_rate": 0.2, "normal_force": 0.1}
     y = np.zeros(18)
-    for k, (name, size) in enumerate(small.items()):
-        y += size * np.array([-1.0, 1.0, 0.3])[STUDY.run_codes[:, k] % len(STUDY.levels(name))]
+    for name, size in small.items():
+        y += size * np.array([-1.0, 1.0, 0.3])[[STUDY.levels(name).index(level) for level in STUDY.settings[name]]]
 
     def drawn(settings, rng, runs):
         return 10 ** (-(y + 0.5 * rng.standard_normal((runs, 18))) / 20)
 
     found = STUDY.power(rng=3, runs=20000, model=drawn)
-    for k, name in enumerate(STUDY.factors):
-        basis = STUDY.linear_model.bases[k]
+    for name, basis in zip(STUDY.factors, analysed(STUDY).model.bases, strict=True):
         centrality, df = np.sum((basis.T @ y) ** 2) / 0.25, basis.shape[1]
         share = stats.ncf.sf(stats.f.isf(0.05, df, 10), df, 10, centrality)
         assert abs(found.significant[name] - share) < 4 * found.standard_error(share), name

@@ -77,9 +77,10 @@ def _system(data: Any) -> tuple[Floats, Floats]:
 def _of_study(study: Study) -> dict[str, npt.NDArray[Any]]:
     if study.unit != "mm":
         raise ValueError(f"the study must be of readings in mm; got the unit {study.unit!r}")
-    repeats = study.readings.shape[1]
-    settings = {name: np.repeat(values[study.present], repeats) for name, values in study.settings.items()}
-    return _of_mapping(settings | {"roughness_ra": study.readings[study.present].ravel()})
+    readings, repeats = study.readings.ravel(), study.readings.shape[1]
+    there = ~np.isnan(readings)
+    settings = {name: np.repeat(values, repeats)[there] for name, values in study.settings.items()}
+    return _of_mapping(settings | {"roughness_ra": readings[there]})
 
 
 def _of_mapping(data: Any) -> dict[str, npt.NDArray[Any]]:

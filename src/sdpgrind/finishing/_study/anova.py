@@ -7,8 +7,9 @@ import numpy as np
 from scipy.special import fdtrc
 
 from sdpgrind.base.checks import Floats, one_of
+from sdpgrind.finishing._study.analysed import Analysed, analysed
 from sdpgrind.finishing._study.linear_model import LinearModel
-from sdpgrind.finishing._study.pooling import Pool, Pooling, pooled_terms
+from sdpgrind.finishing._study.pooling import Pool, Pooling, pooled
 from sdpgrind.finishing._study.texts import aligned, number, percent
 
 if TYPE_CHECKING:
@@ -153,28 +154,26 @@ class AnovaTable:
 
 def anova(study: "Observations", pool: Pool) -> AnovaTable:
     """Table of a study; see `Study.anova`."""
-    model, y = study.linear_model, study.observed
-    whole = _table(study, model)
+    found = analysed(study)
+    whole = _table(found)
     if pool is None:
         return whole
-    out = pooled_terms(study, whole, pool)
-    kept = model.kept([term for term in model.terms if term not in out])
-    table = _table(study, kept)
-    names = tuple(study.term_name(term) for term in out)
+    names = pooled(found, whole, pool)
+    table = _table(found.without(set(names)))
     record = Pooling.of(pool, names, whole, table)
     rows = tuple(
         dataclasses.replace(row, note="only after pooling") if row.source in record.only_after else row for row in table.rows
     )
-    assert y.size - 1 == table.total.df  # pooling moves degrees of freedom, it makes none
+    assert found.y.size - 1 == table.total.df  # pooling moves degrees of freedom, it makes none
     return dataclasses.replace(table, rows=rows, pooling=record, unpooled=whole)
 
 
-def _table(study: "Observations", model: LinearModel) -> AnovaTable:
-    y = study.observed
+def _table(found: Analysed) -> AnovaTable:
+    y, model = found.y, found.model
     orthogonal = model.orthogonal
-    squares = model.squares(y) if orthogonal else _type_two(study, model, y)
+    squares = model.squares(y) if orthogonal else _type_two(model, y)
     rest = error_square(model, y)
-    names = [study.term_name(term) for term in model.terms]
+    names = [found.named(term) for term in model.terms]
     return AnovaTable(_rows(names, model, squares, rest, y), ORTHOGONAL if orthogonal else GENERAL)
 
 
@@ -191,7 +190,7 @@ def error_variance(model: LinearModel, y: Floats) -> float | None:
     return square / model.error_df if square > 0 else None
 
 
-def _type_two(study: "Observations", model: LinearModel, y: Floats) -> Floats:
+def _type_two(model: LinearModel, y: Floats) -> Floats:
     from sdpgrind.finishing._study.general import type_two
 
     return type_two(model, y)

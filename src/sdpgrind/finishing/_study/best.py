@@ -10,6 +10,7 @@ from scipy.special import stdtr
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._study.analysed import Analysed, analysed
 from sdpgrind.finishing._study.anova import AnovaTable, anova, error_variance
 from sdpgrind.finishing._study.linear_model import LinearModel
 from sdpgrind.finishing._study.means import spread
@@ -100,30 +101,23 @@ def best(study: "Observations", pool: Pool, alpha: float) -> Best:
     """Best levels of a study; see `Study.best`."""
     if study.ratio == "none":
         raise ValueError("ratio must say what is better, such as 'smaller' or 'larger', to find the best; got 'none'")
-    if not 0 < checks.number("alpha", alpha, "1") < 1:
-        raise checks.refuse("alpha", "in (0, 1)", alpha, "1")
+    checks.probability("alpha", alpha)
     table = anova(study, pool)
-    model = _kept(study, table)
+    found = analysed(study).without(set(table.pooling.names) if table.pooling else set())
+    y, model, names = found
     factors = sorted({factor for term in model.terms for factor in term})
-    codes = best_codes(model, study.observed)
-    names = list(study.factors)
+    codes = best_codes(model, y)
     levels = {names[k]: study.levels(names[k])[codes[k]] for k in factors}
-    arbitrary = tuple(names[k] for k in factors if _without_effect(study, model, table, k, alpha))
-    variance = error_variance(model, study.observed)
-    ties = () if variance is None else _ties(study, model, codes, variance, alpha)
+    arbitrary = tuple(names[k] for k in factors if _without_effect(found, table, k, alpha))
+    variance = error_variance(model, y)
+    ties = () if variance is None else _ties(study, found, codes, variance, alpha)
     told = tuple(tie for tie in ties if tie.factor not in arbitrary)
     return Best(levels, told, arbitrary, variance is not None, alpha)
 
 
-def _kept(study: "Observations", table: AnovaTable) -> LinearModel:
-    names = {row.source for row in table.effects}
-    model = study.linear_model
-    return model.kept([term for term in model.terms if study.term_name(term) in names])
-
-
-def _without_effect(study: "Observations", model: LinearModel, table: AnovaTable, factor: int, alpha: float) -> bool:
-    found = [table[study.term_name(term)].p for term in model.terms if factor in term]
-    return all(p is not None and p > alpha for p in found)
+def _without_effect(found: Analysed, table: AnovaTable, factor: int, alpha: float) -> bool:
+    each = [table[found.named(term)].p for term in found.model.terms if factor in term]
+    return all(p is not None and p > alpha for p in each)
 
 
 def best_codes(model: LinearModel, y: Floats) -> list[int]:
@@ -149,15 +143,16 @@ def _groups(model: LinearModel) -> list[list[int]]:
     return [sorted(group) for group in groups]
 
 
-def _ties(study: "Observations", model: LinearModel, codes: list[int], variance: float, alpha: float) -> tuple[Tie, ...]:
+def _ties(study: "Observations", found: Analysed, codes: list[int], variance: float, alpha: float) -> tuple[Tie, ...]:
     """Levels that, put in place of the best one alone, are behind by less than the scatter allows to see."""
-    found, effects = [], model.effects(study.observed)
+    model, ties = found.model, []
+    effects = model.effects(found.y)
     for k in sorted({factor for term in model.terms for factor in term}):
-        name = list(study.factors)[k]
+        name = found.factors[k]
         for other in range(model.counts[k]):
             change = model.rows(np.array([codes])) - model.rows(np.array([[*codes[:k], other, *codes[k + 1 :]]]))
             behind, width = float((change @ effects)[0]), float(np.sqrt(variance * spread(model, change)[0]))
             p = 1.0 if other == codes[k] else float(2 * stdtr(model.error_df, -abs(behind) / width))
             if other != codes[k] and p > alpha:
-                found.append(Tie(name, study.levels(name)[other], behind, p))
-    return tuple(found)
+                ties.append(Tie(name, study.levels(name)[other], behind, p))
+    return tuple(ties)

@@ -9,9 +9,10 @@ from scipy.special import stdtrit
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._study.analysed import analysed
 from sdpgrind.finishing._study.anova import error_variance
 from sdpgrind.finishing._study.linear_model import LinearModel
-from sdpgrind.finishing._study.ratios import RATIOS
+from sdpgrind.finishing._study.ratios import back
 from sdpgrind.finishing._study.settings import Level
 from sdpgrind.finishing._study.texts import aligned, amount, level, number
 
@@ -86,14 +87,13 @@ class LevelMeans(Mapping[str, dict[Level, float]]):
 
 def level_means(study: "Observations", confidence: float) -> LevelMeans:
     """Means of a study; see `Study.level_means`."""
-    model, rows = study.linear_model, []
-    effects, reach = model.effects(study.observed), student(study, model, confidence)
-    back = RATIOS[study.ratio].back
+    (y, model, _), rows = analysed(study), []
+    effects, reach = model.effects(y), student(model, y, confidence)
     for k, factor in enumerate(study.factors):
         at = mean_rows(model, k)
         for value, mean, width in zip(study.levels(factor), at @ effects, np.sqrt(spread(model, at)), strict=True):
-            response = None if back is None else float(study.reference_of_back * back(mean))
-            rows.append(LevelMean(factor, value, float(mean), None if reach is None else float(reach * width), response))
+            half = None if reach is None else float(reach * width)
+            rows.append(LevelMean(factor, value, float(mean), half, back(study.ratio, mean, study.reference)))
     return LevelMeans(tuple(rows), study.unit)
 
 
@@ -114,11 +114,10 @@ def spread(model: LinearModel, rows: Floats) -> Floats:
     return np.asarray(np.einsum("ip,pq,iq->i", rows, model.inverse, rows))
 
 
-def student(study: "Observations", model: LinearModel, confidence: float) -> float | None:
+def student(model: LinearModel, y: Floats, confidence: float) -> float | None:
     """Half width of a two-sided interval for a spread of 1, dB; None where no error is left."""
-    if not 0 < checks.number("confidence", confidence, "1") < 1:
-        raise checks.refuse("confidence", "in (0, 1)", confidence, "1")
-    variance = error_variance(model, study.observed)
+    checks.probability("confidence", confidence)
+    variance = error_variance(model, y)
     if variance is None:
         return None
     return float(stdtrit(model.error_df, 0.5 + confidence / 2) * np.sqrt(variance))

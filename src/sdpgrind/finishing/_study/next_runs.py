@@ -17,7 +17,7 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.finishing._study.best import best
 from sdpgrind.finishing._study.pooling import Pool
-from sdpgrind.finishing._study.prediction import back
+from sdpgrind.finishing._study.ratios import back
 from sdpgrind.finishing._study.settings import Level
 from sdpgrind.finishing._study.surface_fit import Axis, SurfaceFit, surface_fit
 from sdpgrind.finishing._study.texts import amount, level
@@ -172,7 +172,7 @@ def _run(
 
 def _law(study: "Observations", mean: float, sd: float) -> sdp.Law:
     """Law of the reading, log-normal with that mean and sd of its dB; of the dB where there is no way back."""
-    middle = back(study, mean)
+    middle = back(study.ratio, mean, study.reference)
     if middle is None:
         return sdp.Normal(mean, sd)
     square = (sd / DB) ** 2

@@ -1,10 +1,9 @@
-"""What was varied and what was read: settings and readings of a study, checked, and its linear model."""
+"""What was varied and what was read: settings and readings of a study, checked."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from itertools import combinations
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +11,12 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
+from sdpgrind.finishing._study.analysed import Analysed, analysed, present
 from sdpgrind.finishing._study.arrays import OrthogonalArray, orthogonal_array
 from sdpgrind.finishing._study.confounding import Confounding, assigned, checked_columns, confounding
-from sdpgrind.finishing._study.linear_model import Codes, LinearModel, Term
+from sdpgrind.finishing._study.published import PUBLISHED
 from sdpgrind.finishing._study.ratios import RATIOS, sn_ratio
-from sdpgrind.finishing._study.settings import Factors, FreeRuns, Level, checked_factors, codes_of_array, distinct
+from sdpgrind.finishing._study.settings import Factors, FreeRuns, Level, checked_factors, codes_of, codes_of_runs, distinct
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -53,6 +53,83 @@ class Observations(Frozen):
         object.__setattr__(self, "units", _units(self.units, factors))
         self._check()
 
+    @classmethod
+    def of_runs(
+        cls,
+        settings: Mapping[str, Sequence[Level]],
+        response: npt.ArrayLike,
+        *,
+        ratio: str = "smaller",
+        reference: float = 1.0,
+        interactions: Sequence[tuple[str, str]] = (),
+        name: str = "response",
+        unit: str = "",
+        units: Mapping[str, str] | None = None,
+    ) -> Self:
+        """Make a study of any runs, balanced or not; where not, it is analysed by a general linear model, type II.
+
+        Parameters
+        ----------
+        settings : mapping of str to sequence
+            Value of each factor in each run.
+        response, ratio, reference, interactions, name, unit, units
+            As for `Study`; the response in `unit`.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing as fin
+        >>> study = fin.Study.of_runs({"wool": ["A", "A", "B", "B", "B"]}, [1.0, 2.0, 4.0, 5.0, 6.0], ratio="none")
+        >>> study.anova()["wool"].df
+        1
+        """
+        factors, codes = codes_of_runs(settings)
+        return cls(
+            FreeRuns(codes),
+            factors,
+            response,
+            ratio=ratio,
+            reference=reference,
+            interactions=interactions,
+            name=name,
+            unit=unit,
+            units=units or {},
+        )
+
+    @classmethod
+    def published(cls, name: str = "wang-2001") -> Self:
+        """Return a published experiment.
+
+        ``"wang-2001"``: Wang and Jan (2001), Table 2: an L18 of tool diameter (mm), path pattern, feed rate (mm/s) and normal
+        force (N), read once in R_a (mm); smaller is better, and 10 um is 0 dB, as the printed ratios have it.
+
+        Parameters
+        ----------
+        name : {"wang-2001"}
+            Which.
+
+        Raises
+        ------
+        ValueError
+            When there is no such experiment.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing as fin
+        >>> fin.Study.published("wang-2001").anova(pool="F<1").pooling.names
+        ('feed_rate',)
+        """
+        data = PUBLISHED[checks.one_of("name", name, PUBLISHED)]
+        response = 1e-3 * np.array(data["roughness_um"])
+        return cls(
+            data["array"],
+            data["factors"],
+            response,
+            reference=1e-3 * data["reference_um"],
+            name="roughness R_a",
+            unit="mm",
+            units=data["units"],
+        )
+
     @property
     def runs(self) -> int:
         """Number of runs, missing ones included, a whole number."""
@@ -68,28 +145,21 @@ class Observations(Frozen):
         """Runs without readings, each a whole number from 1."""
         return tuple(int(k) + 1 for k in np.flatnonzero(np.isnan(self.readings[:, 0])))
 
-    @cached_property
-    def run_codes(self) -> Codes:
-        """Which distinct level each factor has in each run, a whole number from 0, shape (runs, factors)."""
-        if isinstance(self.array, FreeRuns):
-            return self.array.codes
-        columns = [self.array.matrix[:, k - 1] for k in self.columns or ()]
-        return codes_of_array(self.factor_levels, columns)
-
     @property
     def settings(self) -> dict[str, npt.NDArray[Any]]:
         """Value of each factor in each run, in its own unit, arrays of shape (runs,)."""
         levels = {name: np.array(self.levels(name)) for name in self.factors}
-        return {name: levels[name][self.run_codes[:, k]] for k, name in enumerate(self.factors)}
+        codes = codes_of(self.array, self.columns, self.factors)
+        return {name: levels[name][codes[:, k]] for k, name in enumerate(self.factors)}
 
     def levels(self, factor: str) -> tuple[Level, ...]:
         """Return the distinct levels of a factor, in its own unit, in the order in which they were given."""
-        return distinct(self.factor_levels[checks.one_of("factor", factor, self.factors)])
+        return distinct(self.factors[checks.one_of("factor", factor, self.factors)])
 
     @property
     def sn_ratio(self) -> Floats:
         """Signal-to-noise ratio (unit dB) of each run that is there; with ratio "none" the mean reading."""
-        return sn_ratio(self.readings[self.present], self.ratio, reference=self.reference)
+        return sn_ratio(self.readings[present(self)], self.ratio, reference=self.reference)
 
     @property
     def confounding(self) -> Confounding | None:
@@ -98,62 +168,24 @@ class Observations(Frozen):
             return None
         return confounding(self.array, dict(zip(self.factors, self.columns or (), strict=True)))
 
-    @property
-    def factor_levels(self) -> Factors:
-        """Levels of each factor as they were given, each in its own unit."""
-        return {name: tuple(levels) for name, levels in self.factors.items()}
-
-    @property
-    def reference_of_back(self) -> float:
-        """What a ratio of 0 dB is, in `unit`."""
-        return self.reference if self.ratio in ("smaller", "larger") else 1.0
-
-    @cached_property
-    def present(self) -> npt.NDArray[np.bool_]:
-        """Whether each run has readings, shape (runs,), no unit."""
-        return ~np.isnan(self.readings[:, 0])
-
-    @cached_property
-    def observed(self) -> Floats:
-        """What is analysed, (observations,), in the unit dB: the ratio of each run; with "none" each reading."""
-        return self.readings[self.present].ravel() if self.ratio == "none" else self.sn_ratio
-
-    @cached_property
-    def linear_model(self) -> LinearModel:
-        """Effects of all factors and of the named interactions on what is analysed (unit dB)."""
-        repeats = self.readings.shape[1] if self.ratio == "none" else 1
-        codes = np.repeat(self.run_codes[self.present], repeats, axis=0)
-        counts = tuple(len(self.levels(name)) for name in self.factors)
-        names = list(self.factors)
-        pairs: list[Term] = [(names.index(a), names.index(b)) for a, b in self.interactions]
-        return LinearModel(codes, counts, (*((k,) for k in range(len(names))), *pairs))
-
-    def label(self, factor: str) -> str:
-        """Return the name of a `factor`, with its unit in brackets where it has one."""
-        unit = self.units.get(factor, "")
-        return f"{factor} [{unit}]" if unit else factor
-
-    def term_name(self, term: Term) -> str:
-        """Return the name of a `term` of the linear model: no unit."""
-        names = list(self.factors)
-        return " x ".join(names[k] for k in term)
-
     def _check(self) -> None:
-        if len(self.run_codes) != self.runs:
-            raise ValueError(f"response must have one entry for each of the {len(self.run_codes)} runs; got {self.runs}")
-        _ = self.sn_ratio
+        codes = codes_of(self.array, self.columns, self.factors)
+        if len(codes) != self.runs:
+            raise ValueError(f"response must have one entry for each of the {len(codes)} runs; got {self.runs}")
+        found, there = analysed(self), present(self)
         for k, name in enumerate(self.factors):
-            absent = set(range(len(self.levels(name)))) - set(self.run_codes[self.present, k].tolist())
+            absent = set(range(len(self.levels(name)))) - set(codes[there, k].tolist())
             if absent:
                 raise ValueError(f"each level must have a reading; {name} has none at {self.levels(name)[min(absent)]!r}")
-        if not self.linear_model.full_rank:
-            raise ValueError(f"effects must be told apart by the runs; those of {self._confused()} are not")
+        if not found.model.full_rank:
+            raise ValueError(f"effects must be told apart by the runs; those of {_confused(found)} are not")
 
-    def _confused(self) -> str:
-        model = self.linear_model
-        plain = [model.columns(model.codes, term).shape[1] for term in model.terms]
-        lost = [self.term_name(term) for term, df, full in zip(model.terms, model.df, plain, strict=True) if df < full]
-        return ", ".join(lost) or "all factors together"
+
+def _confused(found: Analysed) -> str:
+    model = found.model
+    plain = [model.columns(model.codes, term).shape[1] for term in model.terms]
+    lost = [found.named(term) for term, df, full in zip(model.terms, model.df, plain, strict=True) if df < full]
+    return ", ".join(lost) or "all factors together"
 
 
 def _array(array: Any) -> OrthogonalArray:

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sdpgrind.base.extras import need
+from sdpgrind.finishing._study.analysed import analysed
 from sdpgrind.finishing._study.means import LevelMean
 from sdpgrind.finishing._study.ratios import RATIOS
-from sdpgrind.finishing._study.texts import level
+from sdpgrind.finishing._study.texts import labelled, level
 
 if TYPE_CHECKING:
     from sdpgrind.finishing._study.study import Study
@@ -24,10 +25,10 @@ def main_effects(study: "Study", confidence: float) -> Any:
         1, len(names), figsize=(1.2 + 1.9 * len(names), 3.4), sharey=True, layout="constrained", squeeze=False
     )
     for axis, name in zip(axes[0], names, strict=True):
-        _panel(axis, study.label(name), [row for row in rows if row.factor == name])
-        axis.axhline(float(study.observed.mean()), color="0.6", lw=0.8, ls="--", zorder=0)
+        _panel(axis, labelled(name, study.units.get(name, "")), [row for row in rows if row.factor == name])
+        axis.axhline(float(analysed(study).y.mean()), color="0.6", lw=0.8, ls="--", zorder=0)
     unit = RATIOS[study.ratio].unit
-    axes[0, 0].set_ylabel(f"mean ratio [{unit}]" if unit else _labelled(study.name, study.unit))
+    axes[0, 0].set_ylabel(f"mean ratio [{unit}]" if unit else labelled(study.name, study.unit))
     _second_scale(study, axes[0, -1])
     if any(row.half_width is not None for row in rows):
         figure.suptitle(f"{study.name}: means with {100 * confidence:g} % intervals", fontsize=9, color="0.3")
@@ -58,8 +59,4 @@ def _second_scale(study: "Study", axis: Any) -> None:
     right.set_ylim(axis.get_ylim())
     ticks = [tick for tick in axis.get_yticks() if axis.get_ylim()[0] <= tick <= axis.get_ylim()[1]]
     right.set_yticks(ticks, [f"{scale * study.reference * float(back(np.asarray(tick))):.3g}" for tick in ticks])
-    right.set_ylabel(_labelled(study.name, unit))
-
-
-def _labelled(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit else name
+    right.set_ylabel(labelled(study.name, unit))

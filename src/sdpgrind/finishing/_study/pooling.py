@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from sdpgrind.base import checks
-from sdpgrind.finishing._study.linear_model import Term
 
 if TYPE_CHECKING:
+    from sdpgrind.finishing._study.analysed import Analysed
     from sdpgrind.finishing._study.anova import AnovaTable
-    from sdpgrind.finishing._study.observations import Observations
 
 Pool: TypeAlias = Literal["F<1"] | Sequence[str] | None
 LEVEL = 0.05
@@ -64,18 +63,18 @@ def _below(p: float | None) -> bool:
     return p is not None and p < LEVEL
 
 
-def pooled_terms(study: "Observations", whole: "AnovaTable", pool: Pool) -> tuple[Term, ...]:
-    """The terms that a rule pools; an effect whose interaction stays must stay too."""
+def pooled(found: "Analysed", whole: "AnovaTable", pool: Pool) -> tuple[str, ...]:
+    """Names of the terms that a rule pools; an effect whose interaction stays must stay too."""
     names = _by_rule(whole) if pool == "F<1" else _named(whole, pool)
-    terms = [term for term in study.linear_model.terms if study.term_name(term) in names]
-    for term in [term for term in study.linear_model.terms if term not in terms]:
+    terms = [term for term in found.model.terms if found.named(term) in names]
+    for term in [term for term in found.model.terms if term not in terms]:
         part = next((small for small in terms if set(small) < set(term)), None)
         if part is None:
             continue
         if pool != "F<1":
-            raise ValueError(f"pool must name {study.term_name(term)!r} too where it names {study.term_name(part)!r}")
+            raise ValueError(f"pool must name {found.named(term)!r} too where it names {found.named(part)!r}")
         terms = [small for small in terms if not set(small) < set(term)]
-    return tuple(terms)
+    return tuple(map(found.named, terms))
 
 
 def _by_rule(whole: "AnovaTable") -> list[str]:

@@ -11,6 +11,7 @@ from scipy.special import fdtri
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
+from sdpgrind.finishing._study.analysed import Analysed, analysed, present
 from sdpgrind.finishing._study.anova import anova, error_variance
 from sdpgrind.finishing._study.means import mean_rows
 from sdpgrind.finishing._study.pooling import Pool
@@ -105,39 +106,40 @@ class Power:
 def power(study: "Observations", rng: Seed, runs: int, model: Any, pool: Pool, alpha: float) -> Power:
     """Power of a study; see `Study.power`."""
     runs = checks.count("runs", runs)
-    if not 0 < checks.number("alpha", alpha, "1") < 1:
-        raise checks.refuse("alpha", "in (0, 1)", alpha, "1")
-    linear, random = study.linear_model, generator(rng)
+    checks.probability("alpha", alpha)
+    found, random = analysed(study), generator(rng)
+    linear = found.model
     if linear.error_df == 0:
         raise ValueError("the study must leave an error to test with; it is saturated: fewer factors, or pool some for `anova`")
     without: tuple[str, ...] = ()
     if model is None:
-        drawn, without = _of_its_own(study, random, runs, pool)
+        drawn, without = _of_its_own(study, found, random, runs, pool)
     else:
         drawn = _of_a_model(study, random, runs, model)
     squares, rest = linear.squares(drawn), np.sum(linear.residuals(drawn) ** 2, axis=-1)
-    df, names = np.array(linear.df), [study.term_name(term) for term in linear.terms]
+    df, names = np.array(linear.df), [found.named(term) for term in linear.terms]
     least = np.array([fdtri(n, linear.error_df, 1 - alpha) for n in df])
-    found = np.mean(squares * linear.error_df > least * df * rest[:, None], axis=0)
+    seen = np.mean(squares * linear.error_df > least * df * rest[:, None], axis=0)
     order = np.argsort([-row.ss for row in anova(study, None).effects], kind="stable")
     returned = np.all(np.diff(squares[:, order], axis=1) < 0, axis=1)
-    wins, kept = _levels(study, drawn)
+    wins, kept = _levels(found, drawn)
     return Power(
-        runs, dict(zip(names, found.tolist(), strict=True)), without, tuple(names[k] for k in order), float(np.mean(returned)),
+        runs, dict(zip(names, seen.tolist(), strict=True)), without, tuple(names[k] for k in order), float(np.mean(returned)),
         {name: study.levels(name) for name in study.factors}, wins, kept, alpha,
     )  # fmt: skip
 
 
-def _of_its_own(study: "Observations", rng: np.random.Generator, runs: int, pool: Pool) -> tuple[Floats, tuple[str, ...]]:
+def _of_its_own(
+    study: "Observations", found: Analysed, rng: np.random.Generator, runs: int, pool: Pool
+) -> tuple[Floats, tuple[str, ...]]:
     """Ratios (runs, observations) of the study's own model without the pooled effects."""
-    table, linear, y = anova(study, pool), study.linear_model, study.observed
-    names = {row.source for row in table.effects}
-    kept = linear.kept([term for term in linear.terms if study.term_name(term) in names])
+    pooling = anova(study, pool).pooling
+    without = pooling.names if pooling else ()
+    y, kept, _ = found.without(set(without))
     variance = error_variance(kept, y)
     if variance is None:
         raise ValueError("the study must leave an error to simulate with; nothing is left: give a model")
     noise = rng.standard_normal((runs, y.size))
-    without = table.pooling.names if table.pooling else ()
     return kept.design @ kept.effects(y) + np.sqrt(variance) * noise, without
 
 
@@ -146,9 +148,10 @@ def _of_a_model(study: "Observations", rng: np.random.Generator, runs: int, mode
     draw: Callable[..., npt.ArrayLike] = getattr(model, "responses", model)
     if not callable(draw):
         raise TypeError(f"model must be a RoughnessModel or a function of settings, rng and runs; got {checks.shown(model)}")
-    settings = {name: values[study.present] for name, values in study.settings.items()}
+    there = present(study)
+    settings = {name: values[there] for name, values in study.settings.items()}
     readings = checks.finite_array("readings of the model", draw(settings, rng, runs), study.unit)
-    count, repeats = int(np.sum(study.present)), study.readings.shape[1]
+    count, repeats = int(np.sum(there)), study.readings.shape[1]
     if readings.shape == (runs, count) and repeats == 1:
         readings = readings[..., None]
     if readings.shape != (runs, count, repeats):
@@ -158,12 +161,12 @@ def _of_a_model(study: "Observations", rng: np.random.Generator, runs: int, mode
     return sn_ratio(readings, study.ratio, reference=study.reference)
 
 
-def _levels(study: "Observations", drawn: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
+def _levels(found: Analysed, drawn: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
     """How often each level of a factor is above each other one, and how often the study's best level is best again."""
-    linear = study.linear_model
-    effects, own = linear.effects(drawn), linear.effects(study.observed)
+    linear = found.model
+    effects, own = linear.effects(drawn), linear.effects(found.y)
     wins, kept = {}, {}
-    for k, name in enumerate(study.factors):
+    for k, name in enumerate(found.factors):
         rows = mean_rows(linear, k)
         means = effects @ rows.T
         wins[name] = np.mean(means[:, :, None] > means[:, None, :], axis=0)

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.finishing._study.analysed import analysed
 from sdpgrind.finishing._study.means import spread, student
-from sdpgrind.finishing._study.ratios import RATIOS
+from sdpgrind.finishing._study.ratios import RATIOS, back
 from sdpgrind.finishing._study.settings import Level, position
 from sdpgrind.finishing._study.texts import NOT_AVAILABLE, amount, level, number
 
@@ -101,32 +102,25 @@ def predict(study: "Observations", levels: Mapping[str, Level], confirm: int, co
         raise TypeError(f"levels must be a mapping from factors to levels, as study.best() gives; got {checks.shown(levels)}")
     confirm = checks.count("confirm", confirm)
     names = list(study.factors)
-    at = {name: position(study.factor_levels, name, value) for name, value in levels.items()}
-    model = study.linear_model
+    at = {name: position(study.factors, name, value) for name, value in levels.items()}
+    y, model, _ = analysed(study)
     kept = model.kept([term for term in model.terms if all(names[k] in at for k in term)])
     row = kept.rows(np.array([[at.get(name, 0) for name in names]]))
-    mean, share = float((row @ kept.effects(study.observed))[0]), float(spread(kept, row)[0])
-    reach = student(study, kept, confidence)
+    mean, share = float((row @ kept.effects(y))[0]), float(spread(kept, row)[0])
+    reach = student(kept, y, confidence)
     ci_mean = None if reach is None else reach * float(np.sqrt(share))
     ci_confirm = None if reach is None else reach * float(np.sqrt(share + 1 / confirm))
     return Prediction(
         {name: study.levels(name)[k] for name, k in at.items()},
         mean, 1 / share, ci_mean, ci_confirm, confirm, kept.error_df, confidence,
-        back(study, mean), _ends(study, mean, ci_mean), _ends(study, mean, ci_confirm),
+        back(study.ratio, mean, study.reference), _ends(study, mean, ci_mean), _ends(study, mean, ci_confirm),
         study.unit, RATIOS[study.ratio].unit,
     )  # fmt: skip
 
 
-def back(study: "Observations", mean: float) -> float | None:
-    """The response (in its unit) that has this ratio (dB)."""
-    way = RATIOS[study.ratio].back
-    return None if way is None else float(study.reference_of_back * way(np.asarray(mean)))
-
-
 def _ends(study: "Observations", mean: float, width: float | None) -> Interval | None:
     """Ends of an interval of the ratio (dB) in the unit of the response, low end first."""
-    if width is None or RATIOS[study.ratio].back is None:
+    if width is None:
         return None
-    one, other = back(study, mean - width), back(study, mean + width)
-    assert one is not None and other is not None  # there is a way back
-    return min(one, other), max(one, other)
+    one, other = (back(study.ratio, mean + side * width, study.reference) for side in (-1, 1))
+    return None if one is None or other is None else (min(one, other), max(one, other))

@@ -51,6 +51,8 @@ RATIOS = {
     "none": Ratio(_itself, lambda mean: np.asarray(mean), "", "mean"),
 }
 """By name; "none" is the response itself."""
+REFERRED = ("smaller", "larger")
+"""Ratios for which it counts what is 0 dB."""
 
 
 def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: float = 1.0) -> Floats:
@@ -99,9 +101,15 @@ def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: floa
     readings = checks.finite_array("response", response)
     if readings.ndim == 0:
         raise ValueError("response must have an axis of replicates; got a single number")
-    over = readings / checks.positive("reference", reference) if ratio in ("smaller", "larger") else readings
+    over = readings / checks.positive("reference", reference) if ratio in REFERRED else readings
     _check(ratio, over, readings)
     return kind.of(over)
+
+
+def back(ratio: str, mean: float, reference: float) -> float | None:
+    """The response that has this ratio (dB), in the unit of the reference; None where there is no way back."""
+    way = RATIOS[ratio].back
+    return None if way is None else float((reference if ratio in REFERRED else 1.0) * way(np.asarray(mean)))
 
 
 def _check(ratio: str, y: Floats, shown: Floats) -> None:

@@ -54,8 +54,14 @@ def distinct(levels: Iterable[Level]) -> tuple[Level, ...]:
     return tuple(dict.fromkeys(levels))
 
 
-def codes_of_array(factors: Factors, columns: Sequence[npt.NDArray[np.int64]]) -> Codes:
-    """Which of the distinct levels each run has, (runs, factors), from columns of an array."""
+def codes_of(array: Any, columns: Sequence[int] | None, factors: Mapping[str, Sequence[Level]]) -> Codes:
+    """Which of the distinct levels each run has, (runs, factors), from these columns (from 1) of an array, or free runs."""
+    if isinstance(array, FreeRuns):
+        return array.codes
+    return _codes_of_columns([array.matrix[:, k - 1] for k in columns or ()], factors)
+
+
+def _codes_of_columns(columns: Sequence[npt.NDArray[np.int64]], factors: Mapping[str, Sequence[Level]]) -> Codes:
     coded = []
     for (name, levels), column in zip(factors.items(), columns, strict=True):
         if len(levels) != column.max() + 1:
@@ -85,7 +91,7 @@ def _sorted(levels: tuple[Level, ...]) -> tuple[Level, ...]:
     return tuple(sorted(numbers)) if len(numbers) == len(levels) else levels
 
 
-def position(factors: Factors, name: object, value: object) -> int:
+def position(factors: Mapping[str, Sequence[Level]], name: object, value: object) -> int:
     """Which distinct level of a factor a value is."""
     levels = distinct(factors[checks.one_of("factor", name, factors)])
     for k, level in enumerate(levels):

@@ -1,13 +1,11 @@
 """A designed experiment: what was varied, what was read, and all that the readings can and cannot tell."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self
+from collections.abc import Callable, Mapping
+from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base.checks import one_of
 from sdpgrind.base.rng import Seed
 from sdpgrind.finishing._study.anova import AnovaTable, anova
 from sdpgrind.finishing._study.best import Best, best
@@ -18,9 +16,8 @@ from sdpgrind.finishing._study.picture import main_effects
 from sdpgrind.finishing._study.pooling import Pool
 from sdpgrind.finishing._study.power import Power, power
 from sdpgrind.finishing._study.prediction import Prediction, predict
-from sdpgrind.finishing._study.published import PUBLISHED
 from sdpgrind.finishing._study.report import report
-from sdpgrind.finishing._study.settings import FreeRuns, Level, codes_of_runs
+from sdpgrind.finishing._study.settings import FreeRuns, Level
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -66,85 +63,6 @@ class Study(Observations):
     >>> dict(study.best())
     {'speed': 20.0, 'grit': 'fine'}
     """
-
-    @classmethod
-    def of_runs(
-        cls,
-        settings: Mapping[str, Sequence[Level]],
-        response: npt.ArrayLike,
-        *,
-        ratio: str = "smaller",
-        reference: float = 1.0,
-        interactions: Sequence[tuple[str, str]] = (),
-        name: str = "response",
-        unit: str = "",
-        units: Mapping[str, str] | None = None,
-    ) -> Self:
-        """Make a study of any runs, balanced or not; where not, it is analysed by a general linear model, type II.
-
-        Parameters
-        ----------
-        settings : mapping of str to sequence
-            Value of each factor in each run.
-        response, ratio, reference, interactions, name, unit, units
-            As for `Study`; the response in `unit`.
-
-        Examples
-        --------
-        >>> from sdpgrind import finishing as fin
-        >>> study = fin.Study.of_runs({"wool": ["A", "A", "B", "B", "B"]}, [1.0, 2.0, 4.0, 5.0, 6.0], ratio="none")
-        >>> study.anova()["wool"].df
-        1
-        """
-        factors, codes = codes_of_runs(settings)
-        return cls(
-            FreeRuns(codes),
-            factors,
-            response,
-            ratio=ratio,
-            reference=reference,
-            interactions=interactions,
-            name=name,
-            unit=unit,
-            units=units or {},
-        )
-
-    @classmethod
-    def published(cls, name: str = "wang-2001") -> Self:
-        """Return a published experiment.
-
-        ``"wang-2001"``: Wang and Jan (2001), Table 2: an L18 of tool diameter (mm), path pattern, feed rate (mm/s) and normal
-        force (N), read once in R_a (mm); smaller is better, and 10 um is 0 dB, as the printed ratios have it.
-
-        Parameters
-        ----------
-        name : {"wang-2001"}
-            Which.
-
-        Raises
-        ------
-        ValueError
-            When there is no such experiment.
-
-        Examples
-        --------
-        >>> from sdpgrind import finishing as fin
-        >>> fin.Study.published("wang-2001").anova(pool="F<1").pooling.names
-        ('feed_rate',)
-        """
-        data = PUBLISHED[one_of("name", name, PUBLISHED)]
-        response = 1e-3 * np.array(data["roughness_um"])
-        return cls(
-            data["array"],
-            data["factors"],
-            response,
-            reference=1e-3 * data["reference_um"],
-            name="roughness R_a",
-            unit="mm",
-            units=data["units"],
-        )
-
-    # -- what it tells ---------------------------------------------------------------------------------------------------
 
     def anova(self, pool: Pool = None) -> AnovaTable:
         """Return the analysis of variance of the ratio.

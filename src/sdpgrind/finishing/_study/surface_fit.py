@@ -7,6 +7,7 @@ import numpy as np
 
 from sdpgrind import identify
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._study.analysed import analysed, present
 from sdpgrind.finishing._study.anova import anova
 from sdpgrind.finishing._study.pooling import Pool
 from sdpgrind.finishing._study.settings import Level
@@ -93,13 +94,12 @@ def surface_fit(study: "Observations", pool: Pool) -> SurfaceFit:
     """Fit the surface to the ratios of a study, without the pooled factors."""
     names = {row.source for row in anova(study, pool).effects}
     axes = tuple(Axis(name, study.levels(name)) for name in study.factors if name in names)
-    settings = {name: study.settings[name][study.present].tolist() for name in study.factors}
-    rows = [[1.0, *(x for axis in axes for x in axis.columns(settings[axis.factor][k]))] for k in range(study.observed.size)]
+    y, there = analysed(study).y, present(study)
+    settings = {name: values[there].tolist() for name, values in study.settings.items()}
+    rows = [[1.0, *(x for axis in axes for x in axis.columns(settings[axis.factor][k]))] for k in range(y.size)]
     count = len(rows[0])
-    if study.observed.size <= count:
-        raise ValueError(
-            f"the study must leave an error for a response surface of {count} coefficients; got {study.observed.size} runs"
-        )
-    estimate = identify.least_squares(rows, study.observed, names=[f"b{k}" for k in range(count)])
-    left = study.observed - np.array(rows) @ estimate.value
-    return SurfaceFit(axes, estimate, float(left @ left) / (study.observed.size - count))
+    if y.size <= count:
+        raise ValueError(f"the study must leave an error for a response surface of {count} coefficients; got {y.size} runs")
+    estimate = identify.least_squares(rows, y, names=[f"b{k}" for k in range(count)])
+    left = y - np.array(rows) @ estimate.value
+    return SurfaceFit(axes, estimate, float(left @ left) / (y.size - count))

@@ -31,6 +31,11 @@ def level(value: object) -> str:
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
+def labelled(name: str, unit: str) -> str:
+    """A name with its unit in brackets, where it has one."""
+    return f"{name} [{unit}]" if unit else name
+
+
 def amount(value: float, unit: str) -> str:
     """A response with its unit; lengths below 0.1 mm in micrometres."""
     if unit == "mm" and abs(value) < 0.1:
