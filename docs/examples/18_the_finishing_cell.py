@@ -25,7 +25,7 @@ motion = finishing.plan(problem)
 axis = finishing.TorqueAxis()
 kinds = ("constant", "pidff", "lqg")
 controllers = {kind: finishing.TorqueController(axis, motion, normal_force=1.11, kind=kind) for kind in kinds}
-cell = hwsim.FinishingCell(problem, normal_force=1.11)
+cell = hwsim.FinishingCell(problem, target_force=1.11)
 log = hwsim.run(cell, controllers["lqg"], rng=0)
 outcome = log.outcome.isel(part=0)
 print(f"force {float(outcome.normal_force):.3f} N, of which {float(outcome.normal_force_sd):.3f} N go up and down")

@@ -29,16 +29,11 @@ class Job:
     def controller(self, plan: finishing.Motion) -> finishing.TorqueController:
         """The controller of every part."""
         return finishing.TorqueController(
-            self.stand.axis, plan, **{"normal_force": self.stand.normal_force, "kind": KIND} | dict(self.settings)
+            self.stand.torque_axis, plan, **{"normal_force": self.stand.target_force, "kind": KIND} | dict(self.settings)
         )
 
 
 def scattered(problem: finishing.FinishingProblem, *, nominal: bool) -> Job:
     """A problem in a cell of which nothing is said: parts that differ, or all as believed."""
     scatter = None if nominal else CellScatter()
-    return Job(FinishingCell(problem, scatter=scatter, axis=axis_of(problem), normal_force=NORMAL_FORCE))
-
-
-def axis_of(problem: finishing.FinishingProblem, **settings: Any) -> finishing.TorqueAxis:
-    """The torque axis that carries the tool of a problem."""
-    return finishing.TorqueAxis(lever_arm=problem.lever_arm, **settings)
+    return Job(FinishingCell(problem, scatter=scatter, target_force=NORMAL_FORCE))

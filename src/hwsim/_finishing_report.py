@@ -35,11 +35,11 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     yield f"motion: {plan.duration:.2f} s, {feed}; {plan.status}"
     controller = job.controller(plan)
     slowest = "" if controller.kind == "constant" else f"; its slowest pole decays with {controller.poles.slowest:.1f} 1/s"
-    yield f"controller: {controller.kind}, {job.stand.normal_force:g} N{slowest}"
+    yield f"controller: {controller.kind}, {job.stand.target_force:g} N{slowest}"
 
 
 def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
-    outcome, wanted = log.outcome, job.stand.normal_force
+    outcome, wanted = log.outcome, job.stand.target_force
     yield summary_head(log, "part")
     yield summary_line("time (s)", outcome.time.values, ".3f", plan.duration)
     yield summary_line("feed (mm/s)", outcome.feed.values, ".3f", plan.mean_feed_rate)
@@ -58,8 +58,5 @@ def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
 
 def _expected(problem: Any, force: float) -> float | None:
     """Mean roughness (um) that the model gives for the set force; None: beyond its range."""
-    try:
-        settings = {"pattern": problem.path.pattern, "tool_diameter": problem.tool_diameter, "normal_force": force}
-        return _UM * float(problem.model.law(**settings).mean)
-    except ValueError:
-        return None
+    settings = problem.path.pattern, problem.tool_diameter, force
+    return _UM * float(problem.model.law(*settings).mean) if problem.model.covers(*settings) else None

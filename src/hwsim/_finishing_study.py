@@ -53,8 +53,11 @@ class FinishingStudy:
     @property
     def confirmed(self) -> float:
         """Ratio of the runs that confirm, a mean, dB."""
-        read = self.confirmation.outcome.roughness_ra.values.reshape(-1, self.study.readings.shape[1])
-        return float(np.mean(-10.0 * np.log10(np.mean((read / REFERENCE) ** 2, axis=1))))
+        from sdpgrind import finishing
+
+        study = self.study
+        read = self.confirmation.outcome.roughness_ra.values.reshape(-1, study.readings.shape[1])
+        return float(np.mean(finishing.sn_ratio(read, study.ratio, reference=study.reference)))
 
     @property
     def held(self) -> bool:
@@ -261,8 +264,8 @@ class _Bench:
         from sdpgrind import finishing
 
         force = setting["normal_force"]
-        cell = self._cell.replace(problem=self._problem(setting), normal_force=force)
-        controller = finishing.TorqueController(cell.axis, self._motion(setting), normal_force=force, kind=self._kind)
+        cell = self._cell.replace(problem=self._problem(setting), target_force=force)
+        controller = finishing.TorqueController(cell.torque_axis, self._motion(setting), normal_force=force, kind=self._kind)
         journal = None if self._folder is None else self._folder / f"{name}.db"
         return run(cell, controller, parts=parts, rng=rng, journal=journal)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from hwsim._finishing_jobs import NORMAL_FORCE, Job, axis_of
+from hwsim._finishing_jobs import NORMAL_FORCE, Job
 from hwsim._physics_toml import flag
 from hwsim._toml import Table
 from hwsim._toml import read as read_toml
@@ -16,6 +16,7 @@ from hwsim.plants._finishing import FinishingCell
 from hwsim.plants._finishing_height import HeightField
 from hwsim.plants._finishing_truth import CellScatter, CellTruth
 from sdpgrind import finishing
+from sdpgrind.base import checks
 
 _TOOL = {
     "contact_angle": "rad",
@@ -68,7 +69,8 @@ def _job(file: Table) -> Job:
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
     controller = file.maybe("controller")
     force = controller.number("normal_force", "N") if controller.has("normal_force") else NORMAL_FORCE
-    cell = _cell(problem, {"axis": _axis(problem, file.maybe("axis")), "normal_force": force}, file.maybe("cell"))
+    controller.made(checks.positive, "normal_force", force, "N")
+    cell = _cell(problem, {"axis": _axis(problem, file.maybe("axis")), "target_force": force}, file.maybe("cell"))
     return Job(cell, _settings(controller), method, _study(file.maybe("study")))
 
 
@@ -118,7 +120,7 @@ def _problem(path: finishing.Path, table: Table) -> finishing.FinishingProblem:
 def _axis(problem: finishing.FinishingProblem, table: Table) -> finishing.TorqueAxis:
     options: dict[str, Any] = {**table.given(_AXIS), **{key: table.take(key) for key in _COUNTS if table.has(key)}}
     table.done()
-    return table.made(axis_of, problem, **options)
+    return table.made(finishing.TorqueAxis, lever_arm=problem.lever_arm, **options)
 
 
 def _settings(table: Table) -> dict[str, Any]:

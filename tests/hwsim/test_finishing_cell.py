@@ -120,8 +120,8 @@ def test_constant_current_lifts_off_and_a_controller_does_not():
 
 def test_the_force_that_is_wanted_gives_the_error():
     plant = cell(problem(), torque_constant=0.2)
-    assert np.isnan(outcome(plant).force_error[0])
-    out = outcome(plant.replace(normal_force=FORCE)).isel(part=0).drop_dims("sample")
+    assert "force_error" not in outcome(plant)
+    out = outcome(plant.replace(target_force=FORCE)).isel(part=0).drop_dims("sample")
     off = float(out.normal_force) - FORCE
     assert float(out.force_error) == pytest.approx(np.hypot(off, float(out.normal_force_sd)), rel=1e-12) and off > 0.05
 
@@ -184,7 +184,7 @@ def test_time_to_touch_down_is_that_of_the_fall():
 @pytest.mark.parametrize("kind", KINDS)
 def test_whole_parts_are_those_of_the_loop(kind, monkeypatch):
     of = problem(friction_ratio=0.3)
-    plant = hwsim.FinishingCell(of, scatter=hwsim.CellScatter(), normal_force=FORCE)
+    plant = hwsim.FinishingCell(of, scatter=hwsim.CellScatter(), target_force=FORCE)
     whole = hwsim.run(plant, controller(of, kind), parts=2, rng=3)
     by_the_loop(monkeypatch)
     assert same(hwsim.run(plant, controller(of, kind), parts=2, rng=3), whole)
@@ -324,3 +324,12 @@ def test_a_truth_that_is_drawn_for_each_part():
     ratios = log.outcome.normal_force.values / log.outcome.true_torque_constant.values
     assert len(set(log.outcome.true_torque_constant.values)) == 3
     np.testing.assert_allclose(ratios, FORCE / 0.185, rtol=2 * STEP)
+
+
+def test_the_axis_has_the_lever_of_the_problem():
+    of = problem(lever_arm=90.0)
+    plant = hwsim.FinishingCell(of)
+    assert plant.axis is None and plant.torque_axis == finishing.TorqueAxis(lever_arm=90.0)
+    found = finishing.TorqueController(plant.torque_axis, motion(of), normal_force=FORCE, kind="damped")
+    assert float(hwsim.run(plant.replace(truth=None), found).outcome.normal_force[0]) == pytest.approx(FORCE, abs=2 * STEP)
+    assert hwsim.FinishingCell(problem()).replace(problem=of).torque_axis == plant.torque_axis

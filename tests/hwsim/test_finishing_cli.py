@@ -152,7 +152,7 @@ def test_the_example_is_the_preset_in_a_cell_that_scatters():
     made = read(EXAMPLE)
     assert made.problem == finishing.preset("specimen") and made.method == "trapezoid"
     scatter = hwsim.CellScatter(inertia=0.05, tool_mass=0.005)
-    assert made.stand == hwsim.FinishingCell(made.problem, scatter=scatter, normal_force=1.111)
+    assert made.stand == hwsim.FinishingCell(made.problem, scatter=scatter, axis=AXIS, target_force=1.111)
     assert made.controller(None).kind == "lqg" and made.controller(None).normal_force == 1.111
     published = finishing.Study.published("wang-2001")
     levels = {name: tuple(published.factors[name]) for name in published.factors}
@@ -213,7 +213,7 @@ def test_everything_that_can_be_said(tmp_path):
     assert problem.placement == (400.0, 10.0, 100.0) and problem.contact_angle == pytest.approx(np.pi / 9)
     assert stand.axis == finishing.TorqueAxis(inertia=0.0012, current_limit=0.9, bits=14) and stand.max_time == 60.0
     assert truth.axis == stand.axis.replace(torque_constant=0.2) and truth.table is None and truth.tool_mass == 0.02
-    assert truth.height == hwsim.HeightField.wave(0.02, 8.0, (0, 1, 0)) and stand.normal_force == 1.111
+    assert truth.height == hwsim.HeightField.wave(0.02, 8.0, (0, 1, 0)) and stand.target_force == 1.111
     assert made.settings == {"kind": "pidff", "observer": "state", "prefilter": True, "settle_time": 0.5}
 
 
@@ -227,11 +227,11 @@ def test_everything_that_can_be_said(tmp_path):
         ("bits = 14", "bits = 14.5", "[axis] bits must be a whole number; got 14.5"),
         ('"900 mA"', '"9 A"', "[axis] current_limit must be <= current_range = 5 (A); got 9.0"),
         ("pushed = false", "pushed = 0", "tool.pushed must be true or false; got 0"),
-        ('contact_angle = "20 deg"', 'contact_angle = "95 deg"', "[tool] contact_angle must be < pi/2"),
+        ('contact_angle = "20 deg"', 'contact_angle = "95 deg"', "[tool] contact_angle must be in [0, pi/2)"),
         ('method = "toppra"', 'method = "fast"', "method must be one of trapezoid, toppra, min_time; got 'fast'"),
         ("table = false", "tables = false", "cell.truth.tables is not a key; is cell.truth.table meant?"),
         ('"0.2 N m/A"', '"0.2 N m"', "cell.truth.axis.torque_constant must have a unit like N m/A; got '0.2 N m'"),
-        ("[controller]\n", "[controller]\nnormal_force = 0\n", "[cell] normal_force must be > 0 (N); got 0.0"),
+        ("[controller]\n", "[controller]\nnormal_force = 0\n", "[controller] normal_force must be > 0 (N); got 0.0"),
         ("table = false", "table = {kd = -1}", "[cell.truth.table] kd must be >= 0"),
     ],
 )

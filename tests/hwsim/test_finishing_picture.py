@@ -18,7 +18,7 @@ def zigzag():
 
 @pytest.fixture(scope="module")
 def log(zigzag):
-    plant = hwsim.FinishingCell(zigzag, scatter=hwsim.CellScatter(), normal_force=1.11)
+    plant = hwsim.FinishingCell(zigzag, scatter=hwsim.CellScatter(), target_force=1.11)
     return hwsim.run(plant, controller(zigzag), parts=3, rng=1)
 
 

@@ -15,8 +15,8 @@ CELL = hwsim.FinishingCell(problem())
     [
         ({"gap": -0.1}, r"gap must be >= 0 \(mm\); got -0.1"),
         ({"max_time": 0.0}, r"max_time must be > 0 \(s\); got 0.0"),
-        ({"normal_force": -1.0}, r"normal_force must be > 0 \(N\); got -1.0"),
-        ({"axis": AXIS.replace(lever_arm=80.0)}, r"lever_arm of the axis must be that of the problem, 95 \(mm\); got 80.0"),
+        ({"target_force": -1.0}, r"target_force must be > 0 \(N\); got -1.0"),
+        ({"axis": AXIS.replace(lever_arm=80.0)}, r"axis.lever_arm must be that of the problem, 95 \(mm\); got 80.0"),
     ],
 )
 def test_values_out_of_range(options, message):
@@ -28,7 +28,7 @@ def test_values_out_of_range(options, message):
     ("options", "message"),
     [
         ({"problem": 3.0}, r'problem must be a FinishingProblem \(see finishing.preset\("nominal"\)\); got 3.0'),
-        ({"axis": "big"}, r"axis must be a TorqueAxis; got 'big'"),
+        ({"axis": "big"}, r"axis must be a TorqueAxis or None; got 'big'"),
         ({"scatter": 0.1}, r"scatter must be a CellScatter or None; got 0.1"),
         ({"truth": 0.1}, r"truth must be a CellTruth, a function of rng, or None; got 0.1"),
     ],
@@ -139,6 +139,13 @@ def test_a_motion_of_another_problem_is_refused(other):
     assert not report and "controller is made for another part or machine: its " in str(report)
     with pytest.raises(ValueError, match="made for another part or machine"):
         hwsim.run(CELL, controller(other))
+
+
+def test_a_controller_that_holds_another_force_is_refused():
+    plant, found = CELL.replace(target_force=1.1), controller(problem(), normal_force=1.2)
+    (said,) = hwsim.check(plant, found).faults
+    assert said == "controller is made for another part or machine: its target_force is 1.2 N, that of the plant 1.1 N"
+    assert hwsim.check(plant.replace(target_force=1.2), found) and hwsim.check(CELL, found)  # which was told nothing
 
 
 def test_its_own_motion_is_not():

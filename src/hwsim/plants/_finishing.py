@@ -1,7 +1,7 @@
 """A finishing cell: a robot plays a motion over a surface, a torque-controlled axis presses the tool on it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TypeAlias
 
@@ -37,13 +37,14 @@ class FinishingCell(Frozen):
     `sdpgrind.finishing.identify`, if the gap is some mm. A part ends when its motion is played.
 
     Outcome of a part: ``time`` and ``touch_down`` (s); over the motion ``normal_force`` (N, mean) with its ``normal_force_sd``,
-    ``_min`` and ``_max``, ``force_error`` (N, rms off the force that is wanted), the share of time without contact ``lift_off``,
-    ``feed`` and ``feed_sd`` (mm/s, of the contact, which runs a longer way than planned where the table overshoots), the largest
-    ``path_deviation`` (mm, in the surface, across the planned direction); ``roughness_ra`` (mm, drawn from the model at the mean
-    force), ``extrapolated`` (1: outside the model's range; NaN roughness: a pattern that it does not know), ``timed_out``; the
-    hidden ``true_torque_constant`` (N m/A), ``true_contact_angular_stiffness`` (N m/rad), ``true_friction_ratio`` and
-    ``true_load_torque`` (N m). At no more than 5000 ticks: ``sample_time`` (s), ``true_normal_force`` (N, mean of the tick),
-    ``true_feed`` (mm/s), ``height_error`` (mm, what the tool must follow), ``true_x`` and ``true_y`` (mm, of the contact).
+    ``_min`` and ``_max``, ``force_error`` (N, rms off the target force, where there is one), the share of time without contact
+    ``lift_off``, ``feed`` and ``feed_sd`` (mm/s, of the contact, which runs a longer way than planned where the table overshoots),
+    the largest ``path_deviation`` (mm, in the surface, across the planned direction); ``roughness_ra`` (mm, drawn from the model
+    at the mean force), ``extrapolated`` (1: outside the model's range; NaN roughness: a pattern that it does not know),
+    ``timed_out``; the hidden ``true_torque_constant`` (N m/A), ``true_contact_angular_stiffness`` (N m/rad),
+    ``true_friction_ratio`` and ``true_load_torque`` (N m). At no more than 5000 ticks: ``sample_time`` (s), ``true_normal_force``
+    (N, mean of the tick), ``true_feed`` (mm/s), ``height_error`` (mm, what the tool must follow), ``true_x`` and ``true_y`` (mm,
+    of the contact).
 
     Parameters
     ----------
@@ -53,10 +54,12 @@ class FinishingCell(Frozen):
         What the cell really is, or a function of a Generator that draws it for each part. None: `CellTruth.nominal`.
     scatter : CellScatter, optional
         How parts differ from that; None: not at all, but for roughness and the phase of the encoder.
-    axis : finishing.TorqueAxis
-        The torque axis as it is believed to be; its sample time is the tick (s).
-    normal_force : float, optional
-        What the specimen is to be pressed with, N: from it the ``force_error`` is measured. It changes nothing else.
+    axis : finishing.TorqueAxis, optional
+        The torque axis as it is believed to be; its sample time is the tick (s). None: `TorqueAxis` with the lever arm of the
+        problem.
+    target_force : float, optional
+        Normal force with which specimens are to be pressed, N, as far as the cell knows it: from it ``force_error`` is measured,
+        and a controller that holds another one is refused. None: nobody has told it.
     gap : float
         Between tool and planned surface at the start, mm.
     max_time : float, optional
@@ -83,21 +86,21 @@ class FinishingCell(Frozen):
     _: KW_ONLY
     truth: Truth = None
     scatter: CellScatter | None = None
-    axis: TorqueAxis = field(default_factory=TorqueAxis)
-    normal_force: float | None = None
+    axis: TorqueAxis | None = None
+    target_force: float | None = None
     gap: float = 0.05
     max_time: float | None = None
 
     def __post_init__(self) -> None:
         checks.kind("problem", self.problem, FinishingProblem, ' (see finishing.preset("nominal"))')
-        checks.kind("axis", self.axis, TorqueAxis)
+        if self.axis is not None:
+            checks.kind("axis", self.axis, TorqueAxis, " or None")
         checks.nonnegative("gap", self.gap, "mm")
-        if self.axis.lever_arm != self.problem.lever_arm:
-            raise checks.refuse(
-                "lever_arm of the axis", f"that of the problem, {self.problem.lever_arm:g}", self.axis.lever_arm, "mm"
-            )
-        if self.normal_force is not None:
-            checks.positive("normal_force", self.normal_force, "N")
+        lever_arm, wanted = self.torque_axis.lever_arm, self.problem.lever_arm
+        if lever_arm != wanted:
+            raise checks.refuse("axis.lever_arm", f"that of the problem, {wanted:g}", lever_arm, "mm")
+        if self.target_force is not None:
+            checks.positive("target_force", self.target_force, "N")
         if self.max_time is not None:
             checks.positive("max_time", self.max_time, "s")
         if self.scatter is not None:
@@ -119,7 +122,8 @@ class FinishingCell(Frozen):
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit of what a part became, and the dimension of what is told sample by sample."""
         force = {f"normal_force{end}": "N" for end in ("", "_sd", "_min", "_max")}
-        path = {"force_error": "N", "lift_off": "", "feed": "mm/s", "feed_sd": "mm/s", "path_deviation": "mm"}
+        force |= {} if self.target_force is None else {"force_error": "N"}
+        path = {"lift_off": "", "feed": "mm/s", "feed_sd": "mm/s", "path_deviation": "mm"}
         true = {"torque_constant": "N m/A", "contact_angular_stiffness": "N m/rad", "friction_ratio": "", "load_torque": "N m"}
         end = {"roughness_ra": "mm", "extrapolated": "", "timed_out": "", **{f"true_{name}": unit for name, unit in true.items()}}
         place = {"height_error": "mm", "true_x": "mm", "true_y": "mm"}
@@ -129,22 +133,27 @@ class FinishingCell(Frozen):
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Pattern, feed (mm/s), diameter of the tool (mm) and gap (mm), for the log."""
+        """Pattern, feed (mm/s), diameter of the tool (mm), gap (mm) and target force (N), for the log."""
         problem = self.problem
         lengths = {"feed_rate": float(problem.feed_rate), "tool_diameter": float(problem.tool_diameter), "gap": float(self.gap)}
-        if self.normal_force is not None:
-            lengths["normal_force"] = float(self.normal_force)
-        return {"pattern": problem.path.pattern, "path_length": float(problem.path.length), **lengths}
+        force = {} if self.target_force is None else {"target_force": float(self.target_force)}
+        return {"pattern": problem.path.pattern, "path_length": float(problem.path.length), **lengths, **force}
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine of the problem (mm, rad, mm/s); `truth` may differ, as nobody knows it."""
-        return self.problem.job
+        """Part and machine of the problem (mm, rad, mm/s), and the force (N); `truth` may differ, as nobody knows it."""
+        force = {} if self.target_force is None else {"target_force": (float(self.target_force), "N")}
+        return {**self.problem.job, **force}
+
+    @cached_property
+    def torque_axis(self) -> TorqueAxis:
+        """The torque axis as it is believed to be: `axis`, or by default `TorqueAxis` with the lever arm (mm) of the problem."""
+        return TorqueAxis(lever_arm=self.problem.lever_arm) if self.axis is None else self.axis
 
     @property
     def tick(self) -> float:
         """Sample time of the axis, s."""
-        return float(self.axis.sample_time)
+        return float(self.torque_axis.sample_time)
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -166,10 +175,10 @@ class FinishingCell(Frozen):
             on equal draws (ticks in s are those of ``tick``).
         """
         of_truth, of_scatter, of_rest = rng.spawn(3)
-        truth = CellTruth.nominal(self.problem, self.axis) if self.truth is None else self.truth
+        truth = CellTruth.nominal(self.problem, self.torque_axis) if self.truth is None else self.truth
         if not isinstance(truth, CellTruth):
             truth = checks.kind("truth(rng)", truth(of_truth), CellTruth, " (see hwsim.CellTruth)")
         if self.scatter is not None:
             truth = self.scatter.drawn(truth, of_scatter)
-        offset = self.axis.angle_step * (float(of_rest.random()) - 0.5)
+        offset = self.torque_axis.angle_step * (float(of_rest.random()) - 0.5)
         return FinishingPart(Setup(self, truth, offset, float(of_rest.standard_normal())))

@@ -153,30 +153,29 @@ class FinishingPart:
         """Force and feed over the path; NaN where nothing was played."""
         state, count = self._state, float(self._state[core.COUNT])
         names = ("normal_force", "normal_force_sd", "normal_force_min", "normal_force_max", "lift_off", "feed", "feed_sd")
+        wanted = self._setup.cell.target_force
         if count == 0:
-            return dict.fromkeys((*names, "force_error"), math.nan)
+            return dict.fromkeys(names if wanted is None else (*names, "force_error"), math.nan)
         values = (
             state[core.FORCE_MEAN], math.sqrt(state[core.FORCE_SQUARES] / count), state[core.FORCE_MIN], state[core.FORCE_MAX],
             state[core.LIFTED] / count, state[core.FEED_MEAN], math.sqrt(state[core.FEED_SQUARES] / count),
         )  # fmt: skip
         found = {name: float(value) for name, value in zip(names, values, strict=True)}
-        wanted = self._setup.cell.normal_force
-        off = math.nan if wanted is None else math.hypot(found["normal_force"] - wanted, found["normal_force_sd"])
-        return {**found, "force_error": off}
+        if wanted is None:
+            return found
+        return {**found, "force_error": math.hypot(found["normal_force"] - wanted, found["normal_force_sd"])}
 
     def _roughness(self) -> dict[str, float]:
         """Roughness that the model gives for the mean force, with this part's own error; NaN where it knows nothing."""
         problem, force = self._setup.cell.problem, self._forces()["normal_force"]
-        settings = problem.path.pattern, problem.tool_diameter, force
-        for extrapolate in (False, True):
-            try:
-                median = float(problem.model.median(*settings, extrapolate=extrapolate))
-            except ValueError:  # out of range; or a pattern that nobody has tried, or no force
-                continue
-            error = self._setup.truth.roughness_error
-            drawn = problem.model.residual_sd * self._setup.normal if error is None else error
-            return {"roughness_ra": median * math.exp(drawn), "extrapolated": float(extrapolate)}
-        return {"roughness_ra": math.nan, "extrapolated": 1.0}
+        model, pattern = problem.model, problem.path.pattern
+        tried = model.covers(pattern, model.tool_diameter_range[0], model.normal_force_range[0])
+        if not (tried and force > 0.0):
+            return {"roughness_ra": math.nan, "extrapolated": 1.0}
+        settings, error = (pattern, problem.tool_diameter, force), self._setup.truth.roughness_error
+        drawn = model.residual_sd * self._setup.normal if error is None else error
+        median = float(model.median(*settings, extrapolate=True))
+        return {"roughness_ra": median * math.exp(drawn), "extrapolated": float(not model.covers(*settings))}
 
 
 def _settings(setup: Setup) -> Floats:
@@ -186,6 +185,6 @@ def _settings(setup: Setup) -> Floats:
     settings[core.TICK], settings[core.LEVER] = cell.tick, problem.lever_arm
     settings[core.CONTACT_ANGLE], settings[core.SIDE] = problem.contact_angle, 1.0 if problem.pushed else -1.0
     settings[core.FRICTION], settings[core.LOAD] = truth.friction_ratio, truth.load_torque
-    settings[core.RESOLUTION], settings[core.OFFSET] = cell.axis.angle_step, setup.offset
-    settings[core.CURRENT_STEP], settings[core.CURRENT_MAX] = cell.axis.current_step, cell.axis.current_limit
+    settings[core.RESOLUTION], settings[core.OFFSET] = cell.torque_axis.angle_step, setup.offset
+    settings[core.CURRENT_STEP], settings[core.CURRENT_MAX] = cell.torque_axis.current_step, cell.torque_axis.current_limit
     return settings

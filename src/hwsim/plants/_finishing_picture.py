@@ -55,7 +55,7 @@ def _last(log: PartLog) -> dict[str, Floats]:
 
 def _set_force(log: PartLog) -> float | None:
     """The normal force that is wanted (N), where that is known."""
-    wanted = log.outcome.attrs.get("normal_force")
+    wanted = log.outcome.attrs.get("target_force")
     return None if wanted is None else float(wanted)
 
 
