@@ -89,7 +89,7 @@ def choices(times: int) -> None:
     for segments, count, radii in ((1, 65536, 1), (1, 65536, 9), (64, 8192, 9), (1000, 16000, 3)):
         cut = np.array_split(zigzag(count), segments)
         choice = np.linspace(320, 380, radii) if radii > 1 else 350.0
-        took = median(lambda c=cut, r=choice: choose_branches(arm, c, r), max(times // 4, 3))
+        took = median(lambda c=cut, r=choice: choose_branches(arm, c, wrist_radii=r), max(times // 4, 3))
         print(f"| {segments} | {count} | {4 * radii} | {1e3 * took:.0f} |")
 
 

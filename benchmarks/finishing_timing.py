@@ -45,7 +45,7 @@ def report(name: str, runs: Sequence[JointPath], limits: JointLimits, method: st
     begin = time.perf_counter()
     laws = finishing.time_laws(runs, limits, feed_rate=feed_rate, method=method)
     took = time.perf_counter() - begin
-    worst = finishing.worst_violation(runs, laws, limits, feed_rate, refine=20)
+    worst = finishing.worst_violation(runs, laws, limits=limits, feed_rate=feed_rate, refine=20)
     pieces, lasts = sum(law.length.size for law in laws), sum(law.duration for law in laws)
     known = f"| {name} | {len(runs)} | {method} | {pieces} | {lasts:.4f} | {1e3 * took:.0f} |"
     print(f"{known} {worst.ratio - 1:+.1e} | {worst.quantity} |")
@@ -77,7 +77,7 @@ def against_toppra() -> None:
                 continue
         limit.append(100 * (own.duration / (2 * fine - coarse) - 1))
         same.append(100 * (own.duration / fine - 1))
-        beyond.append(finishing.worst_violation([run], [own], ARM, 1e3).ratio - 1)
+        beyond.append(finishing.worst_violation([run], [own], limits=ARM, feed_rate=1e3).ratio - 1)
     print(f"over toppra's limit of small steps: {min(limit):+.3f} % to {max(limit):+.3f} %")
     print(f"over toppra on 1440 intervals: {min(same):+.3f} % to {max(same):+.3f} %; ours beyond a limit: {max(beyond):+.1e}")
 

@@ -246,5 +246,5 @@ def test_roughness_is_drawn_from_the_law_of_the_model():
 def test_the_lever_of_the_fakes_is_that_of_the_library():
     of = problem()
     for ratio, forward in ((0.0, 1.0), (0.3, 1.0), (0.3, 0.0), (0.3, -1.0)):
-        theirs = finishing.torque_per_force(of.contact_angle, 95.0, ratio, np.arccos(forward))
+        theirs = finishing.torque_per_force(of.contact_angle, 95.0, friction_ratio=ratio, feed_angle=np.arccos(forward))
         assert lever(of, ratio, forward) == pytest.approx(theirs, rel=1e-12)

@@ -3,7 +3,7 @@
 from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._arm.branches import ArmChoice, choose_branches
-from sdpgrind.finishing._arm.heading import CornerJumps, check_corners, corner_jumps, pitch_cosine
+from sdpgrind.finishing._arm.heading import CornerJumps, corner_jumps
 from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
 from sdpgrind.finishing._arm.tool import tool_poses
 from sdpgrind.finishing._identify import identify
@@ -104,7 +104,6 @@ __all__ = [
     "Trapezoid",
     "Violation",
     "ball_footprint",
-    "check_corners",
     "choose_branches",
     "confounding",
     "contact_step",
@@ -122,7 +121,6 @@ __all__ = [
     "nominal_surface",
     "observed_torque",
     "orthogonal_array",
-    "pitch_cosine",
     "plan",
     "preset",
     "presets",

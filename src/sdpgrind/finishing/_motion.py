@@ -14,6 +14,7 @@ from scipy.interpolate import CubicHermiteSpline
 from sdpgrind.base import checks, records, stored
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._arm.arm import Arm
+from sdpgrind.finishing._arm.heading import pitch_cosine
 from sdpgrind.finishing._problem import FinishingProblem
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.time_law import TimeLaw
@@ -213,8 +214,7 @@ class Motion:
     @property
     def least_cos_pitch(self) -> float:
         """Least ``|cos phi|`` of the tool axis, unit 1: the first joint's speed grows like its inverse."""
-        axis = self.poses[:, :3, 2]
-        return float(np.hypot(axis[:, 0], axis[:, 1]).min())
+        return float(pitch_cosine(self.poses).min())
 
     @property
     def status(self) -> str:

@@ -65,7 +65,7 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
     checks.one_of("method", method, METHODS)
     samples = problem.path.sample(per_leg=_per_leg(problem.path))
-    posture, joints = held(problem, samples)
+    posture, joints = posture_of(problem, samples)
     arm = problem.arm
     limits = JointLimits(
         arm.names,
@@ -76,7 +76,7 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     pace = problem.acceleration if method == "trapezoid" else None
     runs = runs_of(samples, joints)
     laws = time_laws(runs, limits, feed_rate=problem.feed_rate, acceleration=pace, method=method, progress=progress)
-    worst = worst_violation(runs, laws, limits, problem.feed_rate)
+    worst = worst_violation(runs, laws, limits=limits, feed_rate=problem.feed_rate)
     begun = sum(law.duration for law in laws[: worst.run])
     motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), rows(problem, runs, laws))
     if throw and worst.ratio > 1 + EXCEEDED:
@@ -90,14 +90,14 @@ def _per_leg(path: Path) -> int:
     return max(FEWEST, math.ceil(longest / STEP))
 
 
-def held(problem: FinishingProblem, samples: PathSamples) -> tuple[Posture, Floats]:
+def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[Posture, Floats]:
     """How the arm is held, and its joints at every sample."""
     poses = problem.tool_poses(samples)
     if problem.heading == "feed_aligned":
         _refuse_corners(problem, np.split(poses, _cuts(samples)))
     place = np.array(problem.placement if problem.placement is not None else _centred(problem, poses))
     poses[:, :3, 3] += place
-    (chosen,) = choose_branches(problem.arm, [poses], problem.wrist_radii)
+    (chosen,) = choose_branches(problem.arm, [poses], wrist_radii=problem.wrist_radii)
     return Posture(float(chosen.wrist_radius), int(chosen.branch), tuple(place.tolist())), chosen.joints
 
 
@@ -108,18 +108,18 @@ def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, fl
     endless = arm.replace(
         position_min=(*arm.position_min[:5], -ENDLESS, -ENDLESS), position_max=(*arm.position_max[:5], ENDLESS, ENDLESS)
     )
-    (chosen,) = choose_branches(endless, [raised], problem.wrist_radii)
+    (chosen,) = choose_branches(endless, [raised], wrist_radii=problem.wrist_radii)
     table = chosen.joints[:, 5:]
     middle = (table.max(axis=0) + table.min(axis=0)) / 2
     centre = (np.array(arm.position_max[5:]) + np.array(arm.position_min[5:])) / 2
     return (*(middle - centre).tolist(), TABLE_HEIGHT)
 
 
-def _refuse_corners(problem: FinishingProblem, segments: list[Floats]) -> None:
+def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
     """A tool that is turned into the feed has to be turned, and the work with it, at every sharp corner."""
-    if len(segments) == 1:
+    if len(runs) == 1:
         return
-    jumps = corner_jumps(problem.arm, segments, wrist_radius=problem.wrist_radii[0])
+    jumps = corner_jumps(problem.arm, runs, wrist_radius=problem.wrist_radii[0])
     check_corners(problem.arm, jumps)
     k = int(np.argmax(np.abs(jumps.turn)))
     raise ValueError(

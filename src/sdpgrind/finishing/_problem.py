@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, Self
 
-import numpy as np
-
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -16,7 +14,7 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import encode, stored
 from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
-from sdpgrind.finishing._arm.tool import HEADINGS, tool_poses
+from sdpgrind.finishing._arm.tool import HEADINGS, checked_hold, tool_poses
 from sdpgrind.finishing._path.path import Path
 from sdpgrind.finishing._path.samples import PathSamples
 from sdpgrind.finishing._roughness.model import RoughnessModel
@@ -101,21 +99,18 @@ class FinishingProblem(Frozen):
         checks.kind("model", self.model, RoughnessModel, " (see finishing.RoughnessModel.published)")
         checks.kind("arm", self.arm, Arm, " (see finishing.Arm.generic)")
         checks.one_of("heading", self.heading, HEADINGS)
-        for name, unit in {"lever_arm": "mm", "feed_rate": "mm/s", "acceleration": "mm/s^2", "tool_diameter": "mm"}.items():
+        checked_hold(self.contact_angle, self.lever_arm, self.pushed)
+        for name, unit in {"feed_rate": "mm/s", "acceleration": "mm/s^2", "tool_diameter": "mm"}.items():
             checks.positive(name, getattr(self, name), unit)
         checks.number("azimuth", self.azimuth, "rad")
-        if not isinstance(self.pushed, bool | np.bool_):
-            raise TypeError(f"pushed must be True or False; got {checks.shown(self.pushed)}")
         if self.pushed and self.heading == "fixed":
             raise ValueError(
                 "pushed must be False where heading is 'fixed': such a tool is pushed there and dragged back; got True"
             )
         if self.feed_rate > FASTEST:
             raise checks.refuse("feed_rate", f"<= {FASTEST:g}: is it in mm/s?", self.feed_rate, "mm/s")
-        if checks.nonnegative("contact_angle", self.contact_angle, "rad") >= math.pi / 2:
-            raise checks.refuse("contact_angle", "< pi/2; units.deg(30) for degrees", self.contact_angle, "rad")
         for turned in (0.0, math.pi) if self.heading == "fixed" else (0.0,):  # a fixed tool meets every direction of feed
-            torque_per_force(self.contact_angle, self.lever_arm, self.friction_ratio, turned, self.pushed)
+            self.torque_per_force(turned)
         for k, radius in enumerate(self.wrist_radii):
             checks.positive(f"wrist_radius[{k}]" if len(self.wrist_radii) > 1 else "wrist_radius", radius, "mm")
         if self.placement is not None:
@@ -143,7 +138,8 @@ class FinishingProblem(Frozen):
         feed_angle : float or array
             Between feed and azimuth of the tool, rad.
         """
-        return torque_per_force(self.contact_angle, self.lever_arm, self.friction_ratio, feed_angle, self.pushed)
+        ratio, pushed = self.friction_ratio, self.pushed
+        return torque_per_force(self.contact_angle, self.lever_arm, friction_ratio=ratio, feed_angle=feed_angle, pushed=pushed)
 
     def tool_poses(self, samples: PathSamples) -> Floats:
         """Return the poses of the tool at places of the path, in the frame of the surface, (m, 4, 4): Wang (1).

@@ -6,7 +6,7 @@ from arm_twins import GENERIC, WIDE, chain
 
 from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._arm.branches import choose_branches
-from sdpgrind.finishing._arm.heading import corner_jumps, pitch_cosine
+from sdpgrind.finishing._arm.heading import corner_jumps
 from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
 from sdpgrind.finishing._arm.tool import tool_poses
 
@@ -80,11 +80,11 @@ def test_elbow_that_the_arm_does_not_have():
       for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1))],
 ])  # fmt: skip
 def test_what_is_no_pose(poses, message):
-    for ask in (GENERIC.inverse, GENERIC.branches, pitch_cosine):
+    for ask in (GENERIC.inverse, GENERIC.branches):
         with pytest.raises(ValueError, match=message):
             ask(poses)
     if np.ndim(poses) == 3:
-        with pytest.raises(ValueError, match=r"segments\[1\]: .*" + message):
+        with pytest.raises(ValueError, match=r"runs\[1\]: .*" + message):
             choose_branches(GENERIC, [[chain(JOINTS)], poses])
 
 
@@ -193,17 +193,19 @@ def test_words_where_numbers_are_wanted():
 def test_self_locking():
     angle = np.radians(75)
     limit = 1 / np.tan(angle)
-    torque_per_force(angle, 95.0, 0.999 * limit, pushed=True)
+    torque_per_force(angle, 95.0, friction_ratio=0.999 * limit, pushed=True)
     with pytest.raises(ValueError, match=r"friction_ratio must be < 0\.2679 at contact_angle 1\.309 rad: from there on the tool"
                                          r" locks itself; got 0\.3"):  # fmt: skip
-        torque_per_force(angle, 95.0, 0.3, pushed=True)
-    assert torque_per_force(angle, 95.0, 0.3) > 0  # dragged, it does not
+        torque_per_force(angle, 95.0, friction_ratio=0.3, pushed=True)
+    assert torque_per_force(angle, 95.0, friction_ratio=0.3) > 0  # dragged, it does not
     with pytest.raises(ValueError, match="locks itself"):
-        torque_per_force(angle, 95.0, 0.3, np.array([0.0, 1.0, np.pi]))  # but against the heading it does
+        torque_per_force(
+            angle, 95.0, friction_ratio=0.3, feed_angle=np.array([0.0, 1.0, np.pi])
+        )  # but against the heading it does
     with pytest.raises(ValueError, match=r"friction_ratio must be >= 0; got -0\.1"):
-        torque_per_force(angle, 95.0, -0.1)
+        torque_per_force(angle, 95.0, friction_ratio=-0.1)
     with pytest.raises(ValueError, match=r"feed_angle\[1\] must be finite \(rad\); got nan"):
-        torque_per_force(0.3, 95.0, 0.3, [0.0, np.nan])
+        torque_per_force(0.3, 95.0, friction_ratio=0.3, feed_angle=[0.0, np.nan])
 
 
 def test_feed_angle_refuses():
@@ -218,22 +220,22 @@ def test_feed_angle_refuses():
 
 def test_no_branch_says_which_comes_nearest():
     poses = np.array([chain(JOINTS + np.array([0, 0, 0, 0, 0, 0, y])) for y in (0.0, 100.0, 181.25)])
-    with pytest.raises(ValueError, match=r"segments\[1\] has no branch within limits; nearest comes branch 0"
+    with pytest.raises(ValueError, match=r"runs\[1\] has no branch within limits; nearest comes branch 0"
                                          r" \(forward, elbow up\) at wrist radius 477\.811 mm: Y must be in \[-200, 200\]"
                                          r" \(mm\); got 201\.25 at poses\[2\], beyond by 1\.25 mm"):  # fmt: skip
-        choose_branches(GENERIC, [poses[:2], poses], RADIUS)
+        choose_branches(GENERIC, [poses[:2], poses], wrist_radii=RADIUS)
 
 
-def test_segments_and_radii():
-    with pytest.raises(ValueError, match=r"segments must be at least one; got none"):
+def test_runs_and_radii():
+    with pytest.raises(ValueError, match=r"runs must be at least one; got none"):
         choose_branches(GENERIC, [])
-    with pytest.raises(ValueError, match=r"segments\[0\] must have at least one pose; got none"):
+    with pytest.raises(ValueError, match=r"runs\[0\] must have at least one pose; got none"):
         choose_branches(GENERIC, [np.empty((0, 4, 4))])
     with pytest.raises(ValueError, match=r"wrist_radii\[1\] must be > 0 \(mm\); got -5\.0"):
-        choose_branches(GENERIC, [[chain(JOINTS)]], [300.0, -5.0])
+        choose_branches(GENERIC, [[chain(JOINTS)]], wrist_radii=[300.0, -5.0])
     with pytest.raises(ValueError, match=r"wrist_radii must be one number or a list of them \(mm\); got \[\]"):
-        choose_branches(GENERIC, [[chain(JOINTS)]], [])
+        choose_branches(GENERIC, [[chain(JOINTS)]], wrist_radii=[])
     with pytest.raises(ValueError, match=r"branch must be one of 0, 1, 2, 3; got -1"):
         corner_jumps(GENERIC, [[chain(JOINTS)]], branch=-1)
-    with pytest.raises(ValueError, match=r"segments\[0\] must have at least one pose"):
+    with pytest.raises(ValueError, match=r"runs\[0\] must have at least one pose"):
         corner_jumps(GENERIC, [np.empty((0, 4, 4))])

@@ -15,7 +15,7 @@ HELD = {"contact_angle": np.radians(30), "lever_arm": 95.0}
 REACH = 350.0 + 195.0 * np.cos(np.radians(30))  # from the base's axis to the contact
 
 
-def segment(rng, count=6):
+def run(rng, count=6):
     """Poses along a short, smooth way of an arm's joints about a random place."""
     q = np.array([0.0, 0.4, -1.2, 0.3, 0.0, 0.0, 0.0]) + rng.uniform(-0.7, 0.7, 7) * ([1.0] * 5 + [100.0] * 2)
     return np.array([chain(q + step * rng.uniform(-1, 1, 7)) for step in [0.0, *np.full(count - 1, 0.02)]])
@@ -25,10 +25,10 @@ def time(way):
     return float(np.sum(np.max(np.abs(way) / SPEED, axis=-1)))
 
 
-def costs(arm, segments, pairs):
-    """Joints of each segment in each pair, or None where a limit is broken."""
+def costs(arm, runs, pairs):
+    """Joints of each run in each pair, or None where a limit is broken."""
     out = []
-    for poses in segments:
+    for poses in runs:
         row = []
         for branch, radius in pairs:
             try:
@@ -47,38 +47,40 @@ def total(joints):
 @pytest.mark.parametrize(("arm", "seed"), [(WIDE, 1), (WIDE, 2), (WIDE, 3), (GENERIC, 2), (GENERIC, 6)])
 def test_choice_is_the_best_of_all_combinations(arm, seed):
     rng = np.random.default_rng(seed)
-    segments = [segment(rng) for _ in range(4)]
+    runs = [run(rng) for _ in range(4)]
     radii = [280.0, 330.0, 400.0] if arm is GENERIC else [300.0, 380.0]
     arm = arm.replace(position_min=(*arm.position_min[:5], -900.0, -900.0), position_max=(*arm.position_max[:5], 900.0, 900.0))
     pairs = list(itertools.product(range(4), radii))
-    joints = costs(arm, segments, pairs)
+    joints = costs(arm, runs, pairs)
     open_to = [[p for p, q in enumerate(row) if q is not None] for row in joints]
     best = min(total([row[p] for row, p in zip(joints, picked, strict=True)]) for picked in itertools.product(*open_to))
-    found = choose_branches(arm, segments, radii)
+    found = choose_branches(arm, runs, wrist_radii=radii)
     assert total([chosen.joints for chosen in found]) == pytest.approx(best, rel=1e-12)
-    for poses, chosen in zip(segments, found, strict=True):
+    for poses, chosen in zip(runs, found, strict=True):
         assert np.array_equal(chosen.joints, arm.inverse(poses, wrist_radius=chosen.wrist_radius, branch=chosen.branch))
 
 
 def test_greedy_choice_would_be_worse():
-    """The nearest to the first segment is not the best for all: dynamic programming looks ahead."""
+    """The nearest to the first run is not the best for all: dynamic programming looks ahead."""
     worse = 0
     for seed in range(12):
         rng = np.random.default_rng(seed)
-        segments = [segment(rng) for _ in range(4)]
+        runs = [run(rng) for _ in range(4)]
         joints = [
-            [q for q in row if q is not None] for row in costs(WIDE, segments, list(itertools.product(range(4), [300.0, 380.0])))
+            [q for q in row if q is not None] for row in costs(WIDE, runs, list(itertools.product(range(4), [300.0, 380.0])))
         ]
         taken = [min(joints[0], key=lambda q: time(np.diff(q, axis=0)))]
         for row in joints[1:]:
             taken.append(min(row, key=lambda q: total([taken[-1], q])))
-        worse += total(taken) > total([each.joints for each in choose_branches(WIDE, segments, [300.0, 380.0])]) * (1 + 1e-9)
+        worse += total(taken) > total([each.joints for each in choose_branches(WIDE, runs, wrist_radii=[300.0, 380.0])]) * (
+            1 + 1e-9
+        )
     assert worse >= 6
 
 
-def test_one_segment_takes_the_way_of_least_travel():
+def test_one_run_takes_the_way_of_least_travel():
     poses = np.array([chain([0.1, 0.4, -1.2, -0.2, a, a, 3.0]) for a in np.linspace(0, 0.5, 20)])
-    (found,) = choose_branches(GENERIC, [poses], np.linspace(250, 450, 9))
+    (found,) = choose_branches(GENERIC, [poses], wrist_radii=np.linspace(250, 450, 9))
     ways = {}
     for radius in np.linspace(250, 450, 9).tolist():
         joints, reachable = GENERIC.branches(poses, wrist_radius=radius)
@@ -87,7 +89,7 @@ def test_one_segment_takes_the_way_of_least_travel():
     assert ways[found.branch, found.wrist_radius] == pytest.approx(min(ways.values()), rel=1e-12)
 
 
-def test_a_branch_never_changes_inside_a_segment():
+def test_a_branch_never_changes_inside_a_run():
     """Poses that the arm can take one by one only, some forward and some backward: refused, though each is within reach."""
     forward, backward = chain([2.6, 0.4, -1.2, 0.0, 0.0, 0.0, 0.0]), chain([-2.6, 0.4, -1.2, 0.0, 0.0, 0.0, 0.0])
     between = chain([np.pi, 0.4, -1.2, 0.0, 0.0, 0.0, 0.0])
@@ -95,16 +97,16 @@ def test_a_branch_never_changes_inside_a_segment():
     arm = GENERIC.replace(position_min=(*GENERIC.position_min[:5], -900.0, -900.0),
                           position_max=(*GENERIC.position_max[:5], 900.0, 900.0))  # fmt: skip
     for pose in (forward, backward):
-        assert choose_branches(arm, [[pose]], radius)[0].branch == 0
-    with pytest.raises(ValueError, match=r"segments\[0\] has no branch within limits; nearest comes"):
-        choose_branches(arm, [[forward, between, backward]], radius)
+        assert choose_branches(arm, [[pose]], wrist_radii=radius)[0].branch == 0
+    with pytest.raises(ValueError, match=r"runs\[0\] has no branch within limits; nearest comes"):
+        choose_branches(arm, [[forward, between, backward]], wrist_radii=radius)
 
 
 def test_coming_through_the_vertical_is_no_smooth_way():
     poses = np.array([chain([0.1, 0.4, -1.2, 0.8 - np.pi / 2 + a, 0.0, 0.0, 0.0]) for a in (-0.1, -0.05, 0.04, 0.1)])
     radius = float(300 * np.cos(0.4) + 250 * np.cos(-0.8))
     with pytest.raises(ValueError, match=r"q1 must turn by at most 1 \(rad\) .* got 3\.142 between poses\[1\] and poses\[2\]"):
-        choose_branches(WIDE, [poses], radius)
+        choose_branches(WIDE, [poses], wrist_radii=radius)
 
 
 # -- headings ----------------------------------------------------------------------------------------------------------
@@ -135,8 +137,8 @@ def contact_in_base(pose, joints):
 
 def test_feed_aligned_hilbert_path_makes_the_table_jump_734_mm_at_every_corner():
     path = hilbert(3)
-    segments = legs(path)
-    jumps = corner_jumps(GENERIC, segments)
+    runs = legs(path)
+    jumps = corner_jumps(GENERIC, runs)
     steps = np.diff(path, axis=0)
     corner = np.einsum("ij,ij->i", steps[1:], steps[:-1]) == 0
     assert corner.sum() == 50  # of order 3
@@ -150,10 +152,10 @@ def test_feed_aligned_hilbert_path_makes_the_table_jump_734_mm_at_every_corner()
 
 def test_jumps_are_those_of_the_joints():
     """From the inverse of an arm without limits, and from where its forward kinematics say the contact is."""
-    segments = legs(hilbert(2))
+    runs = legs(hilbert(2))
     for branch in (0, 2):
-        jumps = corner_jumps(GENERIC, segments, branch=branch)
-        for k, (before, after) in enumerate(itertools.pairwise(segments)):
+        jumps = corner_jumps(GENERIC, runs, branch=branch)
+        for k, (before, after) in enumerate(itertools.pairwise(runs)):
             q0 = WIDE.inverse(before, branch=branch)[-1]
             q1 = WIDE.inverse(after, branch=branch)[0]
             flipped = WIDE.inverse(after, branch=2 - branch)[0]
@@ -188,7 +190,7 @@ def test_corners_are_refused_by_the_limits_of_the_table():
     assert len(corner_jumps(GENERIC, legs(hilbert(1))[:1]).turn) == 0
 
 
-def test_a_whole_feed_aligned_path_as_one_segment_is_refused_at_its_corner():
+def test_a_whole_feed_aligned_path_as_one_run_is_refused_at_its_corner():
     with pytest.raises(ValueError, match=r"between poses\[1\] and poses\[2\], where the heading has a corner"):
         choose_branches(WIDE, [np.concatenate(legs(hilbert(1)))])
 
@@ -209,5 +211,5 @@ def test_pitch_cosine_is_how_much_faster_the_first_joint_turns():
     for tilt in (0.0, 0.5, 1.2):
         pose = chain([0.3, 0.4, -1.2, 0.8 + tilt, 0.0, 0.0, 0.0])
         nearby = chain([0.3 + 1e-6, 0.4, -1.2, 0.8 + tilt, 0.0, 0.0, 0.0])
-        assert np.linalg.norm(nearby[:3, 2] - pose[:3, 2]) / 1e-6 == pytest.approx(pitch_cosine([pose])[0], abs=1e-6)
-        assert pitch_cosine([pose])[0] == pytest.approx(abs(np.cos(tilt)), abs=1e-12)
+        assert np.linalg.norm(nearby[:3, 2] - pose[:3, 2]) / 1e-6 == pytest.approx(pitch_cosine(pose[None])[0], abs=1e-6)
+        assert pitch_cosine(pose[None])[0] == pytest.approx(abs(np.cos(tilt)), abs=1e-12)

@@ -99,22 +99,24 @@ def moment(angle, psi, ratio, pushed):
 
 @pytest.mark.parametrize(("pushed", "ratio", "expected"), [(False, 0.3, 0.984), (True, 0.3, 1.397), (False, 0.0, 1.155)])
 def test_force_of_the_specified_cases(pushed, ratio, expected):
-    assert LEVER / 1000 / torque_per_force(ANGLE, LEVER, ratio, pushed=pushed) == pytest.approx(expected, abs=5e-4)
+    assert LEVER / 1000 / torque_per_force(ANGLE, LEVER, friction_ratio=ratio, pushed=pushed) == pytest.approx(expected, abs=5e-4)
 
 
 def test_source_is_right_at_contact_angle_zero():
     for pushed in (False, True):
-        assert torque_per_force(0.0, LEVER, 0.9, pushed=pushed) == pytest.approx(0.095, rel=1e-15)
+        assert torque_per_force(0.0, LEVER, friction_ratio=0.9, pushed=pushed) == pytest.approx(0.095, rel=1e-15)
 
 
 @settings(max_examples=100, deadline=None)
 @given(st.floats(0, 1.2), st.floats(-7, 7), st.floats(0, 0.35), st.booleans())
 def test_torque_is_the_moment_of_the_contact_force(angle, psi, ratio, pushed):
     """The load turns a pushed tool about -y_P, a dragged one about +y_P."""
-    found = torque_per_force(angle, LEVER, ratio, psi, pushed)
+    found = torque_per_force(angle, LEVER, friction_ratio=ratio, feed_angle=psi, pushed=pushed)
     assert found == pytest.approx((-1 if pushed else 1) * moment(angle, psi, ratio, pushed), abs=1e-14)
-    assert found == pytest.approx(torque_per_force(angle, LEVER, ratio, -psi, pushed), abs=1e-15)
-    assert found == pytest.approx(torque_per_force(angle, LEVER, ratio, psi + np.pi, not pushed), abs=1e-14)
+    assert found == pytest.approx(torque_per_force(angle, LEVER, friction_ratio=ratio, feed_angle=-psi, pushed=pushed), abs=1e-15)
+    assert found == pytest.approx(
+        torque_per_force(angle, LEVER, friction_ratio=ratio, feed_angle=psi + np.pi, pushed=not pushed), abs=1e-14
+    )
 
 
 def test_motor_presses_on_by_the_sign_that_is_documented():
@@ -141,6 +143,8 @@ def test_feed_angle_is_measured_from_the_heading():
 
 def test_torque_takes_arrays():
     psi = np.linspace(-3, 3, 7)
-    found = torque_per_force(ANGLE, LEVER, 0.3, psi)
-    assert found == pytest.approx([torque_per_force(ANGLE, LEVER, 0.3, each) for each in psi.tolist()], rel=1e-15)
-    assert isinstance(torque_per_force(ANGLE, LEVER, 0.3, 0.1), float)
+    found = torque_per_force(ANGLE, LEVER, friction_ratio=0.3, feed_angle=psi)
+    assert found == pytest.approx(
+        [torque_per_force(ANGLE, LEVER, friction_ratio=0.3, feed_angle=each) for each in psi.tolist()], rel=1e-15
+    )
+    assert isinstance(torque_per_force(ANGLE, LEVER, friction_ratio=0.3, feed_angle=0.1), float)

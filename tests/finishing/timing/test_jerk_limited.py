@@ -34,7 +34,7 @@ def test_straight_line_is_the_closed_form(speed, acceleration, jerk):
 @pytest.mark.parametrize("run", SHORT)
 def test_limits_are_held_everywhere(run):
     law = fastest(run, SMOOTH)
-    assert worst_violation([run], [law], SMOOTH, 25.0, refine=20).ratio <= 1 + 1e-6
+    assert worst_violation([run], [law], limits=SMOOTH, feed_rate=25.0, refine=20).ratio <= 1 + 1e-6
     assert max(dense(run, law, SMOOTH, 25.0)) <= 1 + 1e-6
 
 
@@ -78,7 +78,7 @@ def test_windows_are_as_good_as_the_whole(monkeypatch):
     cut = fastest(run, SMOOTH)
     assert whole.length.size == 64
     assert cut.length.size in (64, 80)
-    assert worst_violation([run], [cut], SMOOTH, 25.0).held
+    assert worst_violation([run], [cut], limits=SMOOTH, feed_rate=25.0).held
     assert cut.duration == pytest.approx(whole.duration, rel=5e-3)
 
 
@@ -98,7 +98,7 @@ def test_a_window_that_is_not_solved_is_left_by_the_way_to_rest_of_the_one_befor
     monkeypatch.setattr(jerk_limited, "_window", second_fails)
     law = jerk_limited.jerk_limited_law(run, SMOOTH, 25.0, None)
     assert len(calls) >= 4, "it takes no windows"
-    assert worst_violation([run], [law], SMOOTH, 25.0, refine=20).ratio <= 1 + 1e-6
+    assert worst_violation([run], [law], limits=SMOOTH, feed_rate=25.0, refine=20).ratio <= 1 + 1e-6
     assert law.duration > whole.duration and law.end == pytest.approx(16.0, abs=1e-9)
     assert np.min(law.feed[1:-1]) < 1e-6 * 25.0
 
@@ -111,7 +111,7 @@ def test_a_limit_of_the_paths_own_acceleration():
 
 def test_a_program_that_fails_is_told(monkeypatch):
     def failed(data):
-        return jerk_program.Course(np.zeros(32), np.zeros(32), False, "no step was found")
+        return jerk_program.Found(np.zeros(32), np.zeros(32), False, "no step was found")
 
     monkeypatch.setattr(jerk_program, "solve", failed)
     with pytest.raises(ValueError, match=r"run 0: no jerk-limited law was found between 8 and 8\.2 mm \(no step was found\)"):

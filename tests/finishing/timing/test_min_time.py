@@ -121,7 +121,7 @@ def test_twenty_random_paths_against_toppra_and_between_points(seed):
     assert law.duration == pytest.approx(2 * fine - coarse, rel=1e-3)
     grid = min_time.grid_of(run, 32)
     assert duration(grid, min_time.swept(run, ARM, FAST, None, grid)) == pytest.approx(fine, rel=1e-6)
-    assert worst_violation([run], [law], ARM, FAST, refine=20).ratio <= 1 + 1e-6
+    assert worst_violation([run], [law], limits=ARM, feed_rate=FAST, refine=20).ratio <= 1 + 1e-6
     speed, acceleration, _, feed = dense(run, law, ARM, FAST)
     assert max(speed, acceleration, feed) <= 1 + 1e-6
 
@@ -155,7 +155,7 @@ def test_a_zero_inertia_point_is_passed():
     run = JointPath(s, np.column_stack([s, 0.05 * s**2]))
     limits = TABLE.replace(acceleration_max=(2000.0, 40.0))
     (law,) = time_laws([run], limits, feed_rate=FAST, method="min_time")
-    assert worst_violation([run], [law], limits, FAST).held
+    assert worst_violation([run], [law], limits=limits, feed_rate=FAST).held
     assert law.at(law.time_at(0.0)).feed == pytest.approx(np.sqrt(40.0 / 0.1), rel=1e-3)
 
 
@@ -179,7 +179,7 @@ def test_toppra_is_quiet(caplog, capsys):
         (law,) = time_laws([wavy(0)], ARM, feed_rate=FAST, method="toppra")
     assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
     assert capsys.readouterr() == ("", "")
-    assert worst_violation([wavy(0)], [law], ARM, FAST).held
+    assert worst_violation([wavy(0)], [law], limits=ARM, feed_rate=FAST).held
 
 
 def test_first_and_last_feeds_are_rest():

@@ -90,10 +90,10 @@ REFUSED = {
         r"names must be without repeats; got 'X' twice",
     ),
     "laws": (
-        lambda: worst_violation([line(1.0)], [], LINE, 1.0),
+        lambda: worst_violation([line(1.0)], [], limits=LINE, feed_rate=1.0),
         r"laws must be one for each of the 1 runs \(at least one\); got 0",
     ),
-    "refine": (lambda: worst_violation([line(1.0)], [LAW], LINE, 1.0, refine=0), r"refine must be >= 1; got 0"),
+    "refine": (lambda: worst_violation([line(1.0)], [LAW], limits=LINE, feed_rate=1.0, refine=0), r"refine must be >= 1; got 0"),
     "unstable": (
         lambda: TableLoop(ki=3000.0),
         r"\(damping \+ torque_constant\*kd\)\*kp must be > inertia\*ki, else the loop is unstable; "

@@ -26,7 +26,9 @@ def test_the_place_between_points_is_found():
     """Table on an ellipse at constant feed: X is fastest half way, where the tangent points along it, between any samples."""
     run = ellipse(samples=400)
     law = TimeLaw([0.0, run.span / 50.0], [0.0], [50.0], [0.0], [0.0])
-    worst = worst_violation([run], [law], TABLE.replace(speed_max=(40.0, 200.0), acceleration_max=(1e6, 1e6)), 100.0, refine=1)
+    worst = worst_violation(
+        [run], [law], limits=TABLE.replace(speed_max=(40.0, 200.0), acceleration_max=(1e6, 1e6)), feed_rate=100.0, refine=1
+    )
     assert (worst.quantity, worst.joint, worst.run) == ("speed", "X", 0)
     assert worst.ratio == pytest.approx(50.0 / 40.0, rel=1e-6)
     assert worst.length == pytest.approx(run.span / 2, rel=1e-2)
@@ -45,7 +47,7 @@ def test_the_place_between_points_is_found():
 def test_each_quantity_is_named(quantity, limits, feed_rate, ratio):
     law = double_s_law(0.0, Trapezoid(10.0, 25.0, 500.0), 2e4)
     free = JointLimits(("X",), speed_max=(1e3,), acceleration_max=(1e6,), jerk_max=(1e9,)).replace(**limits)
-    worst = worst_violation([line(10.0)], [law], free, feed_rate)
+    worst = worst_violation([line(10.0)], [law], limits=free, feed_rate=feed_rate)
     assert worst.quantity == quantity
     assert worst.ratio == pytest.approx(ratio, rel=1e-9)
     assert worst.joint == ("" if quantity == "feed" else "X")
@@ -54,7 +56,7 @@ def test_each_quantity_is_named(quantity, limits, feed_rate, ratio):
 def test_the_run_is_named_and_told():
     fast = TimeLaw([0.0, 1.0], [0.0], [0.0], [20.0], [0.0])
     slow = TimeLaw([0.0, 2.0], [0.0], [0.0], [5.0], [0.0])
-    worst = worst_violation([line(10.0)] * 3, [slow, fast, slow], LIMITS, 100.0)
+    worst = worst_violation([line(10.0)] * 3, [slow, fast, slow], limits=LIMITS, feed_rate=100.0)
     assert (worst.run, worst.joint) == (1, "X")
     assert str(worst) == "speed of X at 200 % of its limit in run 1 at 10 mm, 1 s"
 
@@ -67,4 +69,4 @@ def test_every_method_holds_every_limit(limits):
     runs = [JointPath(run.length[:25], run.joints[:25]) for run in (wavy(11), wavy(12))]
     for method in ("trapezoid", "min_time"):
         laws = time_laws(runs, limits, feed_rate=200.0, method=method)
-        assert worst_violation(runs, laws, limits, 200.0).ratio <= 1 + 1e-6
+        assert worst_violation(runs, laws, limits=limits, feed_rate=200.0).ratio <= 1 + 1e-6

@@ -1,4 +1,4 @@
-"""Which branch of the arm, and how far out the wrist, on every segment of a path: dynamic programming over both."""
+"""Which branch of the arm, and how far out the wrist, on every run of a path: dynamic programming over both."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,17 +10,17 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._arm import kinematics_kernels as kernels
-from sdpgrind.finishing._arm.inverse import BRANCHES, Excess, checked_poses, excess, joints_of
+from sdpgrind.finishing._arm.inverse import BRANCHES, Excess, checked_runs, excess, joints_of
 
 if TYPE_CHECKING:
     from sdpgrind.finishing._arm.arm import Arm
 
 TURN = 1.0
-"""Of an angle between neighbouring poses of a segment, rad: beyond, the arm does not follow the tool in between."""
+"""Of an angle between neighbouring poses of a run, rad: beyond, the arm does not follow the tool in between."""
 
 
 class ArmChoice(NamedTuple):
-    """How the arm takes one segment.
+    """How the arm takes one run.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class ArmChoice(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """One candidate on one segment: joints at both ends, and the time of what lies between."""
+    """One candidate on one run: joints at both ends, and the time of what lies between."""
 
     first: Floats
     last: Floats
@@ -47,63 +47,53 @@ class _Way(NamedTuple):
 
 
 def choose_branches(
-    arm: "Arm", segments: Sequence[npt.ArrayLike], wrist_radii: float | Sequence[float] = 350.0
+    arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radii: float | Sequence[float] = 350.0
 ) -> tuple[ArmChoice, ...]:
-    """Choose branch and wrist radius for every segment in contact, so that the joints travel least.
+    """Choose branch and wrist radius for every run in contact, so that the joints travel least.
 
-    Neither ever changes inside a segment. Travel is measured by the time that the joint with the longest way needs at its
-    greatest speed, from pose to pose and between segments. The choice is a decision process of modes alone, solved by
-    `sdpgrind.sdp`: a mode for every pair of branch and radius, a stage for every segment. Where limits leave room for whole
-    turns, each segment lies as near to the middle of the limits as it can.
+    Neither ever changes inside a run. Travel is measured by the time that the joint with the longest way needs at its
+    greatest speed, from pose to pose and between runs. The choice is a decision process of modes alone, solved by
+    `sdpgrind.sdp`: a mode for every pair of branch and radius, a stage for every run. Where limits leave room for whole
+    turns, each run lies as near to the middle of the limits as it can.
 
     Parameters
     ----------
     arm : Arm
         With limits in rad, mm and s.
-    segments : sequence of array_like (m, 4, 4)
-        Poses of P in the work's frame where it is with the table at zero, mm; each segment one smooth path.
+    runs : sequence of array_like (m, 4, 4)
+        Poses of P in the work's frame where it is with the table at zero, mm; each run one smooth path.
     wrist_radii : float or sequence of float
         Distances of the wrist from the first axis to choose from, mm.
 
     Returns
     -------
     tuple of ArmChoice
-        One for each segment: branch, wrist radius (mm), joints (rad, mm).
+        One for each run: branch, wrist radius (mm), joints (rad, mm).
 
     Raises
     ------
     ValueError
-        When no pair takes a segment within the limits; it tells index, joint and amount of that which comes nearest.
+        When no pair takes a run within the limits; it tells index, joint and amount of that which comes nearest.
 
     Examples
     --------
     >>> from sdpgrind import finishing
     >>> arm = finishing.Arm.generic()
     >>> poses = arm.forward_work([[0.0, 0.2, -1.0, -0.5, 0.1, 0.0, y] for y in (0.0, 5.0, 10.0)])
-    >>> [chosen] = finishing.choose_branches(arm, [poses], [300.0, 400.0])
+    >>> [chosen] = finishing.choose_branches(arm, [poses], wrist_radii=[300.0, 400.0])
     >>> chosen.branch, chosen.wrist_radius
     (0, 300.0)
     """
-    runs = [_segment(k, poses) for k, poses in enumerate(segments)]
-    if not runs:
-        raise ValueError("segments must be at least one; got none")
+    checked = checked_runs(runs)
+    if not checked:
+        raise ValueError("runs must be at least one; got none")
     pairs = [(branch, radius) for radius in _radii(wrist_radii) for branch in range(4)]
-    ways = [[_way(arm, poses, *pair) for pair in pairs] for poses in runs]
+    ways = [[_way(arm, poses, *pair) for pair in pairs] for poses in checked]
     for k, row in enumerate(ways):
         _refuse_impossible(k, row, pairs)
     picked = [pairs[p] for p in _least_travel(arm, ways, [f"{BRANCHES[b]} at {r!r} mm" for b, r in pairs])]
-    taken = [joints_of(arm, poses, radius, branch, True)[0] for poses, (branch, radius) in zip(runs, picked, strict=True)]
+    taken = [joints_of(arm, poses, radius, branch, True)[0] for poses, (branch, radius) in zip(checked, picked, strict=True)]
     return tuple(ArmChoice(branch, radius, joints) for (branch, radius), joints in zip(picked, taken, strict=True))
-
-
-def _segment(k: int, poses: npt.ArrayLike) -> Floats:
-    try:
-        array = checked_poses(poses)
-    except (TypeError, ValueError) as error:
-        raise type(error)(f"segments[{k}]: {error}") from None
-    if not len(array):
-        raise ValueError(f"segments[{k}] must have at least one pose; got none")
-    return array
 
 
 def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
@@ -115,7 +105,7 @@ def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
 
 
 def _way(arm: "Arm", poses: Floats, branch: int, radius: float) -> _Way:
-    """One branch at one radius on one segment."""
+    """One branch at one radius on one run."""
     joints, reached = joints_of(arm, poses, radius, branch, True)
     time, at = kernels.travel(joints, np.array(arm.speed_max), TURN)
     # What jumps breaks limits too, but not because of them.
@@ -128,7 +118,7 @@ def _jump(arm: "Arm", joints: Floats, at: int) -> Excess:
     turns = np.abs(joints[at + 1, :5] - joints[at, :5])
     j = int(np.argmax(turns))
     text = (
-        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a segment; got {turns[j]:.4g} between"
+        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a run; got {turns[j]:.4g} between"
         f" poses[{at}] and poses[{at + 1}], where the heading has a corner, or the tool comes through the vertical"
     )
     return Excess(at, text, float(turns[j] / TURN))
@@ -140,13 +130,13 @@ def _refuse_impossible(k: int, row: list[_Way], pairs: list[tuple[int, float]]) 
         return
     found, (branch, radius) = min(wrong, key=lambda each: each[0].share)
     raise ValueError(
-        f"segments[{k}] has no branch within limits; nearest comes branch {branch} ({BRANCHES[branch]}) at wrist radius"
+        f"runs[{k}] has no branch within limits; nearest comes branch {branch} ({BRANCHES[branch]}) at wrist radius"
         f" {radius:g} mm: {found.text}"
     )
 
 
 def _least_travel(arm: "Arm", ways: list[list[_Way]], names: list[str]) -> list[int]:
-    """Pair taken on every segment."""
+    """Pair taken on every run."""
     count, size = len(ways), len(names)
     cost = _costs(arm, ways)
     problem = sdp.Problem(
@@ -180,7 +170,7 @@ def _whole(left: npt.ArrayLike) -> npt.NDArray[np.int64]:
 
 
 def _costs(arm: "Arm", ways: list[list[_Way]]) -> Floats:
-    """Time (s) of coming from a pair, or from the start, and taking a segment in a pair: [segment, from, to], inf: impossible."""
+    """Time (s) of coming from a pair, or from the start, and taking a run in a pair: [run, from, to], inf: impossible."""
     count, size = len(ways), len(ways[0])
     inside = np.array([[np.inf if way.wrong is not None else way.time for way in row] for row in ways])
     cost = np.repeat(inside[:, None, :], size + 1, axis=1)

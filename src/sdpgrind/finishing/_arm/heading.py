@@ -8,40 +8,20 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._arm.branches import _segment
-from sdpgrind.finishing._arm.inverse import SLACK, checked_poses
+from sdpgrind.finishing._arm.inverse import SLACK, checked_runs
 
 if TYPE_CHECKING:
     from sdpgrind.finishing._arm.arm import Arm
 
 
-def pitch_cosine(poses: npt.ArrayLike) -> Floats:
-    """Return ``|cos(phi)|`` of the tool's pitch, sin(phi) = a_z: q1 turns 1/``|cos(phi)|`` times as fast as the tool's axis.
-
-    Parameters
-    ----------
-    poses : array_like (m, 4, 4)
-        Of the tool, mm.
-
-    Returns
-    -------
-    array (m,)
-        Dimensionless, 0 where the tool is vertical and the arm singular.
-
-    Examples
-    --------
-    >>> from sdpgrind import finishing
-    >>> flat = [[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]
-    >>> finishing.pitch_cosine(finishing.tool_poses(*flat, contact_angle=0.5, lever_arm=95.0)).round(4)
-    array([0.8776])
-    """
-    array = checked_poses(poses)
-    out: Floats = np.hypot(array[:, 0, 2], array[:, 1, 2])
+def pitch_cosine(poses: Floats) -> Floats:
+    """``|cos(phi)|`` of the tool's pitch, sin(phi) = a_z, (m,): q1 turns 1/``|cos(phi)|`` times as fast as the tool's axis."""
+    out: Floats = np.hypot(poses[:, 0, 2], poses[:, 1, 2])
     return out
 
 
 class CornerJumps(NamedTuple):
-    """What joints and table have to do between segments, without contact; the wrist's radius stays.
+    """What joints and table have to do between runs, without contact; the wrist's radius stays.
 
     Attributes
     ----------
@@ -64,8 +44,8 @@ class CornerJumps(NamedTuple):
     flip_table: Floats
 
 
-def corner_jumps(arm: "Arm", segments: Sequence[npt.ArrayLike], *, wrist_radius: float = 350.0, branch: int = 0) -> CornerJumps:
-    """Return how far joints and table jump from the end of each segment to the beginning of the next, whatever their limits.
+def corner_jumps(arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radius: float = 350.0, branch: int = 0) -> CornerJumps:
+    """Return how far joints and table jump from the end of each run to the beginning of the next, whatever their limits.
 
     An arm without wrist yaw points where q1 does: if the heading turns by an angle at a corner, so does q1, and the table has to
     carry the work around the base. With r = wrist_radius + (d5 + R) cos(phi) from the base's axis to the contact a corner of
@@ -75,17 +55,17 @@ def corner_jumps(arm: "Arm", segments: Sequence[npt.ArrayLike], *, wrist_radius:
     ----------
     arm : Arm
         The robot, mm.
-    segments : sequence of array_like (m, 4, 4)
+    runs : sequence of array_like (m, 4, 4)
         Poses of P in the work's frame where it is with the table at zero, mm.
     wrist_radius : float
         Distance of the wrist from the first axis, mm.
     branch : {0, 1, 2, 3}
-        That of all segments; see `Arm.inverse`.
+        That of all runs; see `Arm.inverse`.
 
     Returns
     -------
     CornerJumps
-        rad and mm, one entry for each corner (none for one segment).
+        rad and mm, one entry for each corner (none for one run).
 
     Examples
     --------
@@ -99,30 +79,17 @@ def corner_jumps(arm: "Arm", segments: Sequence[npt.ArrayLike], *, wrist_radius:
     """
     checks.one_of("branch", branch, range(4))
     radius = checks.positive("wrist_radius", wrist_radius, "mm")
-    runs = [_segment(k, poses) for k, poses in enumerate(segments)]
+    checked = checked_runs(runs)
     sign = -1.0 if branch >= 2 else 1.0
-    after = _places(arm, [poses[0] for poses in runs[1:]], radius, sign)
-    flipped = _places(arm, [poses[0] for poses in runs[1:]], radius, -sign)
-    before = _places(arm, [poses[-1] for poses in runs[:-1]], radius, sign)
+    after = _places(arm, [poses[0] for poses in checked[1:]], radius, sign)
+    flipped = _places(arm, [poses[0] for poses in checked[1:]], radius, -sign)
+    before = _places(arm, [poses[-1] for poses in checked[:-1]], radius, sign)
     stay, over = after - before, flipped - before
     return CornerJumps(_wrapped(stay[:, 0]), stay[:, 2:], _wrapped(over[:, 1]), _wrapped(over[:, 0]), over[:, 2:])
 
 
 def check_corners(arm: "Arm", jumps: CornerJumps) -> None:
-    """Refuse corners at which the table would have to jump farther than it can.
-
-    Parameters
-    ----------
-    arm : Arm
-        With the limits of its table, mm.
-    jumps : CornerJumps
-        From `corner_jumps`, rad and mm.
-
-    Raises
-    ------
-    ValueError
-        For the corner where the table moves farthest, when that is beyond its range: index, axis and amount.
-    """
+    """Refuse corners at which the table would have to jump farther than it can: index, axis and amount of the farthest."""
     if not len(jumps.table):
         return
     span = np.array(arm.position_max[5:]) - np.array(arm.position_min[5:])

@@ -1,5 +1,6 @@
 """Joints of poses: what a user hands over, the kernel, and what is said where the arm cannot."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -42,6 +43,19 @@ def checked_poses(poses: npt.ArrayLike) -> Floats:
         rule = "a right-handed rotation and a place (mm) above 0, 0, 0, 1" if finite else "finite (mm)"
         raise ValueError(f"poses[{fault}] must be {rule}; got {array[fault].round(6).tolist()}")
     return array
+
+
+def checked_runs(runs: Sequence[npt.ArrayLike]) -> list[Floats]:
+    """Runs of poses (m, 4, 4), none of them empty; errors tell which."""
+    out = []
+    for k, poses in enumerate(runs):
+        try:
+            out.append(checked_poses(poses))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"runs[{k}]: {error}") from None
+        if not len(out[-1]):
+            raise ValueError(f"runs[{k}] must have at least one pose; got none")
+    return out
 
 
 def joints_of(arm: "Arm", poses: Floats, radius: float, branch: int, continuous: bool) -> tuple[Floats, npt.NDArray[np.bool_]]:

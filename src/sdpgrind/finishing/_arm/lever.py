@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._arm.tool import _checked, contacts
+from sdpgrind.finishing._arm.tool import checked_hold, contacts
 
 _MM_PER_M = 1000.0
 
@@ -16,6 +16,7 @@ _MM_PER_M = 1000.0
 def torque_per_force(
     contact_angle: float,
     lever_arm: float,
+    *,
     friction_ratio: float = 0.0,
     feed_angle: Any = 0.0,
     pushed: bool = False,
@@ -53,11 +54,12 @@ def torque_per_force(
     --------
     >>> from sdpgrind import finishing, units
     >>> for pushed in (False, True):
-    ...     print(round(0.095 / finishing.torque_per_force(units.deg(30), 95.0, 0.3, pushed=pushed), 3))  # F_n R/T
+    ...     torque = finishing.torque_per_force(units.deg(30), 95.0, friction_ratio=0.3, pushed=pushed)
+    ...     print(round(0.095 / torque, 3))  # F_n R/T
     0.984
     1.397
     """
-    angle, lever = _checked(contact_angle, lever_arm, pushed)
+    angle, lever = checked_hold(contact_angle, lever_arm, pushed)
     ratio = checks.nonnegative("friction_ratio", friction_ratio)
     turned = checks.finite_array("feed_angle", feed_angle, "rad")
     against = (1.0 if pushed else -1.0) * np.cos(turned) * math.sin(angle)

@@ -73,7 +73,7 @@ def tool_poses(
     >>> pose[:3, 3].round(3), pose[:3, 2].round(3) + 0.0  # dragged: P is ahead of the contact
     (array([82.272,  0.   , 47.5  ]), array([-0.866,  0.   , -0.5  ]))
     """
-    angle, lever = _checked(contact_angle, lever_arm, pushed)
+    angle, lever = checked_hold(contact_angle, lever_arm, pushed)
     checks.one_of("heading", heading, HEADINGS)
     place, feed, up = contacts(point, tangent, normal)
     along = feed if heading == "feed_aligned" else _headings(up, checks.number("azimuth", azimuth, "rad"))
@@ -108,8 +108,8 @@ def _refuse(name: str, rule: str, off: Floats, wanted: float) -> None:
         raise checks.refuse(name.format(bad[0]), rule, float(off[bad[0]] + wanted))
 
 
-def _checked(contact_angle: float, lever_arm: float, pushed: bool) -> tuple[float, float]:
-    """Contact angle (rad) and lever arm (mm)."""
+def checked_hold(contact_angle: float, lever_arm: float, pushed: bool) -> tuple[float, float]:
+    """Contact angle (rad) and lever arm (mm) of a tool that is pushed or dragged."""
     angle = checks.number("contact_angle", contact_angle, "rad")
     if not 0 <= angle < math.pi / 2:
         raise checks.refuse("contact_angle", "in [0, pi/2); units.deg(30) for degrees", angle, "rad")

@@ -44,7 +44,7 @@ class Data(NamedTuple):
     guess: Floats  # (N + 1, 4): feed, acceleration, duration, jerk
 
 
-class Course(NamedTuple):
+class Found(NamedTuple):
     """What was found, scaled."""
 
     durations: Floats
@@ -91,7 +91,7 @@ def _solver(plugin: str, what: dict[str, Any], equal: list[bool]) -> Any:
     return ca.nlpsol("law", plugin, what, options | {f"{plugin}.{name}": value for name, value in own.items()})
 
 
-def solve(data: Data) -> Course:
+def solve(data: Data) -> Found:
     """Fastest course over one window, at rest at its end; the second solver where the first one fails or is missing."""
     intervals, _, joints = data.rates.shape
     for plugin in PLUGINS:
@@ -102,7 +102,7 @@ def solve(data: Data) -> Course:
     return found
 
 
-def _solved(made: Program, data: Data) -> Course:
+def _solved(made: Program, data: Data) -> Found:
     """Fastest course by one solver."""
     count = made.intervals
     low = np.tile([0.0, -data.acceleration, SHORTEST, -np.inf], count + 1)
@@ -118,10 +118,10 @@ def _solved(made: Program, data: Data) -> Course:
     try:
         found = made.solver(x0=data.guess.ravel()[:size], p=known, **bounds)
     except RuntimeError as error:  # the solver gives up on numbers it cannot use
-        return Course(np.zeros(count), np.zeros(count), False, str(error).splitlines()[-1])
+        return Found(np.zeros(count), np.zeros(count), False, str(error).splitlines()[-1])
     stats = made.solver.stats()
     moves = _moves(found["x"], count)
-    return Course(moves[:, 0], moves[:, 1], bool(stats["success"]), str(stats["return_status"]))
+    return Found(moves[:, 0], moves[:, 1], bool(stats["success"]), str(stats["return_status"]))
 
 
 def _moves(x: Any, count: int) -> Floats:

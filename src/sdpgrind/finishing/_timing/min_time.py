@@ -31,10 +31,10 @@ def fastest_law(run: JointPath, limits: JointLimits, feed_rate: float, accelerat
         best = _law(run, limits, feed_rate, acceleration, parts)
         if best.duration >= (1 - gain) * before:
             break
-    return held(run, best, limits, feed_rate)
+    return slowed_to_limits(run, best, limits, feed_rate)
 
 
-def held(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float) -> TimeLaw:
+def slowed_to_limits(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float) -> TimeLaw:
     """Play a law just so much slower that limits are kept between its points too; jerk is not looked at."""
     free = limits.replace(jerk_max=None)
     places = int(np.clip(CHECKED // law.length.size, *CHECKS))  # what a short interval hides is small

@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.limits import JointLimits
-from sdpgrind.finishing._timing.min_time import grid_of, held, law_of
+from sdpgrind.finishing._timing.min_time import grid_of, law_of, slowed_to_limits
 from sdpgrind.finishing._timing.time_law import TimeLaw
 
 INTERVALS = 200
@@ -52,7 +52,7 @@ def toppra_law(run: JointPath, limits: JointLimits, feed_rate: float, accelerati
     """Fastest law of a run by `toppra`, on the breaks of the path cut alike; slower for what is exceeded between."""
     grid = grid_of(run, -(-INTERVALS // (run.pieces.breaks.size - 1)))
     feed = _swept(run, limits, feed_rate, acceleration or FREE, grid)
-    return held(run, law_of(grid, feed**2), limits, feed_rate)
+    return slowed_to_limits(run, law_of(grid, feed**2), limits, feed_rate)
 
 
 def _swept(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float, grid: Floats) -> Floats:

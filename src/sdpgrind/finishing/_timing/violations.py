@@ -55,7 +55,7 @@ class Violation(NamedTuple):
 
 
 def worst_violation(
-    runs: Sequence[JointPath], laws: Sequence[TimeLaw], limits: JointLimits, feed_rate: float, refine: int = 20
+    runs: Sequence[JointPath], laws: Sequence[TimeLaw], *, limits: JointLimits, feed_rate: float, refine: int = 20
 ) -> Violation:
     """Return where the motion comes closest to a limit, or goes beyond it.
 
@@ -85,7 +85,7 @@ def worst_violation(
     >>> run = JointPath([0.0, 100.0], [[0.0], [100.0]])
     >>> limits = JointLimits(["X"], speed_max=[200.0], acceleration_max=[2000.0])
     >>> law = TimeLaw([0.0, 2.0, 4.0], [0.0, 50.0], [0.0, 50.0], [25.0, -25.0], [0.0, 0.0])
-    >>> print(worst_violation([run], [law], limits, feed_rate=40.0))
+    >>> print(worst_violation([run], [law], limits=limits, feed_rate=40.0))
     feed at 125 % of its limit in run 0 at 50 mm, 2 s
     """
     if len(runs) != len(laws) or not runs:
