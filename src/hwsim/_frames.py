@@ -91,7 +91,7 @@ def side_by_side(runs: Mapping[str, Frames]) -> Frames:
     tables = {tier: _rows({n: r.tables[tier] for n, r in runs.items() if tier in r.tables}) for tier in tiers}
     names = xr.DataArray(list(runs), dims="controller", name="controller")
     outcomes = _widened([run.outcome for run in runs.values()], "part")
-    outcome = xr.concat(outcomes, names, join="outer", data_vars="all", coords="minimal", combine_attrs="override")
+    outcome = xr.concat(outcomes, names, join="outer", data_vars="all", coords="minimal", combine_attrs="drop_conflicts")
     outcome.attrs["controller"] = ", ".join(runs)
     return Frames(tables, outcome)
 

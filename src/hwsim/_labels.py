@@ -29,7 +29,9 @@ class Labels:
         for each in controllers(controller).values():
             reports |= getattr(each, "reports", {})
         outcomes = {name: _with_dimension(name, unit) for name, unit in getattr(plant, "outcomes", {}).items()}
-        described = dict(getattr(plant, "description", {}))
+        described: dict[str, float | str] = {}
+        for said in (*controllers(controller).values(), plant):
+            described |= getattr(said, "description", {})
         names = type(plant).__name__, type(controller).__name__
         between = set_points(plant, controller)
         return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described, between)

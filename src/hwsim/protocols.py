@@ -24,8 +24,8 @@ controller ``commands``        mapping name -> unit of what it commands
 controller ``reports``         mapping name -> unit of what it reports
 both       ``job``             mapping of what tells the part and the machine from others: name -> (value, unit), or a
                                plain value without unit; names that both have must be equal, or nothing is run
+both       ``description``     mapping of plain values (start, limits, what is played) that the log keeps among its attributes
 plant      ``outcomes``        mapping name -> unit of the outcome, or (unit, dimension) where the value is an array
-plant      ``description``     mapping of plain values (start, limits) that the log keeps among its attributes
 plant      ``with_tick(tick)`` gives the same plant with another tick (s), for plants that can advance by any time
 plant      ``after(outcome)``  gives the plant that the next part of a series finds, from the outcome of the part before:
                                what a part leaves behind (a wheel that is duller); parts then go one after the other

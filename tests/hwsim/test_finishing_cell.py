@@ -333,3 +333,18 @@ def test_the_axis_has_the_lever_of_the_problem():
     found = finishing.TorqueController(plant.torque_axis, motion(of), normal_force=FORCE, kind="damped")
     assert float(hwsim.run(plant.replace(truth=None), found).outcome.normal_force[0]) == pytest.approx(FORCE, abs=2 * STEP)
     assert hwsim.FinishingCell(problem()).replace(problem=of).torque_axis == plant.torque_axis
+
+
+def test_a_log_tells_which_motion_was_played(tmp_path):
+    of = problem(order=1)
+    played = {method: finishing.plan(of, method=method) for method in ("trapezoid", "min_time")}
+    found = {method: finishing.TorqueController(AXIS, each, normal_force=FORCE, kind="damped") for method, each in played.items()}
+    plant, digests = hwsim.FinishingCell(of), set()
+    for method, each in played.items():
+        hwsim.run(plant, found[method]).save(tmp_path / "run.nc")
+        told = sdpgrind.load(tmp_path / "run.nc").outcome.attrs
+        assert (told["motion_method"], told["motion_duration"]) == (method, each.duration)
+        digests.add(told["motion_digest"])
+    assert len(digests) == 2
+    both = hwsim.compare(plant, found).outcome.attrs
+    assert "motion_method" not in both and both["pattern"] == of.path.pattern  # only what is true of both

@@ -38,7 +38,7 @@ class FinishingCell(Frozen):
 
     Outcome of a part: ``time`` and ``touch_down`` (s); over the motion ``normal_force`` (N, mean) with its ``normal_force_sd``,
     ``_min`` and ``_max``, ``force_error`` (N, rms off the target force, where there is one), the share of time without contact
-    ``lift_off``, ``feed`` and ``feed_sd`` (mm/s, of the contact, which runs a longer way than planned where the table overshoots),
+    ``lift_off``, ``feed`` and ``feed_sd`` (mm/s, of the contact, which runs a longer way than planned when the table overshoots);
     the largest ``path_deviation`` (mm, in the surface, across the planned direction); ``roughness_ra`` (mm, drawn from the model
     at the mean force), ``extrapolated`` (1: outside the model's range; NaN roughness: a pattern that it does not know),
     ``timed_out``; the hidden ``true_torque_constant`` (N m/A), ``true_contact_angular_stiffness`` (N m/rad),

@@ -1,6 +1,7 @@
 """The controller of the contact torque: constant current, PID plus feedforward with an observer, damped, or LQG."""
 
 import copy
+import hashlib
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
@@ -24,6 +25,7 @@ from sdpgrind.finishing._torque.poles import AxisPoles, check_stable, poles_of
 from sdpgrind.finishing._torque.reference import Reference, reference
 
 _UNDAMPED = 0.5  # s: how long to wait for a contact that nothing damps
+_DIGEST = 12  # hexadecimal digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +138,15 @@ class TorqueController(Frozen):
         """What the motion is made for, and the normal force that is held (N): `hwsim` refuses to run it for anything else."""
         planned = getattr(getattr(self.motion, "problem", None), "job", None) or {}
         return {**planned, "target_force": (float(self.normal_force), "N")}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Which motion is played, for the log: its time law, its duration (s), and a digest of what the robot is given."""
+        if self.motion is None:
+            return {}
+        digest = hashlib.sha256(np.ascontiguousarray(self.motion.profile).tobytes()).hexdigest()[:_DIGEST]
+        law, duration = str(getattr(self.motion, "method", "")), float(self.reference.time[-1])
+        return {"motion_method": law, "motion_duration": duration, "motion_digest": digest}
 
     @cached_property
     def poles(self) -> AxisPoles:
