@@ -229,9 +229,8 @@ row("the same, with 20 000 counts [N]", "-", 0.040, axis.force_resolution, 1e-3)
 # angle is defined, makes this kind of robot carry the work around its base at each corner: there is no joint that yaws the wrist.
 CASES = (("dragged", 0.3, False, 0.984), ("pushed", 0.3, True, 1.397), ("without friction", 0.0, False, 1.155))
 for name, friction, pushed, correct in CASES:
-    ours = (
-        axis.lever_arm / 1e3 / finishing.torque_per_force(units.deg(30), axis.lever_arm, friction_ratio=friction, pushed=pushed)
-    )
+    torque = finishing.torque_per_force(units.deg(30), axis.lever_arm, friction_ratio=friction, pushed=pushed)
+    ours = axis.lever_arm / 1e3 / torque
     row(f"F R/T at 30 degrees, {name}", "= 1", correct, float(ours), 1e-3, "contact angle and friction are left out")
 contact = {"contact_angle": units.deg(30), "lever_arm": axis.lever_arm, "heading": "feed_aligned"}
 for name, feed, correct in (("corner", (0.0, 1.0, 0.0), 734.0), ("reversal", (-1.0, 0.0, 0.0), 1038.0)):

@@ -85,4 +85,4 @@ def _check_tip(course: Floats, tree: cKDTree) -> None:
 
 def loop_of(table: TableLoop | None, tick: float) -> Floats:
     """Exact steps of a table loop for commands that are straight lines in a tick; without a loop it is where it shall be."""
-    return np.empty(0) if table is None else table.step(tick).parameters
+    return np.empty(0) if table is None else table.sampled(tick).parameters

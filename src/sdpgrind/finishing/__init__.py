@@ -23,7 +23,7 @@ from sdpgrind.finishing._roughness.refinish import refinish_problem
 from sdpgrind.finishing._study.anova import AnovaRow, AnovaTable
 from sdpgrind.finishing._study.arrays import OrthogonalArray, orthogonal_array
 from sdpgrind.finishing._study.best import Best, Tie
-from sdpgrind.finishing._study.confounding import Confounding, confounding
+from sdpgrind.finishing._study.confounding import Confounding
 from sdpgrind.finishing._study.means import LevelMean, LevelMeans
 from sdpgrind.finishing._study.next_runs import NextRun, NextRuns
 from sdpgrind.finishing._study.pooling import Pooling
@@ -37,7 +37,7 @@ from sdpgrind.finishing._surface.surface import Surface
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.laws import time_laws
 from sdpgrind.finishing._timing.limits import JointLimits
-from sdpgrind.finishing._timing.table_loop import TableLoop
+from sdpgrind.finishing._timing.table_loop import SampledTable, TableLoop
 from sdpgrind.finishing._timing.time_law import TimeLaw
 from sdpgrind.finishing._timing.trapezoid import Trapezoid
 from sdpgrind.finishing._timing.violations import Violation, worst_violation
@@ -90,6 +90,7 @@ __all__ = [
     "Prediction",
     "PresetInfo",
     "RoughnessModel",
+    "SampledTable",
     "StepFigures",
     "StiffnessCase",
     "Study",
@@ -105,7 +106,6 @@ __all__ = [
     "Violation",
     "ball_footprint",
     "choose_branches",
-    "confounding",
     "contact_step",
     "corner_jumps",
     "cusp_roughness",

@@ -8,7 +8,7 @@ One tick of a loop is::
     x = table_step(loop, table_state, command)                                         # mm, from where it began
     contact_torque = axis_tick(axis_state, current, load_torque, surface, next_surface, axis)   # N m at the end of the tick
 
-`loop` is ``TableLoop.step(tick).parameters``, `axis` is `TorqueAxis.parameters`; `law`, `state`, `time` and `torque` are what
+`loop` is ``TableLoop.sampled(tick).parameters``, `axis` is `TorqueAxis.parameters`; `law`, `state`, `time` and `torque` are what
 `TorqueController.law` holds; each `state` is changed and is the caller's own copy. `controller_step` is `torque_at` and
 `controller_sample`, one after the other. Places in the arrays have names in this module: `ANGLE`, `SPEED`, `MEAN_TORQUE` of the
 axis; `CURRENT`, `ESTIMATE`, `REFERENCE`, `COUNT` of a controller; and their sizes `STATES`, `CONTROL` and, of the table, `TABLE`.

@@ -70,7 +70,7 @@ def test_samples_do_not_depend_on_their_step():
 
 
 def test_compiled_loop_is_the_obvious_one():
-    step, rng = LOOP.step(1e-3), np.random.default_rng(1)
+    step, rng = LOOP.sampled(1e-3), np.random.default_rng(1)
     command, state, obvious = rng.normal(size=50), np.zeros(3), [0.0]
     for before, after in zip(command[:-1] - command[0], command[1:] - command[0], strict=True):
         state = step.transition @ state + step.old * before + step.new * after

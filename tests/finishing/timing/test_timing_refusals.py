@@ -102,7 +102,8 @@ REFUSED = {
     "inertia": (lambda: TableLoop(inertia=0.0), r"inertia must be > 0 \(kg m\^2\); got 0\.0"),
     "integral gain": (lambda: TableLoop(ki=0.0), r"ki must be > 0 \(A/\(rad s\)\); got 0\.0"),
     "damping": (lambda: TableLoop(damping=-0.1), r"damping must be >= 0 \(N m s\); got -0\.1"),
-    "period": (lambda: TableLoop().step(0.0), r"period must be > 0 \(s\); got 0\.0"),
+    "period": (lambda: TableLoop().sampled(0.0), r"period must be > 0 \(s\); got 0\.0"),
+    "frequency": (lambda: TableLoop().response([1.0, np.inf]), r"frequency\[1\] must be finite \(rad/s\); got inf"),
     "command": (
         lambda: TableLoop().follow(np.zeros((2, 2)), 1e-3),
         r"command must be of shape \(m,\) with m >= 1 \(mm\); got \(2, 2\)",

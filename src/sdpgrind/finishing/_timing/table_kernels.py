@@ -18,7 +18,7 @@ def table_step(loop, state, command):
     Parameters
     ----------
     loop : array, (LOOP,)
-        `TableLoop.step(period).parameters`; empty: the table is always where it is commanded to be.
+        `TableLoop.sampled(period).parameters`; empty: the table is always where it is commanded to be.
     state : array, (TABLE,)
         State of the loop and last command; zeros at the start. It is changed.
     command : float

@@ -14,7 +14,7 @@ from sdpgrind.base.stored import stored
 from sdpgrind.finishing._timing import table_kernels
 
 
-class LoopStep(NamedTuple):
+class SampledTable(NamedTuple):
     """One sample of the loop: x' = transition x + old u + new u', position = output x, for a command u in mm.
 
     Attributes
@@ -115,7 +115,7 @@ class TableLoop(Frozen):
         frequency : array
             Angular frequencies, rad/s.
         """
-        s = 1j * np.asarray(frequency, dtype=float)
+        s = 1j * checks.finite_array("frequency", frequency, "rad/s")
         return np.asarray(np.polyval(self.numerator, s) / np.polyval(self.denominator, s), dtype=complex)
 
     def parabola_error(self, acceleration: float) -> float:
@@ -128,17 +128,27 @@ class TableLoop(Frozen):
         """
         return self.damping * checks.number("acceleration", acceleration, "mm/s^2") / (self.torque_constant * self.ki)
 
-    def step(self, period: float) -> LoopStep:
-        """Return the exact step of the loop for commands that are straight lines between samples.
+    def sampled(self, period: float) -> SampledTable:
+        """Return the loop over a sample, exact for commands that are straight lines between samples.
 
         Parameters
         ----------
         period : float
             Time between two samples, s.
+
+        Raises
+        ------
+        ValueError
+            When it is not > 0.
+
+        Examples
+        --------
+        >>> TableLoop().sampled(1e-3).transition.shape
+        (3, 3)
         """
         A, B, C, _ = control.continuous(self.numerator, self.denominator)
         transition, old, new = control.ramped(A, B, checks.positive("period", period, "s"))
-        return LoopStep(transition, old, new, C)
+        return SampledTable(transition, old, new, C)
 
     def follow(self, command: npt.ArrayLike, period: float) -> Floats:
         """Return where the table is when it is told where to be; it stands still at the first command before.
@@ -166,5 +176,5 @@ class TableLoop(Frozen):
         if told.ndim != 1 or not told.size:
             raise checks.refuse("command", "of shape (m,) with m >= 1", told.shape, "mm")
         position = np.empty(told.size)
-        table_kernels.follow(self.step(period).parameters, np.zeros(table_kernels.TABLE), told - told[0], position)
+        table_kernels.follow(self.sampled(period).parameters, np.zeros(table_kernels.TABLE), told - told[0], position)
         return np.asarray(position + told[0])
