@@ -117,20 +117,20 @@ def test_best_force():
 
 
 def test_samples_follow_the_law():
-    drawn = MODEL.sample(0, **AT, size=20000)
+    drawn = MODEL.sample(**AT, rng=0, size=20000)
     law = MODEL.law(**AT)
     ks = stats.kstest(drawn, lambda y: law.under(y, 0))
     assert ks.pvalue > 1e-3
-    assert MODEL.sample(0, **AT, size=3).tolist() == drawn[:3].tolist()
+    assert MODEL.sample(**AT, rng=0, size=3).tolist() == drawn[:3].tolist()
 
 
 def test_rounded_samples_are_multiples():
     step = units.um(0.25)
-    drawn = MODEL.sample(1, **AT, size=5000, rounding=step)
+    drawn = MODEL.sample(**AT, rng=1, size=5000, rounding=step)
     np.testing.assert_allclose(drawn / step, np.round(drawn / step), atol=1e-9)
-    plain = MODEL.sample(1, **AT, size=5000)
+    plain = MODEL.sample(**AT, rng=1, size=5000)
     assert np.max(np.abs(drawn - plain)) <= step / 2 * (1 + 1e-9)
-    assert np.min(MODEL.sample(1, **AT, size=10, rounding=1.0)) == 1.0
+    assert np.min(MODEL.sample(**AT, rng=1, size=10, rounding=1.0)) == 1.0
 
 
 def test_from_drawn_data_back_to_the_model():
@@ -141,7 +141,7 @@ def test_from_drawn_data_back_to_the_model():
         "tool_diameter": rng.uniform(3, 4, n),
         "normal_force": rng.uniform(0.556, 1.667, n),
     }
-    data["roughness_ra"] = MODEL.sample(rng, *data.values())
+    data["roughness_ra"] = MODEL.sample(*data.values(), rng=rng)
     estimate = identify_roughness(data)
     wanted = np.append(MODEL.coefficients, MODEL.residual_sd)
     assert np.all(np.abs(estimate.value - wanted) < 4 * estimate.sd)
@@ -187,12 +187,12 @@ REFUSED = [
     (lambda: MODEL.law("zigzag", 4.0, 0.5), r"normal_force must be in \[0.556, 1.667\], where .* \(N\); got 0.5"),
     (lambda: MODEL.law("zigzag", 4.0, -1.0, extrapolate=True), r"normal_force must be > 0 \(N\); got -1.0"),
     (lambda: MODEL.law("zigzag", np.nan, 1.0), r"tool_diameter\[0\] must be finite \(mm\)"),
-    (lambda: MODEL.sample(0, **AT, rounding=0.0), r"rounding must be > 0 \(mm\); got 0.0"),
+    (lambda: MODEL.sample(**AT, rng=0, rounding=0.0), r"rounding must be > 0 \(mm\); got 0.0"),
     (lambda: MODEL.replace(residual_sd=-1.0), r"residual_sd must be >= 0"),
     (lambda: MODEL.replace(coefficients=[1.0]), r"coefficients must be of shape \(6,\); got \(1,\)"),
     (lambda: MODEL.replace(normal_force_range=(2.0, 1.0)), r"normal_force_range must be two numbers, 0 < low < high \(N\)"),
     (lambda: MODEL.updated(3), r"estimate must be a Estimate, as finishing.identify gives it; got 3"),
-    (lambda: MODEL.responses({"feed_rate": [1.0]}, 0, 1), r"settings must hold pattern; got feed_rate"),
+    (lambda: MODEL.responses({"feed_rate": [1.0]}, rng=0, runs=1), r"settings must hold pattern; got feed_rate"),
     (lambda: identify_roughness({"pattern": ["zigzag"]}), r"data must hold tool_diameter; got pattern"),
     (lambda: identify_roughness([1.0]), r"data must be a Study or a mapping of arrays"),
     (

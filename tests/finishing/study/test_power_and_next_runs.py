@@ -163,5 +163,5 @@ def test_a_nominal_study_gives_laws_in_db():
 
 
 def test_rounded_readings_change_little():
-    rounded = STUDY.power(rng=1, runs=4000, model=lambda s, rng, runs: MODEL.responses(s, rng, runs, rounding=units.um(0.25)))
+    rounded = STUDY.power(rng=1, runs=4000, model=lambda s, **how: MODEL.responses(s, **how, rounding=units.um(0.25)))
     assert 0.03 <= rounded.significant["feed_rate"] <= 0.08 and rounded.ranking_returned >= 0.80

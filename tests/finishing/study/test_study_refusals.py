@@ -6,7 +6,6 @@ import pytest
 from sdpgrind import finishing as fin
 from sdpgrind.base import extras
 from sdpgrind.finishing._study import general
-from sdpgrind.finishing._study.confounding import confounding
 
 WANG = fin.Study.published("wang-2001")
 Y = [1.0, 2.0, 3.0, 5.0]
@@ -93,14 +92,13 @@ REFUSED = [
     (lambda: saturated().power(), r"the study must leave an error to test with; it is saturated"),
     (lambda: saturated().next_runs(2, pool=None), r"an error for a response surface of 4 coefficients; got 4"),
     (lambda: WANG.power(runs=0), r"runs must be >= 1; got 0"),
-    (lambda: WANG.power(model=3), r"model must be a RoughnessModel or a function of settings, rng and runs; got 3"),
-    (lambda: WANG.power(runs=5, model=lambda s, g, n: np.ones((n, 3))), r"must be of shape \(5, 18, 1\); got \(5, 3\)"),
-    (lambda: WANG.power(runs=5, model=lambda s, g, n: np.full((n, 18), np.nan)), r"readings of the model\[0\] must be finite"),
+    (lambda: WANG.power(model=3), r"model must be a RoughnessModel or a function of settings, rng= and runs=; got 3"),
+    (lambda: WANG.power(runs=5, model=lambda s, rng, runs: np.ones((runs, 3))), r"must be of shape \(5, 18, 1\); got \(5, 3\)"),
+    (lambda: WANG.power(runs=5, model=lambda s, **_: np.full((5, 18), np.nan)), r"readings of the model\[0\] must be finite"),
     (lambda: WANG.power(rng=-1), r"rng must be an int >= 0"),
     (lambda: WANG.power(rng=0, runs=10).beats("normal_force", 1.667, 9.0), r"level must be one of 0.556, 1.111, 1.667; got 9.0"),
     (lambda: WANG.next_runs(0), r"number must be >= 1; got 0"),
     (lambda: l4(interactions=[("a", "b")]).next_runs(1), r"a study without interactions"),
-    (lambda: confounding(3, {}), r"array must be a OrthogonalArray; got 3"),
 ]  # fmt: skip
 
 

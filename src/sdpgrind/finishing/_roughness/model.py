@@ -1,6 +1,7 @@
 """Roughness after finishing: a law of it, not a number, from tool, path and force."""
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -12,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.rng import Seed, generator
 from sdpgrind.base.stored import stored
-from sdpgrind.finishing._roughness.terms import NAMES, PATTERNS, TERMS, design
+from sdpgrind.finishing._roughness.terms import NAMES, PATTERNS, SETTINGS, TERMS, design
 from sdpgrind.identify import Estimate
 
 
@@ -121,18 +122,16 @@ class RoughnessModel(Frozen):
         >>> model.covers("zigzag", 4.0, 1.1), model.covers("zigzag", 6.0, 1.1), model.covers("spiral", 4.0, 1.1)
         (True, False, False)
         """
-        known = np.isin(np.asarray(pattern), PATTERNS)
-        inside = (
-            _inside(np.asarray(tool_diameter, dtype=float), self.tool_diameter_range),
-            _inside(np.asarray(normal_force, dtype=float), self.normal_force_range),
-        )
-        return bool(np.all(known)) and all(bool(np.all(each)) for each in inside)
+        diameter = _inside(np.asarray(tool_diameter, dtype=float), self.tool_diameter_range)
+        force = _inside(np.asarray(normal_force, dtype=float), self.normal_force_range)
+        return bool(np.all(np.isin(pattern, PATTERNS)) and np.all(diameter) and np.all(force))
 
     def law(
         self,
         pattern: Any,
         tool_diameter: npt.ArrayLike,
         normal_force: npt.ArrayLike,
+        *,
         extrapolate: bool = False,
         uncertain: bool = False,
     ) -> sdp.LogNormal:
@@ -167,7 +166,7 @@ class RoughnessModel(Frozen):
         return sdp.LogNormal(mean, mean * np.sqrt(np.expm1(square)))
 
     def median(
-        self, pattern: Any, tool_diameter: npt.ArrayLike, normal_force: npt.ArrayLike, extrapolate: bool = False
+        self, pattern: Any, tool_diameter: npt.ArrayLike, normal_force: npt.ArrayLike, *, extrapolate: bool = False
     ) -> Floats:
         """Return the median of R_a, mm; `pattern`, `tool_diameter` (mm), `normal_force` (N) and `extrapolate` as in `law`."""
         rows = self._rows(pattern, tool_diameter, normal_force, extrapolate)
@@ -175,11 +174,11 @@ class RoughnessModel(Frozen):
 
     def sample(
         self,
-        rng: Seed,
         pattern: Any,
         tool_diameter: npt.ArrayLike,
         normal_force: npt.ArrayLike,
         *,
+        rng: Seed,
         size: int | tuple[int, ...] | None = None,
         rounding: float | None = None,
         extrapolate: bool = False,
@@ -188,10 +187,10 @@ class RoughnessModel(Frozen):
 
         Parameters
         ----------
-        rng : int, Generator or SeedSequence
-            Source of randomness.
         pattern, tool_diameter, normal_force, extrapolate
             As in `law`; mm and N.
+        rng : int, Generator or SeedSequence
+            Source of randomness.
         size : int or tuple of int, optional
             How many; by default one for each of the given settings.
         rounding : float, optional
@@ -201,17 +200,17 @@ class RoughnessModel(Frozen):
         --------
         >>> from sdpgrind import finishing as fin, units
         >>> model = fin.RoughnessModel.published()
-        >>> float(model.sample(0, "zigzag", 3.0, 1.111, rounding=units.um(0.25)).round(5))  # mm
+        >>> float(model.sample("zigzag", 3.0, 1.111, rng=0, rounding=units.um(0.25)).round(5))  # mm
         0.0065
         """
-        drawn = self.law(pattern, tool_diameter, normal_force, extrapolate).sample(generator(rng), size)
+        drawn = self.law(pattern, tool_diameter, normal_force, extrapolate=extrapolate).sample(generator(rng), size)
         if rounding is None:
             return drawn
         step = checks.positive("rounding", rounding, "mm")
         return np.asarray(np.maximum(np.round(drawn / step), 1.0) * step)
 
     def responses(
-        self, settings: dict[str, Any], rng: Seed, runs: int, rounding: float | None = None, extrapolate: bool = False
+        self, settings: Mapping[str, Any], *, rng: Seed, runs: int, rounding: float | None = None, extrapolate: bool = False
     ) -> Floats:
         """Draw readings (mm) of a whole study, `runs` times: what `Study.power` asks of a model.
 
@@ -231,12 +230,11 @@ class RoughnessModel(Frozen):
         array, shape (runs, n)
             R_a, mm.
         """
-        for name in ("pattern", "tool_diameter", "normal_force"):
+        for name in SETTINGS:
             if name not in settings:
                 raise ValueError(f"settings must hold {name}; got {', '.join(settings)}")
-        at = (settings["pattern"], settings["tool_diameter"], settings["normal_force"])
         size = (checks.count("runs", runs), np.size(settings["pattern"]))
-        return self.sample(rng, *at, size=size, rounding=rounding, extrapolate=extrapolate)
+        return self.sample(*(settings[name] for name in SETTINGS), rng=rng, size=size, rounding=rounding, extrapolate=extrapolate)
 
     def best_force(self) -> float:
         """Return the force (N) of least roughness within the range: the same for each tool and pattern.

@@ -11,6 +11,7 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._roughness.model import RoughnessModel
+from sdpgrind.finishing._roughness.terms import SETTINGS
 
 NODES = 401
 
@@ -117,10 +118,9 @@ def refinish_problem(
 
 
 def _law(model: RoughnessModel, name: str, how: Mapping[str, Any], extrapolate: bool) -> sdp.LogNormal:
-    wanted = ("pattern", "tool_diameter", "normal_force")
-    if not isinstance(how, Mapping) or set(how) != set(wanted):
-        raise ValueError(f"settings[{name!r}] must be a mapping with {', '.join(wanted)}; got {checks.shown(how)}")
-    law = model.law(how["pattern"], how["tool_diameter"], how["normal_force"], extrapolate)
+    if not isinstance(how, Mapping) or set(how) != set(SETTINGS):
+        raise ValueError(f"settings[{name!r}] must be a mapping with {', '.join(SETTINGS)}; got {checks.shown(how)}")
+    law = model.law(**how, extrapolate=extrapolate)
     if law.shape != ():
         raise ValueError(f"settings[{name!r}] must be of one pass; got arrays of shape {law.shape}")
     return law

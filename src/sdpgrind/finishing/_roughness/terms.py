@@ -9,6 +9,8 @@ from sdpgrind.base.checks import Floats
 
 PATTERNS = ("hilbert4", "hilbert5", "zigzag")
 """The first has no term of its own."""
+SETTINGS = ("pattern", "tool_diameter", "normal_force")
+"""What the roughness depends on."""
 NAMES = ("intercept", "hilbert5", "zigzag", "tool_exponent", "force_slope", "force_bend")
 
 

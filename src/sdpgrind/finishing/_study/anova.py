@@ -1,7 +1,7 @@
 """Analysis of variance: which effects stand out of the scatter, and what share of the whole they make."""
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import fdtrc
@@ -127,10 +127,6 @@ class AnovaTable:
         """Return the effects with p < `alpha` (probability, unit 1), without those that are so only after pooling."""
         late = self.pooling.only_after if self.pooling else ()
         return tuple(row.source for row in self.effects if row.p is not None and row.p < alpha and row.source not in late)
-
-    def to_dict(self) -> dict[str, dict[str, Any]]:
-        """Return the rows as a mapping from sources to mappings; SS in the unit dB^2, None where not available."""
-        return {row.source: dataclasses.asdict(row) for row in self.rows}
 
     @property
     def dataset(self) -> "xr.Dataset":

@@ -33,8 +33,11 @@ class Confounding:
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> found = confounding(fin.orthogonal_array("L8"), {"A": 1, "B": 2, "C": 3})
-    >>> round(found.shares["A", "B", "C"], 9)
+    >>> factors = {"a": (1.0, 2.0), "b": (1.0, 2.0), "c": (1.0, 2.0)}
+    >>> fin.Study("L8", factors, range(1, 9), columns=(1, 2, 4)).confounding
+    no main effect is touched by an interaction of two other factors
+    >>> found = fin.Study("L8", factors, range(1, 9), columns=(1, 2, 3)).confounding
+    >>> round(found.shares["a", "b", "c"], 9)
     1.0
     """
 
@@ -60,32 +63,7 @@ class Confounding:
 
 
 def confounding(array: OrthogonalArray, columns: dict[str, int]) -> Confounding:
-    """Return which interactions of two factors fall on the column of a third.
-
-    Parameters
-    ----------
-    array : OrthogonalArray
-        Where the factors are.
-    columns : mapping of str to int
-        Column of each factor, whole numbers from 1.
-
-    Returns
-    -------
-    Confounding
-        With the share (unit 1) of each main effect that each interaction makes.
-
-    Raises
-    ------
-    ValueError
-        When a column is not there, or taken twice.
-
-    Examples
-    --------
-    >>> from sdpgrind import finishing as fin
-    >>> confounding(fin.orthogonal_array("L8"), {"A": 1, "B": 2, "C": 4})
-    no main effect is touched by an interaction of two other factors
-    """
-    checks.kind("array", array, OrthogonalArray)
+    """Which interactions of two factors fall on the column (from 1) of a third; see `Study.confounding`."""
     taken = checked_columns(array, tuple(columns.values()))
     names = tuple(columns)
     bases = [contrasts(array.matrix[:, k - 1]) for k in taken]

@@ -147,10 +147,10 @@ def _of_a_model(study: "Observations", rng: np.random.Generator, runs: int, mode
     """Ratios (runs, observations) of readings that a model draws."""
     draw: Callable[..., npt.ArrayLike] = getattr(model, "responses", model)
     if not callable(draw):
-        raise TypeError(f"model must be a RoughnessModel or a function of settings, rng and runs; got {checks.shown(model)}")
+        raise TypeError(f"model must be a RoughnessModel or a function of settings, rng= and runs=; got {checks.shown(model)}")
     there = present(study)
     settings = {name: values[there] for name, values in study.settings.items()}
-    readings = checks.finite_array("readings of the model", draw(settings, rng, runs), study.unit)
+    readings = checks.finite_array("readings of the model", draw(settings, rng=rng, runs=runs), study.unit)
     count, repeats = int(np.sum(there)), study.readings.shape[1]
     if readings.shape == (runs, count) and repeats == 1:
         readings = readings[..., None]

@@ -181,7 +181,7 @@ class Study(Observations):
             Source of randomness.
         runs : int
             Number of simulated studies, a whole number.
-        model : RoughnessModel or callable(settings, rng, runs) -> array (runs, ...), optional
+        model : RoughnessModel or callable(settings, rng=, runs=) -> array (runs, ...), optional
             What the readings (in the study's unit) come from; by default the study's own linear model without the pooled effects,
             with its own scatter.
         pool : None, "F<1" or sequence of str
