@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from hwsim._log import Log
 
 
+_PARTS = 20  # where nobody says how many
+
+
 class Job(Protocol):
     """What is run: a stand, what is planned for it, and the controller that follows the plan."""
 
@@ -44,9 +47,9 @@ class Area(ABC):
     units: ClassVar[str] = "mm, s, N, J, W"  # of the TOML file
     error_unit: ClassVar[str] = "$"  # of the error of a plan
     tolerance: ClassVar[str] = ""  # what --tolerance is of; without it there is no such option
-    switches: ClassVar[
-        Mapping[str, str]
-    ] = {}  # options that no other area has (a simpler stand, one without noise), and their help
+    # Options that no other area has, and their help: switches (a simpler stand, one without noise), and whole numbers >= 1.
+    switches: ClassVar[Mapping[str, str]] = {}
+    counts: ClassVar[Mapping[str, str]] = {}
 
     @abstractmethod
     def read(self, path: Path, arguments: argparse.Namespace) -> Job:
@@ -73,7 +76,10 @@ class Area(ABC):
         return None
 
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
-        """Do something else than a run, where a switch asks for it, and say in a text what came of it; None: run."""
+        """Do something else than a run, where a switch asks for it, and say in a text what came of it; None: run.
+
+        What is not given (``arguments.parts``) is None here.
+        """
         return None
 
     @abstractmethod
@@ -89,8 +95,10 @@ def add_to(subparsers: Any, area: Area) -> None:
     parser.add_argument("--preset", help=f"a ready problem instead of a file: {area.presets}")
     for switch, meaning in area.switches.items():
         parser.add_argument(switch, action="store_true", help=meaning)
+    for count, meaning in area.counts.items():
+        parser.add_argument(count, type=int, metavar="N", help=meaning)
     parser.add_argument(f"--{word}", dest="plan", type=Path, metavar="p.nc", help=f"follow this saved {word} instead of planning")
-    parser.add_argument("--parts", type=int, default=20, metavar="N", help=f"number of {area.part}s (20)")
+    parser.add_argument("--parts", type=int, metavar="N", help=f"number of {area.part}s ({_PARTS})")
     parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
     if area.tolerance:
@@ -107,6 +115,8 @@ def work(area: Area, arguments: argparse.Namespace) -> None:
     if (text := area.instead(title, job, arguments)) is not None:
         print(text)
         return
+    if arguments.parts is None:
+        arguments.parts = _PARTS
     folder = None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
     if folder is not None:
         folder.refuse_other_plan(job.problem, given)
@@ -128,7 +138,9 @@ def work(area: Area, arguments: argparse.Namespace) -> None:
 def _check_numbers(area: Area, arguments: argparse.Namespace) -> None:
     from sdpgrind.base import checks
 
-    checks.count("--parts", arguments.parts)
+    for name in ("--parts", *area.counts):
+        if (given := getattr(arguments, name.removeprefix("--"))) is not None:
+            checks.count(name, given)
     checks.count("--rng", arguments.rng, at_least=0)
     if arguments.tolerance is not None:
         checks.positive("--tolerance", arguments.tolerance, area.error_unit)

@@ -23,8 +23,7 @@ really is (friction, torque constant, load torque, a surface that is not as plan
 it does not (not with a problem.toml).
 
 With --study nothing is repeated, but varied: tool, path, feed and force by an orthogonal array L18, one run each; the analysis,
-runs that confirm the best settings, and what the remaining scatter costs who has to decide when to stop. --parts is then the
-number of runs that confirm.
+--confirm runs at the best settings, and what the remaining scatter costs who has to decide when to stop.
 
 With --out the motion, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the last
 finished part, with the results that it would have had; a finished run is reported again.
@@ -36,6 +35,7 @@ finished part, with the results that it would have had; a finished run is report
         "--nominal": "every part is as believed (not with a problem.toml)",
         "--study": "vary tool, path, feed and force by an L18, analyse, confirm",
     }
+    counts: ClassVar[Mapping[str, str]] = {"--confirm": "with --study: number of runs that confirm it (3)"}
 
     def read(self, path: Path, arguments: argparse.Namespace) -> "Job":
         """Read the job in a TOML file."""
@@ -78,6 +78,8 @@ finished part, with the results that it would have had; a finished run is report
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
         """Vary and analyse, where that is asked for."""
         if not arguments.study:
+            if arguments.confirm is not None:
+                raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
             return None
         from hwsim._finishing_study_cli import studied
 

@@ -11,13 +11,15 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Make the experiment, keep it where a folder is given, and say what came of it."""
     from sdpgrind.base.progress import TerminalLine
 
+    settings = {"method": job.method, "kind": job.settings.get("kind", "lqg"), **job.study}
     if arguments.plan is not None:
         raise ValueError("--motion must be left out with --study, which plans motions of its own")
+    if arguments.parts is not None:
+        raise ValueError(f"--parts must be left out with --study (--confirm is of the runs that confirm); got {arguments.parts}")
+    if arguments.confirm is not None:
+        settings["confirm"] = arguments.confirm
     folder = _folder(arguments.out)
-    settings = {"method": job.method, "kind": job.settings.get("kind", "lqg"), **job.study}
-    found = finishing_study(
-        job.stand, confirm=arguments.parts, rng=arguments.rng, folder=folder, progress=TerminalLine(), **settings
-    )
+    found = finishing_study(job.stand, rng=arguments.rng, folder=folder, progress=TerminalLine(), **settings)
     text = f"{title}: {found.report(rng=arguments.rng)}"
     return text if folder is None else f"{text}\n\nkept in {folder}: {', '.join(_keep(folder, found, text, arguments))}"
 

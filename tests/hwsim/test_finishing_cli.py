@@ -140,9 +140,14 @@ def test_refusals(job, finished, tmp_path, capsys):
     line = refused(capsys, job, "--study", "--motion", finished / "motion.nc")
     assert line == "--motion must be left out with --study, which plans motions of its own"
     assert refused(capsys, job, "--study", "--out", job) == f"--out must be a folder; {job} is a file"
+    line = refused(capsys, job, "--study", "--parts", 3)
+    assert line == "--parts must be left out with --study (--confirm is of the runs that confirm); got 3"
+    assert refused(capsys, job, "--confirm", 3) == "--confirm must be left out without --study; got 3"
+    assert refused(capsys, job, "--study", "--confirm", 0) == "--confirm must be >= 1; got 0"
     with pytest.raises(SystemExit):
         main(["finishing", "--help"])
-    assert "--study" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "--study" in told and "--confirm N" in told
 
 
 # TOML -----------------------------------------------------------------------------------------------------------------
@@ -341,7 +346,7 @@ def test_replicates_are_counted_as_runs(study_job, remembered):
 
 def test_a_study_from_the_command_line(study_job, studied, tmp_path, capsys):
     pytest.importorskip("matplotlib")
-    arguments = study_job, "--study", "--parts", 4, "--rng", 3, "--out", tmp_path
+    arguments = study_job, "--study", "--confirm", 4, "--rng", 3, "--out", tmp_path
     out = said(capsys, *arguments)
     assert out.startswith(f"{study_job}: What the cell did: 22 specimens")
     assert studied.study.report(rng=3) in out and "Confirmation at tool_diameter 4" in out
