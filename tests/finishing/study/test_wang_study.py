@@ -162,3 +162,5 @@ def test_table_as_data():
     assert float(data.ss.sel(source="error")) == table.error.ss and data.ss.attrs["units"] == "dB^2"
     assert np.isnan(float(data.F.sel(source="error")))
     assert table.error.F is None and int(data.df.sel(source="feed_rate")) == 2
+    plain = fin.Study.of_runs(STUDY.settings, STUDY.readings, ratio="none", unit="mm").anova().dataset
+    assert plain.ss.attrs["units"] == "mm^2" and plain.F.attrs["units"] == "1"

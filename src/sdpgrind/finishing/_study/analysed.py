@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._study.linear_model import LinearModel, Term
-from sdpgrind.finishing._study.ratios import sn_ratio
+from sdpgrind.finishing._study.ratios import RATIOS, sn_ratio
 from sdpgrind.finishing._study.settings import codes_of
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ class Analysed(NamedTuple):
     y: Floats
     model: LinearModel
     factors: tuple[str, ...]
+    unit: str
 
     def named(self, term: Term) -> str:
         """The name of a term."""
@@ -45,4 +46,9 @@ def analysed(study: "Observations") -> Analysed:
     codes = np.repeat(codes, readings.shape[1] if single else 1, axis=0)
     counts = tuple(len(study.levels(name)) for name in names)
     pairs: list[Term] = [(names.index(a), names.index(b)) for a, b in study.interactions]
-    return Analysed(y, LinearModel(codes, counts, (*((k,) for k in range(len(names))), *pairs)), tuple(names))
+    return Analysed(
+        y,
+        LinearModel(codes, counts, (*((k,) for k in range(len(names))), *pairs)),
+        tuple(names),
+        RATIOS[study.ratio].unit or study.unit,
+    )

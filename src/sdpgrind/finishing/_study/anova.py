@@ -37,7 +37,8 @@ class AnovaRow:
     F, p : float or None
         MS over that of the error, and the probability of as much without an effect, unit 1.
     pure_ss : float or None
-        Wang's SS': SS less df times the MS of the error, dB^2; in the error's row with all that was taken off.
+        SS' = SS - df V_e, SS less df times the MS of the error, dB^2; in the error's row with all that was taken off. (Table 3
+        of Wang and Jan has SS once more under this name.)
     contribution, pure_contribution : float or None
         SS and pure SS over the total, unit 1.
     note : str
@@ -80,6 +81,8 @@ class AnovaTable:
         Effects, then "error", then "total"; SS in the unit dB^2.
     method : str
         How the sums of squares were found.
+    unit : str
+        That of what is analysed, "dB" but for ratio "none".
     pooling : Pooling or None
         What was counted as error, by which rule.
     unpooled : AnovaTable or None
@@ -95,6 +98,7 @@ class AnovaTable:
 
     rows: tuple[AnovaRow, ...]
     method: str
+    unit: str = "dB"
     pooling: Pooling | None = None
     unpooled: "AnovaTable | None" = None
 
@@ -133,7 +137,7 @@ class AnovaTable:
         """The numbers by source, with units; NaN stands for what is not available there."""
         import xarray as xr
 
-        units = dict.fromkeys(("ss", "ms", "pure_ss"), "dB^2")
+        units = dict.fromkeys(("ss", "ms", "pure_ss"), f"{self.unit}^2" if self.unit else "")
         fields = [f.name for f in dataclasses.fields(AnovaRow) if f.name not in ("source", "note")]
         data = {}
         for name in fields:
@@ -170,7 +174,7 @@ def _table(found: Analysed) -> AnovaTable:
     squares = model.squares(y) if orthogonal else _type_two(model, y)
     rest = error_square(model, y)
     names = [found.named(term) for term in model.terms]
-    return AnovaTable(_rows(names, model, squares, rest, y), ORTHOGONAL if orthogonal else GENERAL)
+    return AnovaTable(_rows(names, model, squares, rest, y), ORTHOGONAL if orthogonal else GENERAL, found.unit)
 
 
 def error_square(model: LinearModel, y: Floats) -> float:

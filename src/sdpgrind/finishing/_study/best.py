@@ -104,7 +104,7 @@ def best(study: "Observations", pool: Pool, alpha: float) -> Best:
     checks.probability("alpha", alpha)
     table = anova(study, pool)
     found = analysed(study).without(set(table.pooling.names) if table.pooling else set())
-    y, model, names = found
+    y, model, names, _ = found
     factors = sorted({factor for term in model.terms for factor in term})
     codes = best_codes(model, y)
     levels = {names[k]: study.levels(names[k])[codes[k]] for k in factors}

@@ -87,7 +87,7 @@ class LevelMeans(Mapping[str, dict[Level, float]]):
 
 def level_means(study: "Observations", confidence: float) -> LevelMeans:
     """Means of a study; see `Study.level_means`."""
-    (y, model, _), rows = analysed(study), []
+    (y, model, *_), rows = analysed(study), []
     effects, reach = model.effects(y), student(model, y, confidence)
     for k, factor in enumerate(study.factors):
         at = mean_rows(model, k)

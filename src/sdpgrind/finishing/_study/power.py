@@ -135,7 +135,7 @@ def _of_its_own(
     """Ratios (runs, observations) of the study's own model without the pooled effects."""
     pooling = anova(study, pool).pooling
     without = pooling.names if pooling else ()
-    y, kept, _ = found.without(set(without))
+    y, kept, *_ = found.without(set(without))
     variance = error_variance(kept, y)
     if variance is None:
         raise ValueError("the study must leave an error to simulate with; nothing is left: give a model")

@@ -103,7 +103,7 @@ def predict(study: "Observations", levels: Mapping[str, Level], confirm: int, co
     confirm = checks.count("confirm", confirm)
     names = list(study.factors)
     at = {name: position(study.factors, name, value) for name, value in levels.items()}
-    y, model, _ = analysed(study)
+    y, model, *_ = analysed(study)
     kept = model.kept([term for term in model.terms if all(names[k] in at for k in term)])
     row = kept.rows(np.array([[at.get(name, 0) for name in names]]))
     mean, share = float((row @ kept.effects(y))[0]), float(spread(kept, row)[0])

@@ -70,7 +70,8 @@ def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: floa
     "none"             m itself, in its own unit
     ================== =============================== =====================================================
 
-    Wang (page of Table 2) prints -20 log10(R_a); the numbers are those of a reference of 10 um.
+    Wang and Jan (2001), section 6, print eta = -20 log10(R_a) of R_a in um, -13.98 dB for 5 um; their Table 2 has 6.021 dB. All
+    its ratios are those over a reference of 10 um. Sums of squares do not depend on it.
 
     Parameters
     ----------
