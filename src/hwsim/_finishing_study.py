@@ -26,7 +26,7 @@ ARRAY, REFERENCE = "L18", 0.01  # mm at 0 dB, as the source has it
 _TOLD = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation", "roughness_ra", "time")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FinishingStudy:
     """What a designed experiment in the cell told; see `finishing_study`.
 
@@ -58,6 +58,11 @@ class FinishingStudy:
         study = self.study
         read = self.confirmation.outcome.roughness_ra.values.reshape(-1, study.readings.shape[1])
         return float(np.mean(finishing.sn_ratio(read, study.ratio, reference=study.reference)))
+
+    def __repr__(self) -> str:
+        best = ", ".join(f"{name} {level}" for name, level in self.best.items())
+        told = f"{self.prediction.mean:.2f} dB expected, {self.confirmed:.2f} dB found in {self.prediction.confirm} runs"
+        return f"FinishingStudy({best}: {told}{', within the interval' if self.held else ''})"
 
     @property
     def held(self) -> bool:

@@ -302,6 +302,7 @@ def test_a_study_finds_what_was_put_in(studied):
     assert studied.best["tool_diameter"] == 4.0 and studied.best["pattern"] == "hilbert5"
     off = (np.array(studied.model.coefficients) - truth.coefficients) / studied.model.standard_errors
     assert np.abs(off).max() < 3.5 and 0.04 < studied.model.residual_sd < 0.12
+    assert repr(studied).startswith("FinishingStudy(tool_diameter 4.0, pattern hilbert5, ") and "in 4 runs" in repr(studied)
     assert studied.held == (abs(studied.confirmed - studied.prediction.mean) <= studied.prediction.ci_confirm)
 
 

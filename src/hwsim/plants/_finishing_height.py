@@ -16,7 +16,7 @@ WAVES = 16
 _LONGEST = 10.0  # times the shortest wavelength
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class HeightField(Frozen):
     """Height of the real surface over the planned one, along its normal: a sum of plane waves through space.
 
@@ -38,7 +38,10 @@ class HeightField(Frozen):
 
     Examples
     --------
-    >>> field = HeightField.wave(0.1, 12.5)  # mm
+    >>> import hwsim
+    >>> field = hwsim.HeightField.wave(0.1, 12.5)  # mm
+    >>> field
+    HeightField(1 wave, standard deviation 0.0707 mm)
     >>> field.at([[0.0, 0.0, 0.0], [6.25, 3.0, 1.0]]).round(12)
     array([ 0.1, -0.1])
     """
@@ -63,6 +66,10 @@ class HeightField(Frozen):
 
     def __hash__(self) -> int:
         return hash((self.waves.tobytes(), self.phases.tobytes(), self.amplitudes.tobytes()))
+
+    def __repr__(self) -> str:
+        number, spread = self.phases.size, float(np.sqrt(np.sum(self.amplitudes**2) / 2))
+        return f"HeightField({number} wave{'' if number == 1 else 's'}, standard deviation {spread:.3g} mm)"
 
     @classmethod
     def flat(cls) -> Self:

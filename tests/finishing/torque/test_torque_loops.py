@@ -13,7 +13,7 @@ from sdpgrind.finishing._torque.gains import DampingGains, LqgGains, PidffGains
 from sdpgrind.finishing._torque.observer import observed_torque
 from sdpgrind.finishing._torque.simulate import simulate_axis
 from sdpgrind.finishing._torque.step_response import contact_step, step_figures, triple_pole_step
-from sdpgrind.finishing._torque.tolerance import stiffness_range
+from sdpgrind.finishing._torque.tolerance import stiffness_range, worst_case
 
 AXIS = TorqueAxis()
 # A fine converter and encoder: what is left is the linear loop.
@@ -238,6 +238,17 @@ def test_the_filter_is_stable_whatever_the_encoder(counts, step, density):
     assert np.abs(np.linalg.eigvals(A - A @ np.outer(gains.kalman(axis), [1, 0, 0, 0]))).max() < 1
     still = gains.model(axis)[0] - np.outer(gains.kalman_continuous(axis), [1, 0, 0, 0])
     assert np.linalg.eigvals(still).real.max() < 0
+
+
+def test_loops_and_records_are_told_in_a_line():
+    law = controller(kind="lqg")
+    assert repr(law.poles) == f"AxisPoles({law.poles})"
+    assert repr(law.loop(sampled_time=True)).startswith("AxisLoop(6 states, sampled every 0.001 s, stable; slowest pole 0.949")
+    assert repr(controller(kind="constant").loop()).startswith("AxisLoop(2 states, continuous, not stable")
+    record = simulate_axis(law, duration=0.5, start_angles=3)
+    assert repr(record).startswith("AxisRecord(3 runs of 0.5 s, 1.111 N: 2 % within 0.0")
+    case = worst_case(law, (0.5, 1.0), duration=0.5, start_angles=3)
+    assert repr(case).startswith("StiffnessCase(at worst of k_e x 0.5 to 1: 5 % within ") and "to 4.35)" in repr(case)
 
 
 def test_poles_are_told():
