@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
+Bools = npt.NDArray[np.bool_]
 Kind = TypeVar("Kind")
 _LONG = 80  # characters; what takes more to write down is told by its type
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import deg
@@ -209,9 +209,7 @@ class Arm(Frozen):
             raise ValueError(found.text)
         return joints
 
-    def branches(
-        self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, continuous: bool = True
-    ) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    def branches(self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, continuous: bool = True) -> tuple[Floats, Bools]:
         """Return the joints of all four branches, whether or not they are possible; see `inverse`.
 
         Parameters

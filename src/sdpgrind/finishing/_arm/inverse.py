@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._arm import kinematics_kernels as kernels
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def checked_runs(runs: Sequence[npt.ArrayLike]) -> list[Floats]:
     return out
 
 
-def joints_of(arm: "Arm", poses: Floats, radius: float, branch: int, continuous: bool) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def joints_of(arm: "Arm", poses: Floats, radius: float, branch: int, continuous: bool) -> tuple[Floats, Bools]:
     """Joints (m, 7) of checked poses in one branch, and where the wrist is within reach (m,)."""
     joints, reached = np.empty((len(poses), 7)), np.empty(len(poses), dtype=np.bool_)
     middle = 0.5 * (np.array(arm.position_min) + np.array(arm.position_max))
@@ -67,14 +67,14 @@ def joints_of(arm: "Arm", poses: Floats, radius: float, branch: int, continuous:
     return joints, reached
 
 
-def within_limits(arm: "Arm", joints: Floats) -> npt.NDArray[np.bool_]:
+def within_limits(arm: "Arm", joints: Floats) -> Bools:
     """Where all joints keep their limits, (m,)."""
     low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
-    out: npt.NDArray[np.bool_] = np.all((joints >= low) & (joints <= high), axis=1)
+    out: Bools = np.all((joints >= low) & (joints <= high), axis=1)
     return out
 
 
-def excess(arm: "Arm", poses: Floats, radius: float, joints: Floats, reached: npt.NDArray[np.bool_]) -> Excess | None:
+def excess(arm: "Arm", poses: Floats, radius: float, joints: Floats, reached: Bools) -> Excess | None:
     """Say what is beyond a limit first, or None."""
     low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
     index = int(kernels.first_beyond(joints, reached, low, high))

@@ -10,9 +10,9 @@ from math import comb
 
 import numpy as np
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._path import contact
-from sdpgrind.finishing._path.legs import Bools, Legs
+from sdpgrind.finishing._path.legs import Legs
 from sdpgrind.finishing._path.mappings import Mapping
 from sdpgrind.finishing._path.samples import Ints
 from sdpgrind.finishing._surface.surface import Surface

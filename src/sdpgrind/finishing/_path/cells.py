@@ -7,6 +7,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._path.path import Path
 from sdpgrind.finishing._path.spacing import graded, with_middles
 from sdpgrind.finishing._path.square import Square
+from sdpgrind.finishing._surface.area import gauss
+from sdpgrind.finishing._surface.forms import area_between
 
 GAUSS = 4
 """Points on a side of a cell, as long as there are no more than `SIDE` on a side of the surface."""
@@ -35,22 +37,19 @@ def _sides(places: Floats) -> Floats:
 def _cells(square: Square, a: Floats, b: Floats) -> Floats:
     """Area of each cell of a lattice, column by column: Gauss in each."""
     per_cell = int(np.clip(SIDE // max(a.size, b.size), 1, GAUSS))
-    (pa, wa), (pb, wb) = (_gauss(side, per_cell) for side in (a, b))
+    (pa, wa), (pb, wb) = (gauss(_edges(side), per_cell) for side in (a, b))
     areas = np.empty((a.size, b.size))
     for k in range(a.size):
         here = slice(k * per_cell, (k + 1) * per_cell)
         by_a, by_b = square.tangents(pa[here, None], pb)
-        density = np.linalg.norm(np.cross(by_a, by_b), axis=-1) * wa[here, None] * wb
+        density = area_between(by_a, by_b) * wa[here, None] * wb
         areas[k] = density.sum(axis=0).reshape(-1, per_cell).sum(axis=1)
     return areas.ravel()
 
 
-def _gauss(places: Floats, count: int) -> tuple[Floats, Floats]:
-    """Gauss points and weights in the cells around places."""
-    edges = np.concatenate([[0.0], (places[1:] + places[:-1]) / 2, [1.0]])
-    x, w = np.polynomial.legendre.leggauss(count)
-    half = np.diff(edges)[:, None] / 2
-    return ((edges[:-1, None] + half) + half * x).ravel(), (half * w).ravel()
+def _edges(places: Floats) -> Floats:
+    """Edges in [0, 1] of the cells around places."""
+    return np.concatenate([[0.0], (places[1:] + places[:-1]) / 2, [1.0]])
 
 
 def _strips(path: Path) -> Floats:
@@ -58,12 +57,12 @@ def _strips(path: Path) -> Floats:
     move = np.abs(np.diff(path.nodes, axis=0)).sum(axis=0)
     along = "u" if move[0] >= move[1] else "v"
     square = Square(path.surface, path.mapping, along)
-    s, weight = _gauss(np.array([0.5]), COLUMNS)
+    s, weight = gauss(np.array([0.0, 1.0]), COLUMNS)
     passes = np.sort(_passes(path.nodes if along == "u" else path.nodes[:, ::-1], s), axis=0)
     edges = np.concatenate([np.zeros((1, s.size)), (passes[1:] + passes[:-1]) / 2, np.ones((1, s.size))])
     c = with_middles(graded(square.breaks(1), INTERVALS))
     by_s, by_c = square.tangents(s[:, None], c)
-    density = np.linalg.norm(np.cross(by_s, by_c), axis=-1)
+    density = area_between(by_s, by_c)
     below = [CubicSpline(c, row).antiderivative()(edge) for row, edge in zip(density, edges.T, strict=True)]
     return np.asarray(np.diff(weight @ np.array(below)))
 

@@ -33,9 +33,7 @@ def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple
 
 def _crossed(surface: Surface, mapping: Mapping, coefficients: Floats, places: Floats, axis: int) -> tuple[Ints, Floats]:
     """Pieces and t at which one parameter, (k, 5) at `PLACES`, goes through a knot."""
-    low, high = surface.domain[axis]
-    knots = np.unique(surface.knots[axis])
-    knots = knots[(knots > low) & (knots < high)]
+    knots = surface.breaks[axis][1:-1]
     span = np.searchsorted(knots, places, side="right")
     crossed = np.abs(np.diff(span, axis=1))
     piece, interval = (np.repeat(index, crossed[crossed > 0]) for index in np.nonzero(crossed))

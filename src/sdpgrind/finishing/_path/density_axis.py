@@ -9,8 +9,7 @@ from typing import Self
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._path.legs import Bools
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._surface.surface import Surface
 
 DEGREE = 5
@@ -55,9 +54,9 @@ class DensityAxis:
     @classmethod
     def of(cls, surface: Surface, axis: int) -> Self:
         """Two cells a knot span; cut where the surface has not two derivatives, as its density may jump or bend there."""
-        knots, degree, (low, high) = surface.knots[axis], surface.degree[axis], surface.domain[axis]
-        places, count = np.unique(knots[(knots >= low) & (knots <= high)], return_counts=True)
-        cuts = np.unique(np.concatenate([[0], np.flatnonzero(degree - count < 2), [len(places) - 1]]))
+        places = surface.breaks[axis]
+        count = np.count_nonzero(surface.knots[axis][:, None] == places, axis=0)
+        cuts = np.unique(np.concatenate([[0], np.flatnonzero(surface.degree[axis] - count < 2), [len(places) - 1]]))
         return cls(tuple(Section.of(_halved(places[a : b + 1])) for a, b in pairwise(cuts)))
 
     @property

@@ -4,8 +4,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._path.legs import Bools, turning
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.finishing._path.legs import turning
 
 
 def square_nodes(value: npt.ArrayLike) -> Floats:

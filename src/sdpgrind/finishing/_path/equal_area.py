@@ -56,8 +56,7 @@ def _density(surface: Surface, u: Floats, v: Floats) -> Floats:
 
 def _lines(surface: Surface, axis: int) -> Floats:
     """Places inside all knot spans."""
-    low, high = surface.domain[axis]
-    ends = np.unique(np.clip(surface.knots[axis], low, high))
+    ends = surface.breaks[axis]
     inside = (np.arange(PROBES) + 0.5) / PROBES
     return np.asarray((ends[:-1, None] + np.diff(ends)[:, None] * inside).ravel())
 

@@ -50,8 +50,9 @@ def solved(E: Floats, F: Floats, G: Floats) -> Floats:
 
 def refuse_creases(surface: Surface) -> None:
     """Raise where the tangents may jump at a knot: the metric of a node would not be that of all its triangles."""
-    for name, knots, degree, (low, high) in zip("uv", surface.knots, surface.degree, surface.domain, strict=True):
-        places, times = np.unique(knots[(knots > low) & (knots < high)], return_counts=True)
+    for name, knots, degree, breaks in zip("uv", surface.knots, surface.degree, surface.breaks, strict=True):
+        places = breaks[1:-1]
+        times = np.count_nonzero(knots[:, None] == places, axis=0)
         if np.any(times >= degree):
             place = float(places[np.argmax(times >= degree)])
             raise ValueError(

@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._path import turns
 from sdpgrind.finishing._path.geodesic import Field, distance_field, level_sets, refuse_creases, refuse_folds
 from sdpgrind.finishing._path.passes import Pass
 from sdpgrind.finishing._path.spacing import ROUNDING
 from sdpgrind.finishing._path.square import Square
-from sdpgrind.finishing._path.turns import Bools
 
 KINK = 0.3
 """Turn from one leg of a pass to the next, rad, from which on it is a sharp corner."""

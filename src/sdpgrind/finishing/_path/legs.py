@@ -4,13 +4,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._path.samples import Ints
 
-Bools = npt.NDArray[np.bool_]
 TURN = 1e-9
 """Sine of an angle that is no turn."""
 

@@ -14,6 +14,7 @@ from sdpgrind.finishing._path.cells import cell_areas
 from sdpgrind.finishing._path.path import Path
 from sdpgrind.finishing._path.samples import Ints
 from sdpgrind.finishing._path.square import Square
+from sdpgrind.finishing._surface.forms import area_density
 from sdpgrind.finishing._surface.surface import Surface
 
 SURFACE_SHARE, PATH_SHARE = 10, 20
@@ -196,8 +197,7 @@ def surface_samples(surface: Surface, step: float) -> Iterator[Block]:
     for first in range(0, edges.size - 1, rows):
         u = edges[first : first + rows + 1]
         there = surface.grid((u[1:] + u[:-1]) / 2, (v[1:] + v[:-1]) / 2)
-        density = np.linalg.norm(np.cross(there.u, there.v), axis=-1)
-        yield Block(u, v, there.point.reshape(-1, 3), (density * np.diff(u)[:, None] * np.diff(v)).ravel())
+        yield Block(u, v, there.point.reshape(-1, 3), (area_density(there) * np.diff(u)[:, None] * np.diff(v)).ravel())
 
 
 def _edges(surface: Surface, side: int, step: float) -> Floats:

@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.finishing._path import contact, door, places
 from sdpgrind.finishing._path.arc_length import POINTS, ArcLength, arc_length
 from sdpgrind.finishing._path.blends import rounded
 from sdpgrind.finishing._path.crossings import intervals
-from sdpgrind.finishing._path.legs import Bools, Legs, legs, turning
+from sdpgrind.finishing._path.legs import Legs, legs, turning
 from sdpgrind.finishing._path.mappings import MAPPINGS, Mapping, mapping_of
 from sdpgrind.finishing._path.samples import Ints, PathSamples
 from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives

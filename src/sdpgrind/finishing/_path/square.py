@@ -57,8 +57,5 @@ class Square:
         """Knots on the side of s (0) or of c (1), scaled to the unit square; of equal_area just its ends."""
         if self.mapping != "parametric":
             return np.array([0.0, 1.0])
-        which = side if self.along == "u" else 1 - side
-        low, high = self.surface.domain[which]
-        knots = np.unique(self.surface.knots[which])
-        inside = knots[(knots > low) & (knots < high)]
-        return np.concatenate([[0.0], (inside - low) / (high - low), [1.0]])
+        knots = self.surface.breaks[side if self.along == "u" else 1 - side]
+        return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))

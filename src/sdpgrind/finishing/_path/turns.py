@@ -5,10 +5,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._path.passes import Pass
 from sdpgrind.finishing._path.square import Square
 
@@ -18,7 +17,6 @@ LONGEST = 16.0
 """Ratio of an ellipse's axes up to which that is so."""
 NEAR = 0.2
 """Steps of an arc that are no distance, where two arcs make one."""
-Bools = npt.NDArray[np.bool_]
 
 
 class Arc(NamedTuple):

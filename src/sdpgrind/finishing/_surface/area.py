@@ -36,15 +36,12 @@ def area(surface: "Surface") -> Area:
 
 
 def _by_gauss(surface: "Surface", points: int) -> float:
-    (u, weight_u), (v, weight_v) = (
-        gauss(knots, *domain, points) for knots, domain in zip(surface.knots, surface.domain, strict=True)
-    )
+    (u, weight_u), (v, weight_v) = (gauss(breaks, points) for breaks in surface.breaks)
     return float(weight_u @ forms.area_density(surface.grid(u, v)) @ weight_v)
 
 
-def gauss(knots: Floats, low: float, high: float, points: int) -> tuple[Floats, Floats]:
-    """Nodes and weights of Gauss's rule over each knot span of [low, high]."""
-    ends = np.unique(np.clip(knots, low, high))
+def gauss(ends: Floats, points: int) -> tuple[Floats, Floats]:
+    """Nodes and weights of Gauss's rule in each interval between neighbouring `ends`, so many points in each."""
     x, weight = np.polynomial.legendre.leggauss(points)
     half = 0.5 * np.diff(ends)[:, None]
     return (ends[:-1, None] + half * (1.0 + x)).ravel(), (half * weight).ravel()

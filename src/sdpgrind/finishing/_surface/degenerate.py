@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._surface import forms
 from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 
@@ -73,7 +73,7 @@ def _size(surface: "Surface") -> float:
     return float(np.linalg.norm(np.ptp(surface.control_points.reshape(-1, 3), axis=0)))
 
 
-def _thin(surface: "Surface", d: SurfaceDerivatives) -> npt.NDArray[np.bool_]:
+def _thin(surface: "Surface", d: SurfaceDerivatives) -> Bools:
     """Where ``|Qu x Qv|`` is too small to tell a normal."""
     (u0, u1), (v0, v1) = surface.domain
     return np.asarray(forms.area_density(d) < THIN * _size(surface) ** 2 / ((u1 - u0) * (v1 - v0)))
@@ -103,13 +103,12 @@ def _to_the_end(nodes: Floats) -> Floats:
 
 def _rays(surface: "Surface", u: float, v: float) -> Floats:
     """Steps (r, 2) from (u, v) into the interior, none across a knot."""
-    sides = [_sides(knots, *ends, x) for knots, ends, x in zip(surface.knots, surface.domain, (u, v), strict=True)]
+    sides = [_sides(breaks, x) for breaks, x in zip(surface.breaks, (u, v), strict=True)]
     return np.array([(p * du, q * dv) for du in sides[0] for dv in sides[1] for p, q in SLOPES])
 
 
-def _sides(knots: Floats, low: float, high: float, x: float) -> list[float]:
+def _sides(places: Floats, x: float) -> list[float]:
     """Steps along one parameter that stay in the span before x and in that behind it, where there is one."""
-    places = np.unique(np.clip(knots, low, high))
-    margin = THIN * (high - low)
+    margin = THIN * (places[-1] - places[0])
     behind, before = places[places > x + margin], places[places < x - margin]
     return [REACH * (place - x) for place in (*behind[:1], *before[-1:])]

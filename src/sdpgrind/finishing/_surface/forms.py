@@ -18,7 +18,12 @@ def first_form(d: SurfaceDerivatives) -> tuple[Floats, Floats, Floats]:
 
 def area_density(d: SurfaceDerivatives) -> Floats:
     """Length of Qu x Qv: sqrt(EG - F^2) without its cancellation."""
-    cross = np.cross(d.u, d.v)
+    return area_between(d.u, d.v)
+
+
+def area_between(a: Floats, b: Floats) -> Floats:
+    """Length of a x b: the area between two tangents."""
+    cross = np.cross(a, b)
     return np.asarray(np.sqrt(dot(cross, cross)))
 
 

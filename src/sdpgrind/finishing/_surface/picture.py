@@ -39,7 +39,7 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
 def knot_lines(shape: "Surface") -> list[checks.Floats]:
     """Lines (m, 3) over the surface at its knots, ends of the domain among them."""
     (u0, u1), (v0, v1) = shape.domain
-    at_u, at_v = (np.unique(np.clip(k, *ends)) for k, ends in zip(shape.knots, shape.domain, strict=True))
+    at_u, at_v = shape.breaks
     along_v = shape.grid(at_u, np.linspace(v0, v1, FINE + 1)).point
     along_u = shape.grid(np.linspace(u0, u1, FINE + 1), at_v).point
     return [*along_v, *along_u.swapaxes(0, 1)]

@@ -153,6 +153,12 @@ class Surface(Frozen):
         (ku, kv), (p, q) = self.knots, self.degree
         return (float(ku[p]), float(ku[-p - 1])), (float(kv[q]), float(kv[-q - 1]))
 
+    @cached_property
+    def breaks(self) -> tuple[Floats, Floats]:
+        """Distinct knots of the domain along u and v (dimensionless), its ends included."""
+        u, v = (door.frozen(np.unique(np.clip(knots, *ends))) for knots, ends in zip(self.knots, self.domain, strict=True))
+        return u, v
+
     def derivatives(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
         """Return points and derivatives to second order (mm) at each pair of parameters `u` and `v`.
 

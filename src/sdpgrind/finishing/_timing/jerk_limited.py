@@ -9,9 +9,8 @@ foreseen.
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._timing import jerk_program
 from sdpgrind.finishing._timing.jerk_program import Data
 from sdpgrind.finishing._timing.joint_path import JointPath
@@ -79,7 +78,7 @@ def jerk_limited_law(run: JointPath, limits: JointLimits, feed_rate: float, acce
     return law.slower(slowing(closest(run, law, limits, feed_rate, 20)[:, 0]))
 
 
-def _finer(law: TimeLaw, beyond: npt.NDArray[np.bool_]) -> Points:
+def _finer(law: TimeLaw, beyond: Bools) -> Points:
     """Points of a law that was found, more of them where limits are exceeded in between, and in its longest pieces."""
     wide = beyond | np.append(beyond[1:], False) | np.insert(beyond[:-1], 0, False)
     spare = _count(beyond.size + int(wide.sum())) - beyond.size - int(wide.sum())
