@@ -123,6 +123,7 @@ def test_the_force_that_is_wanted_gives_the_error():
     assert "force_error" not in outcome(plant)
     out = outcome(plant.replace(target_force=FORCE)).isel(part=0).drop_dims("sample")
     off = float(out.normal_force) - FORCE
+    assert out.attrs["target_force"] == FORCE and "normal_force" not in out.attrs
     assert float(out.force_error) == pytest.approx(np.hypot(off, float(out.normal_force_sd)), rel=1e-12) and off > 0.05
 
 

@@ -224,6 +224,8 @@ def test_what_is_said_to_the_loop():
     assert set(moving.commands) == {"current", "feed_override", "motion"} and moving.reads["path_time"] == "s"
     force = {"target_force": (1.111, "N")}
     assert moving.job == {"path_digest": "a"} | force and still.job == force
+    assert still.description == {} and moving.description["motion_duration"] == 2.0
+    assert moving.description != controller(motion=motion(time=(0.0, 1.0, 1.0, 2.5))).description
     assert still.period == 1e-3
     assert set(still.report()) == set(still.reports)
     assert set(still.step(motor_angle=0.0)) == {"current"}

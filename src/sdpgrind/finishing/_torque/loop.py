@@ -66,6 +66,8 @@ class AxisLoop:
     def dc_gain(self, name: str) -> Floats:
         """Return what an input that stays changes in contact torque and estimate, (2,): N m per unit of the input.
 
+        By Wang (7) a load torque that stays leaves no error: so it is where the true contact torque is fed back, and nowhere else.
+
         Parameters
         ----------
         name : {"torque_ref", "load_torque", "surface_angle"}
