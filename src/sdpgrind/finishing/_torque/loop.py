@@ -66,7 +66,7 @@ class AxisLoop:
     def dc_gain(self, name: str) -> Floats:
         """Return what an input that stays changes in contact torque and estimate, (2,): N m per unit of the input.
 
-        By Wang (7) a load torque that stays leaves no error: so it is where the true contact torque is fed back, and nowhere else.
+        By Wang (7) a load torque that stays leaves no error: true where the true contact torque is fed back, and nowhere else.
 
         Parameters
         ----------
