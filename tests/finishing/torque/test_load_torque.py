@@ -46,7 +46,27 @@ def test_standard_deviations_are_those_of_the_errors(load, swing):
         errors.append((found["load_torque"] - load) / found.sd[0])
     assert np.sqrt(np.mean(np.square(errors))) < 1.3
     if swing == 0.05:
-        assert np.sqrt(np.mean(np.square(errors))) > 0.7
+        assert np.sqrt(np.mean(np.square(errors))) > 0.5  # that of the worst course nearby, so not as small
+
+
+@pytest.mark.parametrize(("counts", "readings"), [(0.99, 100), (0.995, 200), (1.02, 50), (2.01, 100), (0.505, 100)])
+def test_a_motor_that_turns_by_nearly_whole_counts_is_not_trusted_too_far(counts, readings):
+    """Rounding then beats slowly, and looks like acceleration."""
+    rng, time, errors = np.random.default_rng(7), np.arange(readings) * AXIS.sample_time, []
+    for _ in range(60):
+        turned = np.round(rng.uniform() + counts * np.arange(readings)) * AXIS.angle_step
+        data = {"time": time, "motor_angle": turned, "current": np.full(readings, 0.02 / AXIS.torque_constant)}
+        found = identify_load_torque(data, AXIS)
+        errors.append((found["load_torque"] - 0.02) / found.sd[0])
+    assert np.sqrt(np.mean(np.square(errors))) < 1.2 and np.mean(np.abs(errors) < 2) > 0.9
+
+
+def test_contact_is_not_taken_for_free_motion():
+    record = simulate_axis(TorqueController(AXIS, normal_force=1.111, kind="damped"), start_angles=20)
+    for run in range(20):
+        shown = np.round(record.angle[run] / AXIS.angle_step) * AXIS.angle_step
+        data = {"time": record.time, "motor_angle": shown, "current": record.current[run]}
+        assert not identify_load_torque(data, AXIS, until=0.03, throw=False).ok
 
 
 def test_it_is_least_squares():

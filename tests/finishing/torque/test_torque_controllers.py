@@ -4,7 +4,7 @@ import copy
 import dataclasses
 import pickle
 import types
-from math import inf, pi
+from math import inf, nan, pi
 
 import numpy as np
 import pytest
@@ -309,3 +309,24 @@ def test_a_record_is_drawn():
     assert len(ax.lines) == 5 and record.plot(ax) is figure and len(ax.lines) == 10
     assert ax.get_xlabel() == "time [s]" and ax.get_ylabel() == "normal force [N]"
     plt.close(figure)
+
+
+@pytest.mark.parametrize("kind", ["pidff", "damped", "lqg"])
+def test_it_does_not_matter_where_the_encoder_has_its_zero(kind):
+    """Far from it the tool comes down as it does at it, to what rounding of the encoder makes of it."""
+    law = controller(kind=kind)
+    shares = (np.arange(20) + 0.5) / 20 * AXIS.angle_step
+    here = simulate_axis(law, start_angles=shares).normal_force.max(axis=1)
+    for far in (-0.5, 0.02, 3.0):
+        there = simulate_axis(law, start_angles=far + shares).normal_force.max(axis=1)
+        assert there.mean() == pytest.approx(here.mean(), rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["pidff", "damped", "lqg"])
+def test_a_first_reading_that_is_missing_starts_nothing(kind):
+    """Until there is one, the current is that of the reference; the observer begins at the first."""
+    with_all, without = controller(kind=kind), controller(kind=kind)
+    assert without.step(motor_angle=nan)["current"] == pytest.approx(1.111 * 0.095 / 0.185, abs=0.0013)
+    for angle in (0.5, 0.5001, 0.5003):
+        wanted, found = with_all.step(motor_angle=angle)["current"], without.step(motor_angle=angle)["current"]
+        assert found == pytest.approx(wanted, abs=2 * 0.00245)

@@ -109,7 +109,7 @@ class LqgTwin:
     def sample(self, angle, wanted):
         a, C = self.axis, np.array([1.0, 0, 0, 0])
         if self.x is None:
-            self.x = np.array([angle, 0, 0, 0])
+            self.x = np.array([angle, 0, -a.contact_angular_stiffness * angle, 0])  # nothing is touched there
         now = self.x + self.L * (angle - C @ self.x)
         k = a.contact_angular_stiffness
         estimate = k * now[0] + now[2]

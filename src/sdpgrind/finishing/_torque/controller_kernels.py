@@ -79,15 +79,17 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
         True contact torque (N m) and speed (rad/s), for the law that is given both; others do not look.
     """
     step = law[at.SAMPLE_TIME]
-    if state[at.COUNT] == 0.0:
-        state[at.READING] = motor_angle if np.isfinite(motor_angle) else 0.0
-        state[at.OBS_ANGLE] = state[at.READING]
+    state[at.COUNT] += 1.0
+    state[at.REFERENCE] = torque_ref
+    if state[at.SEEN] == 0.0:
+        _begin(law, state, motor_angle)
     if not np.isfinite(motor_angle):
         motor_angle = state[at.READING] + step * state[at.MOTION_SPEED]
     state[at.MOTION_SPEED] = (motor_angle - state[at.READING]) / step
-    state[at.READING], state[at.REFERENCE] = motor_angle, torque_ref
-    state[at.COUNT] += 1.0
-    if law[at.KIND] == at.PIDFF:
+    state[at.READING] = motor_angle
+    if state[at.SEEN] == 0.0:  # what is not known cannot be fed back
+        current = _limited(law, torque_ref)
+    elif law[at.KIND] == at.PIDFF:
         current = _pidff(law, state, true_torque, true_speed)
     elif law[at.KIND] == at.LQG:
         current = _lqg(law, state)
@@ -98,6 +100,16 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
         state[at.ESTIMATE] = law[at.MOTOR_CONSTANT] * current
     state[at.CURRENT] = current
     return current
+
+
+@njit(**_OPTIONS)
+def _begin(law, state, motor_angle):
+    """Take the first reading for the place where the observer begins, wherever the encoder has its zero; nothing is touched there."""
+    if np.isfinite(motor_angle):
+        state[at.SEEN] = 1.0
+        state[at.READING] = state[at.OBS_ANGLE] = motor_angle
+        if law[at.KIND] == at.LQG:
+            state[at.OBS_TORQUE] = -law[at.LAW_STIFFNESS] * motor_angle
 
 
 @njit(**_OPTIONS)

@@ -12,7 +12,8 @@ from sdpgrind.finishing._torque.axis import GRAVITY, TorqueAxis
 
 _QUANTITIES = {"motor_angle": "rad", "current": "A"}
 _LEAST = 8
-_FREE = 5.0  # readings may be off by so many times what rounding explains, before the motion counts as not free
+_FREE = 1.75  # rms of readings over that of rounding: rounding, half a count at most, never gives more than its root of 3
+_PLACES, _NEAR = 64, 9
 
 
 def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
@@ -49,8 +50,8 @@ def identify_load_torque(
     """Estimate the load torque T_L from free motion before touch-down: least squares of J theta'' = k_t i - T_L.
 
     The motor's angle is a parabola plus what the current has done, twice integrated exactly; readings are off by rounding to
-    counts. Where the motor moves slower than a count in a sample those errors are not independent, and the covariance is larger
-    in that proportion.
+    counts. Where the motor turns slowly or evenly those errors are not independent: the covariance is what rounding does to this
+    motion, over all places where the counts may begin, and larger where the readings fit worse than rounding explains.
 
     Parameters
     ----------
@@ -114,10 +115,12 @@ def _of_part(one: idf.Series, axis: TorqueAxis, end: float) -> idf.Estimate:
     rms = float(np.sqrt(np.mean((shown - driven - matrix @ fit.value) ** 2)))
     if not fit.ok:
         return _not_identified("the readings are all at one time")
-    if rms > _FREE * rounding:
+    worst = float(np.abs(shown - driven - matrix @ fit.value).max())
+    if rms > _FREE * rounding or worst > axis.angle_step:
         told = f"readings are off by {rms:.2g} rad, rounding explains {rounding:.2g}"
         return _not_identified(f"the motion is not free ({told}): end it before touch-down, or look at the current")
-    return _estimate(float(fit.value[2]), float(fit.covariance[2, 2]) * _dependence(shown, axis), "from free motion")
+    variance = _variance(matrix, driven + matrix @ fit.value, axis) * max(1.0, (rms / rounding) ** 2)
+    return _estimate(float(fit.value[2]), max(variance, float(fit.covariance[2, 2])), "from free motion")
 
 
 def _driven(time: Floats, current: Floats, axis: TorqueAxis) -> Floats:
@@ -127,10 +130,22 @@ def _driven(time: Floats, current: Floats, axis: TorqueAxis) -> Floats:
     return np.concatenate([[0.0], np.cumsum(speed[:-1] * step + 0.5 * gain * step**2)])
 
 
-def _dependence(shown: Floats, axis: TorqueAxis) -> float:
-    """Readings for each count that is passed, but one at least: so many share one error of rounding."""
-    passed = float(np.abs(np.diff(shown)).sum() / axis.angle_step)
-    return max(shown.size / (1.0 + passed), 1.0)
+def _variance(matrix: Floats, angle: Floats, axis: TorqueAxis) -> float:
+    """Of the estimate: rounding is far from random where the motor turns evenly.
+
+    The mean over all places where the counts may begin, for the course near the one found that is worst: within a count of it,
+    as no readings tell those apart.
+    """
+    share = np.linspace(0.0, 1.0, angle.size)
+    weights = np.linalg.pinv(matrix)[2]
+    begin = ((np.arange(_PLACES) + 0.5) / _PLACES)[:, np.newaxis]
+    found = 0.0
+    for turned in np.linspace(-1.0, 1.0, _NEAR):
+        for bent in np.linspace(-1.0, 1.0, _NEAR):
+            places = angle / axis.angle_step + begin + turned * share + bent * 4 * share * (1 - share)
+            rounding = (np.rint(places) - places) * axis.angle_step
+            found = max(found, float(np.mean((rounding @ weights) ** 2)))
+    return found
 
 
 def _estimate(value: float, variance: float, message: str) -> idf.Estimate:

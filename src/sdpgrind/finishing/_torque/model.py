@@ -44,7 +44,7 @@ def sampled(setting: Setting, truth: TorqueAxis) -> AxisLoop:
 
     def flow(x: Floats, u: Floats) -> tuple[list[float], list[float]]:
         state = np.zeros(at.CONTROL)
-        state[at.COUNT], state[kept] = 1.0, x[2:]
+        state[at.SEEN], state[kept] = 1.0, x[2:]
         torque = truth.contact_angular_stiffness * (x[0] - u[2])
         current = controller_sample(parameters, state, x[0], u[0], torque, x[1])
         angle, speed = _swung(truth, x[0], x[1], current, u)

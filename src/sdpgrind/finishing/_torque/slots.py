@@ -20,8 +20,8 @@ LAW = LQG_MATRIX + 16
 
 (
     COUNT, CURRENT, READING, MOTION_SPEED, ESTIMATE, INTEGRAL, OBS_ANGLE, OBS_SPEED, OBS_TORQUE, OBS_RATE, FILTERED, SLOW_SPEED,
-    INDEX, PATH_TIME, REFERENCE, CONTROL,
-) = range(16)  # fmt: skip
+    INDEX, PATH_TIME, REFERENCE, SEEN, CONTROL,
+) = range(17)  # fmt: skip
 """State of a controller: samples taken, current (A), last reading (rad), its speed (rad/s), estimated torque (N m), integral of
 the torque error (N m s), the observer's angle, speed, torque and its rate, filtered reference (N m), low-passed speed (rad/s),
-leg and time (s) of the reference, torque reference (N m); and how many they are."""
+leg and time (s) of the reference, torque reference (N m), whether there was a reading; and how many they are."""

@@ -64,6 +64,8 @@ class StiffnessCase:
 def stiffness_range(controller: TorqueController, *, low: float = 0.05, high: float = 20.0) -> tuple[float, float]:
     """Return the factors of k_e between which the sampled loop is stable, dimensionless; the ends asked for where it is there.
 
+    Of "constant" (1, 1): nothing damps it, it is marginal at every stiffness.
+
     Parameters
     ----------
     controller : TorqueController
@@ -84,6 +86,8 @@ def stiffness_range(controller: TorqueController, *, low: float = 0.05, high: fl
     """
     if not checks.positive("low", low) < 1.0 < checks.positive("high", high):
         raise ValueError(f"low and high must have 1 between them; got {low:g} and {high:g}")
+    if controller.kind == "constant":
+        return 1.0, 1.0
     return _edge(controller, low), _edge(controller, high)
 
 
