@@ -330,3 +330,10 @@ def test_a_first_reading_that_is_missing_starts_nothing(kind):
     for angle in (0.5, 0.5001, 0.5003):
         wanted, found = with_all.step(motor_angle=angle)["current"], without.step(motor_angle=angle)["current"]
         assert found == pytest.approx(wanted, abs=2 * 0.00245)
+
+
+def test_a_lever_that_is_not_as_believed_is_an_error_of_the_force():
+    record = simulate_axis(controller(kind="lqg"), truth=AXIS.replace(lever_arm=80.0))
+    settled = record.normal_force[:, -200:].mean()
+    assert settled == pytest.approx(record.contact_torque[:, -200:].mean() / 0.080, rel=1e-12)
+    assert settled == pytest.approx(1.111 * 95 / 80, rel=0.005)

@@ -104,7 +104,7 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
 
 @njit(**_OPTIONS)
 def _begin(law, state, motor_angle):
-    """Take the first reading for the place where the observer begins, wherever the encoder has its zero; nothing is touched there."""
+    """Begin the observer where the first reading is, wherever the encoder has its zero; nothing is touched there."""
     if np.isfinite(motor_angle):
         state[at.SEEN] = 1.0
         state[at.READING] = state[at.OBS_ANGLE] = motor_angle

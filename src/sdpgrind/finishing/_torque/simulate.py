@@ -1,7 +1,7 @@
 """Runs of the torque axis under a controller: exact between samples, digital at them, over the phases of the encoder."""
 
 from collections.abc import Callable
-from math import pi
+from math import cos, pi
 
 import numpy as np
 import numpy.typing as npt
@@ -75,14 +75,21 @@ def simulate_axis(
     known = controller.reference
     depth = known.torque[0] / axis.contact_angular_stiffness if checks.one_of("start", start, _STARTS) == "pressed" else 0.0
     out = np.empty((offsets.size, time.size - 1, columns.COLUMNS))
-    angles, resolution = height / axis.lever_arm, 2 * pi / axis.encoder_counts
+    angles, resolution = height / _rise(controller, axis), 2 * pi / axis.encoder_counts
     batch(
         law.parameters, law.start, law.time, law.torque, axis.parameters, resolution, offsets, depth, angles, load, out
     )  # fmt: skip
-    return _record(controller, time[:-1], height[:-1], out)
+    return _record(controller, axis, time[:-1], height[:-1], out)
 
 
-def _record(controller: TorqueController, time: Floats, height: Floats, out: Floats) -> AxisRecord:
+def _rise(controller: TorqueController, axis: TorqueAxis) -> float:
+    """By how much the tip rises for an angle, mm/rad: R cos(theta_f)."""
+    tilt = getattr(getattr(controller.motion, "problem", None), "contact_angle", 0.0)
+    return axis.lever_arm * cos(tilt)
+
+
+def _record(controller: TorqueController, axis: TorqueAxis, time: Floats, height: Floats, out: Floats) -> AxisRecord:
+    longer = axis.lever_arm / controller.axis.lever_arm
     known, played = controller.reference, out[..., columns.PATH_TIME]
     torque = out[..., columns.TORQUE]
     return AxisRecord(
@@ -91,7 +98,7 @@ def _record(controller: TorqueController, time: Floats, height: Floats, out: Flo
         current=out[..., columns.CURRENT],
         contact_torque=torque,
         estimate=out[..., columns.ESTIMATE] - np.interp(played, known.time, known.load),
-        normal_force=torque / np.interp(played, known.time, known.per_force),
+        normal_force=torque / (longer * np.interp(played, known.time, known.per_force)),
         target_force=float(controller.normal_force),
         height_error=height,
     )
