@@ -43,7 +43,7 @@ def test_values_and_thresholds_of_optimal_stopping():
     charges = [(FINE, 1.0)]
     wanted = worth(4, charges)
     problem, policy = planned(4, charges)
-    width = problem.axes[0].high / 400
+    width = problem.axes[0].high / (problem.axes[0].nodes - 1)
     for n, value in enumerate(wanted, start=1):
         assert policy.value(roughness=problem.axes[0].high, passes_left=n) == pytest.approx(value, abs=0.005)
         threshold = FREE + value / RATE
@@ -69,11 +69,31 @@ def test_the_weights_are_those_of_the_law():
     assert abs(low - ends[0].mean()) < 0.01 and abs(high - ends[1].mean()) < 0.01
 
 
-def test_a_tolerance_is_reached():
+@pytest.mark.parametrize("roughness_max", [None, units.um(3.5), units.um(0.5)])
+def test_one_step_from_anywhere_is_the_law(roughness_max):
+    """All of it, where the table ends within the law or below it, too: what is beyond counts at the end."""
+    problem = made(roughness_max=roughness_max, roughness_charge=sdp.Linear(RATE, tolerance=units.um(0.3)), passes=1)
+    policy, end = sdp.plan(problem), problem.axes[0].high
+    law, free = MODEL.law(**FINE), units.um(0.3)
+    wanted = 1.0 + RATE * float(law.over(free) - law.over(end))
+    assert policy.value(roughness=end, passes_left=1) == pytest.approx(min(wanted, RATE * (end - free)), rel=1e-3)
+
+
+@given(st.floats(0.1, 30.0), st.floats(0.0, 40.0))
+def test_a_node_is_where_the_charge_sets_in(roughness_max, free):
+    axis = made(roughness_max=units.um(roughness_max), roughness_charge=sdp.Linear(RATE, tolerance=units.um(free))).axes[0]
+    step = axis.high / (axis.nodes - 1)
+    assert units.um(roughness_max) * (1 - 1e-9) <= axis.high <= units.um(roughness_max) + step and 401 <= axis.nodes <= 803
+    if roughness_max / 400 <= free <= roughness_max:
+        assert abs(units.um(free) / step - round(units.um(free) / step)) < 1e-6
+
+
+@pytest.mark.parametrize("tolerance", [0.02, 1e-4])
+def test_a_tolerance_is_reached(tolerance):
     charges = [(FINE, 1.0)]
-    problem, policy = planned(3, charges, tolerance=0.02)
+    problem, policy = planned(3, charges, tolerance=tolerance)
     for n, value in enumerate(worth(3, charges), start=1):
-        assert abs(policy.value(roughness=problem.axes[0].high, passes_left=n) - value) <= policy.error <= 0.02
+        assert abs(policy.value(roughness=problem.axes[0].high, passes_left=n) - value) <= policy.error <= tolerance
 
 
 def test_a_cheaper_pass_is_taken_first_where_more_are_left():
