@@ -190,3 +190,12 @@ def test_a_job_tells_every_path_from_every_other():
     jobs = [EASY.replace(path=path).job["path_digest"] for path in paths]
     assert len(set(jobs)) == len(jobs)
     assert EASY.replace(path=finishing.hilbert(flat, 3, mapping="parametric")).job == EASY.job
+
+
+def test_nothing_in_a_motion_changes(motion, tmp_path):
+    motion.save(tmp_path / "motion.nc")
+    for one in (motion, sdpgrind.load(tmp_path / "motion.nc")):
+        for array in (one.time, one.joints, one.torque_per_force, one.poses, one.points, one.dataset["joints"].values):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 77.0
+    assert motion.profile.flags.writeable  # one's own

@@ -101,6 +101,9 @@ class Motion:
     def __init__(self, problem: FinishingProblem, method: str, posture: Posture, worst: Violation, data: xr.Dataset) -> None:
         self.problem, self.method, self.posture, self.worst_violation = problem, method, posture, worst
         self._data = data
+        for column in data.variables.values():
+            if column.dtype.kind == "f":
+                column.values.flags.writeable = False
 
     def __deepcopy__(self, memo: object) -> Self:
         return self  # nothing in it changes
@@ -146,12 +149,12 @@ class Motion:
     @cached_property
     def poses(self) -> Floats:
         """Poses A_P^B of the tool over the base (mm), with the table where it is: Wang (1); shape (m, 4, 4)."""
-        return self.problem.arm.forward(self.joints)
+        return _lasting(self.problem.arm.forward(self.joints))
 
     @cached_property
     def points(self) -> Floats:
         """Contact points in the frame of the surface, mm, shape (m, 3): where the joints put the tip of the tool."""
-        return self._tips(self.joints)
+        return _lasting(self._tips(self.joints))
 
     def _tips(self, joints: Floats) -> Floats:
         """Where joints put the tip of the tool, in the frame of the surface, mm."""
@@ -253,6 +256,12 @@ class Motion:
         way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"
         share = 100 * self.mean_feed_rate / self.problem.feed_rate
         return f"Motion({way}, {share:.0f} % of the feed rate, {self.method}; {self.status})"
+
+
+def _lasting(array: Floats) -> Floats:
+    """The array, which cannot be changed from now on."""
+    array.flags.writeable = False
+    return array
 
 
 def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[TimeLaw]) -> xr.Dataset:
