@@ -199,3 +199,8 @@ def test_nothing_in_a_motion_changes(motion, tmp_path):
             with pytest.raises(ValueError, match="read-only"):
                 array[0] = 77.0
     assert motion.profile.flags.writeable  # one's own
+
+
+def test_a_problem_is_told_in_a_line():
+    text = "FinishingProblem(hilbert3 of 64 nodes at 25 mm/s, tool of 4 mm at 0.5236 rad, fixed heading)"
+    assert repr(EASY) == text

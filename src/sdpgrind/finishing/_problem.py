@@ -119,6 +119,11 @@ class FinishingProblem(Frozen):
                 raise ValueError(f"placement must be three coordinates (mm); got {checks.shown(self.placement)}")
             object.__setattr__(self, "placement", tuple(place.tolist()))
 
+    def __repr__(self) -> str:
+        path = f"{self.path.pattern} of {len(self.path.nodes)} nodes at {self.feed_rate:g} mm/s"
+        tool = f"tool of {self.tool_diameter:g} mm at {self.contact_angle:.4g} rad, {self.heading} heading"
+        return f"FinishingProblem({path}, {tool})"
+
     @property
     def surface(self) -> Surface:
         """The surface under the path, in mm."""

@@ -56,9 +56,8 @@ class PathMetrics(Frozen):
 
     Examples
     --------
-    >>> from sdpgrind.finishing._path.hilbert import hilbert
-    >>> from sdpgrind.finishing._surface.presets import flat_surface
-    >>> hilbert(flat_surface(8.0), order=3, mapping="parametric").metrics(footprint_radius=0.5)
+    >>> from sdpgrind import finishing as fin
+    >>> fin.hilbert(fin.flat_surface(8.0), order=3, mapping="parametric").metrics(footprint_radius=0.5)
     PathMetrics(
         length         63 mm
         node steps     1 mm (1 to 1 mm, CV 0)

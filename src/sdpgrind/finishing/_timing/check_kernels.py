@@ -3,8 +3,10 @@
 import numpy as np
 from numba import njit
 
+from sdpgrind.finishing._timing.cubic import advanced
 from sdpgrind.finishing._timing.path_kernels import derivatives, piece_at
 
+_advanced = njit(cache=True, nogil=True)(advanced)
 QUANTITIES = 4  # speed, acceleration, jerk of the joints; feed
 
 
@@ -12,8 +14,7 @@ QUANTITIES = 4  # speed, acceleration, jerk of the joints; feed
 def note(time, law, path, joints, limits, feed_max, found):
     """Note in found (4, 4) = (ratio, joint, time, length) what the law uses of each limit at one time within its piece."""
     start, s, v, a, j = law
-    length = s + time * (v + time * (a / 2 + time * j / 6))
-    feed, bend = v + time * (a + time * j / 2), a + time * j
+    length, feed, bend = _advanced(time, s, v, a, j)
     derivatives(path[0], length - path[1], joints)
     _greater(found[3], feed / feed_max, -1, start + time, length)
     for i in range(joints.shape[1]):
@@ -43,6 +44,5 @@ def worst(breaks, polynomials, law, limits, feed_max, refine, found):
         parts = refine * max(1, int(np.ceil(2.0 * (law[1, k + 1] - law[1, k]) / spacing)))
         for i in range(parts + 1):
             time = span * i / parts
-            length = row[1] + time * (row[2] + time * (row[3] / 2 + time * row[4] / 6))
-            piece = piece_at(breaks, length, piece)
+            piece = piece_at(breaks, _advanced(time, *row[1:])[0], piece)
             note(time, row, (polynomials[piece], breaks[piece]), joints, limits, feed_max, found[k])

@@ -12,6 +12,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._timing import jerk_program
+from sdpgrind.finishing._timing.cubic import advanced
 from sdpgrind.finishing._timing.jerk_program import Data
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.limits import JointLimits
@@ -204,7 +205,7 @@ def _after(state: Floats, durations: Floats, jerks: Floats) -> Floats:
     """State (place, feed, acceleration) after pieces of constant jerk."""
     s, v, a = state
     for t, j in zip(durations, jerks, strict=True):
-        s, v, a = s + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j
+        s, v, a = advanced(t, s, v, a, j)
     return np.array([s, v, a])
 
 

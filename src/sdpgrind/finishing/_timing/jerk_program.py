@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._timing.cubic import advanced
 
 ROWS = 3
 """Of each joint and interval: jerk at both ends, acceleration at the later one."""
@@ -76,9 +77,8 @@ def _interval(x: Any, u: Any, after: Any, step: Any, ends: list[Any], weight: An
     """Rows of one interval: continuity (2), its length, the feed between its ends, and the limits of the joints."""
     v, a, t, j = x[0], x[1], u[0], u[1]
     (q1, r1), (q2, r2), (q3, r3) = ends
-    w, b = v + t * (a + t * j / 2), a + t * j  # the solver wants rows of an interval in terms of its begin
+    way, w, b = advanced(t, -step, v, a, j)  # the solver wants rows of an interval in terms of its begin
     between = v + t * a / 2  # a parabola stays between its ends and this
-    way = t * (v + t * (a / 2 + t * j / 6)) - step
     joints = (q3 * v**3 + 3 * q2 * v * a + q1 * j, r3 * w**3 + 3 * r2 * w * b + r1 * j, weight * (r1 * b + r2 * w**2))
     return ca.vertcat(after[0] - w, after[1] - b, way, between, *joints)
 

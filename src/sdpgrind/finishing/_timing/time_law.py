@@ -10,6 +10,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.finishing._timing.cubic import advanced
 
 FIELDS = {"knots": "s", "length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
 JOINED = 1e-6
@@ -182,12 +183,12 @@ class TimeLaw(Frozen):
 
 def moved(t: Floats, s: Floats, v: Floats, a: Floats, j: Floats) -> Course:
     """Course after times `t` (s) at constant jerk `j`, begun at length `s` with feed `v` and acceleration `a`."""
-    return Course(s + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j, j)
+    return Course(*advanced(t, s, v, a, j), j)
 
 
 def integrated(start: float, durations: Floats, accelerations: Floats, jerks: Floats) -> TimeLaw:
     """Law from rest at `start` (mm) in pieces of given durations, first accelerations and jerks."""
     t, a, j = durations, accelerations, jerks
-    feed = np.concatenate([[0.0], np.cumsum(t * (a + t * j / 2))])[:-1]
-    length = start + np.concatenate([[0.0], np.cumsum(t * (feed + t * (a / 2 + t * j / 6)))])[:-1]
+    feed = np.concatenate([[0.0], np.cumsum(advanced(t, 0.0, 0.0, a, j)[1])])[:-1]
+    length = start + np.concatenate([[0.0], np.cumsum(advanced(t, 0.0, feed, a, j)[0])])[:-1]
     return TimeLaw(np.concatenate([[0.0], np.cumsum(t)]), length, feed, a, j)
