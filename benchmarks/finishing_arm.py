@@ -84,13 +84,13 @@ def peer(arm: Arm, poses: np.ndarray, times: int) -> None:
 
 
 def choices(times: int) -> None:
-    print("\n## Branches and wrist radii on a path\n| segments | poses | pairs | ms |\n|---|---|---|---|")
+    print("\n## Branches and wrist radii on a path\n| runs | poses | pairs | ms |\n|---|---|---|---|")
     arm = Arm.generic()
-    for segments, count, radii in ((1, 65536, 1), (1, 65536, 9), (64, 8192, 9), (1000, 16000, 3)):
-        cut = np.array_split(zigzag(count), segments)
+    for runs, count, radii in ((1, 65536, 1), (1, 65536, 9), (64, 8192, 9), (1000, 16000, 3)):
+        cut = np.array_split(zigzag(count), runs)
         choice = np.linspace(320, 380, radii) if radii > 1 else 350.0
         took = median(lambda c=cut, r=choice: choose_branches(arm, c, wrist_radii=r), max(times // 4, 3))
-        print(f"| {segments} | {count} | {4 * radii} | {1e3 * took:.0f} |")
+        print(f"| {runs} | {count} | {4 * radii} | {1e3 * took:.0f} |")
 
 
 def main() -> None:
