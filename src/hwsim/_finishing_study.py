@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from sdpgrind import finishing
     from sdpgrind.sdp import Policy
 
+UNITS = {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"}
 ARRAY, REFERENCE = "L18", 0.01  # mm at 0 dB, as the source has it
 _TOLD = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation", "roughness_ra", "time")
 
@@ -234,7 +235,9 @@ def finishing_study(
 def _study(factors: Mapping[str, Any], roughness: Floats) -> "finishing.Study":
     from sdpgrind import finishing
 
-    return finishing.Study(ARRAY, factors, roughness, columns=(1, 2, 3, 4), reference=REFERENCE, name="roughness R_a", unit="mm")
+    return finishing.Study(
+        ARRAY, factors, roughness, columns=(1, 2, 3, 4), reference=REFERENCE, name="roughness R_a", unit="mm", units=UNITS
+    )
 
 
 def _settings(factors: Mapping[str, Any]) -> list[dict[str, Any]]:

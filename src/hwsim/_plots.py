@@ -22,6 +22,7 @@ _PICTURES = {
     "WeldBeadStand": "hwsim.plants._weldbead_picture",
 }
 _MOST_LETTERS = 36  # names of controllers in more of them would run into each other
+_SMALL = 0.02  # mm
 _MOST_PARTS = 50  # more lines than these cannot be told apart
 
 
@@ -42,6 +43,14 @@ def label(variable: Any, name: str) -> str:
     return text if unit == "1" else f"{text} [{escaped}]"
 
 
+def _legible(variable: Any) -> Any:
+    """Small lengths in um, as people read them; anything else as it is."""
+    largest = float(np.nanmax(np.abs(variable.values), initial=0.0))
+    if variable.attrs.get("units") != "mm" or not 0 < largest < _SMALL:
+        return variable
+    return (1e3 * variable).assign_attrs(variable.attrs | {"units": "um"})
+
+
 def compared(log: PartLog) -> "Figure":
     """Draw every scalar outcome: of each controller less the first on the same part, with the mean and its 95 % interval."""
     outcome = log.outcome
@@ -52,12 +61,13 @@ def compared(log: PartLog) -> "Figure":
     figure, axes = _panels(len(names), columns)
     controllers = [str(name) for name in outcome.controller.values]
     for axis, name in zip(axes, names, strict=True):
-        values = outcome[name].values
+        variable = _legible(outcome[name])
+        values = variable.values
         if len(controllers) > 1:
             _differences(axis, controllers[1:], values[1:] - values[:1])
         else:
             axis.boxplot([values[0][np.isfinite(values[0])]], tick_labels=controllers, showmeans=True)
-        axis.set_title(label(outcome[name], name), fontsize="medium")
+        axis.set_title(label(variable, name), fontsize="medium")
     for axis in axes[:-columns]:
         axis.tick_params(labelbottom=False)  # the names stand below the last panel of each column
     less = f", less those of {controllers[0]}" if len(controllers) > 1 else ""
