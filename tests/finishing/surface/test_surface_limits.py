@@ -100,6 +100,16 @@ def test_a_fold():
         fold.normal([0.4, 0.5], 0.3)
 
 
+def test_a_fold_beside_a_pole():
+    """Two arcs with common points and end tangents, of other weights: the strip between them folds over near its corner."""
+    arc = [[-3.0, 0.0, 0.0], [0.0, 9.0, 0.0], [3.0, 1.0, 0.0]]
+    knots = ([0.0, 0.0, 1.0, 1.0], [-0.99, -0.1, 0.0, 1.0, 1.1, 1.66])
+    strip = Surface.nurbs([arc, arc], [[2.2, 2.57, 2.72], [2.42, 2.73, 1.31]], degree=(1, 2), knots=knots)
+    assert strip.normal(0.25, [1e-5, 0.3])[:, 2].round(9).tolist() in ([1.0, -1.0], [-1.0, 1.0])
+    with pytest.raises(ValueError, match=r"^the surface has no normal at \(u, v\) = \(0, 0\)"):
+        strip.normal(0.0, 0.0)
+
+
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["edge", "corner", "line", "all in a line"]))
 @settings(max_examples=40, deadline=None)
 def test_never_nan(seed, how):

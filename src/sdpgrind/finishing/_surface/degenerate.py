@@ -84,15 +84,21 @@ def _limit(surface: "Surface", quantity: Quantity, u: float, v: float) -> Floats
     rays = _rays(surface, u, v)
     nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     near = surface.derivatives(u + nodes * rays[:, :1], v + nodes * rays[:, 1:])
-    if forms.area_density(near).all():
+    if forms.area_density(near).all() and not _folded(near):
         limits = np.einsum("k,rk...->r...", _to_the_end(nodes), quantity.function(near))
         usual = max(float(np.abs(limits).max()), _size(surface) ** -quantity.power)
         if np.ptp(limits, axis=0).max() <= AGREE * usual:
             return np.asarray(limits.mean(axis=0))
     raise ValueError(
-        f"the surface has no {quantity.name} at (u, v) = ({u:g}, {v:g}): |Qu x Qv| vanishes there, and limits from the"
-        " interior differ"
+        f"the surface has no {quantity.name} at (u, v) = ({u:g}, {v:g}): |Qu x Qv| vanishes there, and the interior"
+        " gives no limit"
     )
+
+
+def _folded(near: SurfaceDerivatives) -> bool:
+    """Whether the normal turns over on a ray (r, k): nothing can be extrapolated across a fold."""
+    normal = forms.unit_cross(near)
+    return bool((forms.dot(normal[:, 1:], normal[:, :-1]) <= 0).any())
 
 
 def _to_the_end(nodes: Floats) -> Floats:
