@@ -2,7 +2,6 @@
 
 import json
 import os
-from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -13,20 +12,12 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base import checks, records, stored
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._arm.heading import pitch_cosine
 from sdpgrind.finishing._problem import FinishingProblem
-from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.time_law import TimeLaw
 from sdpgrind.finishing._timing.violations import Violation
-
-SAMPLE_TIME = 0.004
-"""Longest time (s) between two rows of a motion; where a law changes there is a row in any case."""
 
 EXCEEDED = 1e-3
 """Of a limit: what is beyond it by more is an error."""
-INSIDE = 1e-7
-"""Of a run: so far from its ends is the direction of feed its own, not that of the next run."""
 
 
 class Posture(NamedTuple):
@@ -262,41 +253,3 @@ def _lasting(array: Floats) -> Floats:
     """The array, which cannot be changed from now on."""
     array.flags.writeable = False
     return array
-
-
-def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[TimeLaw]) -> xr.Dataset:
-    """Rows of a motion: joints, feed and lever at times close to each other."""
-    begun, tables = 0.0, []
-    for run, law in zip(runs, laws, strict=True):
-        time = _times(law)
-        course = law.at(time)
-        by_length = run.derivatives(course.length)
-        speed = by_length[:, 1] * course.feed[:, np.newaxis]
-        inside = np.clip(course.length, run.length[0] + INSIDE * run.span, run.length[-1] - INSIDE * run.span)
-        tables.append((begun + time, course.length, course.feed, by_length[:, 0], speed, inside))
-        begun += law.duration
-    time, length, feed, joints, speed, inside = (np.concatenate(column) for column in zip(*tables, strict=True))
-    lever = problem.torque_per_force(problem.feed_angles(problem.path.at(inside)))
-    return _labelled(problem.arm, time, length, feed, joints, speed, lever)
-
-
-def _times(law: TimeLaw) -> Floats:
-    """Knots of a law, and times between them so that no step is longer than `SAMPLE_TIME`."""
-    parts = np.maximum(np.ceil(np.diff(law.knots) / SAMPLE_TIME).astype(int), 1)
-    begin, step = np.repeat(law.knots[:-1], parts), np.repeat(np.diff(law.knots) / parts, parts)
-    within = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-    found = np.append(begin + within * step, law.knots[-1])
-    times: Floats = found[np.append(True, np.diff(found) > 0)]
-    return times
-
-
-def _labelled(arm: Arm, time: Floats, length: Floats, feed: Floats, joints: Floats, speed: Floats, lever: Floats) -> xr.Dataset:
-    columns = {
-        "time": ("row", time, {"units": "s", "long_name": "time"}),
-        "length": ("row", length, {"units": "mm", "long_name": "length of path behind"}),
-        "feed_rate": ("row", feed, {"units": "mm/s", "long_name": "feed along the path"}),
-        "joints": (("row", "joint"), joints, {"units": "joint_unit", "long_name": "joints"}),
-        "joint_speed": (("row", "joint"), speed, {"units": "joint_unit/s", "long_name": "speed of the joints"}),
-        "torque_per_force": ("row", lever, {"units": "N m/N", "long_name": "motor torque for each N of normal force"}),
-    }
-    return xr.Dataset(columns, {"joint": list(arm.names), "joint_unit": ("joint", list(arm.units))})

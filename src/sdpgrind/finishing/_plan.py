@@ -10,7 +10,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, silent
 from sdpgrind.finishing._arm.branches import choose_branches
 from sdpgrind.finishing._arm.heading import check_corners, corner_jumps
-from sdpgrind.finishing._motion import EXCEEDED, Motion, MotionError, Posture, rows
+from sdpgrind.finishing._motion import EXCEEDED, Motion, MotionError, Posture
+from sdpgrind.finishing._motion_rows import rows
 from sdpgrind.finishing._path.path import Path
 from sdpgrind.finishing._path.samples import PathSamples
 from sdpgrind.finishing._problem import TABLE_HEIGHT, FinishingProblem
