@@ -126,6 +126,10 @@ def test_aligned_with_the_feed_a_corner_asks_for_a_jump():
     aligned = EASY.replace(heading="feed_aligned")
     with pytest.raises(ValueError, match=r"table jumps by 7\d\d mm|table jumps by 7\d\d\.\d mm"):
         finishing.plan(aligned)
+    with pytest.raises(
+        ValueError, match=r"without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading="
+    ):
+        finishing.plan(aligned.replace(path=FLAT.blended()))
 
 
 REFUSED = [

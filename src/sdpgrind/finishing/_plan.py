@@ -8,7 +8,8 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, silent
-from sdpgrind.finishing._arm.branches import choose_branches
+from sdpgrind.finishing._arm.arm import Arm
+from sdpgrind.finishing._arm.branches import ArmChoice, choose_branches
 from sdpgrind.finishing._arm.heading import check_corners, corner_jumps
 from sdpgrind.finishing._motion import EXCEEDED, Motion, MotionError, Posture
 from sdpgrind.finishing._motion_rows import rows
@@ -98,8 +99,19 @@ def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[Posture
         _refuse_corners(problem, np.split(poses, _cuts(samples)))
     place = np.array(problem.placement if problem.placement is not None else _centred(problem, poses))
     poses[:, :3, 3] += place
-    (chosen,) = choose_branches(problem.arm, [poses], wrist_radii=problem.wrist_radii)
+    chosen = _chosen(problem, problem.arm, poses)
     return Posture(float(chosen.wrist_radius), int(chosen.branch), tuple(place.tolist())), chosen.joints
+
+
+def _chosen(problem: FinishingProblem, arm: Arm, poses: Floats) -> ArmChoice:
+    """Branch and wrist radius for the whole path."""
+    try:
+        return choose_branches(arm, [poses], wrist_radii=problem.wrist_radii)[0]
+    except ValueError as error:
+        if problem.heading == "fixed":
+            raise
+        why = "without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading='fixed'"
+        raise ValueError(f"{why} ({error})") from None
 
 
 def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, float]:
@@ -109,8 +121,7 @@ def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, fl
     endless = arm.replace(
         position_min=(*arm.position_min[:5], -ENDLESS, -ENDLESS), position_max=(*arm.position_max[:5], ENDLESS, ENDLESS)
     )
-    (chosen,) = choose_branches(endless, [raised], wrist_radii=problem.wrist_radii)
-    table = chosen.joints[:, 5:]
+    table = _chosen(problem, endless, raised).joints[:, 5:]
     middle = (table.max(axis=0) + table.min(axis=0)) / 2
     centre = (np.array(arm.position_max[5:]) + np.array(arm.position_min[5:])) / 2
     return (*(middle - centre).tolist(), TABLE_HEIGHT)
