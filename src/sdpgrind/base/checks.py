@@ -32,14 +32,17 @@ def shown(value: object) -> str:
     text = repr(value)
     if len(text) <= _LONG and "\n" not in text and " at 0x" not in text:
         return text
-    name = type(value).__name__
+    return _article(type(value).__name__)
+
+
+def _article(name: str) -> str:
     return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
 
 
 def kind(name: str, value: object, wanted: type[Kind], hint: str = "") -> Kind:
     """Return `value`, which must be a `wanted`; `hint` says where one comes from."""
     if not isinstance(value, wanted):
-        raise TypeError(f"{name} must be a {wanted.__name__}{hint}; got {shown(value)}")
+        raise TypeError(f"{name} must be {_article(wanted.__name__)}{hint}; got {shown(value)}")
     return value
 
 

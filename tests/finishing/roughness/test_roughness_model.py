@@ -191,7 +191,7 @@ REFUSED = [
     (lambda: MODEL.replace(residual_sd=-1.0), r"residual_sd must be >= 0"),
     (lambda: MODEL.replace(coefficients=[1.0]), r"coefficients must be of shape \(6,\); got \(1,\)"),
     (lambda: MODEL.replace(normal_force_range=(2.0, 1.0)), r"normal_force_range must be two numbers, 0 < low < high \(N\)"),
-    (lambda: MODEL.updated(3), r"estimate must be a Estimate, as finishing.identify gives it; got 3"),
+    (lambda: MODEL.updated(3), r"estimate must be an Estimate, as finishing.identify gives it; got 3"),
     (lambda: MODEL.responses({"feed_rate": [1.0]}, rng=0, runs=1), r"settings must hold pattern; got feed_rate"),
     (lambda: identify_roughness({"pattern": ["zigzag"]}), r"data must hold tool_diameter; got pattern"),
     (lambda: identify_roughness([1.0]), r"data must be a Study or a mapping of arrays"),

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from sdpgrind import identify
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._roughness.terms import NAMES, PATTERNS, design
+from sdpgrind.finishing._roughness.terms import NAMES, checked_patterns, design
 from sdpgrind.finishing._study.study import Study
 from sdpgrind.identify import Estimate
 
@@ -89,9 +89,7 @@ def _of_mapping(data: Any) -> dict[str, npt.NDArray[Any]]:
     for name in ("pattern", *_SETTINGS, "roughness_ra"):
         if name not in data:
             raise ValueError(f"data must hold {name}; got {', '.join(map(str, data))}")
-    patterns = np.ravel(np.asarray(data["pattern"]))
-    for name in np.unique(patterns).tolist():
-        checks.one_of("pattern", name, PATTERNS)
+    patterns = np.ravel(checked_patterns(data["pattern"]))
     arrays: dict[str, npt.NDArray[Any]] = {"pattern": patterns}
     for name, unit in (*_SETTINGS.items(), ("roughness_ra", "mm")):
         arrays[name] = np.ravel(checks.finite_array(name, data[name], unit))

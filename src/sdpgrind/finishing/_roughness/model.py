@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.rng import Seed, generator
 from sdpgrind.base.stored import stored
-from sdpgrind.finishing._roughness.terms import NAMES, PATTERNS, SETTINGS, TERMS, design
+from sdpgrind.finishing._roughness.terms import NAMES, PATTERNS, SETTINGS, TERMS, checked_patterns, design
 from sdpgrind.identify import Estimate
 
 
@@ -42,7 +42,7 @@ class RoughnessModel(Frozen):
     Raises
     ------
     ValueError
-        When shapes do not agree, or the scatter or a range is impossible.
+        When shapes do not agree, or the scatter, the covariance or a range is impossible.
 
     Examples
     --------
@@ -68,6 +68,7 @@ class RoughnessModel(Frozen):
             if array.shape != shape:
                 raise ValueError(f"{name} must be of shape {shape}; got {array.shape}")
             object.__setattr__(self, name, _tuples(array))
+        _check_covariance(np.asarray(self.covariance))
         checks.nonnegative("residual_sd", self.residual_sd, "1")
         checks.positive("freedom", self.freedom)
         for name, unit in (("tool_diameter_range", "mm"), ("normal_force_range", "N")):
@@ -268,9 +269,7 @@ class RoughnessModel(Frozen):
         return type(self)._of(estimate, tool_diameter_range=self.tool_diameter_range, normal_force_range=self.normal_force_range)
 
     def _rows(self, pattern: Any, tool_diameter: npt.ArrayLike, normal_force: npt.ArrayLike, extrapolate: bool) -> Floats:
-        names = np.asarray(pattern)
-        for name in np.unique(names.ravel()).tolist():
-            checks.one_of("pattern", name, PATTERNS)
+        names = checked_patterns(pattern)
         diameter = self._in_range("tool_diameter", tool_diameter, self.tool_diameter_range, "mm", extrapolate)
         force = self._in_range("normal_force", normal_force, self.normal_force_range, "N", extrapolate)
         return design(names, diameter, force)
@@ -285,6 +284,17 @@ class RoughnessModel(Frozen):
             rule = f"in [{ends[0]:g}, {ends[1]:g}], where the model is known, or extrapolate=True given"
             raise checks.refuse(name, rule, float(array[outside].flat[0]), unit)
         return array
+
+
+def _check_covariance(matrix: Floats) -> None:
+    """Refuse what can be the covariance of nothing; rounding may show."""
+    rounding = 1e-9 * float(np.abs(matrix).max())
+    if np.any(np.abs(matrix - matrix.T) > rounding):
+        i, j = (int(k) for k in np.argwhere(np.abs(matrix - matrix.T) > rounding)[0])
+        raise ValueError(f"covariance must be symmetric (1); got {matrix[i, j]:g} at [{i}, {j}], {matrix[j, i]:g} at [{j}, {i}]")
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    if least < -rounding:
+        raise ValueError(f"covariance must be positive semidefinite, no eigenvalue below 0 (1); got {least:g}")
 
 
 def _inside(array: Floats, ends: tuple[float, float]) -> npt.NDArray[np.bool_]:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 PATTERNS = ("hilbert4", "hilbert5", "zigzag")
@@ -22,6 +23,15 @@ class References(NamedTuple):
 
 
 TERMS = References()
+
+
+def checked_patterns(pattern: Any) -> npt.NDArray[Any]:
+    """Names of patterns as an array, each one that is known."""
+    names = pattern if isinstance(pattern, np.ndarray) else np.asarray(pattern, dtype=object)
+    for name in names.ravel().tolist():
+        if not isinstance(name, str) or name not in PATTERNS:
+            raise checks.refuse("pattern", f"one of {', '.join(PATTERNS)}", name)
+    return names.astype(str)
 
 
 def design(pattern: npt.NDArray[Any], tool_diameter: Floats, normal_force: Floats) -> Floats:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from sdpgrind.finishing._study.observations import Observations
 
 ORTHOGONAL = "orthogonal: sums of squares of the level means"
+ALONE = "not orthogonal: sums of squares of type II, of a model without an error; they need not add up to the total"
 GENERAL = "not orthogonal: general linear model, sums of squares of type II (statsmodels); they need not add up to the total"
 HEAD = ("source", "df", "SS", "MS", "F", "p", "pure SS", "share", "pure share", "")
 
@@ -170,11 +171,15 @@ def anova(study: "Observations", pool: Pool) -> AnovaTable:
 
 def _table(found: Analysed) -> AnovaTable:
     y, model = found.y, found.model
-    orthogonal = model.orthogonal
-    squares = model.squares(y) if orthogonal else _type_two(model, y)
     rest = error_square(model, y)
+    if model.orthogonal:
+        squares, method = model.squares(y), ORTHOGONAL
+    elif rest == 0:  # statsmodels divides by the error
+        squares, method = model.squares(y), ALONE
+    else:
+        squares, method = _type_two(model, y), GENERAL
     names = [found.named(term) for term in model.terms]
-    return AnovaTable(_rows(names, model, squares, rest, y), ORTHOGONAL if orthogonal else GENERAL, found.unit)
+    return AnovaTable(_rows(names, model, squares, rest, y), method, found.unit)
 
 
 def error_square(model: LinearModel, y: Floats) -> float:

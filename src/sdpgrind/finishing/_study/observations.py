@@ -16,7 +16,16 @@ from sdpgrind.finishing._study.arrays import OrthogonalArray, orthogonal_array
 from sdpgrind.finishing._study.confounding import Confounding, assigned, checked_columns, confounding
 from sdpgrind.finishing._study.published import PUBLISHED
 from sdpgrind.finishing._study.ratios import RATIOS, sn_ratio
-from sdpgrind.finishing._study.settings import Factors, FreeRuns, Level, checked_factors, codes_of, codes_of_runs, distinct
+from sdpgrind.finishing._study.settings import (
+    Factors,
+    FreeRuns,
+    Level,
+    checked_factors,
+    codes_of,
+    codes_of_runs,
+    distinct,
+    level_array,
+)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -149,8 +158,8 @@ class Observations(Frozen):
 
     @property
     def settings(self) -> dict[str, npt.NDArray[Any]]:
-        """Value of each factor in each run, in its own unit, arrays of shape (runs,)."""
-        levels = {name: np.array(self.levels(name)) for name in self.factors}
+        """Value of each factor in each run, in its own unit, arrays of shape (runs,); of objects where numbers and names mix."""
+        levels = {name: level_array(self.levels(name)) for name in self.factors}
         codes = codes_of(self.array, self.columns, self.factors)
         return {name: levels[name][codes[:, k]] for k, name in enumerate(self.factors)}
 

@@ -16,7 +16,7 @@ from sdpgrind.finishing._study.anova import anova, error_variance
 from sdpgrind.finishing._study.means import mean_rows
 from sdpgrind.finishing._study.pooling import Pool
 from sdpgrind.finishing._study.ratios import sn_ratio
-from sdpgrind.finishing._study.settings import Level
+from sdpgrind.finishing._study.settings import Level, which
 from sdpgrind.finishing._study.texts import level, percent
 
 if TYPE_CHECKING:
@@ -72,8 +72,15 @@ class Power:
     def beats(self, factor: str, one: Level, other: Level) -> float:
         """Return the share (unit 1) in which level `one` of a `factor` has a higher mean than level `other`."""
         levels = self.levels[checks.one_of("factor", factor, self.levels)]
-        i, j = (levels.index(checks.one_of("level", value, levels)) for value in (one, other))
+        i, j = (self._position(levels, value) for value in (one, other))
         return float(self.wins[factor][i, j])
+
+    @staticmethod
+    def _position(levels: tuple[Level, ...], value: Level) -> int:
+        found = which(levels, value)
+        if found is None:
+            raise checks.refuse("level", f"one of {', '.join(map(str, levels))}", value)
+        return found
 
     def standard_error(self, share: float) -> float:
         """Return the standard error (unit 1) that a `share` (unit 1) of so many simulated studies has."""

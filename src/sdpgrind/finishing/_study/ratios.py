@@ -11,44 +11,58 @@ from sdpgrind.base.checks import Floats
 
 
 class Ratio(NamedTuple):
-    """One kind of ratio: from readings (..., n) over the reference, and back where that can be."""
+    """One kind of ratio: from readings (..., n), how often dB of the reference come on top, and back where that can be."""
 
     of: Callable[[Floats], Floats]
+    referred: int
     back: Callable[[Floats], Floats] | None
     unit: str
     stands_for: str
 
 
+def _size(y: Floats) -> Floats:
+    """The power of 2 at or below each size, 2^-1 of 0: readings over it are rounded no further, and their squares are in range."""
+    return np.asarray(np.ldexp(1.0, np.frexp(np.abs(y))[1] - 1))
+
+
+def _over_largest(y: Floats) -> Floats:
+    return np.asarray(y / _size(np.max(np.abs(y), axis=-1, keepdims=True)))
+
+
 def _smaller(y: Floats) -> Floats:
-    return np.asarray(-10 * np.log10(np.mean(y**2, axis=-1)))
+    size = _size(np.max(y, axis=-1))
+    return np.asarray(-10 * np.log10(np.mean((y / size[..., None]) ** 2, axis=-1)) - 20 * np.log10(size))
 
 
 def _larger(y: Floats) -> Floats:
-    return np.asarray(-10 * np.log10(np.mean(y**-2.0, axis=-1)))
+    size = _size(np.min(y, axis=-1))
+    return np.asarray(-10 * np.log10(np.mean((size[..., None] / y) ** 2, axis=-1)) + 20 * np.log10(size))
 
 
 def _nominal(y: Floats) -> Floats:
+    y = _over_largest(y)
     return np.asarray(10 * np.log10(np.mean(y, axis=-1) ** 2 / np.var(y, axis=-1, ddof=1)))
 
 
 def _nominal_taguchi(y: Floats) -> Floats:
     """Of the mean squared less what the scatter adds to it."""
+    y = _over_largest(y)
     n, square, variance = y.shape[-1], np.mean(y, axis=-1) ** 2, np.var(y, axis=-1, ddof=1)
     return np.asarray(10 * np.log10((n * square - variance) / (n * variance)))
 
 
 def _itself(y: Floats) -> Floats:
-    return np.asarray(np.mean(y, axis=-1))
+    return np.asarray(np.mean(_over_largest(y), axis=-1) * _size(np.max(np.abs(y), axis=-1)))
 
 
 RATIOS = {
-    "smaller": Ratio(_smaller, lambda eta: np.asarray(10.0 ** (-np.asarray(eta) / 20)), "dB", "root mean square"),
+    "smaller": Ratio(_smaller, 1, lambda eta: np.asarray(10.0 ** (-np.asarray(eta) / 20)), "dB", "root mean square"),
     "larger": Ratio(
-        _larger, lambda eta: np.asarray(10.0 ** (np.asarray(eta) / 20)), "dB", "inverse root mean square of the inverse"
+        _larger, -1, lambda eta: np.asarray(10.0 ** (np.asarray(eta) / 20)), "dB", "inverse root mean square of the inverse"
     ),
-    "nominal": Ratio(_nominal, None, "dB", ""),
-    "nominal_taguchi": Ratio(_nominal_taguchi, None, "dB", ""),
-    "none": Ratio(_itself, lambda mean: np.asarray(mean), "", "mean"),
+    "nominal": Ratio(_nominal, 0, None, "dB", ""),
+    "nominal_taguchi": Ratio(_nominal_taguchi, 0, None, "dB", ""),
+    "none": Ratio(_itself, 0, lambda mean: np.asarray(mean), "", "mean"),
 }
 """By name; "none" is the response itself."""
 REFERRED = ("smaller", "larger")
@@ -102,9 +116,11 @@ def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: floa
     readings = checks.finite_array("response", response)
     if readings.ndim == 0:
         raise ValueError("response must have an axis of replicates; got a single number")
-    over = readings / checks.positive("reference", reference) if ratio in REFERRED else readings
-    _check(ratio, over, readings)
-    return kind.of(over)
+    if readings.shape[-1] == 0:
+        raise ValueError(f"response must have a reading or more in each run; got the shape {readings.shape}")
+    zero = checks.positive("reference", reference)
+    _check(ratio, readings)
+    return np.asarray(kind.of(readings) + kind.referred * 20 * np.log10(zero))
 
 
 def back(ratio: str, mean: float, reference: float) -> float | None:
@@ -113,26 +129,27 @@ def back(ratio: str, mean: float, reference: float) -> float | None:
     return None if way is None else float((reference if ratio in REFERRED else 1.0) * way(np.asarray(mean)))
 
 
-def _check(ratio: str, y: Floats, shown: Floats) -> None:
+def _check(ratio: str, y: Floats) -> None:
     if ratio == "smaller":
-        _refuse(np.any(y < 0, axis=-1), shown, "response must be >= 0 where smaller is better (of signed errors give the size)")
-        _refuse(np.all(y == 0, axis=-1), shown, "response must not be all zeros in a run: its ratio would be infinite")
+        _refuse(np.any(y < 0, axis=-1), y, "response must be >= 0 where smaller is better (of signed errors give the size)")
+        _refuse(np.all(y == 0, axis=-1), y, "response must not be all zeros in a run: its ratio would be infinite")
     if ratio == "larger":
-        _refuse(np.any(y <= 0, axis=-1), shown, "response must be > 0 where larger is better")
+        _refuse(np.any(y <= 0, axis=-1), y, "response must be > 0 where larger is better")
     if ratio.startswith("nominal"):
-        _check_nominal(ratio, y, shown)
+        _check_nominal(ratio, y)
 
 
-def _check_nominal(ratio: str, y: Floats, shown: Floats) -> None:
+def _check_nominal(ratio: str, y: Floats) -> None:
     n = y.shape[-1]
     if n < 2:
         raise ValueError(f"response must have two replicates or more where a nominal value is best; got {n}: no scatter to see")
-    square, variance = np.mean(y, axis=-1) ** 2, np.var(y, axis=-1, ddof=1)
-    tiny = np.finfo(float).eps ** 2 * np.max(y**2, axis=-1)
-    _refuse(variance <= tiny, shown, "response must scatter in each run (s > 0): its ratio would be infinite")
+    over = _over_largest(y)
+    square, variance = np.mean(over, axis=-1) ** 2, np.var(over, axis=-1, ddof=1)
+    tiny = np.finfo(float).eps ** 2 * np.max(over**2, axis=-1)
+    _refuse(variance <= tiny, y, "response must scatter in each run (s > 0): its ratio would be infinite")
     low = square <= tiny if ratio == "nominal" else n * square <= variance
     rule = "!= 0" if ratio == "nominal" else "further from 0 than its standard error, n m^2 > s^2"
-    _refuse(low, shown, f"response must have a mean {rule}")
+    _refuse(low, y, f"response must have a mean {rule}")
 
 
 def _refuse(bad: npt.NDArray[np.bool_] | np.bool_, shown: Floats, rule: str) -> None:

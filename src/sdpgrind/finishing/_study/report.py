@@ -40,9 +40,10 @@ def _runs(study: "Study") -> str:
     ratio = [format(x, ".3f") for x in study.sn_ratio]
     names = [labelled(name, study.units.get(name, "")) for name in study.factors]
     heads = ("run", *names, "mean reading", RATIOS[study.ratio].unit or "ratio")
-    rows, settings, kept, there = [], study.settings, iter(ratio), present(study)
+    settings = {name: values.tolist() for name, values in study.settings.items()}
+    rows, kept, there = [], iter(ratio), present(study)
     for k in range(study.runs):
-        values = [level(study_value) for study_value in (settings[name][k].item() for name in study.factors)]
+        values = [level(settings[name][k]) for name in study.factors]
         read = (amount(float(study.readings[k].mean()), study.unit), next(kept)) if there[k] else ("missing", "")
         rows.append((str(k + 1), *values, *read))
     return aligned(heads, rows)
@@ -84,6 +85,6 @@ def _what_to_do(study: "Study", pool: str | None, judged: bool) -> list[str]:
     kept = study.best(pool="F<1") if judged and pool else found
     parts = [f"Best levels\n{found!r}", f"To be expected there\n{study.predict(kept, confirm=1)!r}"]
     single = study.sn_ratio.max()
-    values = {name: column[present(study)][int(study.sn_ratio.argmax())].item() for name, column in study.settings.items()}
+    values = {name: column[present(study)].tolist()[int(study.sn_ratio.argmax())] for name, column in study.settings.items()}
     where = ", ".join(f"{name} {level(value)}" for name, value in values.items())
     return [*parts, f"Best single run: {where} with {single:.3f} {RATIOS[study.ratio].unit}"]

@@ -54,6 +54,12 @@ def distinct(levels: Iterable[Level]) -> tuple[Level, ...]:
     return tuple(dict.fromkeys(levels))
 
 
+def level_array(levels: Sequence[Level]) -> npt.NDArray[Any]:
+    """Levels as an array: of objects where numbers and names mix, as numpy would make names of all."""
+    mixed = len({isinstance(level, str) for level in levels}) > 1
+    return np.array(levels, dtype=object if mixed else None)
+
+
 def codes_of(array: Any, columns: Sequence[int] | None, factors: Mapping[str, Sequence[Level]]) -> Codes:
     """Which of the distinct levels each run has, (runs, factors), from these columns (from 1) of an array, or free runs."""
     if isinstance(array, FreeRuns):
@@ -94,13 +100,20 @@ def _sorted(levels: tuple[Level, ...]) -> tuple[Level, ...]:
 def position(factors: Mapping[str, Sequence[Level]], name: object, value: object) -> int:
     """Which distinct level of a factor a value is."""
     levels = distinct(factors[checks.one_of("factor", name, factors)])
-    for k, level in enumerate(levels):
-        if value == level or (isinstance(level, float) and _close(value, level)):
-            return k
-    raise ValueError(f"{name} must be one of its levels, {', '.join(map(_shown, levels))}; got {value!r}")
+    found = which(levels, value)
+    if found is None:
+        raise ValueError(f"{name} must be one of its levels, {', '.join(map(_shown, levels))}; got {value!r}")
+    return found
 
 
-def _close(value: object, level: float) -> bool:
+def which(levels: Sequence[Level], value: object) -> int | None:
+    """Which level a value is, up to rounding; None where it is none, as True is not 1."""
+    return next((k for k, level in enumerate(levels) if _same(value, level)), None)
+
+
+def _same(value: object, level: Level) -> bool:
+    if isinstance(level, str):
+        return isinstance(value, str) and value == level
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         return False
     return abs(float(value) - level) <= 1e-9 * abs(level)
