@@ -9,7 +9,7 @@ import xarray as xr
 
 import hwsim
 import sdpgrind
-from sdpgrind import units, weldbead
+from sdpgrind import identify, units, weldbead
 from sdpgrind.base import checks
 from sdpgrind.weldbead import force, passes
 
@@ -140,3 +140,5 @@ def test_what_is_long_is_told_by_its_type():
     assert checks.shown(3.0) == "3.0" and checks.shown("a") == "'a'"
     assert checks.shown(P1) == "a SequenceProblem" and checks.shown(np.arange(200.0)) == "a ndarray"
     assert checks.shown(object()) == "an object"
+    with pytest.raises(TypeError, match=r"^estimate must be an Estimate; got None$"):
+        checks.kind("estimate", None, identify.Estimate)

@@ -183,6 +183,14 @@ def of_one_pattern(roughness):
 
 REFUSED = [
     (lambda: MODEL.law("spiral", 4.0, 1.0), r"pattern must be one of hilbert4, hilbert5, zigzag; got 'spiral'"),
+    (lambda: MODEL.law(["zigzag", None], 4.0, 1.0), r"pattern must be one of hilbert4, hilbert5, zigzag; got None"),
+    (lambda: MODEL.law(3.0, 4.0, 1.0), r"pattern must be one of hilbert4, hilbert5, zigzag; got 3.0"),
+    (lambda: MODEL.law([["zigzag"], ["zigzag", "a"]], 4.0, 1.0), r"pattern must be one of hilbert4, .*; got \['zigzag'\]"),
+    (
+        lambda: MODEL.replace(covariance=-np.eye(6)),
+        r"covariance must be positive semidefinite, no eigenvalue below 0 .*got -1",
+    ),
+    (lambda: MODEL.replace(covariance=np.triu(np.ones((6, 6)))), r"covariance must be symmetric \(1\); got 1 at \[0, 1\], 0 at"),
     (lambda: MODEL.law("zigzag", 4.5, 1.0), r"tool_diameter must be in \[3, 4\], where the model is known, .* \(mm\); got 4.5"),
     (lambda: MODEL.law("zigzag", 4.0, 0.5), r"normal_force must be in \[0.556, 1.667\], where .* \(N\); got 0.5"),
     (lambda: MODEL.law("zigzag", 4.0, -1.0, extrapolate=True), r"normal_force must be > 0 \(N\); got -1.0"),
@@ -250,3 +258,15 @@ def test_what_does_not_determine_the_model_is_told():
     assert not estimate.ok and not np.any(np.isnan(estimate.value))
     with pytest.raises(ValueError, match="estimate must have succeeded"):
         MODEL.updated(estimate)
+
+
+def test_coefficients_without_doubt_are_a_model():
+    sure = MODEL.replace(covariance=np.zeros((6, 6)))
+    assert float(sure.law("zigzag", 4.0, 1.0, uncertain=True).sd) == pytest.approx(float(sure.law("zigzag", 4.0, 1.0).sd))
+    assert MODEL.replace(covariance=np.ones((6, 6))).standard_errors.tolist() == [1.0] * 6  # of rank one
+
+
+def test_patterns_come_as_they_like():
+    wanted = MODEL.median("zigzag", 4.0, 1.0)
+    for names in (["zigzag"], ("zigzag",), np.array(["zigzag"]), np.array(["zigzag"], dtype=object), np.str_("zigzag")):
+        assert np.ravel(MODEL.median(names, 4.0, 1.0)).tolist() == [wanted]
