@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from sdpgrind import finishing as fin
 
 Y = np.array([[2.0, 3.0, 4.0], [1.0, 1.5, 1.7]])
+RATIOS = ("smaller", "larger", "nominal", "nominal_taguchi", "none")
 positive = st.lists(st.floats(0.01, 100.0), min_size=2, max_size=6)
 
 
@@ -51,6 +52,24 @@ def test_a_nominal_ratio_has_no_scale(y, scale):
     assert fin.sn_ratio(scale * np.array(y), "nominal") == pytest.approx(fin.sn_ratio(y, "nominal"), abs=1e-6)
 
 
+@pytest.mark.parametrize("scale", [1e-305, 1e-200, 1e200, 1e305])
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_very_small_and_very_large_readings(ratio, scale):
+    """Squares of them are no numbers, their ratios are."""
+    shift = {"smaller": -20 * np.log10(scale), "larger": 20 * np.log10(scale)}.get(ratio, 0.0)
+    factor = scale if ratio == "none" else 1.0
+    wanted = factor * fin.sn_ratio(Y, ratio, reference=2.0) + shift
+    np.testing.assert_allclose(fin.sn_ratio(scale * Y, ratio, reference=2.0), wanted, rtol=1e-12)
+    if ratio in ("smaller", "larger"):
+        np.testing.assert_allclose(fin.sn_ratio(scale * Y, ratio, reference=2.0 * scale), wanted - shift, rtol=1e-9)
+
+
+def test_readings_far_apart():
+    assert fin.sn_ratio([1e-200, 1e200]) == pytest.approx(-4000 + 10 * np.log10(2))
+    assert fin.sn_ratio([1e-200, 1e200], "larger") == pytest.approx(-4000 + 10 * np.log10(2))
+    assert fin.sn_ratio([1e308, 1.5e308], "none") == pytest.approx(1.25e308)
+
+
 def test_one_zero_among_readings_is_none_too_small():
     assert fin.sn_ratio([0.0, 1.0]) == pytest.approx(10 * np.log10(2))
 
@@ -68,6 +87,7 @@ REFUSED = [
     ([[-1.0, 1.5]], "nominal_taguchi", r"response must have a mean further from 0 than its standard error"),
     ([[np.nan]], "smaller", r"response\[0\] must be finite"),
     (["a"], "smaller", r"response must be numbers; got \['a'\]"),
+    *(([], ratio, r"response must have a reading or more in each run; got the shape \(0,\)") for ratio in RATIOS),
     (3.0, "smaller", r"response must have an axis of replicates"),
     ([[1.0]], "biggest", r"ratio must be one of smaller, larger, nominal, nominal_taguchi, none; got 'biggest'"),
 ]

@@ -122,5 +122,11 @@ def test_unbalanced_studies_say_what_to_install(monkeypatch):
 def test_numbers_of_a_level_may_be_whole_or_nearly_so():
     same = [WANG.predict({"tool_diameter": value}).mean for value in (4, 4.0, np.float64(4), 4 * (1 + 1e-12))]
     assert len(set(same)) == 1
-    with pytest.raises(ValueError, match="got True"):
-        WANG.predict({"tool_diameter": True})
+    study = l4()
+    for value in (True, np.True_):
+        with pytest.raises(ValueError, match=f"a must be one of its levels, 0, 1; got {value!r}"):
+            study.predict({"a": value})
+    found = WANG.power(rng=0, runs=10)
+    assert found.beats("normal_force", 1.667 * (1 + 1e-12), 1.111) == found.beats("normal_force", 1.667, 1.111)
+    with pytest.raises(ValueError, match=r"level must be one of 0\.0, 1\.0; got True"):
+        study.power(rng=0, runs=10, pool=None).beats("a", True, 0)

@@ -2,11 +2,12 @@
 
 On a quadratic b x + c x^2 with c < 0 the best is at x = -b/(2c): below any place where the slope b + 2 c x is negative. So
 Student's law of the slope tells with which probability the best lies below a place (Fieller); n further runs are put at the
-middles of n parts that are equally likely to hold it.
+middles of n parts that are equally likely to hold it. Levels that the data cannot tell from the best are tried in its place.
 """
 
 import dataclasses
 from collections.abc import Iterator, Sequence
+from itertools import combinations, islice, product
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
@@ -15,18 +16,15 @@ from scipy.special import stdtrit
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
-from sdpgrind.finishing._study.best import best
+from sdpgrind.finishing._study.best import Best, best
 from sdpgrind.finishing._study.pooling import Pool
-from sdpgrind.finishing._study.ratios import back
+from sdpgrind.finishing._study.reading import law_of_a_reading
 from sdpgrind.finishing._study.settings import Level
 from sdpgrind.finishing._study.surface_fit import Axis, SurfaceFit, surface_fit
 from sdpgrind.finishing._study.texts import amount, level
 
 if TYPE_CHECKING:
     from sdpgrind.finishing._study.observations import Observations
-
-DB = 20 / np.log(10)
-"""dB of a change of the logarithm of the response by 1."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,9 +36,10 @@ class NextRun:
     settings : mapping of str to level
         Each factor's level, in its own unit; factors without an effect are left out.
     mean, sd : float
-        Of its ratio, dB, the uncertainty of the surface included.
+        Of its ratio over as many readings as each run of the study has, dB, the uncertainty of the surface included.
     law : sdp.Law
-        What the reading should be: log-normal in the unit of the response where smaller or larger is better, else normal in dB.
+        What one reading should be: log-normal in the unit of the response where smaller or larger is better, its scatter that of
+        readings within runs too. For other ratios normal, of the ratio in dB.
     why : str
         What it is for.
     """
@@ -63,7 +62,7 @@ class NextRuns(Sequence[NextRun]):
     gain : float
         By how much the best of the surface is above the best combination of levels, dB.
     notes : tuple of str
-        What else there is to know: factors that are best at an end of their range.
+        What else there is to know: factors that are best at an end of their range; why there are fewer runs than asked for.
     unit : str
         That of the response.
     """
@@ -93,7 +92,8 @@ class NextRuns(Sequence[NextRun]):
             where = ", ".join(f"{name} {_short(value)}" for name, value in run.settings.items())
             unit = self.unit if isinstance(run.law, sdp.LogNormal) else "dB"
             lines.append(f"{where}: {amount(float(run.law.mean), unit)} +- {amount(float(run.law.sd), unit)}; {run.why}")
-        return "\n".join([*lines, f"the surface promises {self.gain:.2f} dB over the best levels", *self.notes])
+        promise = [f"the surface promises {self.gain:.2f} dB over the best levels"] if lines else []
+        return "\n".join([*lines, *promise, *self.notes])
 
 
 def _short(value: Level) -> str:
@@ -108,16 +108,42 @@ def next_runs(study: "Observations", number: int, pool: Pool) -> NextRuns:
     found, fit = best(study, pool, 0.05), surface_fit(study, pool)
     inside = [axis for axis in fit.axes if _peak(fit, axis) is not None]
     tops = {axis.factor: _top(fit, axis, found[axis.factor]) for axis in fit.axes}
-    combinations = [tops, *({**tops, tie.factor: tie.level} for tie in found.ties if isinstance(tie.level, str))]
-    runs = []
-    for k in range(number):
-        settings = dict(combinations[k % len(combinations)])
-        for j, axis in enumerate(inside):
-            settings[axis.factor] = _placed(fit, axis, _part(k, j, number))
-        runs.append(_run(study, fit, settings, inside, tops))
+    if not fit.axes:
+        return NextRuns((), 0.0, ("no factor shows an effect: no further run is worth more than another",), study.unit)
+    swaps = [swap for axis in fit.axes if axis not in inside for swap in _swaps(study, fit, axis, tops, found)]
+    settings = _settings(fit, inside, list(islice(_tried(tops, swaps), number)), number)
+    runs = [_run(study, fit, at, inside, tops) for at in settings]
     gain = fit.law(tops)[0] - fit.law({axis.factor: found[axis.factor] for axis in fit.axes})[0]
     notes = tuple(note for axis in fit.axes if axis not in inside for note in _at_the_end(axis, tops[axis.factor]))
+    if len(runs) < number:
+        notes = (*notes, f"{len(runs)} of {number} runs: no other levels are as good, as far as the data say")
     return NextRuns(tuple(runs), gain, notes, study.unit)
+
+
+def _swaps(study: "Observations", fit: SurfaceFit, axis: Axis, tops: dict[str, Level], found: Best) -> list[tuple[str, Level]]:
+    """Other levels of a factor that may be as good as its best, the most promising first."""
+    name = axis.factor
+    ties = {found[name], *(tie.level for tie in found.ties if tie.factor == name)}
+    levels = [at for at in study.levels(name) if at != tops[name] and (name in found.arbitrary or at in ties)]
+    return [(name, at) for at in sorted(levels, key=lambda at: -fit.law({**tops, name: at})[0])]
+
+
+def _tried(tops: dict[str, Level], swaps: list[tuple[str, Level]]) -> Iterator[dict[str, Level]]:
+    """The best levels, then with one of them swapped, then with two, and so on."""
+    for count in range(len(tops) + 1):
+        for chosen in combinations(swaps, count):
+            if len(dict(chosen)) == count:
+                yield tops | dict(chosen)
+
+
+def _settings(fit: SurfaceFit, inside: list[Axis], tried: list[dict[str, Level]], number: int) -> list[dict[str, Level]]:
+    """At most so many settings, no two alike: first each part of a peak once, then other pairs of levels and parts."""
+    found: list[dict[str, Level]] = []
+    for k, part in [(k % len(tried), k) for k in range(number)] + list(product(range(len(tried)), range(number))):
+        peaks: dict[str, Level] = {axis.factor: _placed(fit, axis, _part(part, j, number)) for j, axis in enumerate(inside)}
+        if len(found) < number and tried[k] | peaks not in found:
+            found.append(tried[k] | peaks)
+    return found
 
 
 def _peak(fit: SurfaceFit, axis: Axis) -> float | None:
@@ -167,21 +193,11 @@ def _run(
     study: "Observations", fit: SurfaceFit, settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level]
 ) -> NextRun:
     mean, sd = fit.law(settings)
-    return NextRun(settings, mean, sd, _law(study, mean, sd), _why(settings, inside, tops))
-
-
-def _law(study: "Observations", mean: float, sd: float) -> sdp.Law:
-    """Law of the reading, log-normal with that mean and sd of its dB; of the dB where there is no way back."""
-    middle = back(study.ratio, mean, study.reference)
-    if middle is None:
-        return sdp.Normal(mean, sd)
-    square = (sd / DB) ** 2
-    whole = middle * float(np.exp(0.5 * square))
-    return sdp.LogNormal(whole, whole * float(np.sqrt(np.expm1(square))))
+    return NextRun(settings, mean, sd, law_of_a_reading(study, mean, sd), _why(settings, inside, tops))
 
 
 def _why(settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level]) -> str:
-    parts = []
+    parts, peaks = [], {axis.factor for axis in inside}
     for axis in inside:
         value, top = float(settings[axis.factor]), float(tops[axis.factor])
         if abs(value - top) <= 1e-9 * abs(top):
@@ -191,14 +207,14 @@ def _why(settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level])
     swapped = [
         f"{name} {level(value)}: as good, as far as the data say"
         for name, value in settings.items()
-        if isinstance(value, str) and value != tops[name]
+        if name not in peaks and value != tops[name]
     ]
     return "; ".join([*parts, *swapped]) or "at the best levels: confirms them"
 
 
 def _at_the_end(axis: Axis, value: Level) -> list[str]:
     """A number that is best where its range ends may be better beyond."""
-    if not isinstance(value, float):
+    if not axis.numeric:
         return []
     side = "greatest" if value == axis.ends[1] else "least"
-    return [f"{axis.factor} is best at {value:g}, the {side} level tried: beyond it nothing is known"]
+    return [f"{axis.factor} is best at {level(value)}, the {side} level tried: beyond it nothing is known"]

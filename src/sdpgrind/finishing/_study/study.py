@@ -231,7 +231,8 @@ class Study(Observations):
         Returns
         -------
         NextRuns
-            Settings in their own units, with the law of the reading to be expected, and why.
+            Settings in their own units, no two alike, with the law of one reading to be expected, and why. Fewer than `number`
+            where no others are as good, as far as the data say; none where no factor shows an effect.
 
         Raises
         ------
