@@ -68,7 +68,7 @@ def refinish_problem(
     After each pass the roughness is read. One may deliver, and is charged by the roughness; or pay for another pass, which leaves
     a roughness of the model's law, whatever it was before. The best is to deliver below a roughness that rises as passes run out.
     A node of the table is where the charge sets in, so that the value is right to a thousandth on the grid as it is; to some
-    thousandths where it is a few cents, as passes are many and cheap. A tolerance of `sdp.plan` is soon reached: of 9 $, 1e-4 $ in
+    thousandths where it is a few cents, as passes are many and cheap. A tolerance of `sdp.plan` is soon met: of 9 $, 1e-4 $ in
     a second. But each halving of cells takes four times the memory, as any roughness may follow any other.
 
     Parameters

@@ -21,7 +21,7 @@ class Ratio(NamedTuple):
 
 
 def _size(y: Floats) -> Floats:
-    """The power of 2 at or below each size, 2^-1 of 0: readings over it are not rounded, and their squares in range."""
+    """The power of 2 at or below each size, 2^-1 of 0: over it, readings are unrounded, with squares in range."""
     return np.asarray(np.ldexp(1.0, np.frexp(np.abs(y))[1] - 1))
 
 
