@@ -96,7 +96,7 @@ def test_readings_that_are_missing_count_for_nothing():
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: locus.AreaController(None), TypeError, "curve must be a Area"),
+        (lambda: locus.AreaController(None), TypeError, "curve must be an Area"),
         (lambda: locus.AreaController(area(), theta=0.0), ValueError, r"theta must be in \(0, 1\]; got 0"),
         (lambda: locus.AreaController(area(), start={"dullness": 1.0}), ValueError, "start must have dullness, dressing_state"),
         (lambda: locus.AreaController(area(), start={**HIDDEN, "dullness": 9.0}), ValueError, r"start\['dullness'\] must be in"),
