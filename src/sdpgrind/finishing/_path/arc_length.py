@@ -15,7 +15,7 @@ POINTS = {True: 8, False: 16}
 TOLERANCE = 1e-9
 """Of a piece's length: what the last two terms may be in an interval. The length itself is closer by orders."""
 NOTHING = 1e-14
-"""Of a path's length: no shorter interval is halved."""
+"""Of the length of a path or the size of its surface: no shorter interval is halved."""
 HALVINGS = 40
 
 Speed = Callable[[Ints, Floats], Floats]
@@ -58,8 +58,8 @@ class ArcLength:
         return self.piece[interval], np.asarray(self.first[interval] + 0.5 * (out + 1.0) * width)
 
 
-def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int) -> ArcLength:
-    """Measure intervals, halving those whose series has not come to an end."""
+def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int, size: float) -> ArcLength:
+    """Measure intervals, halving those whose series has not come to an end, on a surface of `size` mm."""
     whole = np.zeros(piece.max() + 1)
     done: list[tuple[Ints, Floats, Floats, Floats]] = []
     for halvings in range(HALVINGS + 1):
@@ -67,7 +67,7 @@ def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: i
         if halvings == 0:
             np.add.at(whole, piece, 2.0 * series[:, 0])
         tail = np.abs(series[:, -1]) + np.abs(series[:, -2])
-        good = (tail <= TOLERANCE * whole[piece]) | (series[:, 0] <= NOTHING * whole.sum()) | (halvings == HALVINGS)
+        good = (tail <= TOLERANCE * whole[piece]) | (series[:, 0] <= NOTHING * max(whole.sum(), size)) | (halvings == HALVINGS)
         done.append((piece[good], first[good], last[good], series[good]))
         if good.all():
             break

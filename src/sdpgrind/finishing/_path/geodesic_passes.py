@@ -83,7 +83,8 @@ def _split(
         if not pieces and np.all(reach > level):
             whole.append(Pass.curved(columns, _curve(field.s, c)))
         else:
-            pieces.append([_piece(field.s, c, ends, columns, top) for ends in _ends(s, reach - level)])
+            ends = [each for each in _ends(s, reach - level) if _seen(field.s, c, each)]
+            pieces.append([_piece(field.s, c, each, columns, top) for each in ends])
     return whole, [[each for each in level if _length(square, each) > pitch] for level in pieces]
 
 
@@ -108,11 +109,17 @@ def _crossing(s: Floats, above: Floats, inside: int, outside: int) -> float:
     return float(s[inside] + share * (s[outside] - s[inside]))
 
 
+def _seen(s: Floats, c: Floats, ends: tuple[float, float]) -> bool:
+    """Whether a level is known in two columns of the field between its ends: what is shorter is no piece."""
+    return bool(np.count_nonzero(np.isfinite(c) & (s >= ends[0]) & (s <= ends[1])) >= 2)
+
+
 def _piece(s: Floats, c: Floats, ends: tuple[float, float], columns: Floats, top: float) -> Pass:
     """A pass between its ends, of which those within the surface lie on top."""
     low, high = ends
     known = np.isfinite(c)
-    around = known & (s >= s[known & (s <= low)][-1] - 0.05) & (s <= high + 0.05)
+    before = s[known & (s <= low)]
+    around = known & (s >= (before[-1] if before.size else low) - 0.05) & (s <= high + 0.05)
     gap = 0.25 * np.diff(columns).min()
     nodes = np.concatenate([[low], columns[(columns > low + gap) & (columns < high - gap)], [high]])
     places = np.asarray(_curve(s[around], c[around])(nodes))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from sdpgrind.finishing._path.metrics import PathMetrics
 
 STILL = 1e-12
-"""Share of a path's length that is no leg."""
+"""Share of the length of a path, or of the size of its surface, that is no leg."""
 BLEND = 0.05
 """Deviation of a rounded corner, pitches, where none is given."""
 
@@ -149,8 +149,8 @@ class Path(Frozen):
         """Length by piece and t."""
         own = self._legs
         cut = intervals(self.surface, self._mapping, own.coefficients)
-        found = arc_length(self._speed, *cut, POINTS[own.coefficients.shape[1] == 2])
-        still = np.flatnonzero(found.pieces(len(own.run)) <= STILL * found.total)
+        found = arc_length(self._speed, *cut, POINTS[own.coefficients.shape[1] == 2], self.surface.size)
+        still = np.flatnonzero(found.pieces(len(own.run)) <= STILL * max(found.total, self.surface.size))
         if len(still):
             u, v = self._mapping.carried(contact.jets(own.coefficients, still[:1], np.zeros(1)))[0, 0]
             raise ValueError(

@@ -274,6 +274,11 @@ class Surface(Frozen):
         return area.area(self)
 
     @property
+    def size(self) -> float:
+        """Diagonal of the box around the control points, mm."""
+        return float(np.linalg.norm(np.ptp(self.control_points.reshape(-1, 3), axis=0)))
+
+    @property
     def area(self) -> float:
         """Area, mm^2: Gauss in each knot span, with twice the points until nothing changes."""
         return self._area.value
