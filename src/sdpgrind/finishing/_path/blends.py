@@ -6,13 +6,11 @@ with unit tangents s and t that is the quartic with its control points at the en
 whose middle is 3/16 l ``|t - s|`` away from the corner: no point of either path is further from the other.
 """
 
-from math import comb
-
 import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._path import contact
-from sdpgrind.finishing._path.legs import Legs
+from sdpgrind.finishing._path.legs import Legs, part
 from sdpgrind.finishing._path.mappings import Mapping
 from sdpgrind.finishing._path.samples import Ints
 from sdpgrind.finishing._surface.surface import Surface
@@ -40,7 +38,7 @@ def rounded(surface: Surface, mapping: Mapping, sharp: Legs, corners: Bools, dev
     count = len(corners) - 1
     begin, end = np.zeros(count), np.ones(count)
     begin[at], end[at - 1] = arms[1], 1.0 - arms[0]
-    straight = _part(_raised(sharp.coefficients), begin, end)
+    straight = part(_raised(sharp.coefficients), begin, end)
     place = np.arange(count) + np.cumsum(corners[:-1])
     pieces = np.empty((count + len(at), DEGREE + 1, 2))
     pieces[place], pieces[place[at] - 1] = straight, _blends(sharp.coefficients, at, arms)
@@ -107,14 +105,4 @@ def _blends(coefficients: Floats, at: Ints, arms: Floats) -> Floats:
 def _raised(coefficients: Floats) -> Floats:
     found = np.zeros((len(coefficients), DEGREE + 1, 2))
     found[:, : coefficients.shape[1]] = coefficients
-    return found
-
-
-def _part(coefficients: Floats, begin: Floats, end: Floats) -> Floats:
-    """Polynomials from `begin` to `end` as such from 0 to 1."""
-    found = np.zeros_like(coefficients)
-    for power in range(DEGREE + 1):
-        for k in range(power + 1):
-            factor = comb(power, k) * begin ** (power - k) * (end - begin) ** k
-            found[:, k] += factor[:, None] * coefficients[:, power]
     return found

@@ -20,7 +20,7 @@ def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple
     count = len(coefficients)
     piece, t = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
     uv = mapping.carried(jets(coefficients, piece, t))[:, 0].reshape(count, len(PLACES), 2)
-    found = [_crossed(surface, mapping, coefficients, uv[..., axis], axis) for axis in (0, 1)]
+    found = [_crossed(mapping, coefficients, uv[..., axis], surface.breaks[axis][1:-1], axis) for axis in (0, 1)]
     every = np.arange(count)
     piece = np.concatenate([every, *(pieces for pieces, _ in found)])
     first = np.concatenate([np.zeros(count), *(places for _, places in found)])
@@ -31,9 +31,16 @@ def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple
     return piece[wide], first[wide], last[wide]
 
 
-def _crossed(surface: Surface, mapping: Mapping, coefficients: Floats, places: Floats, axis: int) -> tuple[Ints, Floats]:
+def crossed(mapping: Mapping, coefficients: Floats, knots: Floats, axis: int) -> tuple[Ints, Floats]:
+    """Pieces and t at which a path goes through knots of u (axis 0) or v (1)."""
+    count = len(coefficients)
+    piece, t = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
+    places = mapping.carried(jets(coefficients, piece, t))[:, 0, axis].reshape(count, len(PLACES))
+    return _crossed(mapping, coefficients, places, knots, axis)
+
+
+def _crossed(mapping: Mapping, coefficients: Floats, places: Floats, knots: Floats, axis: int) -> tuple[Ints, Floats]:
     """Pieces and t at which one parameter, (k, 5) at `PLACES`, goes through a knot."""
-    knots = surface.breaks[axis][1:-1]
     span = np.searchsorted(knots, places, side="right")
     crossed = np.abs(np.diff(span, axis=1))
     piece, interval = (np.repeat(index, crossed[crossed > 0]) for index in np.nonzero(crossed))

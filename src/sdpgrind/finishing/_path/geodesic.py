@@ -12,7 +12,6 @@ from scipy.interpolate import PchipInterpolator
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._path.eikonal_kernels import refine, sweep
 from sdpgrind.finishing._path.square import Square
-from sdpgrind.finishing._surface.surface import Surface
 
 NODES = 257
 """Of the grid on each side. On twice as many, distances over 50 mm are the same to 0.001 mm, on very skewed grids to 0.1 mm."""
@@ -46,19 +45,6 @@ def solved(E: Floats, F: Floats, G: Floats) -> Floats:
     for _ in range(REFINEMENTS):
         refine(E, F, G, d, known, np.argsort(d, axis=None, kind="stable"), fixed)
     return d
-
-
-def refuse_creases(surface: Surface) -> None:
-    """Raise where the tangents may jump at a knot: the metric of a node would not be that of all its triangles."""
-    for name, knots, degree, breaks in zip("uv", surface.knots, surface.degree, surface.breaks, strict=True):
-        places = breaks[1:-1]
-        times = np.count_nonzero(knots[:, None] == places, axis=0)
-        if np.any(times >= degree):
-            place = float(places[np.argmax(times >= degree)])
-            raise ValueError(
-                f"mapping must be another one than 'geodesic' on a surface whose tangents may jump: its knot {name} = {place:g} "
-                f"is there {int(times[places == place][0])} times at degree {degree}"
-            )
 
 
 def refuse_folds(field: Field, along: str) -> None:

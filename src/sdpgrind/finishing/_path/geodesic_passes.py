@@ -8,10 +8,11 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._path import turns
-from sdpgrind.finishing._path.geodesic import Field, distance_field, level_sets, refuse_creases, refuse_folds
+from sdpgrind.finishing._path.geodesic import Field, distance_field, level_sets, refuse_folds
 from sdpgrind.finishing._path.passes import Pass
 from sdpgrind.finishing._path.spacing import ROUNDING
 from sdpgrind.finishing._path.square import Square
+from sdpgrind.finishing._surface.creases import refuse_creases
 
 KINK = 0.3
 """Turn from one leg of a pass to the next, rad, from which on it is a sharp corner."""
@@ -54,7 +55,7 @@ class Rim(NamedTuple):
 
 def geodesic_nodes(square: Square, pitch: float, columns: Floats, top: float, radius: float) -> tuple[Floats, Bools]:
     """Places (n, 2) of (s, c) along passes of equal distance from c = 0 up to c = `top`, and which are sharp corners."""
-    refuse_creases(square.surface)
+    refuse_creases(square.surface, "geodesic")  # the metric of a node would not be that of all its triangles
     field = distance_field(square)
     refuse_folds(field, square.along)
     furthest = float(field.distance[:, -1].max())

@@ -1,6 +1,7 @@
 """Curves through the nodes of a path in the unit square: straight legs, or cubic splines between sharp corners."""
 
 from itertools import pairwise
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -44,6 +45,16 @@ def legs(nodes: Floats, corners: Bools, smooth: bool) -> Legs:
     node = np.repeat(np.arange(len(nodes)), 1 + corners)
     ends = np.concatenate([corners[node[:-1]] & (np.diff(node) == 0), [True]])
     return Legs(coefficients, run, node, node - ends.astype(np.intp), ends.astype(float))
+
+
+def part(coefficients: Floats, begin: Floats, end: Floats) -> Floats:
+    """Polynomials from `begin` to `end` as such from 0 to 1."""
+    found = np.zeros_like(coefficients)
+    for power in range(coefficients.shape[1]):
+        for k in range(power + 1):
+            factor = comb(power, k) * begin ** (power - k) * (end - begin) ** k
+            found[:, k] += factor[:, None] * coefficients[:, power]
+    return found
 
 
 def _splines(nodes: Floats, corners: Bools) -> Floats:

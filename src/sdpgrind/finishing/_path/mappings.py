@@ -7,6 +7,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._path.equal_area import equal_area
+from sdpgrind.finishing._surface.creases import refuse_creases
 from sdpgrind.finishing._surface.surface import Surface
 
 MAPPINGS = ("parametric", "equal_area")
@@ -36,6 +37,7 @@ class Parametric:
 def mapping_of(name: str, surface: Surface) -> Mapping:
     """Return a mapping by its name."""
     if name == "equal_area":
+        refuse_creases(surface, name)
         return equal_area(surface)
     low, high = np.transpose(surface.domain)
     return Parametric(low, high)

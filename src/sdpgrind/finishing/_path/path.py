@@ -11,13 +11,14 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
-from sdpgrind.finishing._path import contact, door, places
+from sdpgrind.finishing._path import contact, crossed_creases, door, places
 from sdpgrind.finishing._path.arc_length import POINTS, ArcLength, arc_length
 from sdpgrind.finishing._path.blends import rounded
 from sdpgrind.finishing._path.crossings import intervals
 from sdpgrind.finishing._path.legs import Legs, legs, turning
 from sdpgrind.finishing._path.mappings import MAPPINGS, Mapping, mapping_of
 from sdpgrind.finishing._path.samples import Ints, PathSamples
+from sdpgrind.finishing._surface.creases import creases
 from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 from sdpgrind.finishing._surface.surface import Surface
 
@@ -37,7 +38,7 @@ class Path(Frozen):
 
     Between its nodes the path is straight in the square, or a spline; the square is laid on the surface by a mapping, so that
     direction and curvature along the path follow by the chain rule. At a sharp corner the direction of feed has two values:
-    both are kept, and never their mean.
+    both are kept, and never their mean. So it has wherever the path crosses a crease of the surface, where its tangents jump.
 
     Parameters
     ----------
@@ -64,7 +65,8 @@ class Path(Frozen):
     ------
     ValueError
         When nodes are outside of the unit square or coincide, or a corner is missing. Later, when two nodes in a row coincide on
-        the surface, a spline leaves the square, or a corner that turns right back is to be rounded.
+        the surface, a spline leaves the square, the path comes to where the surface is torn, areas are to be equal on a surface
+        with a crease, or a corner is to be rounded that turns right back, or on a path that crosses a crease.
 
     Examples
     --------
@@ -116,14 +118,20 @@ class Path(Frozen):
     @cached_property
     def _turns(self) -> Bools:
         """Which nodes are corners before any is rounded."""
-        if self.corners is not None:
-            return self.corners
-        return np.zeros(len(self.nodes), bool) if self.smooth else turning(self.nodes)
+        own = self.corners
+        if own is None:
+            own = np.zeros(len(self.nodes), bool) if self.smooth else turning(self.nodes)
+        if not creases(self.surface):
+            return own
+        return own | crossed_creases.corners(self.surface, self._mapping, legs(self.nodes, own, self.smooth))
 
     @cached_property
     def _legs(self) -> Legs:
         """Pieces of the path in the square."""
         sharp = legs(self.nodes, self._turns, self.smooth)
+        if creases(self.surface):
+            crossed_creases.refuse_rounding(self.surface, self._mapping, sharp, self.deviation)
+            sharp = crossed_creases.cut(self.surface, self._mapping, sharp)
         if self.deviation == 0 or not self._turns.any():
             return sharp
         return rounded(self.surface, self._mapping, sharp, self._turns, self.deviation)
@@ -184,7 +192,7 @@ class Path(Frozen):
 
     @property
     def runs(self) -> Ints:
-        """First and last node of each smooth run between sharp corners, (r, 2)."""
+        """First and last node of each smooth run between sharp corners, (r, 2); creases crossed between nodes do not count."""
         sharp = np.flatnonzero(np.diff(self._legs.at_node) == 0)
         ends = np.concatenate([[0], self._legs.at_node[sharp], [len(self.nodes) - 1]])
         return np.stack([ends[:-1], ends[1:]], axis=1)
@@ -199,7 +207,10 @@ class Path(Frozen):
         x is the direction of feed t, z the outward normal n, y = n x t. There are two at a sharp corner: before and after.
         """
         at_node = self._legs.at_node
-        found = contact.contact(self.surface, self._moved, self._there, at_node)
+        there, place = self._there, at_node
+        if creases(self.surface):  # both sides of one
+            there, place = self.surface.derivatives(*self._moved[:, 0].T), np.arange(len(at_node))
+        found = contact.contact(self.surface, self._moved, there, place)
         return contact.frames(self.points, at_node, found.tangent, found.normal)
 
     def sample(self, step: float | None = None, per_leg: int = 8) -> PathSamples:
