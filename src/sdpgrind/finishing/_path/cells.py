@@ -16,6 +16,8 @@ SIDE = 1024
 COLUMNS, INTERVALS = 64, 512
 """Places along passes at which strips are cut, and intervals across them."""
 SAME = 1e-9
+SLANT = 0.5
+"""Way across by the way along a side, in the square, from which on a part of a path is no pass."""
 
 
 def cell_areas(path: Path) -> Floats | None:
@@ -23,7 +25,9 @@ def cell_areas(path: Path) -> Floats | None:
     if path.pattern.startswith("zigzag"):
         return _strips(path)
     sides = [_sides(path.nodes[:, k]) for k in (0, 1)]
-    if sides[0].size * sides[1].size != len(path.nodes):
+    places = np.stack([np.searchsorted(side + SAME, path.nodes[:, k]) for k, side in enumerate(sides)])
+    count = sides[0].size * sides[1].size
+    if len(path.nodes) != count or np.unique(places, axis=1).shape[1] != count:
         return None
     return _cells(Square(path.surface, path.mapping, "u"), *sides)
 
@@ -52,13 +56,16 @@ def _edges(places: Floats) -> Floats:
     return np.concatenate([[0.0], (places[1:] + places[:-1]) / 2, [1.0]])
 
 
-def _strips(path: Path) -> Floats:
-    """Area of each pass's strip."""
+def _strips(path: Path) -> Floats | None:
+    """Area of each pass's strip; None where there are no two passes along one side."""
     move = np.abs(np.diff(path.nodes, axis=0)).sum(axis=0)
     along = "u" if move[0] >= move[1] else "v"
     square = Square(path.surface, path.mapping, along)
     s, weight = gauss(np.array([0.0, 1.0]), COLUMNS)
-    passes = np.sort(_passes(path.nodes if along == "u" else path.nodes[:, ::-1], s), axis=0)
+    found = _passes(path.nodes if along == "u" else path.nodes[:, ::-1], s)
+    if found is None:
+        return None
+    passes = np.sort(found, axis=0)
     edges = np.concatenate([np.zeros((1, s.size)), (passes[1:] + passes[:-1]) / 2, np.ones((1, s.size))])
     c = with_middles(graded(square.breaks(1), INTERVALS))
     by_s, by_c = square.tangents(s[:, None], c)
@@ -67,12 +74,17 @@ def _strips(path: Path) -> Floats:
     return np.asarray(np.diff(weight @ np.array(below)))
 
 
-def _passes(nodes: Floats, s: Floats) -> Floats:
-    """Places across (passes, k) at `s` (k,) of the parts of a path that run one way for more than half a side."""
+def _passes(nodes: Floats, s: Floats) -> Floats | None:
+    """Places across (passes, k) at `s` (k,) of the parts of a path that run one way for more than half of the longest.
+
+    None where there are fewer than two, or one runs as far across.
+    """
     way = np.sign(np.where(np.abs(np.diff(nodes[:, 0])) > SAME, np.diff(nodes[:, 0]), 0.0))
     legs = np.flatnonzero(way)
     parts = np.split(legs, np.flatnonzero(np.diff(way[legs])) + 1)
     runs = [nodes[np.append(part, part[-1] + 1)] for part in parts]
     longest = max(np.ptp(run[:, 0]) for run in runs)
     found = [run[np.argsort(run[:, 0])] for run in runs if np.ptp(run[:, 0]) > longest / 2]
+    if len(found) < 2 or any(abs(run[-1, 1] - run[0, 1]) > SLANT * np.ptp(run[:, 0]) for run in found):
+        return None
     return np.array([np.interp(s, run[:, 0], run[:, 1]) for run in found])

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,10 @@ from sdpgrind.finishing._surface.surface import Surface
 
 SURFACE_SHARE, PATH_SHARE = 10, 20
 """Samples on the surface and on the path for each radius of the footprint."""
+SURFACE_PITCH, PATH_PITCH = 4, 20
+"""Samples at least on the surface and on the path for each pitch: else gaps and the nearest legs might be missed."""
+SAMPLES_MAX = 30_000_000
+"""Of the surface or of the path: a minute or two."""
 BLOCK = 2**17
 """Samples of the surface that are worked on at once."""
 WORST, LATTICE, CLOSING = 16, 9, 5
@@ -52,7 +57,7 @@ class PathMetrics(Frozen):
     footprint_radius : float
         Radius of the footprint, mm. It is not that of the tool; see `ball_footprint`.
     surface_step, path_step : float
-        Distance of the samples on the surface and on the path, mm, at most.
+        Distance of the samples on the surface and on the path, mm, at most; no more than 1/4 and 1/20 of the path's pitch.
 
     Examples
     --------
@@ -100,6 +105,9 @@ def metrics(
     radius = checks.positive("footprint_radius", footprint_radius, "mm")
     on_surface = radius / SURFACE_SHARE if surface_step is None else checks.positive("surface_step", surface_step, "mm")
     on_path = radius / PATH_SHARE if path_step is None else checks.positive("path_step", path_step, "mm")
+    on_surface, on_path = min(on_surface, path.pitch / SURFACE_PITCH), min(on_path, path.pitch / PATH_PITCH)
+    _refuse_work("surface_step", on_surface, sample_count(path.surface, on_surface), SURFACE_PITCH)
+    _refuse_work("path_step", on_path, path.length / on_path, PATH_PITCH)
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     areas = cell_areas(path)
     coverage, furthest = _covered(path, radius, on_surface, on_path)
@@ -116,6 +124,14 @@ def metrics(
         surface_step=on_surface,
         path_step=on_path,
     )
+
+
+def _refuse_work(name: str, step: float, count: float, per_pitch: int) -> None:
+    if count > SAMPLES_MAX:
+        raise ValueError(
+            f"{name} must be larger: {step:.4g} mm asks for {count:.3g} samples, more than {SAMPLES_MAX:.3g}; give {name}=... "
+            f"(mm), which may be up to 1/{per_pitch} of the path's pitch"
+        )
 
 
 def _small(cv: float) -> str:
@@ -199,12 +215,25 @@ def surface_samples(surface: Surface, step: float) -> Iterator[Block]:
         yield Block(u, v, there.point.reshape(-1, 3), (area_density(there) * np.diff(u)[:, None] * np.diff(v)).ravel())
 
 
+def sample_count(surface: Surface, step: float) -> float:
+    """Number of such samples."""
+    counts = [np.ceil(_reached(surface, side)[-1] / step) for side in (0, 1)]
+    return float(counts[0] * counts[1])
+
+
 def _edges(surface: Surface, side: int, step: float) -> Floats:
     """Edges in u (side 0) or v (side 1) of cells that are nowhere wider on the surface than `step`."""
     s = np.linspace(0.0, 1.0, COARSE)
-    tangent = Square(surface, "parametric", "u").tangents(s[:, None], s)[side]
-    fastest = np.linalg.norm(tangent, axis=-1).max(axis=1 - side)
-    reached = np.concatenate([[0.0], np.cumsum(np.maximum(fastest[1:], fastest[:-1]) * s[1])])
+    reached = _reached(surface, side)
     count = int(np.ceil(reached[-1] / step * (1 - 1e-12)))
     low, high = surface.domain[side]
     return np.asarray(low + (high - low) * np.interp(np.linspace(0.0, reached[-1], count + 1), reached, s))
+
+
+@lru_cache(maxsize=8)
+def _reached(surface: Surface, side: int) -> Floats:
+    """Greatest length of lines on one side up to places evenly apart, mm."""
+    s = np.linspace(0.0, 1.0, COARSE)
+    tangent = Square(surface, "parametric", "u").tangents(s[:, None], s)[side]
+    fastest = np.linalg.norm(tangent, axis=-1).max(axis=1 - side)
+    return np.concatenate([[0.0], np.cumsum(np.maximum(fastest[1:], fastest[:-1]) * s[1])])

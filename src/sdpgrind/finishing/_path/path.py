@@ -297,7 +297,13 @@ class Path(Frozen):
         footprint_radius : float
             Straight-line distance from the path up to which the tool works, mm; see `ball_footprint`.
         surface_step, path_step : float, optional
-            Sampling of surface and path, mm.
+            Sampling of surface and path, mm; None: 1/10 and 1/20 of the radius. Both are no more than 1/4 and 1/20 of the
+            pitch; those used are told.
+
+        Raises
+        ------
+        ValueError
+            When one is not > 0, or asks for more than 30 million samples.
         """
         from sdpgrind.finishing._path.metrics import metrics
 

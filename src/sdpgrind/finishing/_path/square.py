@@ -8,7 +8,11 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._path.mappings import Mapping, mapping_of
 from sdpgrind.finishing._path.spacing import INTERVALS, ROWS, Gaps, gaps_of, graded, with_middles
+from sdpgrind.finishing._surface.creases import creases
 from sdpgrind.finishing._surface.surface import Surface
+
+BEFORE = 1e-12
+"""A crease, in the square."""
 
 
 @dataclass(frozen=True)
@@ -46,12 +50,19 @@ class Square:
 
     def gaps(self, across: bool = True) -> Gaps:
         """Gaps of lines of constant c, or of those of constant s."""
-        first, second = (self.breaks(0), self.breaks(1)) if across else (self.breaks(1), self.breaks(0))
+        first, second = (self._both_sides(side) for side in ((0, 1) if across else (1, 0)))
         rows, places = graded(first, ROWS - 1), with_middles(graded(second, INTERVALS))
         if across:
             return gaps_of(*self.tangents(rows[:, None], places), places)
         by_s, by_c = self.tangents(places, rows[:, None])
         return gaps_of(by_c, by_s, places)
+
+    def _both_sides(self, side: int) -> Floats:
+        """The same with a place just before each crease: derivatives at a knot are those behind it."""
+        axis = side if self.along == "u" else 1 - side
+        low, high = self.surface.domain[axis]
+        places = [(each.place - low) / (high - low) - BEFORE for each in creases(self.surface) if each.axis == axis]
+        return np.sort(np.concatenate([self.breaks(side), places]))
 
     def breaks(self, side: int) -> Floats:
         """Knots on the side of s (0) or of c (1), scaled to the unit square; of equal_area just its ends."""
