@@ -178,3 +178,37 @@ def test_refused_zigzags(wrong, message):
 def test_refused_surface():
     with pytest.raises(TypeError, match=r"^surface must be a Surface; got 3.0$"):
         zigzag(3.0, 1.0)
+
+
+# Sampling -------------------------------------------------------------------------------------------------------------
+
+
+def test_coarse_steps_are_made_finer():
+    """Steps of the caller, or of a large radius, by which the nearest legs would be missed."""
+    path = zigzag(flat_surface(50.0), 1.5)
+    fine = path.metrics(0.8)
+    coarse = path.metrics(0.8, path_step=5.0)
+    assert coarse.coverage == pytest.approx(fine.coverage, abs=2e-4) and coarse.coverage > 0.995
+    assert coarse.path_step == pytest.approx(path.pitch / 20)
+    large = path.metrics(100.0)
+    assert large.largest_gap == pytest.approx(fine.largest_gap, rel=1e-4) and large.coverage == 1
+    assert large.surface_step == pytest.approx(path.pitch / 4)
+
+
+def test_too_many_samples():
+    path = zigzag(flat_surface(50.0), 1.5)
+    with pytest.raises(
+        ValueError, match=r"surface_step must be larger: 0.0001 mm asks for 2.5e\+11 samples, more than 3e\+07; give"
+    ):
+        path.metrics(1e-3)
+    with pytest.raises(ValueError, match=r"path_step must be larger: 1e-06 mm asks for 1.7e\+09 samples"):
+        path.metrics(1.0, path_step=1e-6)
+
+
+def test_paths_without_cells_or_passes():
+    flat = flat_surface(50.0)
+    triangle = Path(flat, [(0.2, 0.2), (0.8, 0.2), (0.8, 0.8), (0.2, 0.2)])
+    diagonal = Path(flat, [(0.1, 0.1), (0.9, 0.9)], pattern="zigzag")
+    slanted = Path(flat, [(0.1, 0.1), (0.9, 0.8), (0.1, 0.9)], pattern="zigzag")
+    assert [cell_areas(path) for path in (triangle, diagonal, slanted)] == [None] * 3
+    assert triangle.metrics(2.0).cell_area_cv is None

@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from sdpgrind.finishing._path.hilbert import hilbert
 from sdpgrind.finishing._path.path import Path
+from sdpgrind.finishing._surface.surface import Surface
 
 SQUARE = [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)]
 
@@ -101,3 +102,31 @@ def test_a_corner_that_turns_back_is_not_rounded():
     assert len(path.runs) == 2
     with pytest.raises(ValueError, match=r"a corner that turns back on itself cannot be rounded; the path does at nodes\[1\]"):
         _ = path.blended(0.1).length
+
+
+def wild(seed):
+    """A rational surface that folds, with weights up to 20 times apart from 1."""
+    rng = np.random.default_rng(seed)
+    side = np.linspace(0, 50, 5)
+    net = np.stack([*np.meshgrid(side, side, indexing="ij"), 12 * rng.standard_normal((5, 5))], axis=-1)
+    net[..., :2] += rng.uniform(-14, 14, (5, 5, 2))
+    return Surface.nurbs(net, np.exp(rng.uniform(-3, 3, (5, 5))))
+
+
+@pytest.mark.parametrize("mapping", ["parametric", "equal_area"])
+@pytest.mark.parametrize("seed", [3, 8])
+def test_held_on_a_surface_that_folds(seed, mapping):
+    """Long arms, too, over which legs bend and the pace changes."""
+    sharp = hilbert(wild(seed), 2, mapping=mapping)
+    for deviation in (0.1 * sharp.pitch, 0.4 * sharp.pitch):
+        step = deviation / 80
+        blended, straight = sharp.blended(deviation).sample(step=step).point, sharp.sample(step=step).point
+        assert max(apart(blended, straight), apart(straight, blended)) <= deviation * (1 + 3e-3)
+
+
+@pytest.mark.parametrize("turn", [150.0, 165.0, 175.0])
+def test_held_at_an_acute_corner(turn):
+    angle = np.radians(turn)
+    path = Path(FLAT, [(0.1, 0.5), (0.5, 0.5), (0.5 + 0.4 * np.cos(angle), 0.5 + 0.4 * np.sin(angle))], deviation=0.05)
+    samples = path.sample(step=1e-4).point
+    assert np.linalg.norm(samples - [5.0, 5.0, 0.0], axis=1).min() <= 0.05 * (1 + 1e-3) + 1e-5

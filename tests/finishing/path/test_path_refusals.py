@@ -68,6 +68,14 @@ def test_nodes_apart_in_the_square_and_one_point_of_the_surface():
         path.frames()
 
 
+def test_a_path_that_stays_at_a_point():
+    for nodes in ([(0.0, 1.0), (1.0, 1.0)], [(0.0, 1.0), (0.3, 1.0), (1.0, 1.0)]):
+        with pytest.raises(
+            ValueError, match=r"nodes must be apart on the surface; leg 0, from \(u, v\) = \(0, 1\), has no length"
+        ):
+            _ = Path(BALL, nodes).length
+
+
 def test_equal_areas_that_come_to_a_point():
     path = Path(BALL, [(0.5, 0.5), (0.2, 1.0), (0.8, 1.0)], mapping="equal_area")
     message = r"come to a point; \(u, v\) = \(0.\d+, 1\) has no area|at \(u, v\) = \(0.\d+, 1\) it stands still|has no length"

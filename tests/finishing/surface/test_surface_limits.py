@@ -31,6 +31,24 @@ def test_a_pole_among_other_points():
     assert np.isfinite(ball.gaussian_curvature(u[:, None], v)).all()
 
 
+@pytest.mark.parametrize("apart", [1e-4, 1e-5, 1e-6, 1e-8, 1e-9, 1e-12])
+def test_curvatures_near_the_pole(apart):
+    """Forms from derivatives have relative errors of rounding over `apart` squared there."""
+    ball = sphere_surface(20.0)
+    np.testing.assert_allclose(ball.mean_curvature(AT, 1.0 - apart), -1 / 20, rtol=1e-8)
+    np.testing.assert_allclose(ball.gaussian_curvature(AT, 1.0 - apart), 1 / 400, rtol=2e-8)
+    np.testing.assert_allclose(ball.principal_curvatures(AT, 1.0 - apart), -1 / 20, rtol=2e-8)
+
+
+def test_near_an_apex_the_curvature_is_what_it_is():
+    """No limit at the apex, but H = -1/(2 r) beside it, as well as rounding lets it."""
+    across = np.array([1.0, 0.0])
+    net = 20.0 * np.stack([np.outer(x, across) for x in QUARTER.T] + [np.tile(1 - across, (3, 1))], axis=-1)
+    cone = Surface.nurbs(net, np.outer(QUARTER_WEIGHTS, [1, 1]), degree=(2, 1))
+    distance = 20 * np.sqrt(2) * 1e-5
+    assert abs(cone.mean_curvature(0.4, 1 - 1e-5)) * 2 * distance == pytest.approx(1.0, rel=1e-6)
+
+
 def test_the_pole_in_other_parameters():
     ball = sphere_surface(20.0)
     other = ball.replace(knots=(1e-3 * ball.knots[0] + 5.0, 40.0 * ball.knots[1] - 9.0))

@@ -9,7 +9,7 @@ whose middle is 3/16 l ``|t - s|`` away from the corner: no point of either path
 import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.finishing._path import contact
+from sdpgrind.finishing._path import contact, departure
 from sdpgrind.finishing._path.legs import Legs, part
 from sdpgrind.finishing._path.mappings import Mapping
 from sdpgrind.finishing._path.samples import Ints
@@ -28,7 +28,12 @@ STRAIGHT = 1e-9
 """Change of the unit tangent at a corner that is none."""
 LOOKS = np.linspace(0.3, 0.7, 9)
 """Where on a blend its distance from the corner is measured."""
-ROUNDS = 4
+ROUNDS, SHRINKS = 4, 60
+"""Rounds in which arms are made longer or shorter, and rounds at most in which they are only made shorter."""
+HELD = 1e-3
+"""Share by which the deviation may be exceeded."""
+LEAST, MOST = 0.2, 0.999
+"""What may be left of an arm after a round in which it is made shorter."""
 
 
 def rounded(surface: Surface, mapping: Mapping, sharp: Legs, corners: Bools, deviation: float) -> Legs:
@@ -59,17 +64,22 @@ def _arms(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints, deviation: 
         piece = np.repeat(np.arange(len(at)), len(LOOKS))
         points = _points(surface, mapping, blends, piece, np.tile(LOOKS, len(at)))
         squares = ((points.reshape(len(at), -1, 3) - corner[:, None]) ** 2).sum(axis=-1)
-        arm = np.minimum(arm * deviation / np.maximum(np.sqrt(_least(squares)), STRAIGHT * deviation), room)
-    return np.asarray(arm / pace)
+        arm = np.minimum(arm * deviation / np.maximum(np.sqrt(departure.least(squares)), STRAIGHT * deviation), room)
+    return _shortened(surface, mapping, sharp.coefficients, at, arm / pace, deviation)
 
 
-def _least(squares: Floats) -> Floats:
-    """Least of each row (c, m), by the parabola through it and its neighbours."""
-    row, at = np.arange(len(squares)), np.clip(squares.argmin(axis=1), 1, squares.shape[1] - 2)
-    low, middle, high = (squares[row, at + k] for k in (-1, 0, 1))
-    bend = np.maximum(low - 2 * middle + high, np.finfo(float).tiny)
-    least = np.minimum(squares.min(axis=1), middle - (high - low) ** 2 / (8 * bend))
-    return np.asarray(np.maximum(least, 0.0))
+def _shortened(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, deviation: float) -> Floats:
+    """Arms (2, c) of blends that hold the deviation all along."""
+    todo = np.arange(len(at))
+    for _ in range(SHRINKS):
+        blends = _blends(legs, at[todo], arms[:, todo])
+        off = departure.departures(surface, mapping, legs, at[todo], arms[:, todo], blends)
+        over = off > deviation * (1 + HELD)
+        todo = todo[over]
+        if not len(todo):
+            return arms
+        arms[:, todo] *= np.clip(deviation / off[over], LEAST, MOST)
+    raise ValueError(f"deviation must be larger: the corner at nodes[{at[todo[0]]}] cannot be rounded within {deviation:g} mm")
 
 
 def _turns(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints) -> tuple[Floats, Floats]:
