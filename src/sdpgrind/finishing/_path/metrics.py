@@ -47,7 +47,8 @@ class PathMetrics(Frozen):
     cell_area_cv : float or None
         The same of the areas of cells, unit 1. Of nodes on a lattice of the unit square (Hilbert): the part of the square that is
         nearest to a node, as it lies on the surface. Of a zigzag: the strip of each pass, from half way to the pass before to
-        half way to the pass after in the square; pieces shorter than half a side are no passes. None: of other paths.
+        half way to the pass after in the square; pieces shorter than half of the longest are no passes.
+        None: of other paths, and where there are no two passes along one side.
     coverage : float
         Share of the surface's area whose straight distance to the path is no more than the radius of the footprint, unit 1.
     largest_gap : float

@@ -276,7 +276,7 @@ class Path(Frozen):
         Raises
         ------
         ValueError
-            When the deviation is not > 0.
+            When the deviation is not > 0. Later, when a corner cannot be rounded so, or the path crosses a crease.
 
         Examples
         --------
