@@ -56,7 +56,7 @@ def test_coverage_by_brute_force(order, mapping, radius):
     start, leg = line[:-1], np.diff(line, axis=0)
     square = np.maximum((leg**2).sum(axis=1), 1e-30)
     inside = area = furthest = 0.0
-    for block in surface_samples(path.surface, 1.7):
+    for block in surface_samples(path.surface, found.surface_step):
         for point, weight in zip(block.point, block.area, strict=True):
             share = np.clip(((point - start) * leg).sum(axis=1) / square, 0, 1)
             distance = np.linalg.norm(point - start - share[:, None] * leg, axis=1).min()

@@ -50,9 +50,9 @@ def test_over_a_roof():
     net = [[[x, y, z] for y in (0.0, 10.0)] for x, z in ((0.0, 0.0), (10.0, 10.0), (40.0, 0.0))]
     roof = Surface.bspline(net, degree=(1, 1))
     path = Path(roof, [(0.0, 0.5), (1.0, 0.5)])
-    assert path.length == pytest.approx(np.hypot(10, 10) + np.hypot(30, 10), rel=1e-14)
+    assert path.length == pytest.approx(np.hypot(10, 10) + np.hypot(30, 10), rel=1e-11)  # legs stay 1e-12 off a crease
     ridge = path.at(np.hypot(10, 10) + np.array([-1.0, 1.0]))
-    np.testing.assert_allclose(ridge.point[:, 2], [10 - np.sqrt(0.5), 10 - 1 / np.sqrt(10)], rtol=1e-13)
+    np.testing.assert_allclose(ridge.point[:, 2], [10 - np.sqrt(0.5), 10 - 1 / np.sqrt(10)], rtol=1e-11)
 
 
 def test_along_a_cylinder():
