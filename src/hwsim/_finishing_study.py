@@ -149,7 +149,7 @@ def finishing_study(
     pattern: Sequence[str] = ("hilbert5", "hilbert4", "zigzag"),
     feed_rate: Sequence[float] = (12.5, 25.0, 37.5),
     normal_force: Sequence[float] = (0.556, 1.111, 1.667),
-    pitch: float = 0.2,
+    pitch: float | None = None,
     kind: str = "lqg",
     method: str = "trapezoid",
     replicates: int = 1,
@@ -170,8 +170,8 @@ def finishing_study(
         "hilbert4", "hilbert5", "zigzag": those that the model of roughness knows. Pitches are as the surface of the cell is wide.
     feed_rate, normal_force : sequence of 3 floats
         mm/s and N.
-    pitch : float
-        Of the zigzag, mm.
+    pitch : float, optional
+        Of the zigzag, mm; that of the cell's own path when left out.
     kind : str
         Of the torque controller.
     method : str
@@ -214,7 +214,7 @@ def finishing_study(
         "feed_rate": tuple(feed_rate),
         "normal_force": tuple(normal_force),
     }
-    bench = _Bench(cell, checks.positive("pitch", pitch, "mm"), kind, method, None if folder is None else Path(folder))
+    bench = _Bench(cell, pitch, kind, method, None if folder is None else Path(folder))
     for name in pattern:  # refuse what the model of roughness does not know
         bench.refuse_unknown(name)
     *of_runs, of_confirmation = children(rng, len(_settings(factors)) + 1)
@@ -252,10 +252,11 @@ def _settings(factors: Mapping[str, Any]) -> list[dict[str, Any]]:
 class _Bench:
     """Makes cell, motion and controller of a setting; paths and motions are kept."""
 
-    def __init__(self, cell: "FinishingCell", pitch: float, kind: str, method: str, folder: Path | None) -> None:
+    def __init__(self, cell: "FinishingCell", pitch: float | None, kind: str, method: str, folder: Path | None) -> None:
         from hwsim.plants._finishing import FinishingCell
 
-        self._cell, self._pitch, self._kind, self._method = checks.kind("cell", cell, FinishingCell), pitch, kind, method
+        self._cell, self._kind, self._method = checks.kind("cell", cell, FinishingCell), kind, method
+        self._pitch = cell.problem.path.pitch if pitch is None else checks.positive("pitch", pitch, "mm")
         self._paths: dict[str, Any] = {}
         self._motions: dict[tuple[str, float], Any] = {}
         self._folder = folder

@@ -134,7 +134,10 @@ def test_aligned_with_the_feed_a_corner_asks_for_a_jump():
 
 REFUSED = [
     ({"feed_rate": 0.0}, r"feed_rate must be > 0 \(mm/s\); got 0.0"),
-    ({"feed_rate": 25000.0}, r"feed_rate must be <= 10000: is it in mm/s\? \(mm/s\); got 25000.0"),
+    ({"feed_rate": 25000.0}, r"feed_rate must be in \[0.1, 10000\]: is it in mm/s\? \(mm/s\); got 25000.0"),
+    ({"feed_rate": 0.025}, r"feed_rate must be in \[0.1, 10000\]: is it in mm/s\?"),
+    ({"azimuth": 90.0}, r"azimuth must be within a turn; units.deg\(90\) for degrees \(rad\); got 90.0"),
+    ({"lever_arm": 0.095}, r"lever_arm must be >= 1; 95.0 for 0.095 m \(mm\); got 0.095"),
     ({"acceleration": -1.0}, r"acceleration must be > 0 \(mm/s\^2\); got -1.0"),
     ({"lever_arm": 0.0}, r"lever_arm must be > 0 \(mm\); got 0.0"),
     ({"contact_angle": 30.0}, r"contact_angle must be in \[0, pi/2\); units.deg\(30\) for degrees \(rad\); got 30.0"),
@@ -161,7 +164,10 @@ def test_refused_at_the_planner():
         finishing.plan(EASY, method="fast")
     with pytest.raises(ValueError, match=r"no branch within limits; nearest comes branch \d .*: q1 must be in .* at poses\[0\]"):
         finishing.plan(EASY.replace(placement=(0.0, 0.0, 100.0)))
-    with pytest.raises(ValueError, match="out of reach by"):
+    upside = FLAT.replace(surface=FLAT.surface.replace(outward=-1))
+    with pytest.raises(ValueError, match=r"surface must have its outward normals up; outward=-1 turns them \(runs\[0\] has"):
+        finishing.plan(EASY.replace(path=upside))
+    with pytest.raises(ValueError, match=r"try another azimuth \(now 0 rad\), placement or wrist_radius \(.*out of reach by"):
         finishing.plan(EASY.replace(wrist_radius=700.0))
     with pytest.raises(ValueError, match=r"time must be in \[0, .*\] \(s\); got -1.0"):
         finishing.plan(EASY).at(-1.0)

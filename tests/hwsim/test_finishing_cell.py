@@ -349,3 +349,9 @@ def test_a_log_tells_which_motion_was_played(tmp_path):
     assert len(digests) == 2
     both = hwsim.compare(plant, found).outcome.attrs
     assert "motion_method" not in both and both["pattern"] == of.path.pattern  # only what is true of both
+
+
+def test_a_controller_without_a_motion_is_refused():
+    of = problem()
+    with pytest.raises(ValueError, match=r"controller must have a motion to be played in the cell"):
+        hwsim.run(hwsim.FinishingCell(of), finishing.TorqueController(finishing.TorqueAxis(), normal_force=1.3))

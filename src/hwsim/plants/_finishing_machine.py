@@ -109,8 +109,12 @@ class FinishingPart:
 
     def whole(self, controller: Any) -> dict[str, dict[str, Floats]] | None:
         """Finish the part under a controller with a compiled core: the bits of the loop, in one go."""
-        if type(controller) is not TorqueController or controller.motion is None or controller.period != self._setup.cell.tick:
+        if type(controller) is not TorqueController or controller.period != self._setup.cell.tick:
             return None
+        if controller.motion is None:
+            raise ValueError(
+                "controller must have a motion to be played in the cell: TorqueController(axis, motion, ...); got None"
+            )
         if controller.kind == "pidff" and controller.setting.observer == "ideal":
             return None
         motion, law = controller.motion.profile, controller.law

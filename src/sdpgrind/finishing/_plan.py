@@ -108,10 +108,16 @@ def _chosen(problem: FinishingProblem, arm: Arm, poses: Floats) -> ArmChoice:
     try:
         return choose_branches(arm, [poses], wrist_radii=problem.wrist_radii)[0]
     except ValueError as error:
-        if problem.heading == "fixed":
-            raise
-        why = "without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading='fixed'"
-        raise ValueError(f"{why} ({error})") from None
+        raise ValueError(f"{_advice(problem)} ({error})") from None
+
+
+def _advice(problem: FinishingProblem) -> str:
+    """What to change where no posture of the arm takes the path."""
+    if problem.path.frames()[:, 2, 2].mean() < 0:
+        return "surface must have its outward normals up; outward=-1 turns them"
+    if problem.heading == "feed_aligned":
+        return "without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading='fixed'"
+    return f"the arm must reach the path: try another azimuth (now {problem.azimuth:.4g} rad), placement or wrist_radius"
 
 
 def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, float]:

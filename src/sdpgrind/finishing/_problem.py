@@ -22,7 +22,7 @@ from sdpgrind.finishing._surface.surface import Surface
 from sdpgrind.identify import Estimate
 
 TABLE_HEIGHT = 100.0  # mm above the base: where the generic arm has its wrist well inside its reach
-FASTEST = 1e4  # mm/s: a feed beyond it is in another unit
+SLOWEST, FASTEST = 0.1, 1e4  # mm/s: a feed outside is in another unit
 
 
 @stored("finishing.problem")
@@ -102,13 +102,14 @@ class FinishingProblem(Frozen):
         checked_hold(self.contact_angle, self.lever_arm, self.pushed)
         for name, unit in {"feed_rate": "mm/s", "acceleration": "mm/s^2", "tool_diameter": "mm"}.items():
             checks.positive(name, getattr(self, name), unit)
-        checks.number("azimuth", self.azimuth, "rad")
+        if abs(checks.number("azimuth", self.azimuth, "rad")) > 2 * math.pi:
+            raise checks.refuse("azimuth", "within a turn; units.deg(90) for degrees", self.azimuth, "rad")
         if self.pushed and self.heading == "fixed":
             raise ValueError(
                 "pushed must be False where heading is 'fixed': such a tool is pushed there and dragged back; got True"
             )
-        if self.feed_rate > FASTEST:
-            raise checks.refuse("feed_rate", f"<= {FASTEST:g}: is it in mm/s?", self.feed_rate, "mm/s")
+        if not SLOWEST <= self.feed_rate <= FASTEST:
+            raise checks.refuse("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?", self.feed_rate, "mm/s")
         for turned in (0.0, math.pi) if self.heading == "fixed" else (0.0,):  # a fixed tool meets every direction of feed
             self.torque_per_force(turned)
         for k, radius in enumerate(self.wrist_radii):

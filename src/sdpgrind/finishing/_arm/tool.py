@@ -11,6 +11,8 @@ from sdpgrind.base.checks import Floats
 HEADINGS = ("fixed", "feed_aligned")
 UPRIGHT = 1e-3
 """Length of the azimuth's projection on the tangent plane below which it tells no direction."""
+SHORTEST = 1.0
+"""Lever arm (mm) below which another unit is meant."""
 OFF_UNIT = 1e-6
 
 
@@ -115,7 +117,9 @@ def checked_hold(contact_angle: float, lever_arm: float, pushed: bool) -> tuple[
         raise checks.refuse("contact_angle", "in [0, pi/2); units.deg(30) for degrees", angle, "rad")
     if not isinstance(pushed, bool | np.bool_):
         raise TypeError(f"pushed must be True or False; got {checks.shown(pushed)}")
-    return angle, checks.positive("lever_arm", lever_arm, "mm")
+    if checks.positive("lever_arm", lever_arm, "mm") < SHORTEST:
+        raise checks.refuse("lever_arm", f">= {SHORTEST:g}; 95.0 for 0.095 m", lever_arm, "mm")
+    return angle, float(lever_arm)
 
 
 def _headings(up: Floats, azimuth: float) -> Floats:

@@ -107,8 +107,8 @@ class Path(Frozen):
 
     def __repr__(self) -> str:
         rounded = f", corners rounded by {self.deviation:.3g} mm" if self.deviation else ""
-        what = f"{self.pattern}, {self.mapping}, {len(self.nodes)} nodes, {self.length:.4g} mm"
-        return f"Path({what}{rounded}, on {self.surface!r})"
+        even = ", equal areas" if self.mapping == "equal_area" else ""
+        return f"Path({self.pattern}{even}, {len(self.nodes)} nodes, {self.length:.4g} mm{rounded}, on {self.surface!r})"
 
     @property
     def _key(self) -> tuple[Any, ...]:

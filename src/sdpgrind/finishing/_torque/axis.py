@@ -12,6 +12,8 @@ from sdpgrind.base.stored import stored
 
 GRAVITY = 9.81
 """m/s^2, as the source has it."""
+HEAVIEST, STRONGEST, SHORTEST = 1.0, 20.0, 1.0
+"""kg m^2, N m/A and mm beyond which another unit is meant."""
 
 
 @stored("finishing.axis")
@@ -71,10 +73,12 @@ class TorqueAxis(Frozen):
     sample_time: float = 1e-3
 
     def __post_init__(self) -> None:
-        checks.positive("inertia", self.inertia, "kg m^2")
         checks.positive("contact_angular_stiffness", self.contact_angular_stiffness, "N m/rad")
-        checks.positive("torque_constant", self.torque_constant, "N m/A")
-        checks.positive("lever_arm", self.lever_arm, "mm")
+        for name, unit, most in (("inertia", "kg m^2", HEAVIEST), ("torque_constant", "N m/A", STRONGEST)):
+            if checks.positive(name, getattr(self, name), unit) > most:
+                raise checks.refuse(name, f"<= {most:g}: is it in {unit}?", getattr(self, name), unit)
+        if checks.positive("lever_arm", self.lever_arm, "mm") < SHORTEST:
+            raise checks.refuse("lever_arm", f">= {SHORTEST:g}; 95.0 for 0.095 m", self.lever_arm, "mm")
         checks.positive("current_range", self.current_range, "A")
         if checks.positive("current_limit", self.current_limit, "A") > self.current_range:
             raise checks.refuse("current_limit", f"<= current_range = {self.current_range:g}", self.current_limit, "A")
