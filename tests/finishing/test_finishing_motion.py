@@ -119,7 +119,7 @@ def test_saved_and_loaded(motion, tmp_path):
 def test_a_picture(motion):
     pytest.importorskip("matplotlib").use("agg")
     figure = motion.plot()
-    assert {axis.get_ylabel() for axis in figure.axes} >= {"feed [mm/s]", "speed [% of limit]", "y [mm]"}
+    assert {axis.get_ylabel() for axis in figure.axes} >= {"feed [mm/s]", "used of limits [%]", "y [mm]"}
 
 
 def test_aligned_with_the_feed_a_corner_asks_for_a_jump():

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 MANY, FEW = 1500, 150  # slices of time drawn by their extremes: as many as columns of pixels; and so few that lines stay apart
 PIECES = 3000
 CLOSE = 1.0  # s
+COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "black", "0.55")
+"""Of the joints; the table's axes are the dark ones."""
 
 
 def plot(motion: "Motion") -> Any:
@@ -42,7 +44,7 @@ def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
     told = f"{worst.quantity} {worst.joint}".strip()
     axis.scatter(*place, color="black", s=25, zorder=4, label=f"{told}: {100 * worst.ratio:.1f} % of its limit")
     axis.legend(frameon=False, fontsize=8, loc="upper left")
-    figure.colorbar(drawn, ax=axis, shrink=0.6, label="feed [mm/s]")
+    figure.colorbar(drawn, ax=axis, shrink=0.6, pad=0.12, label="feed [mm/s]")
 
 
 def _apart(motion: "Motion") -> Any:
@@ -73,15 +75,17 @@ def _draw_close(axis: Any, motion: "Motion") -> None:
 
 
 def _draw_joints(axis: Any, motion: "Motion") -> None:
-    """Greatest share of its speed that each joint uses, over time."""
-    arm = motion.problem.arm
-    share = np.abs(motion.joint_speed) / np.array(arm.speed_max)
-    for k, name in enumerate(arm.names):
-        time, _, high = _extremes(motion.time, share[:, k], FEW)
-        axis.plot(time, 100 * high, lw=0.9, label=name)
+    """Greatest share of its limits of speed and acceleration that each joint uses, over time."""
+    arm, step = motion.problem.arm, np.diff(motion.time)
+    lasting = step > 0
+    pushed = np.diff(motion.joint_speed, axis=0)[lasting] / step[lasting, np.newaxis] / np.array(arm.acceleration_max)
+    share = np.maximum(np.abs(motion.joint_speed[:-1][lasting]) / np.array(arm.speed_max), np.abs(pushed))
+    for k, (name, colour) in enumerate(zip(arm.names, COLOURS, strict=True)):
+        time, _, high = _extremes(motion.time[:-1][lasting], share[:, k], FEW)
+        axis.plot(time, 100 * high, lw=0.9, label=name, color=colour)
     axis.axhline(100, color="0.4", lw=0.8, ls="--")
-    axis.set(ylabel="speed [% of limit]", xlabel="time [s]", xlim=(0, motion.duration))
-    axis.set_ylim(0, max(105.0, 105 * float(share.max())))
+    axis.set(ylabel="used of limits [%]", xlabel="time [s]", xlim=(0, motion.duration))
+    axis.set_ylim(0, max(130.0, 115 * float(share.max())))
     axis.legend(frameon=False, fontsize=8, ncol=7, loc="upper center", handlelength=1)
 
 
