@@ -27,7 +27,7 @@ def test_the_report_says_what_the_data_cannot_tell():
         "before pooling",
         "after pooling: rule F < 1: feed_rate counted as error, 2 of its 12 degrees of freedom",
         "Significant at 5 %: tool_diameter, pattern, normal_force. Not seen: feed_rate.",
-        "feed_rate: 12.5 (arbitrary: no effect is seen)",
+        "feed_rate: 12.5 (arbitrary: no effect is told from the scatter)",
         "normal_force: 1.111 (tie: 1.667, 0.155 dB lower, p = 0.67)",
         "mean 8.951 dB (3.568 um)",
         "feed_rate 25, normal_force 1.111 with 9.119 dB",

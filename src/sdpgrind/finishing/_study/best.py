@@ -67,7 +67,7 @@ class Best(Mapping[str, Level]):
     >>> fin.Study.published("wang-2001").best()
     tool_diameter: 4
     pattern: hilbert5
-    feed_rate: 12.5 (arbitrary: no effect is seen)
+    feed_rate: 12.5 (arbitrary: no effect is told from the scatter)
     normal_force: 1.111 (tie: 1.667, 0.155 dB lower, p = 0.67)
     """
 
@@ -92,7 +92,7 @@ class Best(Mapping[str, Level]):
 
     def _remark(self, factor: str) -> str:
         if factor in self.arbitrary:
-            return " (arbitrary: no effect is seen)"
+            return " (arbitrary: no effect is told from the scatter)"
         ties = [f"{level(t.level)}, {t.behind:.3f} dB lower, p = {t.p:.2g}" for t in self.ties if t.factor == factor]
         return f" (tie: {'; '.join(ties)})" if ties else ""
 
