@@ -109,7 +109,7 @@ def test_is_the_trapezoid_where_only_the_path_is_limited(span):
 
 def by_toppra(run, limits, parts):
     grid = min_time.grid_of(run, parts)
-    return duration(grid, toppra_law._swept(run, limits, FAST, toppra_law.FREE, grid) ** 2)
+    return duration(grid, toppra_law._solved(grid, min_time.rows_of(run, limits, FAST, None, grid)) ** 2)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -133,5 +133,5 @@ def test_no_law_by_toppra_is_told(monkeypatch):
             return None, None, None
 
     monkeypatch.setattr("toppra.algorithm.TOPPRA", Failing)
-    with pytest.raises(ValueError, match=r"run 0: toppra found no law between 0 and 1 mm; method='min_time' may"):
+    with pytest.raises(ValueError, match=r"run 0: toppra found no law between 0 and 1 mm; take method='min_time' or 'trapezoid'"):
         time_laws([line(1.0)], LINE, feed_rate=1.0, method="toppra")

@@ -1,9 +1,11 @@
 """The fastest law of a run within the limits of its joints, where the acceleration may jump: swept over a grid of its own.
 
 The square of the feed is linear over arc length between points of the grid. Backward, the greatest feed from which rest can still
-be reached; forward, as fast as that allows. The grid is made finer until that no longer saves time; what limits are exceeded by
-between its points (in proportion to the square of its step) is gained by playing the law a little slower.
+be reached; forward, as fast as that allows. The grid is made finer until that no longer saves time; where limits are exceeded
+between its points (in proportion to the square of its step) they are narrowed.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,53 +13,72 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._timing import sweep_kernels
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.limits import JointLimits
+from sdpgrind.finishing._timing.narrowing import Narrowed, narrowed
 from sdpgrind.finishing._timing.time_law import TimeLaw
-from sdpgrind.finishing._timing.violations import closest, slowing
 
 LEAST, MOST = 64, 1 << 17
 """Least and greatest number of intervals on a run."""
 GAIN = 2e-4
 """Share of the duration that half the step must save to be taken; the duration is then known to about as much."""
-CHECKS, CHECKED = (4, 20), 40_000
-"""Least and greatest number of places in an interval in which limits are checked, and how many in all."""
 
 
 def fastest_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, gain: float = GAIN) -> TimeLaw:
     """Fastest law of a run; jerk is not limited."""
     parts = -(-LEAST // (run.pieces.breaks.size - 1))
-    best = _law(run, limits, feed_rate, acceleration, parts)
+    before = _duration(run, limits, feed_rate, acceleration, parts)
     while parts * (run.pieces.breaks.size - 1) < MOST:
-        before, parts = best.duration, 2 * parts
-        best = _law(run, limits, feed_rate, acceleration, parts)
-        if best.duration >= (1 - gain) * before:
+        parts *= 2
+        after = _duration(run, limits, feed_rate, acceleration, parts)
+        if after >= (1 - gain) * before:
             break
-    return slowed_to_limits(run, best, limits, feed_rate)
+        before = after
+    return kept_on(run, limits, feed_rate, acceleration, grid_of(run, parts)).law
 
 
-def slowed_to_limits(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float) -> TimeLaw:
-    """Play a law just so much slower that limits are kept between its points too; jerk is not looked at."""
-    free = limits.replace(jerk_max=None)
-    places = int(np.clip(CHECKED // law.length.size, *CHECKS))  # what a short interval hides is small
-    return law.slower(slowing(closest(run, law, free, feed_rate, places)[:, 0]))
+def kept_on(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats) -> Narrowed:
+    """Fastest law on a grid that keeps the limits between its points too."""
+
+    def solve(factors: Floats) -> TimeLaw:
+        return law_of(grid, swept(run, limits, feed_rate, acceleration, grid, factors))
+
+    return narrowed(run, limits, feed_rate, grid.size, solve)
 
 
-def _law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, parts: int) -> TimeLaw:
-    """Fastest law on a grid of so many parts in each piece of the path."""
+def _duration(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, parts: int) -> float:
+    """Time that a run takes on a grid of so many parts in each piece of the path, s."""
     grid = grid_of(run, parts)
-    return law_of(grid, swept(run, limits, feed_rate, acceleration, grid))
+    return law_of(grid, swept(run, limits, feed_rate, acceleration, grid)).duration
 
 
-def swept(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats) -> Floats:
-    """Square of the feed (mm^2/s^2) at the points of a grid (mm)."""
-    joints = run.derivatives(grid)
+class Rows(NamedTuple):
+    """Limits at the m points of a grid: greatest squared feed x (m,), mm^2/s^2, and ``|p u + c x|`` <= 1, (m, r) of all rows."""
+
+    cap: Floats
+    p: Floats
+    c: Floats
+
+
+def rows_of(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats, factors: Floats | None = None
+) -> Rows:
+    """Limits at the points of a grid (mm); those of speed and acceleration are narrowed by factors (2, m)."""
+    joints, narrow = run.derivatives(grid), np.ones((2, grid.size)) if factors is None else factors
     speed, most, _ = limits.table
-    p, c = joints[:, 1] / most, joints[:, 2] / most
+    p, c = (joints[:, order] / most * narrow[1][:, None] for order in (1, 2))
     if acceleration is not None:
         p = np.column_stack([p, np.full(grid.size, 1 / acceleration)])
         c = np.column_stack([c, np.zeros(grid.size)])
-    cap = np.minimum(feed_rate, 1 / np.maximum(np.abs(joints[:, 1] / speed).max(axis=1), 1e-12)) ** 2
+    fastest = 1 / np.maximum(np.abs(joints[:, 1] / speed).max(axis=1) * narrow[0], 1e-12)
+    return Rows(np.minimum(feed_rate, fastest) ** 2, np.ascontiguousarray(p), np.ascontiguousarray(c))
+
+
+def swept(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats, factors: Floats | None = None
+) -> Floats:
+    """Square of the feed (mm^2/s^2) at the points of a grid (mm)."""
+    rows = rows_of(run, limits, feed_rate, acceleration, grid, factors)
     x = np.zeros(grid.size)
-    sweep_kernels.fastest(np.diff(grid), np.ascontiguousarray(p), np.ascontiguousarray(c), cap, x)
+    sweep_kernels.fastest(np.diff(grid), rows.p, rows.c, rows.cap, x)
     return x
 
 
