@@ -33,6 +33,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit:  # --help, --version, or a line that is wrong
         _finish_output()
         raise
+    except BrokenPipeError:  # of --help; later versions of argparse say nothing of it either
+        _forget_output()
+        return 0
     try:
         arguments.work(arguments)
     except BrokenPipeError:
