@@ -21,6 +21,7 @@ PACKAGES = (
     "sdpgrind.weldbead",
     "sdpgrind.weldbead.force",
     "sdpgrind.weldbead.passes",
+    "centering",
     "hwsim",
     "hwsim.devices",
     "hwsim.protocols",

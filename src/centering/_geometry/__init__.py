@@ -1,0 +1,1 @@
+"""Where a turning ring lies, and how sure that is."""
