@@ -1,0 +1,150 @@
+"""The one recursion: rows rotated into a triangle (square-root information form), or folded into a covariance. Compiled.
+
+The triangle R and the right-hand sides Q stand side by side in one array ``[R | Q]`` of shape (p, p + k): R'R is the
+information of all rows so far, and R value = Q[:, 0] their least-squares solution. To forget, multiply the array by the
+square root of the weight that older rows keep. Nothing is allocated where an argument `work` or `out` is there to write to.
+"""
+
+from math import inf, sqrt
+
+from numba import njit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rotate(array, row):
+    """Take one more row into the triangle, in place, by Givens rotations.
+
+    Parameters
+    ----------
+    array : array, shape (p, p + k)
+        Triangle and right-hand sides, ``[R | Q]``; below R's diagonal nothing is read or written. All zero: no rows yet.
+    row : array, shape (p + k,)
+        Regressors and targets, each times the square root of its weight. Used up: what stays in ``row[p:]`` is the part
+        that no value explains; its square adds to the sum of squared residuals.
+    """
+    size, width = array.shape
+    for i in range(size):
+        pivot, entry = array[i, i], row[i]
+        square = pivot * pivot + entry * entry
+        if entry == 0.0 or square == 0.0:
+            continue
+        inverse = 1.0 / sqrt(square)
+        c, s = pivot * inverse, entry * inverse
+        for j in range(i, width):
+            above, below = array[i, j], row[j]
+            array[i, j] = c * above + s * below
+            row[j] = c * below - s * above
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve(array, out):
+    """Write the least-squares solution of the first right-hand side into `out`, shape (p,).
+
+    A value whose pivot is 0 (the rows do not determine all values) is given 0.
+    """
+    size = array.shape[0]
+    for i in range(size - 1, -1, -1):
+        rest = array[i, size]
+        for j in range(i + 1, size):
+            rest -= array[i, j] * out[j]
+        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spread(array, row, work):
+    """Return ``h' (R'R)^-1 h``, h = `row` (its first p entries): the variance of the prediction of a row, noise of variance 1.
+
+    Infinite where the rows so far do not determine all values. `row` is only read; `work`, shape (p,), is written to.
+    """
+    total = 0.0
+    for i in range(array.shape[0]):
+        rest = row[i]
+        for j in range(i):
+            rest -= array[j, i] * work[j]
+        if array[i, i] == 0.0:
+            return inf
+        work[i] = rest / array[i, i]
+        total += work[i] * work[i]
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def inverse(array, out):
+    """Write ``(R'R)^-1`` into `out`, shape (p, p); infinite on the diagonal, 0 beside it, where R is singular."""
+    size = array.shape[0]
+    for i in range(size - 1, -1, -1):
+        if array[i, i] == 0.0:
+            return _endless(out)
+        out[i, i] = 1.0 / array[i, i]
+        for j in range(i + 1, size):
+            rest = 0.0
+            for k in range(i + 1, j + 1):
+                rest -= array[i, k] * out[k, j]
+            out[i, j] = rest * out[i, i]
+    for i in range(size):  # R^-1 times its transpose, in place: no entry is overwritten before its last use
+        for j in range(i, size):
+            total = 0.0
+            for k in range(j, size):
+                total += out[i, k] * out[j, k]
+            out[i, j] = total
+    for i in range(size):
+        for j in range(i):
+            out[i, j] = out[j, i]
+
+
+@njit(cache=True, nogil=True)
+def _endless(out):
+    out[:] = 0.0
+    for i in range(out.shape[0]):
+        out[i, i] = inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def measure(value, covariance, row, target, noise_variance, gain):
+    """Take one reading ``target = row @ value + noise`` into a value and its covariance, in place (Kalman's correction).
+
+    Parameters
+    ----------
+    value, covariance : array, shape (p,) and (p, p)
+        What is known; kept exactly symmetric.
+    row : array, shape (p,)
+        Known exactly; only read.
+    target : float
+        Reading.
+    noise_variance : float
+        Of the reading; it and the variance of the prediction are not both 0.
+    gain : array, shape (p,)
+        Written to: what one unit of innovation moves the values by.
+    """
+    size = value.shape[0]
+    variance, error = noise_variance, target
+    for i in range(size):
+        total = 0.0
+        for j in range(size):
+            total += covariance[i, j] * row[j]
+        gain[i] = total
+        variance += total * row[i]
+        error -= row[i] * value[i]
+    scale = 1.0 / variance
+    for i in range(size):
+        value[i] += gain[i] * (error * scale)
+        for j in range(i, size):
+            covariance[i, j] -= gain[i] * (gain[j] * scale)
+            covariance[j, i] = covariance[i, j]
+    for i in range(size):
+        gain[i] *= scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def covariance_step(value, inv_info, row, target, forgetting, gain):
+    """Recursive least squares in the covariance form, one row, in place: Mears (4.40) with its errata, and forgetting.
+
+    `inv_info` is the inverse information, the covariance over the noise's variance, shape (p, p); `forgetting` the weight
+    (0, 1] that the rows before keep, unit 1; the rest as in `measure`. Forgotten directions wind up: see `rotate`.
+    """
+    measure(value, inv_info, row, target, forgetting, gain)
+    if forgetting != 1.0:
+        scale = 1.0 / forgetting
+        for i in range(value.shape[0]):
+            for j in range(value.shape[0]):
+                inv_info[i, j] *= scale
