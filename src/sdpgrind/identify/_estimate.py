@@ -20,6 +20,7 @@ class Status(StrEnum):
     """
 
     OK = "the data determine the values"
+    UNSURE = "determined, but not yet as surely as was asked"
     UNDETERMINED = "the data do not determine all values: take points at more, and more different, conditions"
     NOT_IDENTIFIED = "not identified"
     IMPOSSIBLE = "the values are physically impossible: look for bad readings or a wrong unit"

@@ -1,0 +1,123 @@
+"""What a probe on a fixed line reads of a circle that turns about a point off its centre: exact, Mears (4.11) with a tip."""
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+
+def radial_position(slide: npt.ArrayLike, probe: npt.ArrayLike, calibration: float) -> Floats:
+    """Return where the probe's contact lies on the fixed line, mm from the spindle's axis.
+
+    Slide and probe both count positive away from the spindle, so that moving the slide along a still part changes
+    nothing. The source's signs, Mears (4.1), would count twice the slide's motion.
+
+    Parameters
+    ----------
+    slide, probe : array_like
+        Positions of the slide and of the probe on it, mm, positive away from the spindle.
+    calibration : float
+        What is added so that a master of known radius reads that radius, mm.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For what is not finite.
+
+    Examples
+    --------
+    >>> radial_position([10.0, 12.0], [1.5, -0.5], 50.0).tolist()
+    [61.5, 61.5]
+    """
+    moved = checks.finite_array("slide", slide, "mm") + checks.finite_array("probe", probe, "mm")
+    return np.asarray(checks.number("calibration", calibration, "mm") + moved)
+
+
+def circle_reading(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float = 0.0) -> Floats:
+    """Return the reading of an offset circle, mm, Mears (4.11): d cos psi + sqrt((R + rho)^2 - d^2 sin^2 psi) - rho.
+
+    psi = angle - offset_angle. A round tip sees the circle as one of radius R + rho; no other correction is needed.
+
+    Parameters
+    ----------
+    angle : array_like
+        Spindle angle, rad.
+    radius : float
+        Radius R of the part, mm, > 0.
+    offset : float
+        Distance d of its centre from the spindle's axis, mm, in [0, R).
+    offset_angle : float
+        Direction of its centre, rad.
+    tip_radius : float
+        Radius rho of the probe's tip, mm, >= 0.
+
+    Returns
+    -------
+    array, of the shape of `angle`
+        mm.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a value out of its range: with d >= R the axis lies outside the part.
+
+    Examples
+    --------
+    >>> circle_reading([0.0, np.pi], 61.94, 3.6, 0.0).round(9).tolist()
+    [65.54, 58.34]
+    """
+    psi, effective = _checked(angle, radius, offset, offset_angle, tip_radius)
+    return np.asarray(offset * np.cos(psi) + _side(psi, effective, offset) - tip_radius)
+
+
+def circle_derivatives(
+    angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float = 0.0
+) -> Floats:
+    """Return the derivatives of `circle_reading` by radius, offset (mm/mm) and offset angle (mm/rad).
+
+    Parameters
+    ----------
+    angle : array_like, shape (m,)
+        Spindle angle, rad.
+    radius, offset : float
+        Radius and offset of the part, mm.
+    offset_angle : float
+        Direction of its centre, rad.
+    tip_radius : float
+        Radius of the probe's tip, mm, >= 0.
+
+    Returns
+    -------
+    array, shape (m, 3)
+        The columns are by radius, offset and offset_angle.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `circle_reading`.
+
+    Examples
+    --------
+    >>> circle_derivatives([0.0], 60.0, 3.0, 0.0).tolist()
+    [[1.0, 1.0, 0.0]]
+    """
+    psi, effective = _checked(angle, radius, offset, offset_angle, tip_radius)
+    side, c, s = _side(psi, effective, offset), np.cos(psi), np.sin(psi)
+    columns = effective / side, c - offset * s**2 / side, offset * s + offset**2 * s * c / side
+    return np.stack(columns, axis=-1)
+
+
+def _checked(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float) -> tuple[Floats, float]:
+    """The angle from the part's direction, and the radius at which the tip's centre runs."""
+    turned = checks.finite_array("angle", angle, "rad") - checks.number("offset_angle", offset_angle, "rad")
+    checks.positive("radius", radius, "mm")
+    if checks.nonnegative("offset", offset, "mm") >= radius:
+        raise checks.refuse("offset", f"< radius, {float(radius)!r}: the spindle's axis lies in the part", float(offset), "mm")
+    return turned, radius + checks.nonnegative("tip_radius", tip_radius, "mm")
+
+
+def _side(psi: Floats, effective: float, offset: float) -> Floats:
+    """sqrt((R + rho)^2 - d^2 sin^2 psi): from the foot of the part's centre on the fixed line to the tip's centre."""
+    across = offset * np.sin(psi)
+    return np.asarray(np.sqrt((effective - across) * (effective + across)))
