@@ -2,6 +2,7 @@
 
 from sdpgrind.identify._density import KernelDensity, QuantileDensity, kernel_density, quantile_density
 from sdpgrind.identify._estimate import Estimate, Status
+from sdpgrind.identify._kalman import RandomWalk, random_walk_gain, random_walk_response
 from sdpgrind.identify._moments import (
     Moments,
     delta_method,
@@ -13,7 +14,8 @@ from sdpgrind.identify._moments import (
 )
 from sdpgrind.identify._output_error import output_error
 from sdpgrind.identify._readings import Readings, readings
-from sdpgrind.identify._regression import RecursiveLeastSquares, least_squares, total_least_squares
+from sdpgrind.identify._recursive import RecursiveLeastSquares
+from sdpgrind.identify._regression import least_squares, total_least_squares
 from sdpgrind.identify._series import Series, series
 
 __all__ = [
@@ -21,6 +23,7 @@ __all__ = [
     "KernelDensity",
     "Moments",
     "QuantileDensity",
+    "RandomWalk",
     "Readings",
     "RecursiveLeastSquares",
     "Series",
@@ -32,6 +35,8 @@ __all__ = [
     "output_error",
     "product_moments",
     "quantile_density",
+    "random_walk_gain",
+    "random_walk_response",
     "ratio_moments",
     "readings",
     "sample_moments",

@@ -1,4 +1,4 @@
-"""Least squares: weighted, total (noise on both sides), recursive with forgetting."""
+"""Least squares of all rows at once: weighted, total (noise on both sides)."""
 
 from collections.abc import Sequence
 
@@ -10,6 +10,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.identify._estimate import Estimate, Status, columns, finished
 
 _RANK = 1e-11  # least singular value, over the greatest, of columns scaled to length 1
+_SHARE = 1e-6  # of a column in a direction that nothing determines, from which on it is named
 
 
 def least_squares(
@@ -63,13 +64,13 @@ def least_squares(
     count, size = rows.shape
     if count < size + (noise_sd is None):
         raise checks.refuse("target", f"at least {size + (noise_sd is None)} points", count)
-    solver = _Square(rows * scale[:, None], goal * scale)
+    solver = SquareRoot(rows * scale[:, None], goal * scale)
     freedom = np.inf if noise_sd is not None else float(count - size)
     variance = solver.square / freedom if noise_sd is None else checks.nonnegative("noise_sd", noise_sd) ** 2
     return finished(solver.estimate(variance * solver.inverse, freedom, names, units), throw)
 
 
-class _Square:
+class SquareRoot:
     """Solution of a least-squares problem by QR and the singular values of its scaled triangle."""
 
     def __init__(self, rows: Floats, goal: Floats) -> None:
@@ -79,6 +80,7 @@ class _Square:
         u, s, vt = np.linalg.svd(r)
         self.determined = bool(s[-1] > _RANK * s[0]) if rows.shape[0] >= rows.shape[1] else False
         kept = s > _RANK * s[0]
+        self.loose = np.any(np.abs(vt[~kept]) > _SHARE, axis=0)
         backward = vt.T * np.where(kept, 1 / np.where(kept, s, 1.0), 0.0)
         self.value = backward @ (u.T @ (q.T @ goal)) / length
         self.square = float(np.sum((goal - rows @ self.value) ** 2))
@@ -90,7 +92,9 @@ class _Square:
         if self.determined:
             return Estimate(names, self.value, covariance, units=tuple(units), freedom=freedom)
         endless = np.diag(np.full(size, np.inf))
-        return Estimate(names, self.value, endless, Status.UNDETERMINED, units=tuple(units), freedom=freedom)
+        loose = ", ".join(name for name, free in zip(names, self.loose, strict=True) if free)
+        message = f"{Status.UNDETERMINED} (not determined: {loose})" if loose else ""
+        return Estimate(names, self.value, endless, Status.UNDETERMINED, message, units=tuple(units), freedom=freedom)
 
 
 def _system(matrix: npt.ArrayLike, target: npt.ArrayLike) -> tuple[Floats, Floats]:
@@ -184,106 +188,3 @@ def _line(x: Floats, y: Floats, slope: float, ratio: float, names: tuple[str, ..
     covariance = slope_variance * np.array([[centre**2, -centre], [-centre, 1.0]])
     covariance[0, 0] += variance_across / count
     return Estimate(names, np.array([intercept, slope]), covariance, units=units, freedom=float(count - 2))
-
-
-class RecursiveLeastSquares:
-    """Least squares row by row, older rows forgotten at a rate.
-
-    The triangle of the information matrix is carried (a square-root form): each row is rotated in, so rounding never
-    makes the covariance indefinite. Without forgetting the estimate is that of `least_squares` on all rows so far. With
-    it the covariance counts the weights as what they are, not as inverse variances, so that it is right for constant
-    noise.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of the p values.
-    forgetting : float
-        Weight of a row relative to the next one, in (0, 1], unit 1; 1 remembers everything, the memory is about
-        1/(1 - forgetting) rows.
-    units : sequence of str
-        Units of the values.
-
-    Raises
-    ------
-    ValueError
-        When the forgetting is out of range.
-
-    Examples
-    --------
-    >>> rls = RecursiveLeastSquares(("start", "slope"))
-    >>> for x in (0.0, 1.0, 2.0):
-    ...     rls.update([1.0, x], 1.0 + 2.0 * x)
-    >>> rls.estimate.value.round(9).tolist()
-    [1.0, 2.0]
-    """
-
-    def __init__(self, names: Sequence[str], *, forgetting: float = 1.0, units: Sequence[str] = ()) -> None:
-        self._names, self._units = checks.unique("names", names), tuple(units)
-        checks.share("forgetting", forgetting, "1")
-        self._forgetting = float(forgetting)
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget every row."""
-        size = len(self._names)
-        self._triangle = np.zeros((size + 1, size + 1))  # of the rows and, in the last column, their targets
-        self._double = np.zeros((size, size))  # triangle of the rows with their weights squared
-        self._weight = 0.0
-        self._count = 0
-
-    @property
-    def count(self) -> int:
-        """Number of rows taken in."""
-        return self._count
-
-    def update(self, row: npt.ArrayLike, target: float) -> None:
-        """Take in ``target = row @ value + noise``.
-
-        Parameters
-        ----------
-        row : array_like, shape (p,)
-            Known exactly.
-        target : float
-            Reading, any unit.
-
-        Raises
-        ------
-        ValueError
-            For NaN or a row of the wrong length.
-        """
-        entry = checks.finite_array("row", row)
-        if entry.shape != (len(self._names),):
-            raise ValueError(f"row must be of shape {(len(self._names),)}; got {entry.shape}")
-        fresh = np.append(entry, checks.number("target", target))
-        self._triangle = _rotated(self._triangle * np.sqrt(self._forgetting), fresh)
-        self._double = _rotated(self._double * self._forgetting, entry)
-        self._weight = self._forgetting * self._weight + 1.0
-        self._count += 1
-
-    @property
-    def estimate(self) -> Estimate:
-        """Estimate from the rows so far; `Status.UNDETERMINED` until they determine the values."""
-        size = len(self._names)
-        solver = _Square(self._triangle[:, :size], self._triangle[:, size])
-        information, double = solver.inverse, self._double.T @ self._double
-        freedom = self._weight - float(np.trace(information @ double))
-        if freedom <= 1e-9 * self._weight:
-            solver.determined = False
-            freedom = 1.0
-        covariance = solver.square / freedom * information @ double @ information
-        # Weights squared, so many rows of equal weight would know as much about the noise.
-        rows = max(self._effective - size, 1.0)
-        return solver.estimate(0.5 * (covariance + covariance.T), rows, self._names, self._units)
-
-    @property
-    def _effective(self) -> float:
-        """(sum of weights)^2 / sum of squared weights."""
-        f = self._forgetting
-        squares = float(self._count) if f == 1 else (1 - f ** (2 * self._count)) / (1 - f * f)
-        return self._weight**2 / squares if squares else 0.0
-
-
-def _rotated(triangle: Floats, row: Floats) -> Floats:
-    """Triangle with one more row rotated in."""
-    return np.asarray(np.linalg.qr(np.vstack([triangle, row]), mode="r"))

@@ -74,7 +74,8 @@ def inverse(array, out):
     size = array.shape[0]
     for i in range(size - 1, -1, -1):
         if array[i, i] == 0.0:
-            return _endless(out)
+            _endless(out)
+            return
         out[i, i] = 1.0 / array[i, i]
         for j in range(i + 1, size):
             rest = 0.0

@@ -1,0 +1,243 @@
+"""Kalman filter of values that walk at random: read one by one, or through known rows; and its steady state."""
+
+from collections.abc import Sequence
+from math import isnan, sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Complex, Floats
+from sdpgrind.identify._estimate import Estimate, Status
+from sdpgrind.identify.kernels import measure
+
+
+class RandomWalk:
+    """Kalman filter of p values that change by independent random steps between updates.
+
+    Each value is read itself, or one reading tells a known combination of all (`row`): with rows ``[1, cos, sin]`` of the
+    spindle angle it tracks a slowly moving part. The one-value filter is Mears (4.35)-(4.39); it lags what it follows, see
+    `random_walk_response`.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the p values.
+    walk_variance : float or array, shape (p,)
+        Variance of the step of each value between two updates (Q), >= 0, squared unit of the value.
+    noise_variance : float or array, shape (p,)
+        Variance of the noise of each reading (R), >= 0, squared unit of the reading; one number for rows. It and
+        `walk_variance` are not both 0.
+    units : sequence of str
+        Units of the values.
+    prior : Estimate, optional
+        What was known before the first update, of the same names; by default the first reading of a value starts it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For variances that are negative or both 0, or a prior of other values.
+
+    Examples
+    --------
+    A closing gap over parts; of the third there is no reading:
+
+    >>> track = RandomWalk(("closing_gap",), walk_variance=1e-6, noise_variance=4e-6, units=("mm",))
+    >>> for gap in (0.120, 0.122, float("nan"), 0.131):
+    ...     track.update(gap)
+    >>> track.innovation.round(6).tolist(), track.innovation_sd.round(6).tolist()
+    ([0.009889], [0.002867])
+    >>> round(track.estimate["closing_gap"], 6)
+    0.126189
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        *,
+        walk_variance: npt.ArrayLike,
+        noise_variance: npt.ArrayLike,
+        units: Sequence[str] = (),
+        prior: Estimate | None = None,
+    ) -> None:
+        self._names, self._units = checks.unique("names", names), tuple(units)
+        self._walk = _variances("walk_variance", walk_variance, len(self._names))
+        self._noise = _variances("noise_variance", noise_variance, len(self._names))
+        if np.any((self._walk == 0) & (self._noise == 0)):
+            raise ValueError("walk_variance and noise_variance must not both be 0; got 0 and 0")
+        self._one_noise = np.ndim(noise_variance) == 0
+        self._prior = None if prior is None else _checked(prior, self._names)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget every reading, and go back to the prior."""
+        size, prior = len(self._names), self._prior
+        self._value = np.zeros(size) if prior is None else prior.value.copy()
+        self._covariance = np.diag(np.full(size, np.inf)) if prior is None else prior.covariance.copy()
+        self._gain = np.zeros(size)
+        self._count = 0
+        self._innovation, self._innovation_sd = np.full(size, np.nan), np.full(size, np.inf)
+
+    @property
+    def count(self) -> int:
+        """Number of updates, those without any reading included."""
+        return self._count
+
+    @property
+    def innovation(self) -> Floats:
+        """Reading less what was expected, of the last update; shape (p,), or (1,) with a row, in the unit of the reading.
+
+        NaN: there was no reading, or nothing was known before it.
+        """
+        return self._innovation.copy()
+
+    @property
+    def innovation_sd(self) -> Floats:
+        """Standard deviation of `innovation` if the model holds, same shape and unit; infinite where nothing was known."""
+        return self._innovation_sd.copy()
+
+    def update(self, reading: npt.ArrayLike, row: npt.ArrayLike | None = None) -> None:
+        """Let the values walk one step, then take in what was read.
+
+        Parameters
+        ----------
+        reading : array_like, shape (p,), or float
+            One reading of each value, with `row` one of them all. NaN: none, the values walk on.
+        row : array_like, shape (p,), optional
+            ``reading = row @ value + noise``.
+
+        Raises
+        ------
+        ValueError
+            For a wrong shape, an infinite reading, or a row while nothing is known (no prior) or without noise.
+        """
+        readings = np.atleast_1d(np.asarray(reading, dtype=float))
+        rows = np.eye(len(self._names)) if row is None else self._row(row)
+        if readings.shape != rows.shape[:1] or np.any(np.isinf(readings)):
+            raise checks.refuse("reading", f"finite or NaN, of shape {rows.shape[:1]}", readings.tolist())
+        self._covariance[np.diag_indices_from(self._covariance)] += self._walk
+        self._expect(readings, rows)
+        for k, entry in enumerate(readings.tolist()):
+            if not isnan(entry):
+                self._take(k, rows[k], entry, float(self._noise[k]))
+        self._count += 1
+
+    def _row(self, row: npt.ArrayLike) -> Floats:
+        checked = checks.finite_array("row", row)
+        if checked.shape != (len(self._names),):
+            raise ValueError(f"row must be of shape {(len(self._names),)}; got {checked.shape}")
+        if np.any(np.isinf(np.diag(self._covariance))):
+            raise checks.refuse("prior", "given, with finite variances, where rows are read", self._prior)
+        if not self._one_noise or self._noise[0] == 0:
+            raise checks.refuse("noise_variance", "one number > 0 where rows are read", self._noise.tolist())
+        return checked[None]
+
+    def _expect(self, readings: Floats, rows: Floats) -> None:
+        """Innovations of all readings, before any of them is taken in."""
+        known = np.isfinite(np.diag(self._covariance))
+        inside = np.where(np.outer(known, known), self._covariance, 0.0)
+        variance = np.einsum("ij,jk,ik->i", rows, inside, rows) + self._noise[: readings.size]
+        told = known[: readings.size]  # with a row all are known
+        self._innovation = np.where(told, readings - rows @ self._value, np.nan)
+        self._innovation_sd = np.where(told, np.sqrt(variance), np.inf)
+
+    def _take(self, k: int, row: Floats, reading: float, noise: float) -> None:
+        if np.isinf(self._covariance[k, k]):
+            self._value[k], self._covariance[k, k] = reading, noise
+        else:
+            measure(self._value, self._covariance, row, reading, noise, self._gain)
+
+    @property
+    def estimate(self) -> Estimate:
+        """Values after the last update, with their covariance; `Status.UNDETERMINED` while one has never been read."""
+        status = Status.OK if np.all(np.isfinite(self._covariance)) else Status.UNDETERMINED
+        return Estimate(self._names, self._value, self._covariance, status, units=self._units)
+
+
+def _checked(prior: Estimate, names: tuple[str, ...]) -> Estimate:
+    """A prior of these values, with variances."""
+    if checks.kind("prior", prior, Estimate).names != names:
+        raise checks.refuse("prior", f"an estimate of {', '.join(names)}", ", ".join(prior.names))
+    variance = np.diag(prior.covariance)
+    if not np.all(variance >= 0):
+        raise checks.refuse("variances of the prior", ">= 0", variance.tolist())
+    return prior
+
+
+def _variances(name: str, value: npt.ArrayLike, size: int) -> Floats:
+    """One variance for each value."""
+    given = checks.finite_array(name, value)
+    if given.shape not in ((), (size,)):
+        raise ValueError(f"{name} must be a number or of shape {(size,)}; got shape {given.shape}")
+    if np.any(given < 0):
+        raise checks.refuse(name, ">= 0", float(given.min()))
+    return np.broadcast_to(given, (size,))
+
+
+def random_walk_gain(walk_variance: float, noise_variance: float) -> float:
+    """Return the gain that the one-value `RandomWalk` settles to: how much of an innovation it believes.
+
+    ``K = P/(P + R)`` with ``P = (Q + sqrt(Q^2 + 4 Q R))/2``, the steady state of Mears (4.36)-(4.39).
+
+    Parameters
+    ----------
+    walk_variance : float
+        Variance of the step between two readings, Q >= 0, squared unit of the reading.
+    noise_variance : float
+        Variance of the noise of a reading, R >= 0, same unit; not both are 0.
+
+    Returns
+    -------
+    float
+        Gain in [0, 1], unit 1.
+
+    Raises
+    ------
+    ValueError
+        For a negative variance, or two that are 0.
+
+    Examples
+    --------
+    Of the simulation, Mears (4.47), and of the prototype (in um^2):
+
+    >>> round(random_walk_gain(0.0005, 0.03), 6), round(random_walk_gain(0.005**2, 0.03**2), 6)
+    (0.121035, 0.153355)
+    """
+    walk = checks.nonnegative("walk_variance", walk_variance)
+    noise = checks.nonnegative("noise_variance", noise_variance)
+    if walk == 0 and noise == 0:
+        raise ValueError("walk_variance and noise_variance must not both be 0; got 0 and 0")
+    variance = 0.5 * (walk + sqrt(walk * walk + 4 * walk * noise))
+    return variance / (variance + noise)
+
+
+def random_walk_response(gain: float, step: npt.ArrayLike) -> Complex:
+    """Return what the settled one-value `RandomWalk` makes of a wave: its modulus scales it, its angle shifts it.
+
+    Parameters
+    ----------
+    gain : float
+        Steady gain in (0, 1], unit 1: `random_walk_gain`.
+    step : array_like
+        Phase of the wave from one reading to the next, rad: undulations per revolution times the angle between readings.
+
+    Returns
+    -------
+    complex or array, shape of `step`
+        ``K/(1 - (1 - K) exp(-i step))``, unit 1. A negative angle (rad) is a lag.
+
+    Raises
+    ------
+    ValueError
+        For a gain out of range, or steps that are not finite.
+
+    Examples
+    --------
+    The -0.9 % of Mears, Table 4.4, is this filter at 1 degree a reading; it lags 7.2 degrees as well:
+
+    >>> response = random_walk_response(random_walk_gain(0.0005, 0.03), np.deg2rad(1.0))
+    >>> np.round([100 * (abs(response) - 1), np.rad2deg(np.angle(response))], 4).tolist()
+    [-0.9015, -7.2153]
+    """
+    share = checks.share("gain", gain, "1")
+    return np.asarray(share / (1 - (1 - share) * np.exp(-1j * checks.finite_array("step", step, "rad"))))[()]

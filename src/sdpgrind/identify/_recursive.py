@@ -1,0 +1,231 @@
+"""Least squares row by row, older rows forgotten: the square-root form, and the covariance form for comparison."""
+
+from collections.abc import Sequence
+from math import inf, sqrt
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.identify._estimate import Estimate, Status
+from sdpgrind.identify._regression import SquareRoot
+from sdpgrind.identify.kernels import covariance_step, rotate
+
+METHODS = ("square_root", "covariance")
+_FULL = 1e-9  # share of the weights that must be left over to tell the noise
+
+
+class RecursiveLeastSquares:
+    """Least squares row by row, older rows forgotten at a rate.
+
+    At every step the value is the least of ``sum w_i (target_i - row_i value)^2 + w_0 (value - b0)' P0^-1 (value - b0)``, w the
+    product of the forgetting of all later rows, b0 and ``P0 = covariance/noise_sd^2`` of the prior. It is Mears (4.40) with its
+    errata put right. Without prior and forgetting the estimate is that of `least_squares` on all rows so far. With forgetting
+    the covariance counts the weights as what they are, not as inverse variances, so that it is right for constant noise.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the p values.
+    forgetting : float
+        Weight that older rows keep when one is added, in (0, 1], unit 1; 1 remembers everything, the memory is about
+        1/(1 - forgetting) rows. Where rows tell nothing new (a spindle at rest) give `update` 1, else what was known fades.
+    units : sequence of str
+        Units of the values.
+    prior : Estimate, optional
+        What was known before, of the same names, with a covariance; forgotten with the rest. An infinite variance: nothing.
+    noise_sd : float, optional
+        Standard deviation of the noise of a target, in its unit; needed with a prior. By default it is estimated from the
+        residuals.
+    method : {"square_root", "covariance"}
+        Carry the triangle of the information matrix, into which each row is rotated, so that rounding never makes the
+        covariance indefinite (default); or the covariance itself, from a prior with finite variances. That is one and a
+        half times slower, and fails after much forgetting.
+
+    Raises
+    ------
+    ValueError, TypeError
+        When the forgetting is out of range, the prior is of other values or its covariance is not positive definite, or
+        something that is needed is missing.
+
+    Examples
+    --------
+    >>> rls = RecursiveLeastSquares(("start", "slope"))
+    >>> for x in (0.0, 1.0, 2.0):
+    ...     rls.update([1.0, x], 1.0 + 2.0 * x)
+    >>> rls.estimate.value.round(9).tolist()
+    [1.0, 2.0]
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        *,
+        forgetting: float = 1.0,
+        units: Sequence[str] = (),
+        prior: Estimate | None = None,
+        noise_sd: float | None = None,
+        method: str = "square_root",
+    ) -> None:
+        self._names, self._units = checks.unique("names", names), tuple(units)
+        self._forgetting = checks.share("forgetting", forgetting, "1")
+        self._noise_sd = None if noise_sd is None else checks.positive("noise_sd", noise_sd)
+        self._method = checks.one_of("method", method, METHODS)
+        self._prior = prior
+        if prior is not None:
+            _check_prior(prior, self._names, self._noise_sd)
+        if method == "covariance" and (prior is None or np.any(np.isinf(np.diag(prior.covariance)))):
+            raise checks.refuse("prior", "given, with finite variances, for method covariance", prior)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget every row, and go back to the prior."""
+        self._count = 0
+        self._form: _Form = _start(len(self._names), self._prior, self._noise_sd, self._method)
+
+    @property
+    def count(self) -> int:
+        """Number of rows taken in."""
+        return self._count
+
+    def update(self, row: npt.ArrayLike, target: float, forgetting: float | None = None) -> None:
+        """Take in ``target = row @ value + noise``.
+
+        Parameters
+        ----------
+        row : array_like, shape (p,)
+            Known exactly.
+        target : float
+            Reading, any unit.
+        forgetting : float, optional
+            Weight that the rows before this one keep, in (0, 1], unit 1; by default that of the whole.
+
+        Raises
+        ------
+        ValueError
+            For NaN, a row of the wrong length, or a weight out of range.
+        """
+        entry = checks.finite_array("row", row)
+        if entry.shape != (len(self._names),):
+            raise ValueError(f"row must be of shape {(len(self._names),)}; got {entry.shape}")
+        weight = self._forgetting if forgetting is None else checks.share("forgetting", forgetting, "1")
+        self._form.take(entry, checks.number("target", target), weight)
+        self._count += 1
+
+    @property
+    def estimate(self) -> Estimate:
+        """Estimate from the rows so far; `Status.UNDETERMINED` until they determine the values."""
+        return self._form.estimate(self._names, self._units)
+
+
+class _Form(Protocol):
+    """What is carried from row to row."""
+
+    def take(self, row: Floats, target: float, forgetting: float) -> None: ...
+    def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate: ...
+
+
+def _start(size: int, prior: Estimate | None, noise_sd: float | None, method: str) -> _Form:
+    if prior is not None and noise_sd is not None and method == "covariance":
+        return _Covariance(prior, noise_sd)
+    return _Triangle(size, prior, noise_sd)
+
+
+def _check_prior(prior: Estimate, names: tuple[str, ...], noise_sd: float | None) -> None:
+    checks.kind("prior", prior, Estimate)
+    if prior.names != names:
+        raise checks.refuse("prior", f"an estimate of {', '.join(names)}", ", ".join(prior.names))
+    if noise_sd is None:
+        raise checks.refuse("noise_sd", "given with a prior, which is weighed by it", noise_sd)
+    known, correlation = _known(prior)
+    if not np.all(np.isfinite(correlation)) or np.linalg.eigvalsh(correlation).min(initial=1.0) <= 0:
+        raise ValueError("prior must have a positive definite covariance; got one that is not, of " + ", ".join(names))
+    checks.finite_array("value of the prior", prior.value[known])
+
+
+def _known(prior: Estimate) -> tuple[Bools, Floats]:
+    """Which values have a finite variance, and the correlation of these."""
+    variance = np.diag(prior.covariance)
+    known = ~np.isinf(variance)
+    if np.any(variance[known] <= 0):
+        k = int(np.argmax(known & (variance <= 0)))
+        raise checks.refuse(f"variance of {prior.names[k]} in the prior", "> 0", float(variance[k]))
+    sd = np.sqrt(variance[known])
+    return known, prior.covariance[np.ix_(known, known)] / np.outer(sd, sd)
+
+
+class _Triangle:
+    """Triangle of the rows with their targets, and that of the rows with their weights squared."""
+
+    def __init__(self, size: int, prior: Estimate | None, noise_sd: float | None) -> None:
+        self._array = np.zeros((size, size + 1))
+        self._double = np.zeros((size, size))
+        self._weight, self._squares, self._residual = 0.0, 0.0, 0.0  # sums of weights, squared weights, squared residuals
+        self._noise_sd = noise_sd
+        if prior is not None and noise_sd is not None:
+            self._double[:] = self._array[:, :size] = _root(prior, noise_sd)
+            self._array[:, size] = self._double @ np.where(np.isinf(np.diag(prior.covariance)), 0.0, prior.value)
+
+    def take(self, row: Floats, target: float, forgetting: float) -> None:
+        if forgetting != 1.0:
+            self._array *= sqrt(forgetting)
+            self._double *= forgetting
+        entry = np.append(row, target)
+        rotate(self._array, entry)
+        rotate(self._double, row.copy())
+        self._residual = forgetting * self._residual + float(entry[-1]) ** 2
+        self._weight = forgetting * self._weight + 1.0
+        self._squares = forgetting * forgetting * self._squares + 1.0
+
+    def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
+        size = len(names)
+        rows = np.vstack([self._array[:, :size], np.zeros(size)])
+        solver = SquareRoot(rows, np.append(self._array[:, size], sqrt(self._residual)))
+        sandwich = solver.inverse @ (self._double.T @ self._double) @ solver.inverse
+        if self._noise_sd is not None:
+            return solver.estimate(self._noise_sd**2 * _symmetric(sandwich), inf, names, units)
+        freedom = self._weight - float(np.trace(solver.inverse @ self._double.T @ self._double))
+        if freedom <= _FULL * self._weight:
+            solver.determined, freedom = False, 1.0
+        # Weights squared, so many rows of equal weight would know as much about the noise.
+        effective = self._weight**2 / self._squares if self._squares else 0.0
+        return solver.estimate(solver.square / freedom * _symmetric(sandwich), max(effective - size, 1.0), names, units)
+
+
+def _root(prior: Estimate, noise_sd: float) -> Floats:
+    """Triangle of the prior's information in units of one row's."""
+    known, correlation = _known(prior)
+    root = np.zeros((known.size, known.size))
+    lower = np.linalg.cholesky(np.linalg.inv(correlation))
+    root[np.ix_(known, known)] = noise_sd * lower.T / prior.sd[known]
+    return root
+
+
+def _symmetric(matrix: Floats) -> Floats:
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+class _Covariance:
+    """Value, inverse information, and the true covariance (weights as weights), both over the noise's variance."""
+
+    def __init__(self, prior: Estimate, noise_sd: float) -> None:
+        self._value, self._noise_sd = prior.value.copy(), noise_sd
+        self._inv_info = prior.covariance / noise_sd**2
+        self._true = self._inv_info.copy()
+        self._gain = np.zeros(self._value.size)
+
+    def take(self, row: Floats, target: float, forgetting: float) -> None:
+        covariance_step(self._value, self._inv_info, row, target, forgetting, self._gain)
+        keep = np.eye(row.size) - np.outer(self._gain, row)
+        with np.errstate(over="ignore", invalid="ignore"):  # once it has wound up
+            self._true = keep @ self._true @ keep.T + np.outer(self._gain, self._gain)
+
+    def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
+        sound = all(np.all(np.isfinite(part)) for part in (self._value, self._inv_info, self._true))
+        if sound and np.linalg.eigvalsh(self._inv_info).min() > 0:
+            return Estimate(names, self._value, self._noise_sd**2 * _symmetric(self._true), units=units)
+        message = "the covariance form has wound up and lost its digits: forget less, or use method square_root"
+        endless = np.diag(np.full(len(names), np.inf))
+        return Estimate(names, np.zeros(len(names)), endless, Status.UNDETERMINED, message, units=units)
