@@ -1,0 +1,83 @@
+"""Largest circle with no point inside, by exchange: the circle of three points about its centre shrinks until it is empty."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering._roundness.distance_kernels import crossing, extremes, holds_origin
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_STEPS = 500
+_HALF_ROOT_3 = 0.5 * np.sqrt(3.0)
+
+
+@njit(**_OPTIONS)
+def three_about(x, y, cx, cy, basis):
+    """Put three points into `basis` whose triangle holds a centre; whether there are such.
+
+    The nearest one, one a third of a turn on or, where that does not do, the one most across, and one against both.
+    """
+    basis[0] = extremes(x, y, cx, cy)[2]
+    dx, dy = x[basis[0]] - cx, y[basis[0]] - cy
+    return _against(x, y, cx, cy, -0.5 * dx - _HALF_ROOT_3 * dy, _HALF_ROOT_3 * dx - 0.5 * dy, basis) or _against(
+        x, y, cx, cy, -dx, -dy, basis
+    )
+
+
+@njit(**_OPTIONS)
+def _against(x, y, cx, cy, ex, ey, basis):
+    """Take the point most along a direction as the second and one against the first two as the third; whether they hold the centre."""
+    basis[1] = _most_along(x, y, cx, cy, ex, ey)
+    ax, ay, bx, by = x[basis[0]] - cx, y[basis[0]] - cy, x[basis[1]] - cx, y[basis[1]] - cy
+    a, b = np.hypot(ax, ay), np.hypot(bx, by)
+    sx, sy = ax / a + bx / b, ay / a + by / b
+    if np.hypot(sx, sy) < 1e-9:  # opposite each other: any third does
+        sx, sy = ay, -ax
+    basis[2] = _most_along(x, y, cx, cy, -sx, -sy)
+    return holds_origin(x, y, cx, cy, basis[0], basis[1], basis[2])
+
+
+@njit(**_OPTIONS)
+def _most_along(x, y, cx, cy, ex, ey):
+    """Point that lies most in a direction of a centre."""
+    best, most = 0, -np.inf
+    for k in range(x.size):
+        dx, dy = x[k] - cx, y[k] - cy
+        along = (dx * ex + dy * ey) / np.sqrt(dx * dx + dy * dy)
+        if along > most:
+            best, most = k, along
+    return best
+
+
+@njit(**_OPTIONS)
+def empty_circle(x, y, tolerance, basis):
+    """Centre, radius (mm) and whether an exchange from three points about a centre has come to an empty circle."""
+    cx, cy = crossing(x, y, basis[0], basis[1], basis[0], basis[2])
+    for _ in range(_STEPS):
+        radius = np.hypot(x[basis[0]] - cx, y[basis[0]] - cy)
+        _, _, near, least = extremes(x, y, cx, cy)
+        if least >= radius - tolerance:
+            return cx, cy, radius, True
+        cx, cy, fixed = _shrink(x, y, cx, cy, near, basis)
+        if not fixed:
+            break
+    return cx, cy, 0.0, False
+
+
+@njit(**_OPTIONS)
+def _shrink(x, y, old_x, old_y, new, basis):
+    """Take a point inside the circle into the basis, for one that then lies outside, so that the three stand about the old centre."""
+    best, bx, by, out = -np.inf, 0.0, 0.0, -1
+    for k in range(3):
+        i, j, drop = basis[(k + 1) % 3], basis[(k + 2) % 3], basis[k]
+        cx, cy = crossing(x, y, new, i, new, j)
+        if np.isinf(cx) or not holds_origin(x, y, old_x, old_y, new, i, j):
+            continue
+        outside = np.hypot(x[drop] - cx, y[drop] - cy) - np.hypot(x[new] - cx, y[new] - cy)
+        if outside > best:
+            best, bx, by, out = outside, cx, cy, k
+    if out < 0:
+        return bx, by, False
+    basis[out] = new
+    return bx, by, True
