@@ -1,0 +1,124 @@
+"""How far to stay away by cost: every bit of allowance is ground in air, and what is not allowed for crashes."""
+
+from dataclasses import dataclass
+from math import exp, log, pi, sqrt
+
+from scipy.special import ndtr
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+CUSTOM = 3.0
+"""Standard deviations that custom allows for."""
+
+
+@stored("centering.allowance")
+@dataclass(frozen=True)
+class Allowance(Frozen):
+    """The allowance of least cost, as `best_allowance` gives it, and what any other costs.
+
+    Per part z standard deviations of air cost ``z sd/approach_rate``, and a crash costs `crash_time` with probability
+    ``1 - Phi(z)``. Where the derivative is 0, ``sd/approach_rate = crash_time phi(z)``: a little more allowance costs as much air
+    as it saves crashes. This is the least for z >= 0; below 0, where most parts crash, no machine is run.
+
+    Attributes
+    ----------
+    sd : float
+        Of the largest radius, mm.
+    approach_rate : float
+        Feed in air, mm/s.
+    crash_time : float
+        What a crash costs, s of the machine's time.
+
+    Examples
+    --------
+    >>> best = best_allowance(0.02, approach_rate=0.026, crash_time=300.0)
+    >>> round(best.sigmas, 4), round(best.length, 5), round(best.cost(), 3), round(best.cost(3.0) - best.cost(), 4)
+    (3.1772, 0.06354, 2.667, 0.0456)
+    """
+
+    sd: float
+    approach_rate: float
+    crash_time: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sd", checks.positive("sd", self.sd, "mm"))
+        object.__setattr__(self, "approach_rate", checks.positive("approach_rate", self.approach_rate, "mm/s"))
+        object.__setattr__(self, "crash_time", checks.positive("crash_time", self.crash_time, "s"))
+
+    @property
+    def sigmas(self) -> float:
+        """Standard deviations to allow for, unit 1: ``sqrt(2 ln(C v/(s sqrt(2 pi))))``, or 0 where a crash costs too little."""
+        density = self.sd / (self.approach_rate * self.crash_time)
+        return sqrt(-2 * log(density * sqrt(2 * pi))) if density * sqrt(2 * pi) < 1 else 0.0
+
+    @property
+    def length(self) -> float:
+        """The allowance, mm."""
+        return self.sigmas * self.sd
+
+    @property
+    def contact_probability(self) -> float:
+        """Probability that a part stands out by more than the allowance."""
+        return float(ndtr(-self.sigmas))
+
+    def cost(self, sigmas: float | None = None) -> float:
+        """Return the expected cost of a part, air and crashes, s.
+
+        Parameters
+        ----------
+        sigmas : float, optional
+            Standard deviations that are allowed for, unit 1; by default those of least cost.
+        """
+        z = self.sigmas if sigmas is None else checks.number("sigmas", sigmas, "1")
+        return float(z * self.sd / self.approach_rate + self.crash_time * ndtr(-z))
+
+    def marginal_cost(self, sigmas: float | None = None) -> float:
+        """Return what one standard deviation of allowance more costs, s; 0 where the cost is least.
+
+        Parameters
+        ----------
+        sigmas : float, optional
+            Standard deviations that are allowed for, unit 1; by default those of least cost.
+        """
+        z = self.sigmas if sigmas is None else checks.number("sigmas", sigmas, "1")
+        return self.sd / self.approach_rate - self.crash_time * exp(-z * z / 2) / sqrt(2 * pi)
+
+    def __repr__(self) -> str:
+        more = self.cost(CUSTOM) - self.cost()
+        return (
+            f"Allowance({self.sigmas:.4g} sd = {self.length:.4g} mm: {self.cost():.4g} s a part,"
+            f" contact in {1e6 * self.contact_probability:.3g} ppm; {CUSTOM:g} sd cost {more:.3g} s more)"
+        )
+
+
+def best_allowance(sd: float, approach_rate: float, crash_time: float) -> Allowance:
+    """Choose by cost how far over the mean of the parts controlled feed begins.
+
+    Parameters
+    ----------
+    sd : float
+        Standard deviation of the largest radius, mm: over the parts, or of what was measured of one of them.
+    approach_rate : float
+        Feed in air, mm/s.
+    crash_time : float
+        What a crash costs, s: dressing, a new wheel, scrap, in the machine's time.
+
+    Returns
+    -------
+    Allowance
+        Standard deviations to allow for, mm, and what others cost, s.
+
+    Raises
+    ------
+    ValueError
+        When a value is not > 0.
+
+    Examples
+    --------
+    >>> from math import hypot
+    >>> best_allowance(hypot(0.02, 0.004), approach_rate=0.026, crash_time=300.0)
+    Allowance(3.171 sd = 0.06468 mm: 2.715 s a part, contact in 760 ppm; 3 sd cost 0.043 s more)
+    """
+    return Allowance(sd, approach_rate, crash_time)
