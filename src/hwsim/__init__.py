@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from hwsim.plants._force_table import ForceTableStand
     from hwsim.plants._force_table_truth import CoefficientScatter, Motor
     from hwsim.plants._plunge import GrinderNoise, PlungeGrinder
+    from hwsim.plants._probe import Probe, ProbeErrors
+    from hwsim.plants._probe_ring import Ring
+    from hwsim.plants._probe_scan import ProbeScan
     from hwsim.plants._weldbead import WeldBeadStand
 
 __all__ = [
@@ -44,6 +47,10 @@ __all__ = [
     "Log",
     "Motor",
     "PlungeGrinder",
+    "Probe",
+    "ProbeErrors",
+    "ProbeScan",
+    "Ring",
     "WeldBeadStand",
     "check",
     "compare",
@@ -66,6 +73,10 @@ _PLANTS = {
     "HeightField": "_finishing_height",
     "Motor": "_force_table_truth",
     "PlungeGrinder": "_plunge",
+    "Probe": "_probe",
+    "ProbeErrors": "_probe",
+    "ProbeScan": "_probe_scan",
+    "Ring": "_probe_ring",
     "WeldBeadStand": "_weldbead",
 }  # plants bring their physics along: imported when first used
 
