@@ -1,0 +1,221 @@
+"""The exact curve fitted to readings: a linear start, then Gauss-Newton steps by orthogonal columns.
+
+Lengths are mm, angles rad. All is about the circle that the tip's centre runs on: radius and reading hold the tip's radius.
+A circle is (radius, x, y). Data are rows (4, m): cosine and sine of the angle, reading, and what the part's known form adds
+to its radius there. A last row beside the readings is that of the radius prior; its weight is 0 without one.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+STEPS, HALVINGS = 30, 25
+SETTLED = 1e-8  # square of a step over that of a standard deviation
+ROUNDING = 4e-15  # of a residual, over the radius
+FITTED, SINGULAR, OUTSIDE, ENDLESS = 0, 1, 2, 3
+"""How a fit ends: well; readings that do not tell three quantities; the axis outside of the circle; not settled."""
+RADIUS, X, Y, NOISE, UNIT, FREEDOM, CONDITION, WORST, TAKEN, AWAY, INVERSE, RESULT = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 19
+"""Slots of a result: circle, sd of a reading, the sd that scales the covariance, degrees of freedom, how many times the others
+widen the sd of a quantity at worst, of which, steps taken, readings that count for less than half, and (J'J)^-1 by rows."""
+
+
+@njit(**_OPTIONS)
+def prepared(angle, reading, form):
+    """Rows of data (4, m)."""
+    data = np.empty((4, angle.size))
+    data[0], data[1], data[2], data[3] = np.cos(angle), np.sin(angle), reading, form
+    return data
+
+
+@njit(**_OPTIONS)
+def triangle(rows, upper):
+    """Make the first three rows (4, n) orthonormal and take them out of the last, in place; their triangle to `upper` (3, 4)."""
+    for i in range(3):
+        upper[i, i] = np.sqrt(np.dot(rows[i], rows[i]))
+        if upper[i, i] > 0.0:
+            rows[i] /= upper[i, i]
+        for j in range(i + 1, 4):
+            upper[i, j] = np.dot(rows[i], rows[j])
+            rows[j] -= upper[i, j] * rows[i]
+
+
+@njit(**_OPTIONS)
+def solved(upper, out):
+    """Solve a triangle (3, 4) for `out` (3,); whether it can be."""
+    for i in range(2, -1, -1):
+        if upper[i, i] <= 0.0:
+            return False
+        out[i] = upper[i, 3]
+        for j in range(i + 1, 3):
+            out[i] -= upper[i, j] * out[j]
+        out[i] /= upper[i, i]
+    return True
+
+
+@njit(**_OPTIONS)
+def spread(upper, result):
+    """Write the inverse of R'R, the worst widening of a standard deviation by the other quantities, and of which it is."""
+    back = np.zeros((3, 3))
+    back[0, 0], back[1, 1], back[2, 2] = 1.0 / upper[0, 0], 1.0 / upper[1, 1], 1.0 / upper[2, 2]
+    back[0, 1], back[1, 2] = -upper[0, 1] * back[0, 0] * back[1, 1], -upper[1, 2] * back[1, 1] * back[2, 2]
+    back[0, 2] = -(upper[0, 1] * back[1, 2] + upper[0, 2] * back[2, 2]) * back[0, 0]
+    result[CONDITION] = 0.0
+    for i in range(3):
+        own = 0.0
+        for j in range(3):
+            own += upper[j, i] * upper[j, i] if j <= i else 0.0
+            product = back[i, 0] * back[j, 0] + back[i, 1] * back[j, 1] + back[i, 2] * back[j, 2]
+            result[INVERSE + 3 * i + j] = product
+        widened = np.sqrt(own * result[INVERSE + 4 * i])
+        if widened > result[CONDITION]:
+            result[CONDITION], result[WORST] = widened, i
+
+
+@njit(**_OPTIONS)
+def holds_axis(circle):
+    """Whether the spindle's axis lies in a circle."""
+    return circle[1] * circle[1] + circle[2] * circle[2] < circle[0] * circle[0] and circle[0] > 0.0
+
+
+@njit(**_OPTIONS)
+def residuals(data, circle, out):
+    """Write reading less the exact curve of a circle to `out`; whether the curve exists."""
+    if not holds_axis(circle):
+        return False
+    for i in range(data.shape[1]):
+        c, s = data[0, i], data[1, i]
+        across, effective = circle[2] * c - circle[1] * s, circle[0] + data[3, i]
+        out[i] = data[2, i] - circle[1] * c - circle[2] * s - np.sqrt((effective - across) * (effective + across))
+    return True
+
+
+@njit(**_OPTIONS)
+def slopes(data, circle, weight, rows):
+    """Write the weighted derivatives of the exact curve by radius, x and y to `rows` (3, m)."""
+    for i in range(data.shape[1]):
+        c, s = data[0, i], data[1, i]
+        across, effective = circle[2] * c - circle[1] * s, circle[0] + data[3, i]
+        side = np.sqrt((effective - across) * (effective + across))
+        rows[0, i] = weight[i] * effective / side
+        rows[1, i] = weight[i] * (c + across * s / side)
+        rows[2, i] = weight[i] * (s - across * c / side)
+
+
+@njit(**_OPTIONS)
+def started(data, rows, circle):
+    """Find a circle by r^2 = 2 x r cos + 2 y r sin + c, else by the limacon; how that ended."""
+    m, upper = data.shape[1], np.empty((3, 4))
+    rows[:, m] = 0.0
+    for i in range(m):
+        r = data[2, i]
+        rows[0, i], rows[1, i], rows[2, i], rows[3, i] = 1.0, 2.0 * r * data[0, i], 2.0 * r * data[1, i], r * r
+    triangle(rows, upper)
+    if not solved(upper, circle):
+        return SINGULAR
+    circle[0] = np.sqrt(max(circle[0] + circle[1] ** 2 + circle[2] ** 2, 0.0))
+    if not holds_axis(circle):
+        for i in range(m):
+            rows[0, i], rows[1, i], rows[2, i], rows[3, i] = 1.0, data[0, i], data[1, i], data[2, i]
+        triangle(rows, upper)
+        if not (solved(upper, circle) and holds_axis(circle)):
+            circle[0], circle[1], circle[2] = data[2].mean(), 0.0, 0.0
+    return FITTED if holds_axis(circle) else OUTSIDE
+
+
+@njit(**_OPTIONS)
+def direction(data, circle, weight, left, prior_weight, rows, step, result):
+    """Write the Gauss-Newton step and its inverse information; return what it takes off the sum of squares, < 0: singular."""
+    m, upper = data.shape[1], np.empty((3, 4))
+    slopes(data, circle, weight, rows)
+    rows[0, m], rows[1, m], rows[2, m] = prior_weight, 0.0, 0.0
+    for i in range(m):
+        rows[3, i] = weight[i] * left[i]
+    rows[3, m] = prior_weight * left[m]
+    triangle(rows, upper)
+    if not solved(upper, step):
+        return -1.0
+    spread(upper, result)
+    return upper[0, 3] ** 2 + upper[1, 3] ** 2 + upper[2, 3] ** 2
+
+
+@njit(**_OPTIONS)
+def moved(data, circle, step, prior_mean, prior_weight, left):
+    """Go along a step, halved until it does not raise the sum of squares; the share gone, 0: none."""
+    m, trial, share = data.shape[1], np.empty(3), 1.0
+    cost = np.dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
+    for _ in range(HALVINGS):
+        trial[:] = circle + share * step
+        if residuals(data, trial, left[:m]):
+            left[m] = prior_mean - trial[0]
+            now = np.dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
+            if now <= cost * (1.0 + 1e-12) + m * (ROUNDING * circle[0]) ** 2:
+                circle[:] = trial
+                return share
+        share *= 0.5
+    return 0.0
+
+
+@njit(**_OPTIONS)
+def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, result):
+    """Fit the exact curve by least squares; write the slots of `result`, return how it ended.
+
+    A radius prior of an infinite sd is none; a noise of sd NaN is that which the fit leaves.
+    """
+    m, data, circle = angle.size, prepared(angle, reading, form), result[:3]
+    rows, left, step, even = np.empty((4, m + 1)), np.empty(m + 1), np.empty(3), np.ones(m)
+    ended = started(data, rows, circle)
+    if ended != FITTED or not residuals(data, circle, left[:m]):
+        return max(ended, SINGULAR)
+    left[m], result[FREEDOM], result[AWAY], result[TAKEN] = prior_mean - circle[0], m - 3.0, 0.0, 0.0
+    sd, settled = np.nan, False
+    while result[TAKEN] < STEPS:
+        result[TAKEN] += 1.0
+        square, before = np.dot(left[:m], left[:m]), sd
+        sd = np.sqrt(square / max(result[FREEDOM], 1.0)) if np.isnan(noise_sd) else noise_sd
+        weight = sd / prior_sd
+        gain = direction(data, circle, even, left, weight, rows, step, result)
+        if gain < 0.0:
+            return SINGULAR
+        share = moved(data, circle, step, prior_mean, weight, left)
+        if share == 0.0:
+            return OUTSIDE
+        result[FREEDOM] = m - 3.0 + weight * weight * result[INVERSE]
+        settled = gain <= SETTLED * square / m or square <= m * (4.0 * ROUNDING * circle[0]) ** 2
+        if settled and share == 1.0 and (weight == 0.0 or abs(sd - before) <= 1e-6 * sd):
+            break
+    result[NOISE] = np.sqrt(np.dot(left[:m], left[:m]) / max(result[FREEDOM], 1.0))
+    result[UNIT] = result[NOISE] if np.isnan(noise_sd) else noise_sd
+    return FITTED if settled else ENDLESS
+
+
+@njit(**_OPTIONS)
+def distinct(angle, enough):
+    """How many different directions there are, counted up to `enough`."""
+    known, found = np.empty(enough), 0
+    for i in range(angle.size):
+        turned, new = angle[i] % (2.0 * np.pi), True
+        for k in range(found):
+            apart = abs(turned - known[k])
+            new = new and min(apart, 2.0 * np.pi - apart) > 1e-9
+        if new:
+            known[found] = turned
+            found += 1
+            if found == enough:
+                break
+    return found
+
+
+@njit(**_OPTIONS)
+def swept(angle):
+    """Angle that readings cover, without gaps: steps between neighbours that are more than 10 times the median step."""
+    line, steps, count = np.sort(angle), np.empty(angle.size), 0
+    for i in range(1, angle.size):
+        if line[i] > line[i - 1]:
+            steps[count] = line[i] - line[i - 1]
+            count += 1
+    steps, total = np.sort(steps[:count]), 0.0
+    for i in range(count):
+        total += steps[i] if steps[i] <= 10.0 * steps[count // 2] else 0.0
+    return total

@@ -1,0 +1,145 @@
+"""The exact curve fitted to readings of which some are far off: least median of three-point circles, then weights by residual.
+
+Conventions as in the kernels of the plain fit.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering._geometry import fit_kernels as fit
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+HUBER, SOFT_L1 = 1, 2
+BEND = 1.345  # residual over the scale from which on it counts for less: 95 % efficient on normal noise
+NORMAL = 1.4826022185056018  # sd of a normal quantity over the median of its absolute values
+SCALES = 15  # steps in which the scale may still change
+
+
+@njit(**_OPTIONS)
+def middle(values):
+    """Median (the upper of two) by partition; the values are put in another order."""
+    low, high, wanted = 0, values.size - 1, values.size // 2
+    while low < high:
+        pivot, i, j = values[(low + high) // 2], low, high
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while values[j] > pivot:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i, j = i + 1, j - 1
+        if wanted <= j:
+            high = j
+        elif wanted >= i:
+            low = i
+        else:
+            break
+    return values[wanted]
+
+
+@njit(**_OPTIONS)
+def through(data, triple, circle):
+    """Write the circle through three readings; whether there is one that holds the axis."""
+    a, b, c = triple
+    ax, ay = data[2, a] * data[0, a], data[2, a] * data[1, a]
+    bx, by = data[2, b] * data[0, b] - ax, data[2, b] * data[1, b] - ay
+    cx, cy = data[2, c] * data[0, c] - ax, data[2, c] * data[1, c] - ay
+    area = 2.0 * (bx * cy - by * cx)
+    if area == 0.0:
+        return False
+    bb, cc = bx * bx + by * by, cx * cx + cy * cy
+    x, y = (cy * bb - by * cc) / area, (bx * cc - cx * bb) / area
+    circle[0], circle[1], circle[2] = np.hypot(x, y), ax + x, ay + y
+    return fit.holds_axis(circle)
+
+
+@njit(**_OPTIONS)
+def least_median(data, triples, circle):
+    """Write the circle, of those through triples, whose absolute residuals have the least median; whether there is one."""
+    m, best = data.shape[1], np.inf
+    trial, left = np.empty(3), np.empty(m)
+    for k in range(triples.shape[0]):
+        if not (through(data, triples[k], trial) and fit.residuals(data, trial, left)):
+            continue
+        near = 0
+        for i in range(m):
+            left[i] = abs(left[i])
+            near += left[i] < best
+        if near > m // 2:
+            best = middle(left)
+            circle[:] = trial
+    return best < np.inf
+
+
+@njit(**_OPTIONS)
+def weigh(left, scale, loss, weight, result):
+    """Write root weights of residuals, the sd of a reading that an undisturbed fit would need for this covariance, and
+    degrees of freedom; return the mean slope of the score.
+    """
+    m, slope, square, away = left.size, 0.0, 0.0, 0
+    for i in range(m):
+        z = abs(left[i]) / scale
+        if loss == HUBER:
+            share, own = (1.0, 1.0) if z <= BEND else (BEND / z, 0.0)
+        else:
+            share = 1.0 / np.sqrt(1.0 + (z / BEND) ** 2)
+            own = share**3
+        slope += own
+        square += (z * share) ** 2
+        away += share < 0.5
+        weight[i] = np.sqrt(share)
+    slope = max(slope / m, 1e-3)
+    more = 1.0 + 3.0 / m * (1.0 - slope) / slope  # Huber's correction of small samples, for a slope that is 0 or 1
+    result[fit.UNIT] = more * scale * np.sqrt(square / max(m - 3.0, 1.0)) / slope
+    result[fit.FREEDOM], result[fit.AWAY] = max(slope * m - 3.0, 1.0), away
+    return slope
+
+
+@njit(**_OPTIONS)
+def advanced(data, circle, step, left):
+    """Go along a step, halved until the curve exists; whether it does."""
+    trial, share = np.empty(3), 1.0
+    for _ in range(fit.HALVINGS):
+        trial[:] = circle + share * step
+        if fit.residuals(data, trial, left):
+            circle[:] = trial
+            return True
+        share *= 0.5
+    return False
+
+
+@njit(**_OPTIONS)
+def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, triples, result):
+    """Fit the exact curve with a loss that grows slower than the square; write the slots of `result`, return how it ended.
+
+    The covariance is Huber's: scale^2 times mean of the squared score over the squared mean of its slope, times (J'J)^-1.
+    """
+    m, data, circle = angle.size, fit.prepared(angle, reading, form), result[:3]
+    rows, left, step, weight = np.empty((4, m + 1)), np.empty(m + 1), np.empty(3), np.ones(m)
+    if not least_median(data, triples, circle):
+        return fit.OUTSIDE
+    fit.residuals(data, circle, left[:m])
+    settled, scale = False, noise_sd
+    result[fit.TAKEN] = 0.0
+    while result[fit.TAKEN] < 3 * fit.STEPS and not settled:
+        result[fit.TAKEN] += 1.0
+        if np.isnan(noise_sd) and result[fit.TAKEN] <= SCALES:
+            spread = NORMAL * middle(np.abs(left[:m])) * np.sqrt(m / max(m - 3.0, 1.0))
+            scale = max(spread, fit.ROUNDING * circle[0])
+        slope = weigh(left[:m], scale, loss, weight, result)
+        left[m] = prior_mean - circle[0]
+        held = np.sqrt(slope) * result[fit.UNIT] / prior_sd
+        gain = fit.direction(data, circle, weight, left, held, rows, step, result)
+        if gain < 0.0:
+            return fit.SINGULAR
+        if not advanced(data, circle, step, left[:m]):
+            return fit.OUTSIDE
+        settled = gain <= fit.SETTLED * scale**2 and result[fit.TAKEN] > 3
+    weigh(left[:m], scale, loss, weight, result)
+    weight[:] = 1.0
+    fit.direction(data, circle, weight, left, result[fit.UNIT] / prior_sd, rows, step, result)
+    result[fit.NOISE] = scale
+    return fit.FITTED if settled else fit.ENDLESS
