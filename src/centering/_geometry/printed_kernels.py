@@ -1,0 +1,148 @@
+"""The source's own estimators, reading by reading, on one flat state per part, so that one step and a batch give the same bits.
+
+A state begins with what is told after each reading (the first `TOLD` slots), and goes on with what is carried:
+
+========== ====================================================================================================================
+"rls"      two values [cos, sin] and their inverse information, Mears (4.40)-(4.44)
+"prls"     triangle of all rows [1, cos, sin] so far, and the first two directions that were seen, (4.45)
+"kalman"   the filtered reading and its variance (4.35)-(4.39), and the extremes of all filtered readings so far (4.48)
+========== ====================================================================================================================
+"""
+
+from math import cos, inf, nan, sin
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.identify.kernels import covariance_step, measure, rotate, solve
+
+RLS, PRLS, KALMAN = 0, 1, 2
+RADIUS, CENTER_X, CENTER_Y, SQUARES, COUNT, LOW, HIGH = range(7)
+TOLD = 7
+"""Radius and centre, sum of squared residuals of the present fit, readings, least and greatest angle."""
+_VALUE, _MATRIX, _WORK, _COST = 7, 9, 13, 17  # rls
+_ARRAY, _ROW, _SEEN, _SUM, _TIMES, _DISTINCT = 7, 19, 23, 27, 29, 31  # prls
+_FILTERED, _VARIANCE, _GAIN, _ONE, _MOST, _LEAST, _AT = 7, 8, 9, 10, 11, 12, 13  # kalman
+STATES = 32
+_SAME = 1e-6  # between two directions that are one
+
+
+@njit(cache=True, nogil=True)
+def printed_start(state, kind, settings):
+    """Empty a state. `settings` are the known radius and the start of the inverse information; or the variances Q and R."""
+    state[:] = 0.0
+    state[LOW], state[HIGH] = inf, -inf
+    if kind == RLS:
+        state[RADIUS] = settings[0]
+        state[_MATRIX] = state[_MATRIX + 3] = settings[1]
+    elif kind == KALMAN:
+        state[_ONE], state[_MOST], state[_LEAST], state[SQUARES] = 1.0, -inf, inf, nan
+
+
+@njit(cache=True, nogil=True)
+def printed_step(state, kind, settings, angle, reading):
+    """Take one reading (rad, mm) into a state, in place."""
+    state[COUNT] += 1.0
+    state[LOW], state[HIGH] = min(state[LOW], angle), max(state[HIGH], angle)
+    if kind == RLS:
+        _rls(state, settings, angle, reading)
+    elif kind == PRLS:
+        _prls(state, angle, reading)
+    else:
+        _kalman(state, settings, angle, reading)
+
+
+@njit(cache=True, nogil=True)
+def _rls(state, settings, angle, reading):
+    """(4.40) for [cos, sin]. The cost of the fit, its distance from the start included, grows by error^2/(1 + h'Ph)."""
+    value, matrix = state[_VALUE : _VALUE + 2], state[_MATRIX : _MATRIX + 4].reshape((2, 2))
+    gain, row = state[_WORK : _WORK + 2], state[_WORK + 2 : _WORK + 4]
+    row[0], row[1] = cos(angle), sin(angle)
+    target = reading - settings[0]
+    error = target - row[0] * value[0] - row[1] * value[1]
+    covariance_step(value, matrix, row, target, 1.0, gain)
+    state[_COST] += error * error * (1.0 - row[0] * gain[0] - row[1] * gain[1])
+    state[CENTER_X], state[CENTER_Y] = value[0], value[1]
+    state[SQUARES] = max(state[_COST] - (value[0] ** 2 + value[1] ** 2) / settings[1], 0.0)
+
+
+@njit(cache=True, nogil=True)
+def _prls(state, angle, reading):
+    """(4.45): least squares on all readings, the shortest solution while fewer than three directions have been seen."""
+    array, row = state[_ARRAY : _ARRAY + 12].reshape((3, 4)), state[_ROW : _ROW + 4]
+    row[0], row[1], row[2], row[3] = 1.0, cos(angle), sin(angle), reading
+    if state[_DISTINCT] < 3.0:
+        _notice(state, row)
+    rotate(array, row)
+    state[SQUARES] += row[3] ** 2
+    if state[_DISTINCT] < 3.0:
+        _shortest(state)
+    else:
+        solve(array, state[RADIUS : CENTER_Y + 1])
+
+
+@njit(cache=True, nogil=True)
+def _notice(state, row):
+    """Add a reading to the direction it is of; three directions determine a circle, whatever they are."""
+    known = int(state[_DISTINCT])
+    for k in range(known):
+        if abs(row[1] - state[_SEEN + 2 * k]) + abs(row[2] - state[_SEEN + 2 * k + 1]) < _SAME:
+            state[_SUM + k] += row[3]
+            state[_TIMES + k] += 1.0
+            return
+    state[_DISTINCT] += 1.0
+    if known < 2:
+        state[_SEEN + 2 * known], state[_SEEN + 2 * known + 1] = row[1], row[2]
+        state[_SUM + known], state[_TIMES + known] = row[3], 1.0
+
+
+@njit(cache=True, nogil=True)
+def _shortest(state):
+    """The shortest of all solutions through the mean readings z of one or two directions h: H'(HH')^-1 z, with h'h = 2."""
+    c, s = state[_SEEN], state[_SEEN + 1]
+    first = state[_SUM] / state[_TIMES]
+    if state[_DISTINCT] < 2.0:
+        state[RADIUS], state[CENTER_X], state[CENTER_Y] = first / 2.0, first * c / 2.0, first * s / 2.0
+        return
+    c2, s2 = state[_SEEN + 2], state[_SEEN + 3]
+    second = state[_SUM + 1] / state[_TIMES + 1]
+    apart = 0.5 * ((c - c2) ** 2 + (s - s2) ** 2)  # 2 - h1'h2, without cancellation
+    share = (second - first) / apart
+    mean = (first + second) / (4.0 - apart)
+    a, b = 0.5 * (mean - share), 0.5 * (mean + share)
+    state[RADIUS], state[CENTER_X], state[CENTER_Y] = 2.0 * a + share, a * c + b * c2, a * s + b * s2
+
+
+@njit(cache=True, nogil=True)
+def _kalman(state, settings, angle, reading):
+    """(4.35)-(4.39) from the first reading on, and (4.48) on all that came out so far."""
+    value, variance = state[_FILTERED : _FILTERED + 1], state[_VARIANCE : _VARIANCE + 1].reshape((1, 1))
+    if state[COUNT] == 1.0:
+        value[0], variance[0, 0] = reading, settings[1]
+    else:
+        variance[0, 0] += settings[0]
+        measure(value, variance, state[_ONE : _ONE + 1], reading, settings[1], state[_GAIN : _GAIN + 1])
+    if value[0] > state[_MOST]:
+        state[_MOST], state[_AT] = value[0], angle
+    state[_LEAST] = min(state[_LEAST], value[0])
+    offset = 0.5 * (state[_MOST] - state[_LEAST])
+    state[RADIUS] = 0.5 * (state[_MOST] + state[_LEAST])
+    state[CENTER_X], state[CENTER_Y] = offset * cos(state[_AT]), offset * sin(state[_AT])
+
+
+@njit(cache=True, nogil=True)
+def printed_extend(state, kind, settings, angle, reading, told):
+    """Take many readings into a state; `told`, shape (m, `TOLD`), gets what is told after each."""
+    for i in range(angle.shape[0]):
+        printed_step(state, kind, settings, angle[i], reading[i])
+        for k in range(TOLD):
+            told[i, k] = state[k]
+
+
+@njit(cache=True, nogil=True)
+def printed_histories(kind, settings, angle, readings, told):
+    """Let many parts of readings (runs, m) start and go on, each on its own; `told` has shape (runs, m, `TOLD`)."""
+    state = np.empty(STATES)
+    for run in range(readings.shape[0]):
+        printed_start(state, kind, settings)
+        printed_extend(state, kind, settings, angle, readings[run], told[run])
