@@ -1,0 +1,330 @@
+"""The streaming estimator: radius and centre from every reading, how sure they are, and when that is enough."""
+
+from collections.abc import Mapping
+from math import inf, log, log1p, pi
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import ndtri, stdtrit
+
+from centering._geometry import estimator_slots as at
+from centering._geometry.estimate import CircleEstimate
+from centering._geometry.estimator_kernels import (
+    COARSE_STEPS,
+    NOT_FINITE,
+    NOT_POSITIVE,
+    TOO_FAR,
+    carry_radius,
+    clear,
+    ring,
+    run,
+    run_until_valid,
+    take,
+)
+from centering._geometry.forecast_kernels import arc_needed
+from centering._geometry.form import assumed_lobes, known_harmonics
+from centering._geometry.validity import limited_by, sentence
+from centering._geometry.validity_kernels import judge, valid_now
+from sdpgrind.base import checks, units
+from sdpgrind.base.checks import Floats
+from sdpgrind.identify import Status
+
+
+class GeometryEstimator:
+    """Estimate radius and centre of an offset ring, reading by reading, and say when they are sure enough to push.
+
+    The estimate is that of least squares with the exact curve of an offset circle, at any offset and over any arc, by a
+    recursion of constant cost. It is valid when the readings cover `arc_min` and the band
+
+        max(t s, z noise_sd) u_c inflation + form bound  <=  max(rel_tol offset, abs_tol):
+
+    u_c is the standard deviation of the centre in its worst direction for noise 1, s that of the residuals, t Student's and z
+    the normal quantile of `confidence`. The inflation is that of noise correlated from reading to reading (AR(1)), 1 unless the
+    correlation of the residuals is significant. (Mears (4.49)-(4.52), which this replaces, take the error of a mean for that of
+    the offset.)
+
+    Readings more than 5 standard deviations from what is predicted are refused and kept in `rejected`; when that are more than
+    half of the latest 30 the part has moved: the estimate begins anew with the latest ones, the radius being known. The first 30
+    are screened together, about a circle that most of them agree on.
+
+    Parameters
+    ----------
+    noise_sd : float, optional
+        Least standard deviation of one reading, mm: the band is never made of less. By default that of the residuals only.
+    confidence : float
+        Probability in (0, 1) that the true centre lies within the band, unit 1.
+    rel_tol : float
+        Error of the centre that is allowed, over the offset, unit 1.
+    abs_tol : float
+        Error that is allowed in any case, mm.
+    model : {"exact", "limacon"}
+        Curve: that of an offset circle, or R + d cos(angle - phi) (Mears (4.4)), for which readings may have any sign.
+    tip_radius : float
+        Radius of the probe's tip, mm.
+    arc_min : float
+        Least angle that the readings must cover, rad.
+    forgetting : float
+        Weight that readings keep after one turn of travel, in (0, 1], unit 1; a spindle that stands forgets nothing.
+    form : mapping of int to float, optional
+        Amplitude (mm) that the part may have at undulations per revolution: a bound on their error joins the band.
+    harmonics : Spectrum, optional
+        Known form (upr, amplitude in mm, phase in rad of the part's own angle); it is subtracted.
+    joint : bool
+        Whether the band holds both coordinates of the centre at once, with sqrt(2 F) for t.
+    radius_prior : pair of float, optional
+        Radius and its standard deviation, mm, where they are known.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> angle = np.radians(np.arange(90.0))
+    >>> estimator = GeometryEstimator(noise_sd=0.002)
+    >>> for a, r in zip(angle, 3.0 * np.cos(angle) + np.sqrt(60.0**2 - 9.0 * np.sin(angle) ** 2)):
+    ...     estimator.update(angle=a, reading=r)
+    ...     if estimator.valid:
+    ...         break
+    >>> estimator.estimate.samples, round(estimator.estimate.radius, 6), round(estimator.estimate.offset, 6)
+    (48, 60.0, 3.0)
+    """
+
+    def __init__(
+        self,
+        *,
+        noise_sd: float | None = None,
+        confidence: float = 0.999,
+        rel_tol: float = 0.03,
+        abs_tol: float = 0.002,
+        model: str = "exact",
+        tip_radius: float = 0.0,
+        arc_min: float = units.deg(30.0),
+        forgetting: float = 1.0,
+        form: Mapping[int, float] | None = None,
+        harmonics: Any = None,
+        joint: bool = False,
+        radius_prior: tuple[float, float] | None = None,
+    ) -> None:
+        lobes, known = assumed_lobes(form), known_harmonics(harmonics)
+        self._model = checks.one_of("model", model, ("exact", "limacon"))
+        self._state = _empty(lobes, known)
+        state = self._state
+        state[at.LIMACON] = model == "limacon"
+        state[at.TIP] = checks.nonnegative("tip_radius", tip_radius, "mm")
+        state[at.NOISE] = 0.0 if noise_sd is None else checks.nonnegative("noise_sd", noise_sd, "mm")
+        state[at.REL_TOL] = checks.nonnegative("rel_tol", rel_tol, "1")
+        state[at.ABS_TOL] = checks.positive("abs_tol", abs_tol, "mm")
+        state[at.ARC_MIN] = checks.within("arc_min", arc_min, 0.0, 2 * pi, "rad")
+        state[at.LOG_FORGETTING] = log(checks.share("forgetting", forgetting, "1")) / (2 * pi)
+        state[at.JOINT] = bool(joint)
+        _write_quantiles(state, checks.probability("confidence", confidence))
+        self._prior = (0.0, 0.0) if radius_prior is None else _radius_prior(radius_prior, float(tip_radius))
+        self._rejected: dict[int, tuple[float, float]] = {}
+        self.reset()
+
+    def reset(self, keep_radius: bool = False) -> None:
+        """Forget the readings, as after a push.
+
+        Parameters
+        ----------
+        keep_radius : bool
+            Take the radius as known from now on, with the standard deviation (mm) that it has now, and the noise; both are
+            weighed with what comes. Nothing is kept where the readings do not determine them.
+        """
+        state = self._state
+        if keep_radius and state[at.USED] > 0:
+            carry_radius(state, False)
+        elif not keep_radius:
+            state[at.PRIOR_RADIUS], state[at.PRIOR_SD] = self._prior
+            state[at.PRIOR_NOISE] = state[at.PRIOR_FREEDOM] = 0.0
+        clear(state)
+        state[at.INDEX] = state[at.RESTARTS] = 0.0
+        self._rejected.clear()
+
+    def update(self, *, angle: float, reading: float) -> None:
+        """Take one reading.
+
+        Parameters
+        ----------
+        angle : float
+            Spindle angle, rad; in the order of time, whole turns counted or not, in any sense of rotation.
+        reading : float
+            Radial position of the probe, mm.
+
+        Raises
+        ------
+        ValueError
+            For NaN, a step of more than a turn or coarse steps as of degrees, or a reading <= 0 (exact curve); then nothing has
+            changed.
+        """
+        code = take(self._state, float(angle), float(reading))
+        if code != 0:
+            self._note(code, float(angle), float(reading))
+
+    def extend(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> None:
+        """Take many readings, as `update` one by one.
+
+        Parameters
+        ----------
+        angle : array_like, shape (m,)
+            Spindle angles, rad.
+        reading : array_like, shape (m,)
+            Readings, mm.
+
+        Raises
+        ------
+        ValueError
+            As `update`; the readings before the one that is refused have been taken.
+        """
+        angles, readings = _pairs(angle, reading)
+        done = 0
+        while done < angles.size:
+            done, code = run(self._state, angles, readings, done)
+            if code != 0:
+                self._note(code, angles[done - 1], readings[done - 1])
+
+    def first_valid(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> int | None:
+        """Take readings until the estimate is valid; return the index of the one that made it so, None if none did.
+
+        Parameters
+        ----------
+        angle : array_like, shape (m,)
+            Spindle angles, rad.
+        reading : array_like, shape (m,)
+            Readings, mm.
+
+        Raises
+        ------
+        ValueError
+            As `extend`.
+        """
+        angles, readings = _pairs(angle, reading)
+        done = 0
+        while done < angles.size:
+            done, code, valid = run_until_valid(self._state, angles, readings, done)
+            if code != 0:
+                self._note(code, angles[done - 1], readings[done - 1])
+            if valid:
+                return int(done) - 1
+        return None
+
+    @property
+    def valid(self) -> bool:
+        """Whether the centre is as sure as was asked, over at least `arc_min` (rad)."""
+        return bool(valid_now(self._state))
+
+    @property
+    def estimate(self) -> CircleEstimate:
+        """Radius and centre, mm, with what limits them and the arc still needed (rad)."""
+        state = self._state
+        common = {"tip_radius": float(state[at.TIP]), "model": self._model}
+        if state[at.USED] == 0:
+            known = max(float(state[at.PRIOR_RADIUS] - state[at.TIP]), 0.0) if state[at.PRIOR_SD] else 0.0
+            return _unknown([known, 0.0, 0.0], "no readings yet", common)
+        valid = bool(judge(state))
+        arc = float(arc_needed(state))
+        limit = limited_by(state)
+        common |= _told(state, limit, arc)
+        value, message = state[[at.RADIUS, at.FIT_X, at.FIT_Y]], sentence(state, limit, arc)
+        if limit == "samples" and not state[at.SCALE] > 0:
+            return _unknown(value, message, common)
+        covariance = state[at.SCALE] ** 2 * state[at.SHAPE : at.SHAPE + 9].reshape(3, 3)
+        freedom = float(state[at.SCALE_FREEDOM]) or inf
+        status = Status.OK if valid else Status.UNDETERMINED if limit == "samples" else Status.UNSURE
+        return CircleEstimate(value, 0.5 * (covariance + covariance.T), status, message, freedom=freedom, **common)
+
+    @property
+    def rejected(self) -> tuple[Floats, Floats]:
+        """Angles (rad) and readings (mm) that were refused, in the order of time; a spike may be dust or a burr."""
+        kept = [self._rejected[index] for index in sorted(self._rejected)]
+        angle, reading = np.array(kept, dtype=float).reshape(-1, 2).T
+        return angle, reading
+
+    @property
+    def restarts(self) -> int:
+        """How often the part has moved and the estimate has begun anew since the last `reset`, unit 1."""
+        return int(self._state[at.RESTARTS])
+
+    @property
+    def band(self) -> float:
+        """Greatest error of the centre at the confidence asked, mm; inf where the readings are too few to tell."""
+        return float(self._state[at.BAND]) if self._state[at.USED] and (judge(self._state) or True) else inf
+
+    def _note(self, code: int, angle: float, reading: float) -> None:
+        """Raise for what is no reading; else keep what was refused, and let go what is used after all."""
+        if code < 0:
+            raise _refusal(code, angle, reading)
+        for cell in ring(self._state)[: int(self._state[at.SEEN])]:
+            if cell[2]:
+                self._rejected[int(cell[4])] = (float(cell[0]), float(cell[1]))
+            else:
+                self._rejected.pop(int(cell[4]), None)
+
+
+def _empty(lobes: Floats, known: Floats) -> Floats:
+    """A state with its lists and nothing else."""
+    begin, middle, arrays = at.lobes_at(len(known), len(lobes))
+    state = np.zeros(arrays + at.ARRAYS * at.width(len(lobes)))
+    state[begin:middle], state[middle:arrays] = lobes.ravel(), known.ravel()
+    state[at.FORMS], state[at.KNOWN] = len(lobes), len(known)
+    state[at.FORM_GATE] = 2.0 * lobes[:, 1].sum()  # of the lobe itself and of what it bends the estimate by
+    return state
+
+
+def _write_quantiles(state: Floats, confidence: float) -> None:
+    """Write the quantiles of a two-sided confidence."""
+    state[at.BEYOND], state[at.NORMAL] = log1p(-confidence), ndtri(0.5 + confidence / 2)
+    state[at.STUDENT : at.STUDENT + at.TABLE] = stdtrit(np.arange(1.0, at.TABLE + 1), 0.5 + confidence / 2)
+
+
+def _radius_prior(prior: tuple[float, float], tip_radius: float) -> tuple[float, float]:
+    """Radius with the tip, and its sd, mm."""
+    if not isinstance(prior, tuple | list) or len(prior) != 2:
+        raise TypeError(f"radius_prior must be a pair: radius and its standard deviation (mm); got {checks.shown(prior)}")
+    return checks.positive("radius_prior[0]", prior[0], "mm") + tip_radius, checks.positive("radius_prior[1]", prior[1], "mm")
+
+
+def _pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Float arrays of one length; what is in them the kernels check."""
+    angles, readings = (np.ascontiguousarray(values, dtype=float) for values in (angle, reading))
+    if angles.ndim != 1 or angles.shape != readings.shape:
+        raise ValueError(f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}")
+    return angles, readings
+
+
+def _refusal(code: int, angle: float, reading: float) -> ValueError:
+    """The error of a reading that cannot be taken."""
+    hint = "readings in the order of time, by less than a turn from the one before; of degrees? then units.deg(angle)"
+    return {
+        NOT_FINITE: checks.refuse("angle and reading", "finite", (angle, reading), "rad, mm"),
+        NOT_POSITIVE: checks.refuse(
+            "reading", "> 0 with the exact curve; zero-mean readings want model='limacon'", reading, "mm"
+        ),
+        TOO_FAR: checks.refuse("angle", hint, angle, "rad"),
+        COARSE_STEPS: checks.refuse(
+            "angle", "read more often than 8 times a turn; of degrees? then units.deg(angle)", angle, "rad"
+        ),
+    }[code]
+
+
+def _told(state: Floats, limit: str, arc: float) -> dict[str, Any]:
+    """Fields of an estimate that say what it rests on."""
+    measured = np.isfinite(state[at.FIT_NOISE]) and state[at.FREEDOM] > 0
+    return {
+        "samples": int(state[at.USED]),
+        "swept": float(state[at.COVERED]),
+        "noise_sd": float(state[at.FIT_NOISE] if measured else state[at.NOISE]),
+        "inflation": float(state[at.INFLATION]),
+        "form_bound": float(state[at.FORM_BOUND]),
+        "limited_by": limit,
+        "arc_needed": arc,
+    }
+
+
+def _unknown(value: Any, message: str, fields: dict[str, Any]) -> CircleEstimate:
+    """An estimate that knows nothing."""
+    told: dict[str, Any] = {"limited_by": "samples", "arc_needed": inf} | fields
+    return CircleEstimate(np.asarray(value), np.diag([inf] * 3), Status.UNDETERMINED, message, **told)

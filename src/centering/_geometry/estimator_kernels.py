@@ -1,0 +1,421 @@
+"""The streaming estimator, compiled: a row per reading, rotated into a triangle; wild readings refused; a part that has moved."""
+
+Exact curve of an offset circle, with the tip's radius added to reading r and radius R: r^2 = 2 x r cos + 2 y r sin + R^2 - d^2 is
+linear. Divided by 2 S, S = r - x cos - y sin, the residual is the reading's error to first order and a row is the curve's own
+derivative, so that the triangle is that of maximum likelihood: exact without noise, efficient with it.
+"""
+
+import numpy as np
+from numba import njit
+
+from centering._geometry import estimator_slots as at
+from centering._geometry.validity_kernels import back, block, judge, valid_now
+from sdpgrind.identify.kernels import rotate
+
+TAKEN, REFUSED, SCREENED, RESTARTED = range(4)
+"""What became of a reading; or of those before, where it completes the start or shows that the part has moved."""
+NOT_FINITE, TOO_FAR, COARSE_STEPS, NOT_POSITIVE = -1, -2, -3, -4
+"""Why a reading is not taken at all."""
+
+_TURN = 2.0 * np.pi
+_WILD = 5.0  # standard deviations from which on a reading is refused
+_PIVOT = 1e-13  # least diagonal of the triangle; that of a row is 1
+_QUIET = 1e-11  # least noise of the gate, in largest readings
+_STEEP = (0.5, 20.0)  # S over the reading: up to offsets of 0.95 radii
+_FEW = 8  # readings before the centre is used to weigh
+_GAP = 4.0  # usual steps from which on a step is a gap,
+_SMALL_GAP = np.pi / 36  # if it is more than that, rad
+_COARSE = 0.75  # rad: steps of degrees that were taken for rad are coarse and even
+_MANY = 12  # of them in a row
+_CORE = 2.5  # standard deviations about the screened start within which readings are taken first
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _objection(state, angle, reading):
+    """Why a reading cannot be taken; 0 if it can."""
+    if not (np.isfinite(angle) and np.isfinite(reading)):
+        return NOT_FINITE
+    if state[at.LIMACON] == 0.0 and reading <= 0.0:
+        return NOT_POSITIVE
+    if state[at.INDEX] > 0.0:
+        step = angle - state[at.LAST_ANGLE]
+        if abs(step) > 1.001 * _TURN:
+            return TOO_FAR
+        if state[at.COARSE] >= _MANY - 1 and _is_coarse(state, step):
+            return COARSE_STEPS
+    return TAKEN
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_coarse(state, step):
+    """Whether a step is coarse and much like the one before."""
+    return abs(step) > _COARSE and abs(step - state[at.LAST_STEP]) < 0.25 * abs(step)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _travel(state, angle):
+    """Go on to an angle: way travelled, what of the part has been seen, what is forgotten."""
+    if state[at.INDEX] > 0.0:
+        step = angle - state[at.LAST_ANGLE]
+        state[at.COARSE] = state[at.COARSE] + 1.0 if _is_coarse(state, step) else 0.0
+        state[at.LAST_STEP] = step
+        step -= _TURN * np.floor(step / _TURN + 0.5)
+        _cover(state, step)
+        if state[at.LOG_FORGETTING] != 0.0 and step != 0.0:
+            _forget(state, np.exp(state[at.LOG_FORGETTING] * abs(step)))
+    state[at.LAST_ANGLE] = angle
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cover(state, step):
+    """Widen what has been seen by a step, of a gap by a usual step only."""
+    state[at.POSITION] += step
+    way = abs(step)
+    state[at.TRAVEL] += way
+    if state[at.SEEN] == 0.0:
+        state[at.LOW] = state[at.HIGH] = state[at.POSITION]
+        return
+    if way > 0.0:
+        state[at.PATH] += way
+        state[at.MOVES] += 1.0
+        state[at.DIRECTION] = 1.0 if step > 0.0 else -1.0
+    wider = max(state[at.POSITION] - state[at.HIGH], state[at.LOW] - state[at.POSITION])
+    if wider <= 0.0:
+        return
+    count = state[at.WIDENINGS]
+    if count > 0.0 and wider > max(_GAP * state[at.COVERED] / count, _SMALL_GAP):
+        state[at.COVERED] += state[at.COVERED] / count
+    else:
+        state[at.COVERED] += wider
+    state[at.WIDENINGS] += 1.0
+    state[at.LOW], state[at.HIGH] = min(state[at.LOW], state[at.POSITION]), max(state[at.HIGH], state[at.POSITION])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _forget(state, weight):
+    """Let all readings before count for less."""
+    state[at.WEIGHT] *= weight
+    state[at.SQUARES] *= weight
+    for i in range(16):
+        state[at.LAG + i] *= weight
+    array, root = block(state, 0, 3), np.sqrt(weight)
+    for i in range(3):
+        for j in range(i, array.shape[1]):
+            array[i, j] *= root
+        if abs(array[i, i]) < _PIVOT:
+            array[i, i] = _PIVOT
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_row(state, angle, reading, row):
+    """Write regressors, target and lobes of a reading: error of the reading = target - regressors @ (q, x, y)."""
+    c, s = np.cos(angle), np.sin(angle)
+    if state[at.LIMACON] != 0.0:
+        if state[at.KNOWN] > 0.0:
+            reading -= _known_form(state, c, s)
+        row[0], row[1], row[2], row[3] = 1.0, c, s, reading - state[at.REFERENCE]
+        write_lobes(state, c, s, 1.0, row)
+        return
+    r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
+    start, along = state[at.REFERENCE], r - (x * c + y * s)
+    across = along if along > _STEEP[0] * r else _STEEP[0] * r
+    across = across if across < _STEEP[1] * r else _STEEP[1] * r
+    if state[at.FORMS] > 0.0 or state[at.KNOWN] > 0.0:
+        part_x, part_y = r * c - x, r * s - y
+        distance = np.hypot(part_x, part_y)
+        slope, part_x, part_y = distance / across, part_x / distance, part_y / distance
+        if state[at.KNOWN] > 0.0:
+            r -= slope * _known_form(state, part_x, part_y)
+        write_lobes(state, part_x, part_y, slope, row)
+    inverse = 1.0 / across
+    row[0], row[1], row[2] = start * inverse, r * c * inverse, r * s * inverse
+    row[3] = 0.5 * (r - start) * (r + start) * inverse
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _wave(c, s, upr):
+    """Cosine and sine of a whole multiple of an angle."""
+    cosine, sine = 1.0, 0.0
+    for _ in range(int(upr)):
+        cosine, sine = cosine * c - sine * s, sine * c + cosine * s
+    return cosine, sine
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_lobes(state, c, s, slope, row):
+    """What lobes of amplitude 1 add to a reading."""
+    for n in range(int(state[at.FORMS])):
+        cosine, sine = _wave(c, s, state[at.TAIL + 2 * n])
+        row[4 + 2 * n], row[5 + 2 * n] = slope * cosine, slope * sine
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _known_form(state, c, s):
+    """Known form at a part angle, mm."""
+    begin, total = at.TAIL + 2 * int(state[at.FORMS]), 0.0
+    for n in range(begin, begin + 3 * int(state[at.KNOWN]), 3):
+        cosine, sine = _wave(c, s, state[n])
+        total += state[n + 1] * cosine + state[n + 2] * sine
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_wild(state, array, row):
+    """Whether a reading lies too far from what those before predict, at the noise that they show."""
+    spread, error = 1.0, row[3]
+    first = row[0] / array[0, 0]
+    second = (row[1] - array[0, 1] * first) / array[1, 1]
+    third = (row[2] - array[0, 2] * first - array[1, 2] * second) / array[2, 2]
+    spread += first * first + second * second + third * third
+    error = abs(error - first * array[0, 3] - second * array[1, 3] - third * array[2, 3]) - state[at.FORM_GATE]
+    freedom = state[at.WEIGHT] - 3.0
+    if error <= 0.0 or freedom < 1.0:
+        return False
+    least = max(state[at.NOISE], _QUIET * state[at.LARGEST])
+    return error * error > _wild(freedom) ** 2 * max(state[at.SQUARES] / freedom, least * least) * spread
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _wild(freedom):
+    """Student's quantile that is as rare as 5 standard deviations (Wallace); 5 from some 200 readings on."""
+    if freedom > 200.0:
+        return _WILD
+    z = _WILD * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0)
+    return np.sqrt(freedom * np.expm1(z * z / freedom))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fold(state, array, row, weight):
+    """Rotate a row in; keep what it leaves, the difference to the row before, and the centre."""
+    previous = at.PREVIOUS
+    if state[at.LAGGED] != 0.0:
+        for i in range(4):
+            change = weight * (row[i] - state[previous + i])
+            for j in range(4):
+                state[at.LAG + 4 * i + j] += change * (row[j] - state[previous + j])
+    for i in range(4):
+        state[previous + i] = row[i]
+    state[at.LAGGED] = 1.0
+    if weight != 1.0:
+        row *= np.sqrt(weight)
+    rotate(array, row)
+    state[at.SQUARES] += row[3] * row[3]
+    state[at.WEIGHT] += weight
+    state[at.USED] += 1.0
+    if state[at.USED] >= _FEW:
+        y = array[2, 3] / array[2, 2]
+        state[at.CENTER_X], state[at.CENTER_Y] = (array[1, 3] - array[1, 2] * y) / array[1, 1], y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ring(state):
+    """The latest readings: angle, reading, whether refused, way travelled, number."""
+    return state[at.RING_AT : at.RING_AT + at.RING * at.CELL].reshape((at.RING, at.CELL))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clear(state):
+    """Forget every reading but not what is known beforehand."""
+    state[at.SEEN : at.RESTARTS] = 0.0
+    state[at.WEIGHT : at.REFERENCE] = 0.0
+    state[at.POSITION : at.RADIUS] = 0.0
+    state[at.RING_AT : at.TAIL] = 0.0
+    _clear_fit(state)
+    block(state, 3, 6)[:] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _clear_fit(state):
+    """Forget the rows, not where the spindle is."""
+    state[at.USED] = state[at.WEIGHT] = state[at.SQUARES] = state[at.LAGGED] = 0.0
+    state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
+    state[at.LAG : at.PREVIOUS] = 0.0
+    array = block(state, 0, 3)
+    array[:] = 0.0
+    for i in range(3):
+        array[i, i] = _PIVOT
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _remember(state, angle, reading):
+    """Write a reading into the ring; whether the one that it replaces was refused no longer counts."""
+    cell = at.RING_AT + at.CELL * (int(state[at.SEEN]) % at.RING)
+    state[at.BAD] -= state[cell + 2]
+    state[cell], state[cell + 1], state[cell + 2], state[cell + 3] = angle, reading, 0.0, state[at.TRAVEL]
+    state[cell + 4] = state[at.INDEX]
+    if state[at.SEEN] == 0.0:
+        state[at.REFERENCE] = reading + state[at.TIP]
+    state[at.LARGEST] = max(state[at.LARGEST], abs(reading + state[at.TIP]))
+    return cell
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def take(state, angle, reading):
+    """Take a reading; what became of it, or (negative) why it cannot be taken: then nothing has changed."""
+    objection = _objection(state, angle, reading)
+    if objection != TAKEN:
+        return objection
+    _travel(state, angle)
+    if state[at.SEEN] % at.RING == 0.0:
+        _keep_triangle(state)
+    cell = _remember(state, angle, reading)
+    array, row = block(state, 0, 3), block(state, 15, 1)[0]
+    _write_row(state, angle, reading, row)
+    state[at.INDEX] += 1.0
+    state[at.SEEN] += 1.0
+    if state[at.SEEN] > at.RING and _is_wild(state, array, row):
+        state[cell + 2] = 1.0
+        state[at.BAD] += 1.0
+        if 2.0 * state[at.BAD] <= at.RING:
+            return REFUSED
+        _restart(state)
+        return RESTARTED
+    _fold(state, array, row, 1.0)
+    if state[at.SEEN] == at.RING:
+        _screen(state)
+        return SCREENED if state[at.BAD] > 0.0 else TAKEN
+    return TAKEN
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _keep_triangle(state):
+    """Every 30 readings keep the triangle; the older of two is of before any reading in the ring."""
+    block(state, 6, 3)[:] = block(state, 3, 3)
+    block(state, 3, 3)[:] = block(state, 0, 3)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _replay(state, wanted):
+    """Fit anew the readings of a ring that begins at its first cell, those that are wanted and not refused, in their order."""
+    _clear_fit(state)
+    cells, array, row = ring(state), block(state, 0, 3), block(state, 15, 1)[0]
+    for i in range(int(state[at.SEEN])):
+        if wanted[i] and cells[i, 2] == 0.0:
+            _write_row(state, cells[i, 0], cells[i, 1], row)
+            _fold(state, array, row, np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - cells[i, 3])))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _screen(state):
+    """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
+    cells, array, row = ring(state), block(state, 0, 3), block(state, 15, 1)[0]
+    error = _agreed_errors(state)
+    scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * np.median(error), state[at.NOISE], _QUIET * state[at.LARGEST])
+    core = error <= _CORE * scale + state[at.FORM_GATE]
+    _replay(state, core)
+    for i in range(at.RING):
+        if not core[i]:
+            _write_row(state, cells[i, 0], cells[i, 1], row)
+            if _is_wild(state, array, row):
+                cells[i, 2] = 1.0
+                state[at.BAD] += 1.0
+            else:
+                _fold(state, array, row, 1.0)
+    _replay(state, np.ones(at.RING, dtype=np.bool_))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _agreed_errors(state):
+    """Errors of the readings about that circle through three of them whose median error is least (60 well spread triples)."""
+    cells, least, best = ring(state), np.inf, np.zeros(at.RING)
+    value, error = np.empty(3), np.empty(at.RING)
+    for n in range(60):
+        first, turn = n % 10, n // 10
+        _clear_fit(state)
+        array, row = block(state, 0, 3), block(state, 15, 1)[0]
+        for i in (first, 10 + (3 * first + turn) % 10, 20 + (7 * first + 2 * turn) % 10):
+            _write_row(state, cells[i, 0], cells[i, 1], row)
+            rotate(array, row)
+        back(array, 3, value)
+        state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
+        for i in range(at.RING):
+            _write_row(state, cells[i, 0], cells[i, 1], row)
+            error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2])
+        median = np.median(error)
+        if median < least:
+            least = median
+            best[:] = error
+    return best
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _restart(state):
+    """The part has moved: begin anew with the latest readings, from where most are refused on; what is known of R stays."""
+    carry_radius(state, True)
+    latest = _since_moved(state)
+    way = state[at.TRAVEL]
+    clear(state)
+    state[at.TRAVEL] = way
+    state[at.RESTARTS] += 1.0
+    number = state[at.INDEX]
+    for i in range(latest.shape[0]):
+        state[at.INDEX] = latest[i, 4]
+        _again(state, latest[i], latest[i - 1] if i > 0 else latest[i])
+    state[at.INDEX] = number
+    if state[at.SEEN] == at.RING:
+        _screen(state)
+    else:
+        _replay(state, np.ones(at.RING, dtype=np.bool_))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _again(state, cell, before):
+    """Go over a reading of the ring once more: what it covers and where it stands in the ring."""
+    step = cell[0] - before[0]
+    _cover(state, step - _TURN * np.floor(step / _TURN + 0.5))
+    state[at.TRAVEL] = cell[3]
+    _remember(state, cell[0], cell[1])
+    state[at.SEEN] += 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _since_moved(state):
+    """The latest readings from that one on since which refused ones outnumber the others by most; oldest first."""
+    cells, newest = ring(state), int(state[at.SEEN]) - 1
+    best, balance, length = -at.RING, 0, 1
+    for k in range(at.RING):
+        balance += 1 if cells[(newest - k) % at.RING, 2] != 0.0 else -1
+        if balance >= best:
+            best, length = balance, k + 1
+    out = np.empty((length, at.CELL))
+    for k in range(length):
+        out[k] = cells[(newest - length + 1 + k) % at.RING]
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def carry_radius(state, moved):
+    """Keep the radius and the noise as known beforehand; when the part has moved, those of some readings before."""
+    if moved:
+        if state[at.SEEN] <= 2.0 * at.RING:
+            return
+        block(state, 0, 3)[:] = block(state, 6, 3)
+    judge(state)
+    sd = state[at.SCALE] * np.sqrt(state[at.SHAPE]) * state[at.INFLATION] + state[at.FORM_BOUND]
+    if state[at.FREEDOM] < 1.0 or not sd > 0.0:
+        return
+    state[at.PRIOR_RADIUS], state[at.PRIOR_SD] = state[at.RADIUS] + state[at.TIP], sd
+    state[at.PRIOR_NOISE], state[at.PRIOR_FREEDOM] = state[at.FIT_NOISE], min(state[at.FREEDOM], 10.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run(state, angle, reading, start):
+    """Take readings from one on; the number of those taken after the first that is not simply taken, and what became of it."""
+    for i in range(start, angle.shape[0]):
+        code = take(state, angle[i], reading[i])
+        if code != TAKEN:
+            return i + 1, code
+    return angle.shape[0], TAKEN
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run_until_valid(state, angle, reading, start):
+    """The same until the estimate is sure enough; the third says whether it is."""
+    for i in range(start, angle.shape[0]):
+        code = take(state, angle[i], reading[i])
+        if code < 0:
+            return i + 1, code, False
+        valid = valid_now(state)
+        if code != TAKEN or valid:
+            return i + 1, code, valid
+    return angle.shape[0], TAKEN, False

@@ -1,0 +1,62 @@
+"""Places in the one array that is the state of a streaming estimator, as compiled code sees them."""
+
+RING = 30
+"""Latest readings that are kept: a start is screened over them, a part that has moved is recognised in them."""
+TABLE = 64
+"""Quantiles of Student's law that are kept, for 1, 2, ... degrees of freedom."""
+
+(
+    LIMACON, TIP, NOISE, REL_TOL, ABS_TOL, ARC_MIN, LOG_FORGETTING, JOINT, BEYOND, NORMAL, FORM_GATE, FORMS, KNOWN, SETTINGS,
+) = range(14)  # fmt: skip
+"""Settings: whether the limacon is fitted, tip radius (mm), least noise (mm), tolerances (1, mm), least arc (rad), logarithm of
+the weight left per rad of travel, whether both coordinates are meant, logarithm of the probability beyond, quantile of the
+normal law, what form may add to a residual (mm), number of lobes assumed and of harmonics known; and how many they are."""
+
+PRIOR_RADIUS, PRIOR_SD, PRIOR_NOISE, PRIOR_FREEDOM = range(SETTINGS, SETTINGS + 4)
+"""What is known of the radius, tip included (mm; sd 0: nothing), and of the noise from fits before (mm, degrees of freedom)."""
+
+_RUN = PRIOR_FREEDOM + 1
+(
+    INDEX, SEEN, USED, RESTARTS, WEIGHT, SQUARES, LARGEST, REFERENCE, CENTER_X, CENTER_Y, LAST_ANGLE, POSITION, TRAVEL, LOW, HIGH,
+    COVERED, WIDENINGS, PATH, MOVES, DIRECTION, LAST_STEP, COARSE, BAD, LAGGED,
+) = range(_RUN, _RUN + 24)  # fmt: skip
+"""Readings ever, since the (re)start and used of these, restarts, sum of their weights and of squared residuals (mm^2), largest
+reading and the first (mm, with tip), latest centre (mm), last angle as read, unwrapped angle, way travelled, ends of what was
+seen and how much of it is covered (rad), steps that widened it, way and number of steps that moved, sense of rotation, last step
+(rad), even coarse steps in a row, readings refused in the ring, whether there is a row before."""
+
+LAG = LAGGED + 1
+"""Sums of products of differences of successive rows and targets (4, 4)."""
+PREVIOUS = LAG + 16
+"""The row before, with its target (4)."""
+
+_RESULT = PREVIOUS + 4
+(
+    RADIUS, FIT_X, FIT_Y, FIT_NOISE, FREEDOM, INFLATION, SPREAD, FORM_BOUND, REACH, BAND, TOLERANCE, SCALE, SCALE_FREEDOM,
+) = range(_RESULT, _RESULT + 13)  # fmt: skip
+"""Of the latest fit: radius and centre (mm), sd of a reading (mm), degrees of freedom, inflation, sd of the centre in its worst
+direction for noise 1, bound on form (mm), quantile times noise (mm), band and tolerance (mm), the noise that made the band (mm),
+and its degrees of freedom (0: known)."""
+SHAPE = SCALE_FREEDOM + 1
+"""Covariance of (radius, x, y) for noise 1 (3, 3)."""
+STUDENT = SHAPE + 9
+"""Quantiles of Student's law."""
+RING_AT = STUDENT + TABLE
+"""The latest readings: rows of angle (rad), reading (mm), whether refused, way travelled (rad), number (RING, 5)."""
+CELL = 5
+"""Columns of the ring."""
+TAIL = RING_AT + RING * CELL
+"""Then the assumed lobes (upr; amplitude, mm), the known harmonics (upr, cosine, sine, mm), and the arrays of `width` columns:
+the triangle (3), two older ones (3 each), room to work (6), a row (1)."""
+ARRAYS = 16
+"""Rows of `width` columns at the end."""
+
+
+def lobes_at(known: int, forms: int) -> tuple[int, int, int]:
+    """Begin of the assumed lobes, of the known harmonics and of the arrays."""
+    return TAIL, TAIL + 2 * forms, TAIL + 2 * forms + 3 * known
+
+
+def width(forms: int) -> int:
+    """Columns of the triangle: three values, the target, a cosine and a sine of every assumed lobe."""
+    return 4 + 2 * forms

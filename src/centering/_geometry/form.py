@@ -1,0 +1,74 @@
+"""What the form of a part does to its centre: lobes look like an offset as long as less than a turn has been seen."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+
+def form_gain(angle: npt.ArrayLike, upr: int) -> float:
+    """Return the greatest error of the centre per amplitude of a lobe, mm/mm, over all phases of the lobe.
+
+    A part with `upr` undulations per revolution of amplitude a, sampled at these angles only and fitted by least squares, has
+    its centre wrong by up to that gain times a, without any noise. Part form, not the probe's noise, limits an estimate from
+    less than a turn.
+
+    Parameters
+    ----------
+    angle : array_like, shape (m,)
+        Spindle angles of the readings, rad; at least 3 different ones.
+    upr : int
+        Undulations per revolution, at least 2.
+
+    Returns
+    -------
+    float
+        Gain, unit 1; about 0 for even full turns.
+
+    Raises
+    ------
+    ValueError
+        When the angles do not determine a circle, or `upr` is less than 2.
+
+    Examples
+    --------
+    >>> round(form_gain(np.radians(np.arange(91)), 2), 2)
+    3.49
+    """
+    theta = np.atleast_1d(checks.finite_array("angle", angle, "rad")).ravel()
+    lobe = checks.count("upr", upr, 2)
+    basis = np.column_stack([np.ones_like(theta), np.cos(theta), np.sin(theta)])
+    lobes = np.column_stack([np.cos(lobe * theta), np.sin(lobe * theta)])
+    shift, _, rank, _ = np.linalg.lstsq(basis, lobes, rcond=1e-11)
+    if rank < 3:
+        raise checks.refuse("angle", "at least 3 different angles that determine a circle", int(np.unique(theta).size), "rad")
+    return float(np.linalg.norm(shift[1:], 2))
+
+
+def assumed_lobes(form: Mapping[int, float] | None) -> Floats:
+    """Undulations per revolution and amplitudes (mm) of the form that is assumed, shape (k, 2)."""
+    if form is None:
+        return np.zeros((0, 2))
+    if not isinstance(form, Mapping):
+        raise TypeError(f"form must be a mapping of undulations per revolution to amplitudes (mm); got {checks.shown(form)}")
+    rows = [(checks.count("form", n, 2), checks.nonnegative(f"form[{n}]", a, "mm")) for n, a in form.items()]
+    return np.array(rows, dtype=float).reshape(-1, 2)
+
+
+def known_harmonics(harmonics: Any) -> Floats:
+    """Undulations per revolution, cosine and sine (mm) of a known spectrum, shape (k, 3); without mean and offset."""
+    if harmonics is None:
+        return np.zeros((0, 3))
+    for name in ("upr", "amplitude", "phase"):
+        if not hasattr(harmonics, name):
+            raise TypeError(
+                f"harmonics must be a spectrum with upr, amplitude (mm) and phase (rad); got {checks.shown(harmonics)}"
+            )
+    upr, amplitude, phase = (checks.finite_array(f"harmonics.{k}", getattr(harmonics, k)) for k in ("upr", "amplitude", "phase"))
+    kept = (upr >= 2) & (upr == np.round(upr)) & (amplitude != 0)
+    rows = np.column_stack([upr, amplitude * np.cos(phase), amplitude * np.sin(phase)])
+    return np.ascontiguousarray(rows[kept])

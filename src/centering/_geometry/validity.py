@@ -1,0 +1,75 @@
+"""What keeps an estimate from being as sure as was asked, and how that is said."""
+
+from math import degrees, inf, isfinite, pi
+
+import numpy as np
+
+from centering._geometry import estimator_slots as at
+from centering._geometry.form import form_gain
+from sdpgrind.base.checks import Floats
+
+_FULL = 0.97 * 2 * pi  # rad: as good as a turn
+_LOBE = 2  # undulations per revolution that the warning speaks of
+
+
+def limited_by(state: Floats) -> str:
+    """What limits a judged state: "samples", "arc", "form", "correlation", "noise", or nothing."""
+    if state[at.FREEDOM] < 1:
+        return "correlation" if state[at.INFLATION] > 1 and state[at.WEIGHT] - 3 >= 1 else "samples"
+    if state[at.COVERED] < state[at.ARC_MIN]:
+        return "arc"
+    band, tolerance, form = state[at.BAND], state[at.TOLERANCE], state[at.FORM_BOUND]
+    if band <= tolerance:
+        return ""
+    if band - form <= tolerance:
+        return "form"
+    if (band - form) / state[at.INFLATION] <= tolerance:
+        return "correlation"
+    even_turn = state[at.REACH] * (2 / state[at.WEIGHT]) ** 0.5  # the same readings, spread over a turn
+    return "arc" if state[at.COVERED] < _FULL and even_turn <= 0.7 * state[at.REACH] * state[at.SPREAD] else "noise"
+
+
+def sentence(state: Floats, limit: str, arc: float) -> str:
+    """Say how sure a judged state is, what limits it and what would help."""
+    if limit == "samples":
+        return f"{int(state[at.USED])} readings are too few to tell" + _further(arc)
+    band, tolerance = _um(state[at.BAND]), _um(state[at.TOLERANCE])
+    head = f"centre within {band}, {tolerance} asked"
+    if not limit:
+        return head + _form_warning(state)
+    return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(arc)}{_form_warning(state)}"
+
+
+_REASONS = {
+    "arc": "the arc of {covered:.0f} deg",
+    "noise": "noise of {noise} a reading",
+    "correlation": "correlation from reading to reading (band times {inflation:.2g})",
+    "form": "the form that the part may have ({form})",
+}
+
+
+def _numbers(state: Floats) -> dict[str, float | str]:
+    return {
+        "covered": degrees(state[at.COVERED]),
+        "noise": _um(state[at.SCALE]),
+        "inflation": float(state[at.INFLATION]),
+        "form": _um(state[at.FORM_BOUND]),
+    }
+
+
+def _further(arc: float) -> str:
+    if not isfinite(arc):
+        return "; turn on" if arc == inf else ""
+    return f"; valid after {np.ceil(degrees(arc)):.0f} deg more at this noise" if arc > 0 else ""
+
+
+def _form_warning(state: Floats) -> str:
+    """A warning where form is not accounted for and less than a turn has been seen."""
+    if state[at.FORMS] or state[at.KNOWN] or state[at.COVERED] >= _FULL or state[at.COVERED] <= 0:
+        return ""
+    gain = form_gain(np.linspace(0.0, float(state[at.COVERED]), 91), _LOBE)
+    return f"; no form given: lobes of {_LOBE} upr would shift the centre by up to {gain:.2g} times their amplitude"
+
+
+def _um(value: float) -> str:
+    return f"{1e3 * value:.3g} um" if isfinite(value) else "no bound"

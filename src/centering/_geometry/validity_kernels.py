@@ -1,0 +1,249 @@
+"""How sure a fit is: the triangle of all readings with what is known beforehand, its covariance, band and tolerance. Compiled.
+
+The values of the triangle are (q, x, y): the centre, and q = (R^2 - d^2 - r0^2)/(2 r0), r0 the first reading (all with the tip),
+in which the exact curve is linear; for the limacon q = R - r0.
+"""
+
+from math import inf
+
+import numpy as np
+from numba import njit
+
+from centering._geometry import estimator_slots as at
+from sdpgrind.identify.kernels import inverse, rotate
+
+_FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
+_QUIET = 1e-10  # least noise that this belief is weighed with, in largest readings
+_STEPS = 12  # Gauss-Newton, where the radius is known
+_CLOSE = 1e-14  # of the largest reading
+_SIGNIFICANT = 2.33  # standard deviations from which on a correlation of residuals is believed
+_TURN = 2.0 * np.pi
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def block(state, first, rows):
+    """Some rows of the arrays at the end of the state."""
+    forms = int(state[at.FORMS])
+    wide = 4 + 2 * forms
+    begin = at.TAIL + 2 * forms + 3 * int(state[at.KNOWN]) + first * wide
+    return state[begin : begin + rows * wide].reshape((rows, wide))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def back(array, column, out):
+    """Back-substitution of any column."""
+    for i in range(2, -1, -1):
+        rest = array[i, column]
+        for j in range(i + 1, 3):
+            rest -= array[i, j] * out[j]
+        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def student(state, freedom):
+    """Quantile of Student's law: from the table, or expanded about the normal law (1e-8 from 64 on)."""
+    if freedom < 1.0:
+        return inf
+    if freedom < at.TABLE:
+        return state[at.STUDENT + int(freedom) - 1]
+    z, n = state[at.NORMAL], freedom
+    y = z * z
+    first = (y + 1.0) / (4.0 * n)
+    second = ((5.0 * y + 16.0) * y + 3.0) / (96.0 * n * n)
+    third = (((3.0 * y + 19.0) * y + 17.0) * y - 15.0) / (384.0 * n**3)
+    fourth = ((((79.0 * y + 776.0) * y + 1482.0) * y - 1920.0) * y - 945.0) / (92160.0 * n**4)
+    return z * (1.0 + first + second + third + fourth)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def quantile(state, freedom):
+    """Standard deviations within which the centre lies: t, or sqrt(2 F) of both coordinates, in closed form."""
+    if state[at.JOINT] == 0.0:
+        return student(state, freedom)
+    return np.sqrt(freedom * np.expm1(-2.0 * state[at.BEYOND] / freedom)) if freedom >= 1.0 else inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def known_quantile(state):
+    """The same where the noise is known."""
+    return np.sqrt(-2.0 * state[at.BEYOND]) if state[at.JOINT] != 0.0 else state[at.NORMAL]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _correlation(state, value):
+    """Correlation of successive residuals of the fit of the readings alone, freed of its bias; 0 unless it is significant."""
+    lagged = 0.0
+    for i in range(4):
+        left = 1.0 if i == 3 else -value[i]
+        for j in range(4):
+            lagged += left * (1.0 if j == 3 else -value[j]) * state[at.LAG + 4 * i + j]
+    squares, weight = state[at.SQUARES], state[at.WEIGHT]
+    if squares <= 0.0:
+        return 0.0
+    plain = 1.0 - 0.5 * lagged / squares
+    rho = plain + (2.0 + 5.0 * plain) / weight
+    return min(rho, 0.9999) if rho > _SIGNIFICANT / np.sqrt(weight) else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def noise(state):
+    """Sd of a reading (mm), its degrees of freedom and the inflation; correlated readings count for fewer."""
+    value = np.empty(3)
+    back(block(state, 0, 3), 3, value)
+    weight = state[at.WEIGHT]
+    rho = _correlation(state, value) if weight > 4.0 else 0.0
+    inflation = np.sqrt((1.0 + rho) / (1.0 - rho))
+    freedom = weight / inflation**2 - 3.0
+    sd = np.sqrt(state[at.SQUARES] / (weight - 3.0 * inflation**2)) if freedom > 0.0 else inf
+    return sd, freedom, inflation
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weighing_noise(state):
+    """The noise that what is known beforehand is weighed with: of this fit and those before together, not below the least."""
+    freedom, before = max(state[at.WEIGHT] - 3.0, 0.0), state[at.PRIOR_FREEDOM]
+    total = freedom + before
+    pooled = np.sqrt((state[at.SQUARES] + before * state[at.PRIOR_NOISE] ** 2) / total) if total > 0.0 else 0.0
+    return max(pooled, state[at.NOISE], _QUIET * state[at.LARGEST])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _with_center(state, array, weighing):
+    """Take in that the centre is not endlessly far: what bounds the covariance of anything."""
+    weight = weighing / (_FAR * state[at.LARGEST])
+    row = np.zeros(array.shape[1])
+    for i in range(3):
+        row[:] = 0.0
+        row[i] = weight
+        rotate(array, row)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _radius(state, value):
+    """Radius with the tip, mm."""
+    start = state[at.REFERENCE]
+    if state[at.LIMACON] != 0.0:
+        return start + value[0]
+    square = start * start + 2.0 * start * value[0] + value[1] ** 2 + value[2] ** 2
+    return np.sqrt(max(square, 1e-12 * start * start))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _radius_row(state, value, row):
+    """Derivatives of the radius by (q, x, y)."""
+    if state[at.LIMACON] != 0.0:
+        row[0], row[1], row[2] = 1.0, 0.0, 0.0
+        return
+    radius = _radius(state, value)
+    row[0], row[1], row[2] = state[at.REFERENCE] / radius, value[1] / radius, value[2] / radius
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _with_radius(state, array, value, weighing, room):
+    """Take in what is known of the radius: one row that is not linear, by Gauss-Newton steps."""
+    weight = weighing / state[at.PRIOR_SD]
+    row = np.zeros(array.shape[1])
+    start = state[at.REFERENCE]
+    if state[at.LIMACON] == 0.0:  # begin where the radius is right: of two circles through a short arc the known one
+        value[0] = (state[at.PRIOR_RADIUS] ** 2 - start**2) / (2.0 * start)
+        value[1] = value[2] = 0.0
+    for _ in range(_STEPS):
+        room[:] = array
+        row[:] = 0.0
+        _radius_row(state, value, row)
+        row[3] = state[at.PRIOR_RADIUS] - _radius(state, value)
+        for i in range(3):
+            row[3] += row[i] * value[i]
+        row *= weight
+        rotate(room, row)
+        before_x, before_y = value[1], value[2]
+        back(room, 3, value)
+        if abs(value[1] - before_x) + abs(value[2] - before_y) <= _CLOSE * state[at.LARGEST]:
+            break
+    array[:] = room
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def conclude(state, array, room, value, information):
+    """Values (q, x, y) and their inverse information from a triangle of readings, which is changed, and all that is known."""
+    weighing = _weighing_noise(state)
+    _with_center(state, array, weighing)
+    back(array, 3, value)
+    if state[at.PRIOR_SD] > 0.0:
+        _with_radius(state, array, value, weighing, room)
+    inverse(array[:, :3], information)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def worst(a, b, c):
+    """Root of the largest eigenvalue of ((a, b), (b, c))."""
+    return np.sqrt(0.5 * (a + c) + np.hypot(0.5 * (a - c), b))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def form_bound(state, array):
+    """Greatest error of the centre from the assumed lobes, each in its worst phase, mm."""
+    value, other, total = np.empty(3), np.empty(3), 0.0
+    for n in range(int(state[at.FORMS])):
+        back(array, 4 + 2 * n, value)
+        back(array, 5 + 2 * n, other)
+        a = value[1] ** 2 + other[1] ** 2
+        b = value[1] * value[2] + other[1] * other[2]
+        c = value[2] ** 2 + other[2] ** 2
+        total += worst(a, b, c) * state[at.TAIL + 2 * n + 1]
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def judge(state):
+    """Fit all readings with what is known, write value, covariance and band into the state; whether it is sure enough."""
+    if state[at.WEIGHT] <= 0.0:
+        return False
+    array, room = block(state, 9, 3), block(state, 12, 3)
+    array[:] = block(state, 0, 3)
+    value, information = np.empty(3), np.empty((3, 3))
+    conclude(state, array, room, value, information)
+    sd, freedom, inflation = noise(state)
+    _write_fit(state, value, information)
+    state[at.FIT_NOISE], state[at.FREEDOM], state[at.INFLATION] = sd, freedom, inflation
+    state[at.FORM_BOUND] = form_bound(state, array)
+    return _write_band(state)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_fit(state, value, information):
+    """Write radius, centre and their covariance for noise 1."""
+    state[at.RADIUS] = _radius(state, value) - state[at.TIP]
+    state[at.FIT_X], state[at.FIT_Y] = value[1], value[2]
+    turned, row = np.eye(3), np.empty(3)
+    _radius_row(state, value, row)
+    turned[0] = row
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for k in range(3):
+                for m in range(3):
+                    total += turned[i, k] * information[k, m] * turned[j, m]
+            state[at.SHAPE + 3 * i + j] = total
+    state[at.SPREAD] = worst(information[1, 1], information[1, 2], information[2, 2])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_band(state):
+    """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
+    seen, least = quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE], known_quantile(state) * state[at.NOISE]
+    measured = seen >= least
+    state[at.SCALE] = state[at.FIT_NOISE] if measured else state[at.NOISE]
+    state[at.SCALE_FREEDOM] = state[at.FREEDOM] if measured else 0.0
+    state[at.REACH] = max(seen, least)
+    state[at.BAND] = state[at.REACH] * state[at.SPREAD] * state[at.INFLATION] + state[at.FORM_BOUND]
+    offset = np.hypot(state[at.FIT_X], state[at.FIT_Y])
+    state[at.TOLERANCE] = max(state[at.REL_TOL] * offset, state[at.ABS_TOL])
+    # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
+    return state[at.COVERED] >= state[at.ARC_MIN] and state[at.FREEDOM] >= 1.0 and state[at.BAND] <= state[at.TOLERANCE]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def valid_now(state):
+    """Whether the estimate is sure enough; over too short an arc nothing is computed."""
+    return state[at.COVERED] >= state[at.ARC_MIN] and judge(state)
