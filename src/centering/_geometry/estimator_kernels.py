@@ -1,4 +1,4 @@
-"""The streaming estimator, compiled: a row per reading, rotated into a triangle; wild readings refused; a part that has moved."""
+"""The streaming estimator, compiled: a row per reading, rotated into a triangle; wild readings refused; a part that has moved.
 
 Exact curve of an offset circle, with the tip's radius added to reading r and radius R: r^2 = 2 x r cos + 2 y r sin + R^2 - d^2 is
 linear. Divided by 2 S, S = r - x cos - y sin, the residual is the reading's error to first order and a row is the curve's own
