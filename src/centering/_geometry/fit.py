@@ -16,6 +16,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Status
 
 CONDITION = 1e8
+ROBUST = 6
 ROUNDS = 10
 """Fits in which the part's known form is laid about the centre found."""
 
@@ -46,8 +47,9 @@ def fit_circle(
     tip_radius : float
         Radius of the probe's tip, mm, >= 0.
     loss : {"linear", "huber", "soft_l1"}
-        Squares; or beyond 1.345 scales the absolute value, for readings of which up to 30 % are far off. The scale is the
-        median of the absolute residuals. The start is the least median of 100 circles through three readings, always the same.
+        Squares; or beyond 1.345 scales the absolute value, for readings of which up to 30 % are far off. The start is that of
+        100 circles through three readings, always the same, which has half of the readings nearest. Then readings beyond 6
+        scales are left out, as dust only adds; the scale is that of the median absolute residual of the others.
     prior : (mean, sd), optional
         What is known of the radius, mm, both > 0.
     noise_sd : float, optional
@@ -88,6 +90,8 @@ def fit_circle(
     mean, sd = radius_prior(prior)
     enough_angles(turned, 4 - np.isfinite(known) - np.isfinite(sd))
     kind = LOSSES[checks.one_of("loss", loss, LOSSES)]
+    if kind and line.size < ROBUST:
+        raise checks.refuse("reading", f"at least {ROBUST} readings for loss {loss!r}", line.size)
     options = (mean + tip, sd, known) if kind == 0 else (mean + tip, sd, known, kind, triples(turned))
     ended, result = _fitted(turned, line + tip, options, form_of(harmonics))
     result[at.RADIUS] -= tip

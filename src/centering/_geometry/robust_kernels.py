@@ -1,4 +1,5 @@
-"""The exact curve fitted to readings of which some are far off: least median of three-point circles, then weights by residual.
+"""The exact curve fitted to readings of which some are far off: least median of three-point circles, what lies far from it left
+out, the rest weighted by residual.
 
 Conventions as in the kernels of the plain fit.
 """
@@ -14,13 +15,14 @@ _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 HUBER, SOFT_L1 = 1, 2
 BEND = 1.345  # residual over the scale from which on it counts for less: 95 % efficient on normal noise
 NORMAL = 1.4826022185056018  # sd of a normal quantity over the median of its absolute values
-SCALES = 15  # steps in which the scale may still change
+FAR = 6.0  # scales from which on a reading is left out: dust only adds, and would push the radius
+CHANGING = 15  # steps in which the scale and what is left out may still change
 
 
 @njit(**_OPTIONS)
-def middle(values):
-    """Median (the upper of two) by partition; the values are put in another order."""
-    low, high, wanted = 0, values.size - 1, values.size // 2
+def ranked(values, wanted):
+    """The value at a place of the sorted list, by partition; the values are put in another order."""
+    low, high = 0, values.size - 1
     while low < high:
         pivot, i, j = values[(low + high) // 2], low, high
         while i <= j:
@@ -58,44 +60,63 @@ def through(data, triple, circle):
 
 @njit(**_OPTIONS)
 def least_median(data, triples, circle):
-    """Write the circle, of those through triples, whose absolute residuals have the least median; whether there is one."""
+    """Write the circle, of those through triples, that has half of the readings nearest; return how near, infinite without one.
+
+    Three readings lie on the circle itself: two more than half are counted.
+    """
     m, best = data.shape[1], np.inf
     trial, left = np.empty(3), np.empty(m)
+    half = min(m // 2 + 1, m - 1)
     for k in range(triples.shape[0]):
         if not (through(data, triples[k], trial) and fit.residuals(data, trial, left)):
             continue
-        near = 0
+        nearer = 0
         for i in range(m):
             left[i] = abs(left[i])
-            near += left[i] < best
-        if near > m // 2:
-            best = middle(left)
+            nearer += left[i] < best
+        if nearer > half:
+            best = ranked(left, half)
             circle[:] = trial
-    return best < np.inf
+    return best
 
 
 @njit(**_OPTIONS)
-def weigh(left, scale, loss, weight, result):
-    """Write root weights of residuals, the sd of a reading that an undisturbed fit would need for this covariance, and
-    degrees of freedom; return the mean slope of the score.
-    """
-    m, slope, square, away = left.size, 0.0, 0.0, 0
+def sifted(left, scale, kept):
+    """Mark the readings that are not far off; return the sd that the median of theirs tells."""
+    m, near, count = left.size, np.empty(left.size), 0
     for i in range(m):
-        z = abs(left[i]) / scale
-        if loss == HUBER:
+        kept[i] = abs(left[i]) <= FAR * scale
+        if kept[i]:
+            near[count] = abs(left[i])
+            count += 1
+    if count < 4:
+        return scale
+    return NORMAL * ranked(near[:count], count // 2) * np.sqrt(count / (count - 3.0))
+
+
+@njit(**_OPTIONS)
+def weigh(left, scale, loss, kept, weight, result):
+    """Write root weights, the sd of a reading that a plain fit would need for this covariance, and degrees of freedom; return
+    the sum of the slopes of the score.
+    """
+    slope, square, count, away = 0.0, 0.0, 0, 0
+    for i in range(kept.size):
+        z, share, own = abs(left[i]) / scale, 0.0, 0.0
+        if kept[i] and loss == HUBER:
             share, own = (1.0, 1.0) if z <= BEND else (BEND / z, 0.0)
-        else:
+        elif kept[i]:
             share = 1.0 / np.sqrt(1.0 + (z / BEND) ** 2)
             own = share**3
         slope += own
         square += (z * share) ** 2
+        count += kept[i]
         away += share < 0.5
         weight[i] = np.sqrt(share)
-    slope = max(slope / m, 1e-3)
-    more = 1.0 + 3.0 / m * (1.0 - slope) / slope  # Huber's correction of small samples, for a slope that is 0 or 1
-    result[fit.UNIT] = more * scale * np.sqrt(square / max(m - 3.0, 1.0)) / slope
-    result[fit.FREEDOM], result[fit.AWAY] = max(slope * m - 3.0, 1.0), away
-    return slope
+    mean = max(slope / count, 1e-3)
+    more = 1.0 + 3.0 / count * (1.0 - mean) / mean  # Huber's correction of small samples, for a slope that is 0 or 1
+    result[fit.UNIT] = more * scale * np.sqrt(square / max(count - 3.0, 1.0)) / mean
+    result[fit.FREEDOM], result[fit.AWAY] = max(slope - 3.0, 1.0), away
+    return mean
 
 
 @njit(**_OPTIONS)
@@ -118,28 +139,30 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
     The covariance is Huber's: scale^2 times mean of the squared score over the squared mean of its slope, times (J'J)^-1.
     """
     m, data, circle = angle.size, fit.prepared(angle, reading, form), result[:3]
-    rows, left, step, weight = np.empty((4, m + 1)), np.empty(m + 1), np.empty(3), np.ones(m)
-    if not least_median(data, triples, circle):
+    rows, left, step = np.empty((4, m + 1)), np.empty(m + 1), np.empty(3)
+    weight, kept = np.empty(m), np.ones(m, dtype=np.bool_)
+    scale = NORMAL * (1.0 + 5.0 / (m - 3.0)) * least_median(data, triples, circle)
+    if scale == np.inf or not fit.residuals(data, circle, left[:m]):
         return fit.OUTSIDE
-    fit.residuals(data, circle, left[:m])
-    settled, scale = False, noise_sd
-    result[fit.TAKEN] = 0.0
+    settled, result[fit.TAKEN] = False, 0.0
     while result[fit.TAKEN] < 3 * fit.STEPS and not settled:
         result[fit.TAKEN] += 1.0
-        if np.isnan(noise_sd) and result[fit.TAKEN] <= SCALES:
-            spread = NORMAL * middle(np.abs(left[:m])) * np.sqrt(m / max(m - 3.0, 1.0))
-            scale = max(spread, fit.ROUNDING * circle[0])
-        slope = weigh(left[:m], scale, loss, weight, result)
+        if result[fit.TAKEN] <= CHANGING:
+            scale = max(scale, fit.ROUNDING * circle[0])
+            told = sifted(left[:m], scale, kept)
+            scale = max(told, fit.ROUNDING * circle[0]) if np.isnan(noise_sd) else noise_sd
+        mean = weigh(left[:m], scale, loss, kept, weight, result)
         left[m] = prior_mean - circle[0]
-        held = np.sqrt(slope) * result[fit.UNIT] / prior_sd
+        held = np.sqrt(mean) * result[fit.UNIT] / prior_sd
         gain = fit.direction(data, circle, weight, left, held, rows, step, result)
         if gain < 0.0:
             return fit.SINGULAR
         if not advanced(data, circle, step, left[:m]):
             return fit.OUTSIDE
         settled = gain <= fit.SETTLED * scale**2 and result[fit.TAKEN] > 3
-    weigh(left[:m], scale, loss, weight, result)
-    weight[:] = 1.0
+    weigh(left[:m], scale, loss, kept, weight, result)
+    for i in range(m):
+        weight[i] = 1.0 if kept[i] else 0.0
     fit.direction(data, circle, weight, left, result[fit.UNIT] / prior_sd, rows, step, result)
     result[fit.NOISE] = scale
     return fit.FITTED if settled else fit.ENDLESS
