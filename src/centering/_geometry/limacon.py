@@ -201,7 +201,7 @@ def limacon_columns(angle: Floats) -> Floats:
 def whole_turns(angle: Floats) -> bool:
     """Whether readings lie evenly over whole turns, as the closed forms want (private to this package)."""
     unevenness = [abs(np.exp(1j * n * angle).mean()) for n in (1, 2, 3)]
-    return max(unevenness) <= EVEN
+    return bool(max(unevenness) <= EVEN)
 
 
 def linear_gauge_offset(reading: npt.ArrayLike) -> float:
