@@ -1,0 +1,91 @@
+"""What a track says when a quantity has stepped: which, since when, by how much, and where to look."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+UNITS = {"closing_gap": "mm", "friction": "1"}
+ADVICE = {
+    "closing_gap": "clean the locating faces and look for a shifted pusher, probe or zero",
+    "friction": "ask whether material or lubricant changed, and clean the table",
+}
+
+
+@dataclass(frozen=True, repr=False)
+class DriftAlarm:
+    """A step of a tracked quantity.
+
+    Attributes
+    ----------
+    quantity : str
+        Its name.
+    unit : str
+        Its unit.
+    part : int
+        Number of the part at which it was noticed, the first is 0.
+    since : int
+        Number of the part with which it most likely came.
+    size, size_sd : float
+        How far it stepped, and the standard deviation of that, in its unit.
+    """
+
+    quantity: str
+    unit: str
+    part: int
+    since: int
+    size: float
+    size_sd: float
+
+    @property
+    def upward(self) -> bool:
+        """Whether the quantity (in its unit) has grown."""
+        return self.size > 0
+
+    @property
+    def advice(self) -> str:
+        """What to look at; dimensionless words."""
+        return ADVICE.get(self.quantity, "look for what changed")
+
+    def __str__(self) -> str:
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        way = "up" if self.upward else "down"
+        size = f"{abs(self.size):.3g} ± {self.size_sd:.2g}{unit}"
+        name = self.quantity.replace("_", " ")
+        return f"{name} stepped {way} by {size} since part {self.since}, noticed at part {self.part}: {self.advice}"
+
+    def __repr__(self) -> str:
+        return f"DriftAlarm({self})"
+
+
+class Shock(NamedTuple):
+    """One standardised innovation of a filter: which part, the innovation over `spread`, and its sd for noise of sd 1."""
+
+    part: int
+    value: float
+    spread: float
+
+
+class Step(NamedTuple):
+    """The most likely step behind a row of innovations: part, size, and the size's sd for noise of sd 1."""
+
+    since: int
+    size: float
+    size_sd: float
+
+
+def likely_step(shocks: Sequence[Shock], side: int) -> Step:
+    """Return the step to that side that explains a row of innovations best.
+
+    A step at one part makes innovations that fade as the filter follows: by ``1 - gain = 1/spread^2`` with each reading. Sum of
+    squares that a step at part j explains: (s'u)^2/(s's), with s the fading row from j on.
+    """
+    found, most = Step(shocks[-1].part, 0.0, np.inf), -np.inf
+    values, spreads = np.array([shock.value for shock in shocks]), np.array([shock.spread for shock in shocks])
+    for j, shock in enumerate(shocks):
+        fading = np.concatenate([[1.0], np.cumprod(spreads[j:-1] ** -2.0)]) / spreads[j:]
+        square, along = float(fading @ fading), float(fading @ values[j:])
+        if side * along > 0 and along**2 / square > most:
+            found, most = Step(shock.part, along / square, square**-0.5), along**2 / square
+    return found

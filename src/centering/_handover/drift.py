@@ -1,0 +1,209 @@
+"""Closing gap and friction over the parts: a Kalman track of each, with alarms that say when it stepped."""
+
+from collections.abc import Mapping
+from math import isnan
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from centering._handover.alarm import UNITS, DriftAlarm
+from centering._handover.sequential import cusum_detection, cusum_limit
+from centering._handover.tracked import ALLOWANCE, Tracked
+from sdpgrind.base import checks
+from sdpgrind.identify import Estimate, RandomWalk, Status
+
+
+class DriftTrack:
+    """Track slowly changing quantities over parts, and alarm when one steps.
+
+    Each quantity walks at random: ``level <- level + walk noise_sd w``, ``reading = level + noise_sd e``, with w and e normal and
+    independent. The Kalman filter of that (`sdpgrind.identify.RandomWalk`) gives the level, as an average over some 1/walk parts;
+    its innovations over their standard deviations are independent and standard normal as long as nothing but the walk happens.
+    They go into a two-sided cumulative sum whose limit is computed so that all quantities together alarm by mistake once in
+    `parts_per_false_alarm` parts on average. After a step the filter follows it, but the alarm is sooner: see
+    `detection_probability`.
+
+    After an alarm the level rests on the readings since the step alone, and the quantity is not watched until `acknowledge`.
+
+    Parameters
+    ----------
+    noise_sd : mapping of str to float or None, optional
+        Quantities, and the standard deviation of a reading about the level, in the unit of the quantity; None: it is learned from
+        the innovations, those of the last 10 parts left aside, and Student's law takes the place of the normal one; alarms may
+        come from the 32nd part on, at most a fifth oftener than with a known one. By default
+        "closing_gap" (mm: the running correction of Mears (6.16) with which a part was centred) and "friction" (unit 1), both
+        None.
+    walk : float
+        Standard deviation of the walk per part over that of a reading, unit 1.
+    parts_per_false_alarm : float
+        Parts between false alarms on average, unit 1, over all quantities.
+
+    Raises
+    ------
+    ValueError
+        When a number is not > 0, or the parts between false alarms are not within 10 and 1e8.
+    TypeError
+        When there is no quantity.
+
+    Examples
+    --------
+    >>> track = DriftTrack({"closing_gap": 0.002, "friction": 0.004})
+    >>> quiet = [track.update(closing_gap=0.150, friction=0.135) for part in range(30)]
+    >>> for part in range(2):
+    ...     alarms = track.update(closing_gap=0.157, friction=0.135)
+    >>> alarms[0].quantity, alarms[0].since, alarms[0].part
+    ('closing_gap', 30, 31)
+    >>> alarms[0].advice
+    'clean the locating faces and look for a shifted pusher, probe or zero'
+    >>> round(track.estimate["closing_gap"], 4), round(track.detection_probability(), 4)
+    (0.157, 0.993)
+    >>> track.acknowledge()
+    >>> track.alarms
+    ()
+    """
+
+    def __init__(
+        self,
+        noise_sd: Mapping[str, float | None] | None = None,
+        *,
+        walk: float = 0.03,
+        parts_per_false_alarm: float = 2000.0,
+    ) -> None:
+        given = dict.fromkeys(UNITS) if noise_sd is None else _quantities(noise_sd)
+        self._walk = checks.positive("walk", walk, "1")
+        parts = checks.within("parts_per_false_alarm", parts_per_false_alarm, 10.0, 1e8, "1")
+        self._limit = cusum_limit(ALLOWANCE, parts * len(given))
+        self._given = given
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget every part."""
+        self._tracks = {name: Tracked(name, sd, self._walk, self._limit) for name, sd in self._given.items()}
+        self._past: list[DriftAlarm] = []
+        self._count = 0
+
+    @property
+    def count(self) -> int:
+        """Number of parts so far."""
+        return self._count
+
+    @property
+    def limit(self) -> float:
+        """Limit of the cumulative sums, unit 1 (standard deviations)."""
+        return self._limit
+
+    def update(self, **readings: float) -> tuple[DriftAlarm, ...]:
+        """Take in one part.
+
+        Parameters
+        ----------
+        **readings
+            Quantities by name, in their units; one that is left out, or NaN, was not read.
+
+        Returns
+        -------
+        tuple of DriftAlarm
+            New alarms, mostly none.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For a name that is not tracked, or what is no number.
+        """
+        for name, reading in readings.items():
+            checks.one_of("readings", name, self._tracks)
+            if not (isinstance(reading, float) and isnan(reading)):
+                checks.number(name, reading, UNITS.get(name, ""))
+        found = [track.update(self._count, float(readings.get(name, np.nan))) for name, track in self._tracks.items()]
+        new = tuple(alarm for alarm in found if alarm is not None)
+        self._past.extend(new)
+        self._count += 1
+        return new
+
+    @property
+    def alarms(self) -> tuple[DriftAlarm, ...]:
+        """Alarms that are not acknowledged; quantities in their units."""
+        return tuple(track.alarm for track in self._tracks.values() if track.alarm is not None)
+
+    @property
+    def history(self) -> tuple[DriftAlarm, ...]:
+        """Alarms so far, acknowledged or not; quantities in their units."""
+        return tuple(self._past)
+
+    def acknowledge(self, *names: str) -> None:
+        """Say that the cause was seen to: the level (in the unit of its quantity) starts anew with the next part.
+
+        Parameters
+        ----------
+        *names
+            Quantities; by default all that alarm.
+
+        Raises
+        ------
+        ValueError
+            For a name that is not tracked.
+        """
+        for name in names or [alarm.quantity for alarm in self.alarms]:
+            self._tracks[checks.one_of("names", name, self._tracks)].restart()
+
+    @property
+    def estimate(self) -> Estimate:
+        """Levels after the last part with their covariance, each in its unit; undetermined while one was never read."""
+        levels = [track.level for track in self._tracks.values()]
+        values, sds = (np.array(column) for column in zip(*levels, strict=True))
+        status = Status.OK if np.all(np.isfinite(sds)) else Status.UNDETERMINED
+        units = [UNITS.get(name, "") for name in self._tracks]
+        return Estimate(tuple(self._tracks), values, np.diag(sds**2), status, units=tuple(units))
+
+    def detection_probability(self, step: float = 3.0, within: int = 5, after: int = 100) -> float:
+        """Return how sure a step of one quantity is to be flagged in time, for a known `noise_sd`.
+
+        It is the least probability, that of a sum at 0 when the step comes, by the Markov chain of the sum.
+
+        Parameters
+        ----------
+        step : float
+            Size of the step in standard deviations of a reading, unit 1.
+        within : int
+            Parts after the step that may be made until the alarm, the first changed one included.
+        after : int
+            Parts before the step, >= 1: the fewer, the less sure the filter is of the level.
+        """
+        size, parts, before = checks.number("step", step, "1"), checks.count("within", within), checks.count("after", after)
+        walk, means = RandomWalk(("level",), walk_variance=self._walk**2, noise_variance=1.0), []
+        for reading in [0.0] * before + [abs(size)] * parts:
+            walk.update(reading)
+            means.append(float(walk.innovation[0] / walk.innovation_sd[0]))
+        return cusum_detection(ALLOWANCE, self._limit, means[before:])
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Readings, levels and sums (the greater side, signed, unit 1) over the parts; NaN where there was no reading."""
+        data = {}
+        for name, track in self._tracks.items():
+            rows = np.array(track.rows).reshape(-1, 3)
+            units = (UNITS.get(name, ""), UNITS.get(name, ""), "1")
+            for column, suffix, unit in zip(rows.T, ("", "_level", "_sum"), units, strict=True):
+                data[name + suffix] = ("part", column, {"units": unit})
+        return xr.Dataset(data, {"part": np.arange(self._count)}, {"limit": self._limit})
+
+    def plot(self) -> Any:
+        """Draw readings and levels over the parts, in their units, the sums below, with alarms; return the figure."""
+        from centering._handover.drift_picture import plot
+
+        return plot(self)
+
+    def __repr__(self) -> str:
+        told = "; ".join(map(str, self.alarms)) or "no alarm"
+        return f"DriftTrack({', '.join(self._tracks)} over {self._count} parts: {told})"
+
+
+def _quantities(noise_sd: Mapping[str, float | None]) -> dict[str, float | None]:
+    """Names, and what is known of the noise of each."""
+    if not isinstance(noise_sd, Mapping) or not noise_sd:
+        raise TypeError(f"noise_sd must be a mapping of names to numbers or None; got {checks.shown(noise_sd)}")
+    name_it = "noise_sd[{!r}]".format
+    return {
+        name: None if sd is None else checks.positive(name_it(name), sd, UNITS.get(name, "")) for name, sd in noise_sd.items()
+    }

@@ -1,0 +1,59 @@
+"""The picture of a drift track: readings with their level, and below the sum that watches them."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering._handover.alarm import UNITS
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from centering._handover.drift import DriftTrack
+
+READ, LEVEL, ALARM = "0.6", "#31527a", "#b4462d"
+
+
+def plot(track: "DriftTrack") -> Any:
+    """Figure of a drift track; see `DriftTrack.plot`."""
+    data, names = track.dataset, list(track.estimate.names)
+    pyplot = need("matplotlib.pyplot", "plot")
+    figure, axes = pyplot.subplots(
+        2,
+        len(names),
+        figsize=(1.5 + 4.0 * len(names), 4.6),
+        sharex=True,
+        squeeze=False,
+        height_ratios=(2, 1),
+        layout="constrained",
+    )
+    part = data["part"].values
+    for (top, low), name in zip(axes.T, names, strict=True):
+        _levels(top, part, data[name].values, data[f"{name}_level"].values, _labelled(name))
+        low.step(part, data[f"{name}_sum"].values, where="mid", color=LEVEL, lw=1.0)
+        for sign in (1, -1):
+            low.axhline(sign * track.limit, color=ALARM, lw=0.8, ls="--")
+        low.set(xlabel="part", ylabel="sum [sd]" if low is axes[1, 0] else "")
+        for alarm in track.history:
+            if alarm.quantity == name:
+                _alarm(top, low, alarm.since, alarm.part)
+    return figure
+
+
+def _labelled(name: str) -> str:
+    unit = UNITS.get(name, "")
+    return name.replace("_", " ") + (f" [{unit}]" if unit not in ("", "1") else "")
+
+
+def _levels(ax: Any, part: Any, reading: Any, level: Any, label: str) -> None:
+    ax.plot(part, reading, ".", color=READ, ms=3, label="read")
+    ax.plot(part, level, color=LEVEL, lw=1.3, label="tracked")
+    ax.set_ylabel(label)
+    if np.isfinite(reading).any():
+        ax.legend(loc="best", fontsize=8)
+
+
+def _alarm(top: Any, low: Any, since: int, part: int) -> None:
+    """The span between the step and its alarm."""
+    for ax in (top, low):
+        ax.axvspan(since - 0.5, part + 0.5, color=ALARM, alpha=0.15, lw=0)
+    top.annotate(f"since {since}", (since, 1.0), xycoords=("data", "axes fraction"), va="bottom", ha="center", fontsize=8)

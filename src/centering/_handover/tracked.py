@@ -1,0 +1,100 @@
+"""One quantity over the parts: its Kalman filter, the scatter of its readings, the sum that watches it, its alarm."""
+
+from collections import deque
+from math import isnan, sqrt
+
+import numpy as np
+from scipy.special import ndtri, stdtr
+
+from centering._handover.alarm import UNITS, DriftAlarm, Shock, likely_step
+from centering._handover.sequential import Cusum
+from sdpgrind.identify import RandomWalk
+
+ALLOWANCE = 0.9
+"""Standard deviations: finds a step of 3 sd within 5 parts most often of all, at run lengths of some 1000 to 1e4."""
+_HELD = 10  # parts that are watched before their scatter counts as noise, so that a step does not hide itself
+_FEWEST = 20  # innovations that a standard deviation rests on at least: with fewer, false alarms come oftener at first
+_RECENT = 60  # parts back to which the beginning of a step is looked for
+_FARTHEST = 37.0  # standard deviations; beyond, probabilities are 0 in floating point
+
+
+class Tracked:
+    """One quantity: its filter (for noise of sd 1, so that a noise still unknown only scales), its sum, its alarm."""
+
+    def __init__(self, name: str, noise_sd: float | None, walk: float, limit: float) -> None:
+        self._name, self._given = name, noise_sd
+        self._filter = RandomWalk((name,), walk_variance=walk**2, noise_variance=1.0)
+        self._sum = Cusum(ALLOWANCE, limit)
+        self._square, self._learned = 0.0, 0
+        self.rows: list[tuple[float, float, float]] = []
+        self.restart()
+
+    def restart(self) -> None:
+        """Watch from here on; what was learned of the noise is kept."""
+        self._filter.reset()
+        self._sum.reset()
+        self._held: deque[float] = deque()
+        self._shocks: deque[Shock] = deque(maxlen=_RECENT)
+        self._readings: deque[tuple[int, float]] = deque(maxlen=_RECENT)
+        self.alarm: DriftAlarm | None = None
+
+    @property
+    def noise_sd(self) -> float:
+        """As given, or as learned so far."""
+        if self._given is not None:
+            return self._given
+        return sqrt(self._square / self._learned) if self._learned >= _FEWEST else np.inf
+
+    @property
+    def level(self) -> tuple[float, float]:
+        """Level and its standard deviation."""
+        found = self._filter.estimate
+        return float(found.value[0]), (self.noise_sd * float(found.sd[0]) if found.ok else np.inf)
+
+    def update(self, part: int, reading: float) -> DriftAlarm | None:
+        self._filter.update(reading)
+        self._readings.append((part, reading))
+        side = 0 if self.alarm is not None else self._watch(part)
+        level = float(self._filter.estimate.value[0]) if self._filter.estimate.ok else np.nan
+        greater = self._sum.up if self._sum.up >= self._sum.down else -self._sum.down
+        self.rows.append((reading, level, greater))
+        return self._raise(part, side) if side else None
+
+    def _watch(self, part: int) -> int:
+        """Take the last innovation into the sum, where there is one."""
+        innovation, spread = float(self._filter.innovation[0]), float(self._filter.innovation_sd[0])
+        if isnan(innovation):
+            return 0
+        shock = Shock(part, innovation / spread, spread)
+        self._shocks.append(shock)
+        side = self._sum.update(self._standard(shock.value))
+        if side == 0:
+            self._learn(shock.value)
+        return side
+
+    def _standard(self, value: float) -> float:
+        """Value of a standard normal number as far out: of what is known, or by Student's law of what was learned."""
+        if self._given is not None:
+            return value / self._given
+        if self._learned < _FEWEST or self._square == 0:
+            return 0.0
+        tail = float(ndtri(stdtr(self._learned, -abs(value) / self.noise_sd)))
+        return float(np.copysign(min(-tail, _FARTHEST), value))
+
+    def _learn(self, value: float) -> None:
+        """Put the innovation by; the one of ten parts ago counts as noise now."""
+        self._held.append(value)
+        if len(self._held) > _HELD:
+            self._square += self._held.popleft() ** 2
+            self._learned += 1
+
+    def _raise(self, part: int, side: int) -> DriftAlarm:
+        """The alarm, and the level from the readings since the step."""
+        found, noise = likely_step(self._shocks, side), self.noise_sd
+        self._filter.reset()
+        for number, reading in self._readings:
+            if number >= found.since:
+                self._filter.update(reading)
+        unit = UNITS.get(self._name, "")
+        self.alarm = DriftAlarm(self._name, unit, part, found.since, found.size, noise * found.size_sd)
+        return self.alarm

@@ -1,0 +1,313 @@
+"""Drift over parts: run lengths two ways, steps flagged in time, what an alarm says, gaps, learning, refusals."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import ndtri, stdtr
+from scipy.stats import norm
+
+from centering._handover.alarm import Shock, likely_step
+from centering._handover.drift import DriftTrack
+from centering._handover.sequential import (
+    Cusum,
+    cusum_detection,
+    cusum_limit,
+    cusum_run_length,
+    ewma_run_length,
+    ewma_sd,
+)
+from centering._handover.tracked import ALLOWANCE
+from sdpgrind.identify import random_walk_gain
+
+BOTH = {"closing_gap": 0.002, "friction": 0.004}
+
+
+def run_lengths(allowance, limit, series, rng, steps=20_000):
+    """Values until each of many sums alarms; the slow and obvious way."""
+    up, down, left, lengths = np.zeros(series), np.zeros(series), np.full(series, True), np.zeros(series)
+    for k in range(steps):
+        z = rng.standard_normal(series)
+        up, down = np.maximum(0, up + z - allowance), np.maximum(0, down - z - allowance)
+        out = left & (np.maximum(up, down) > limit)
+        lengths[out], left = k + 1, left & ~out
+        if not left.any():
+            return lengths
+    raise AssertionError("a sum has not alarmed")
+
+
+def innovations(readings, walk):
+    """Standardised innovations of the settled filter, (series, n); the level starts at the truth, 0."""
+    gain = random_walk_gain(walk**2, 1.0)
+    level, out = np.zeros(len(readings)), []
+    for column in readings.T:
+        out.append((column - level) * np.sqrt(1 - gain))
+        level = level + gain * (column - level)
+    return np.array(out).T
+
+
+# Run lengths ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("allowance", "limit", "published"), [(0.5, 4.0, 168.0), (0.5, 5.0, 465.0)])
+def test_run_lengths_of_the_books(allowance, limit, published):
+    """Two-sided sums of Montgomery's table."""
+    assert cusum_run_length(allowance, limit) == pytest.approx(published, abs=0.9)
+
+
+@pytest.mark.parametrize(("weight", "sigmas", "published"), [(0.4, 3.054, 500.0), (0.2, 2.962, 500.0), (0.1, 2.814, 500.0)])
+def test_run_lengths_of_averages(weight, sigmas, published):
+    """Lucas and Saccucci's table."""
+    assert ewma_run_length(weight, sigmas * ewma_sd(weight)) == pytest.approx(published, rel=0.005)
+
+
+def test_a_sum_of_limit_zero_alarms_on_single_values():
+    assert cusum_run_length(3.0, 1e-9) == pytest.approx(1 / (2 * norm.sf(3.0)), rel=1e-6)
+
+
+@given(allowance=st.floats(0.3, 2.0), length=st.floats(50.0, 1e6))
+@settings(max_examples=30, deadline=None)
+def test_limits_give_their_run_length(allowance, length):
+    assert cusum_run_length(allowance, cusum_limit(allowance, length)) == pytest.approx(length, rel=1e-6)
+
+
+def test_run_length_by_drawing():
+    limit = cusum_limit(ALLOWANCE, 300.0)
+    lengths = run_lengths(ALLOWANCE, limit, 20_000, np.random.default_rng(3))
+    assert lengths.mean() == pytest.approx(300.0, abs=4 * 300 / np.sqrt(20_000))
+
+
+def test_detection_by_drawing_from_where_a_sum_starts():
+    limit, means, n = 4.0, [2.9, 2.8, 2.5], 100_000
+    z = np.random.default_rng(4).standard_normal((n, 3)) + means
+    up, found = np.zeros(n), np.zeros(n, dtype=bool)
+    for column in z.T:
+        up = np.maximum(0, up + column - ALLOWANCE)
+        found |= up > limit
+    probability = cusum_detection(ALLOWANCE, limit, means)
+    assert found.mean() == pytest.approx(probability, abs=4 * np.sqrt(probability * (1 - probability) / n))
+
+
+def test_this_allowance_finds_such_steps_most_often():
+    walk = 0.03
+    gain = random_walk_gain(walk**2, 1.0)
+    means = 3 * np.sqrt(1 - gain) * (1 - gain) ** np.arange(5)
+    for length in (1000.0, 4000.0, 1e4):
+        found = {k: cusum_detection(k, cusum_limit(k, length), means) for k in (0.6, 0.75, ALLOWANCE, 1.05, 1.2, 1.5)}
+        assert found[ALLOWANCE] >= max(found.values()) - 1e-4
+
+
+# Steps of 3 sd -------------------------------------------------------------------------------------------------------
+
+
+def test_a_step_of_three_sd_is_flagged_within_five_parts():
+    """Probability 0.99 or more at one false alarm in 2000 parts, by the chain and in 100 000 series."""
+    track, n = DriftTrack(BOTH), 100_000
+    least = track.detection_probability(step=3.0, within=5)
+    assert least == pytest.approx(0.9930, abs=1e-4)
+    rng = np.random.default_rng(5)
+    readings = rng.standard_normal((n, 105)) + np.cumsum(0.03 * rng.standard_normal((n, 105)), axis=1)
+    readings[:, 100:] += 3.0
+    z = innovations(readings, 0.03)
+    up, down, early, found = np.zeros(n), np.zeros(n), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+    for k, column in enumerate(z.T):
+        up, down = np.maximum(0, up + column - ALLOWANCE), np.maximum(0, down - column - ALLOWANCE)
+        flagged = np.maximum(up, down) > track.limit
+        early |= flagged & (k < 100)
+        found |= flagged & (k >= 100)
+    share = found[~early].mean()
+    assert least - 4e-4 <= share <= least + 3e-3  # sums do not all stand at 0 when the step comes
+
+
+def test_false_alarms_are_fewer_than_one_in_a_thousand_parts():
+    """Two quantities of one track, each half of the rate."""
+    track = DriftTrack(BOTH)
+    assert cusum_run_length(ALLOWANCE, track.limit) == pytest.approx(4000.0, rel=1e-6)
+    lengths = run_lengths(ALLOWANCE, track.limit, 1000, np.random.default_rng(6), steps=60_000)
+    assert lengths.mean() / 2 == pytest.approx(2000.0, rel=4 / np.sqrt(1000))
+
+
+def test_more_false_alarms_allowed_find_more():
+    often, seldom = DriftTrack(BOTH, parts_per_false_alarm=1000.0), DriftTrack(BOTH, parts_per_false_alarm=1e4)
+    assert often.detection_probability() > 0.9958 > 0.98 > seldom.detection_probability() > 0.97
+    assert often.detection_probability(step=2.0) < often.detection_probability(step=2.0, within=20)
+    assert often.detection_probability(step=-3.0) == often.detection_probability()
+    assert often.detection_probability(after=5) < often.detection_probability()
+
+
+def test_the_track_is_filter_and_sum():
+    """The same numbers by the settled filter and the sum in plain steps."""
+    rng = np.random.default_rng(8)
+    readings = 0.15 + 0.002 * rng.standard_normal(400)
+    track = DriftTrack({"closing_gap": 0.002}, parts_per_false_alarm=1e6)
+    for reading in readings:
+        track.update(closing_gap=reading)
+    level = track.dataset["closing_gap_level"].values
+    gain = random_walk_gain(0.03**2, 1.0)
+    np.testing.assert_allclose(level[300:], level[299:-1] + gain * (readings[300:] - level[299:-1]), rtol=1e-6)
+    cusum, sums = Cusum(ALLOWANCE, np.inf), []
+    settled = (readings[1:] - level[:-1]) / 0.002
+    for k, value in enumerate(settled):
+        spread = np.sqrt(1 / (1 - gain)) if k > 250 else _spread(k + 1)
+        cusum.update(value / spread)
+        sums.append(cusum.up if cusum.up >= cusum.down else -cusum.down)
+    np.testing.assert_allclose(track.dataset["closing_gap_sum"].values[1:], sums, atol=1e-6)
+
+
+def _spread(count):
+    """Of an innovation after so many readings, for noise of sd 1."""
+    variance = 1.0
+    for _ in range(count - 1):
+        variance = (variance + 0.03**2) / (variance + 0.03**2 + 1)
+    return np.sqrt(variance + 0.03**2 + 1)
+
+
+# What an alarm says --------------------------------------------------------------------------------------------------
+
+
+def stepped(size, *, noise_sd=None, parts=120, rng=11):
+    """Friction that steps at `parts`, until the alarm."""
+    draw = np.random.default_rng(rng)
+    track = DriftTrack({"friction": noise_sd})
+    for _ in range(parts):
+        track.update(friction=0.135 + 0.004 * draw.standard_normal())
+    assert not track.history
+    while not track.alarms:
+        track.update(friction=0.135 + size + 0.004 * draw.standard_normal())
+    return track
+
+
+@pytest.mark.parametrize("noise_sd", [0.004, None])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_alarm(sign, noise_sd):
+    track = stepped(sign * 0.016, noise_sd=noise_sd)
+    (alarm,) = track.alarms
+    assert alarm.quantity == "friction" and alarm.since == 120 and 120 <= alarm.part <= 124
+    assert alarm.upward == (sign > 0) and abs(alarm.size - sign * 0.016) < 3 * alarm.size_sd < 0.01
+    way = "up" if sign > 0 else "down"
+    assert str(alarm).startswith(f"friction stepped {way} by 0.01") and "since part 120" in str(alarm)
+    assert "material or lubricant changed" in str(alarm) and str(alarm) in repr(track)
+    assert abs(track.estimate["friction"] - (0.135 + sign * 0.016)) < 3 * track.estimate.sd[0] < 0.012
+
+
+def test_acknowledged_alarms_are_over():
+    track = stepped(0.016, noise_sd=0.004)
+    for _ in range(20):
+        assert track.update(friction=0.5) == ()  # not watched
+    assert len(track.alarms) == 1
+    track.acknowledge("friction")
+    assert track.alarms == () and len(track.history) == 1 and not track.estimate.ok
+    for _ in range(10):
+        assert track.update(friction=0.135) == ()  # a new level, whatever it is
+    assert track.estimate["friction"] == pytest.approx(0.135)
+    track.reset()
+    assert track.count == 0 and track.history == ()
+
+
+def test_the_begin_of_a_step_is_found_among_noise():
+    off = np.array([stepped(0.012, noise_sd=0.004, rng=seed, parts=60).alarms[0].since - 60 for seed in range(40, 100)])
+    assert np.mean(np.abs(off) <= 1) >= 0.9
+
+
+def test_likely_step_against_least_squares():
+    """The step of least squares, by brute force: filter runs on unit steps are the regressors."""
+    rng = np.random.default_rng(2)
+    values, spreads = rng.standard_normal(12), 1 + 0.1 * rng.random(12)
+    values[7:] += 2.0
+    shocks = [Shock(k, value, spread) for k, (value, spread) in enumerate(zip(values, spreads, strict=True))]
+    best = None
+    for j in range(12):
+        level, row = 0.0, np.zeros(12)
+        for k in range(12):
+            jump = (1.0 if k >= j else 0.0) - level
+            row[k] = jump / spreads[k]
+            level += (1 - spreads[k] ** -2) * jump
+        size = row @ values / (row @ row)
+        rest = np.sum((values - size * row) ** 2)
+        if size > 0 and (best is None or rest < best[0]):
+            best = rest, j, size, (row @ row) ** -0.5
+    np.testing.assert_allclose(likely_step(shocks, 1), best[1:], rtol=1e-12)
+
+
+# Noise that is not known ---------------------------------------------------------------------------------------------
+
+
+def test_learned_noise_alarms_no_oftener_than_known_noise():
+    """15 tracks of 1000 parts, one alarm in 400 expected."""
+    rng, alarms, parts = np.random.default_rng(12), 0, 0
+    for _ in range(15):
+        track = DriftTrack({"friction": None}, parts_per_false_alarm=400.0)
+        for reading in 0.1 + 0.01 * rng.standard_normal(1000):
+            alarms += len(track.update(friction=reading))
+            track.acknowledge()
+            parts += 1
+    assert 0.5 * parts / 400 <= alarms <= 1.5 * parts / 400
+
+
+def test_learned_noise_by_drawing_many_series():
+    """Student's law, part by part exact; what a sum makes of a noise that is the same too small for all of them is little."""
+    rng, n, limit = np.random.default_rng(1), 4000, DriftTrack(BOTH).limit
+    up, down, square, alarms = np.zeros(n), np.zeros(n), np.zeros(n), 0
+    z = rng.standard_normal((1000, n))
+    for part in range(1000):
+        free = max(part - 10, 0)
+        square += z[part - 11] ** 2 if free > 0 else 0.0
+        if free < 20:
+            continue
+        score = -np.sign(z[part]) * ndtri(stdtr(free, -np.abs(z[part]) / np.sqrt(square / free)))
+        up, down = np.maximum(0, up + score - ALLOWANCE), np.maximum(0, down - score - ALLOWANCE)
+        out = np.maximum(up, down) > limit
+        alarms += out.sum()
+        up[out] = down[out] = 0.0
+    assert 0.9 * n * 1000 / 4000 < alarms < 1.2 * n * 1000 / 4000
+
+
+def test_readings_that_do_not_scatter_do_not_alarm():
+    track = DriftTrack()
+    for _ in range(100):
+        assert track.update(closing_gap=0.15, friction=0.1) == ()
+    assert track.estimate["closing_gap"] == 0.15
+
+
+def test_missing_readings_are_passed_over():
+    draw, track = np.random.default_rng(13), DriftTrack({"friction": 0.004, "closing_gap": None})
+    for part in range(60):
+        track.update(friction=np.nan if part % 3 == 0 else 0.135 + 0.004 * draw.standard_normal())
+    assert track.alarms == () and track.estimate.sd[0] < 0.002 and np.isinf(track.estimate.sd[1])
+    data = track.dataset
+    assert data.sizes["part"] == 60 and np.isnan(data["friction"].values[::3]).all()
+    assert data["friction_level"].attrs["units"] == "1" and data["closing_gap"].attrs["units"] == "mm"
+
+
+def test_picture():
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("agg")
+    track = stepped(0.016, noise_sd=0.004)
+    top, low = track.plot().axes
+    assert top.get_ylabel() == "friction" and low.get_xlabel() == "part"
+    assert [text.get_text() for text in top.texts] == ["since 120"]
+    assert len(DriftTrack().plot().axes) == 4
+    pyplot.close("all")
+
+
+# Refusals ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "said"),
+    [
+        (lambda: DriftTrack({}), TypeError, "noise_sd must be a mapping of names to numbers or None"),
+        (lambda: DriftTrack({"friction": 0.0}), ValueError, r"noise_sd\['friction'\] must be > 0 \(1\); got 0.0"),
+        (lambda: DriftTrack({"closing_gap": -1.0}), ValueError, r"noise_sd\['closing_gap'\] must be > 0 \(mm\); got -1.0"),
+        (lambda: DriftTrack(walk=0.0), ValueError, r"walk must be > 0 \(1\); got 0.0"),
+        (lambda: DriftTrack(parts_per_false_alarm=1.0), ValueError, r"parts_per_false_alarm must be in \[10, 1e\+08\]"),
+        (lambda: DriftTrack().update(frction=0.1), ValueError, "readings must be one of closing_gap, friction; got 'frction'"),
+        (lambda: DriftTrack().update(friction="low"), TypeError, r"friction must be a number \(1\); got 'low'"),
+        (lambda: DriftTrack().update(friction=np.inf), ValueError, r"friction must be finite \(1\); got inf"),
+        (lambda: DriftTrack().acknowledge("force"), ValueError, "names must be one of closing_gap, friction; got 'force'"),
+        (lambda: DriftTrack().detection_probability(within=0), ValueError, "within must be >= 1; got 0"),
+    ],
+)
+def test_refusals(call, error, said):
+    with pytest.raises(error, match=said):
+        call()
