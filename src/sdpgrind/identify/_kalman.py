@@ -102,7 +102,7 @@ class RandomWalk:
         Parameters
         ----------
         reading : array_like, shape (p,), or float
-            One reading of each value, with `row` one of them all. NaN: none, the values walk on.
+            One reading of each value, with `row` one of them all, in its own unit. NaN: none, the values walk on.
         row : array_like, shape (p,), optional
             ``reading = row @ value + noise``.
 

@@ -163,6 +163,7 @@ class _Triangle:
         self._array = np.zeros((size, size + 1))
         self._double = np.zeros((size, size))
         self._weight, self._squares, self._residual = 0.0, 0.0, 0.0  # sums of weights, squared weights, squared residuals
+        self._count = 0
         self._noise_sd = noise_sd
         if prior is not None and noise_sd is not None:
             self._double[:] = self._array[:, :size] = _root(prior, noise_sd)
@@ -178,6 +179,7 @@ class _Triangle:
         self._residual = forgetting * self._residual + float(entry[-1]) ** 2
         self._weight = forgetting * self._weight + 1.0
         self._squares = forgetting * forgetting * self._squares + 1.0
+        self._count += 1
 
     def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
         size = len(names)
@@ -187,7 +189,7 @@ class _Triangle:
         if self._noise_sd is not None:
             return solver.estimate(self._noise_sd**2 * _symmetric(sandwich), inf, names, units)
         freedom = self._weight - float(np.trace(solver.inverse @ self._double.T @ self._double))
-        if freedom <= _FULL * self._weight:
+        if self._count <= size or freedom <= _FULL * self._weight:
             solver.determined, freedom = False, 1.0
         # Weights squared, so many rows of equal weight would know as much about the noise.
         effective = self._weight**2 / self._squares if self._squares else 0.0

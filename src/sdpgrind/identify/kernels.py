@@ -1,8 +1,16 @@
-"""The one recursion: rows rotated into a triangle (square-root information form), or folded into a covariance. Compiled.
+"""The one recursion, for compiled loops of other packages: plain arrays, in place, serial; nothing is allocated.
 
-The triangle R and the right-hand sides Q stand side by side in one array ``[R | Q]`` of shape (p, p + k): R'R is the
-information of all rows so far, and R value = Q[:, 0] their least-squares solution. To forget, multiply the array by the
-square root of the weight that older rows keep. Nothing is allocated where an argument `work` or `out` is there to write to.
+As a square root (the default of `RecursiveLeastSquares`), the triangle R of all rows so far and its right-hand sides Q stand
+side by side in one array ``[R | Q]`` of shape (p, p + k): R'R is their information, and R value = Q[:, 0] the least-squares
+solution. One row is::
+
+    array *= sqrt(forgetting)          # the weight, in (0, 1], that older rows keep
+    row[:] = ...                       # regressors, then targets, shape (p + k,)
+    variance = spread(array, row, work)         # of the prediction h'value, if the noise's is 1
+    rotate(array, row)                          # row[p]**2 adds to the sum of squared residuals
+    solve(array, value); inverse(array, inv_info)
+
+As a covariance it is `covariance_step`, or Kalman's correction `measure`, which is the same for a noise that is known.
 """
 
 from math import inf, sqrt
