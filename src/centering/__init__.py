@@ -1,3 +1,52 @@
 """Measuring an off-centre ring while it turns: geometry with its confidence, roundness, what the grinder is told (Mears 2006)."""
 
-__all__: list[str] = []
+from centering._geometry.curve import circle_derivatives, circle_reading, radial_position
+from centering._geometry.estimate import CircleEstimate
+from centering._geometry.estimator import GeometryEstimator
+from centering._geometry.fit import fit_circle
+from centering._geometry.form import form_gain
+from centering._geometry.limacon import (
+    corrected_radius,
+    limacon_bias,
+    limacon_radius,
+    limacon_reading,
+    limacon_wave,
+    linear_gauge_offset,
+)
+from centering._geometry.printed import PrintedEstimator, PrintedHistory
+from centering._geometry.residuals import ResidualChecks, residual_checks
+from centering._handover.alarm import DriftAlarm
+from centering._handover.allowance import Allowance, best_allowance
+from centering._handover.changeover import Changeover
+from centering._handover.drift import DriftTrack
+from centering._handover.stock import Stock
+from centering._roundness.circles import reference_circle
+from centering._roundness.roundness import Roundness
+
+__all__ = [
+    "Allowance",
+    "Changeover",
+    "CircleEstimate",
+    "DriftAlarm",
+    "DriftTrack",
+    "GeometryEstimator",
+    "PrintedEstimator",
+    "PrintedHistory",
+    "ResidualChecks",
+    "Roundness",
+    "Stock",
+    "best_allowance",
+    "circle_derivatives",
+    "circle_reading",
+    "corrected_radius",
+    "fit_circle",
+    "form_gain",
+    "limacon_bias",
+    "limacon_radius",
+    "limacon_reading",
+    "limacon_wave",
+    "linear_gauge_offset",
+    "radial_position",
+    "reference_circle",
+    "residual_checks",
+]
