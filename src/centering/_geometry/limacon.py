@@ -15,7 +15,7 @@ MEARS = 0.2346
 """Mears (4.21), a fit to the exact relation over all offsets; 0.25 for small ones."""
 EVEN = 0.005
 """Mean of exp(i n angle), n = 1, 2, 3, up to which readings are even over whole turns: 2 degrees of a turn missing give it."""
-NEWTON_STEPS = 8
+NEWTON_STEPS = 6
 
 
 def limacon_reading(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float) -> Floats:
