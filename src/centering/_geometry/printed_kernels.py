@@ -21,9 +21,9 @@ RADIUS, CENTER_X, CENTER_Y, SQUARES, COUNT, LOW, HIGH = range(7)
 TOLD = 7
 """Radius and centre, sum of squared residuals of the present fit, readings, least and greatest angle."""
 _VALUE, _MATRIX, _WORK, _COST = 7, 9, 13, 17  # rls
-_ARRAY, _ROW, _SEEN, _SUM, _TIMES, _DISTINCT = 7, 19, 23, 27, 29, 31  # prls
+_ARRAY, _ROW, _SEEN, _MEAN, _TIMES, _DISTINCT, _LEFT, _WITHIN = 7, 19, 23, 27, 29, 31, 32, 33  # prls
 _FILTERED, _VARIANCE, _GAIN, _ONE, _MOST, _LEAST, _AT = 7, 8, 9, 10, 11, 12, 13  # kalman
-STATES = 32
+STATES = 34
 _SAME = 1e-6  # between two directions that are one
 
 
@@ -74,10 +74,12 @@ def _prls(state, angle, reading):
     if state[_DISTINCT] < 3.0:
         _notice(state, row)
     rotate(array, row)
-    state[SQUARES] += row[3] ** 2
-    if state[_DISTINCT] < 3.0:
+    state[_LEFT] += row[3] ** 2
+    if state[_DISTINCT] < 3.0:  # until then rounding may hide residuals in a pivot that should be 0
+        state[SQUARES] = state[_WITHIN]
         _shortest(state)
     else:
+        state[SQUARES] = state[_LEFT]
         solve(array, state[RADIUS : CENTER_Y + 1])
 
 
@@ -87,25 +89,27 @@ def _notice(state, row):
     known = int(state[_DISTINCT])
     for k in range(known):
         if abs(row[1] - state[_SEEN + 2 * k]) + abs(row[2] - state[_SEEN + 2 * k + 1]) < _SAME:
-            state[_SUM + k] += row[3]
-            state[_TIMES + k] += 1.0
+            times, off = state[_TIMES + k], row[3] - state[_MEAN + k]
+            state[_WITHIN] += off * off * times / (times + 1.0)
+            state[_MEAN + k] += off / (times + 1.0)
+            state[_TIMES + k] = times + 1.0
             return
     state[_DISTINCT] += 1.0
     if known < 2:
         state[_SEEN + 2 * known], state[_SEEN + 2 * known + 1] = row[1], row[2]
-        state[_SUM + known], state[_TIMES + known] = row[3], 1.0
+        state[_MEAN + known], state[_TIMES + known] = row[3], 1.0
 
 
 @njit(cache=True, nogil=True)
 def _shortest(state):
     """The shortest of all solutions through the mean readings z of one or two directions h: H'(HH')^-1 z, with h'h = 2."""
     c, s = state[_SEEN], state[_SEEN + 1]
-    first = state[_SUM] / state[_TIMES]
+    first = state[_MEAN]
     if state[_DISTINCT] < 2.0:
         state[RADIUS], state[CENTER_X], state[CENTER_Y] = first / 2.0, first * c / 2.0, first * s / 2.0
         return
     c2, s2 = state[_SEEN + 2], state[_SEEN + 3]
-    second = state[_SUM + 1] / state[_TIMES + 1]
+    second = state[_MEAN + 1]
     apart = 0.5 * ((c - c2) ** 2 + (s - s2) ** 2)  # 2 - h1'h2, without cancellation
     share = (second - first) / apart
     mean = (first + second) / (4.0 - apart)
