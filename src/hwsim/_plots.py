@@ -19,6 +19,7 @@ _PICTURES = {
     "FinishingCell": "hwsim.plants._finishing_picture",
     "ForceTableStand": "hwsim.plants._force_table_picture",
     "PlungeGrinder": "hwsim.plants._plunge_picture",
+    "Probe": "hwsim.plants._probe_picture",
     "WeldBeadStand": "hwsim.plants._weldbead_picture",
 }
 _MOST_LETTERS = 36  # names of controllers in more of them would run into each other

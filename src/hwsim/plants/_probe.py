@@ -257,7 +257,9 @@ class Probe(Frozen):
         >>> bool(abs(scan.reading - centering.circle_reading(scan.angle, 61.94, 3.6, 0.5, 3.75)).max() < 1e-11)  # mm
         True
         """
-        per_turn = 2 * math.pi / (self.spindle_speed * self.sample_time) if self.samples_per_turn is None else self.samples_per_turn
+        per_turn = (
+            2 * math.pi / (self.spindle_speed * self.sample_time) if self.samples_per_turn is None else self.samples_per_turn
+        )
         number = math.ceil(checks.positive("turns", turns) * per_turn - _UNEVEN)
         part = self.start(children(rng, 1)[0])
         return part.scan(number)

@@ -1,0 +1,129 @@
+"""The picture of a run on the probe: readings with their model, what that leaves, where the centre was thought to be."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim.protocols import PartLog
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_DATA, _MODEL, _ERROR, _BAND, _TRUE = "0.55", "tab:blue", "tab:blue", "tab:orange", "0.15"
+_UM = 1000.0
+_TURN = 2 * math.pi
+_SMALL: dict[str, Any] = {"frameon": False, "fontsize": 8}
+_TOP = 1e4  # um: more is not worth a picture
+_LINE = 400  # points on the curve of the model
+_NOTE: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "ha": "right", "xycoords": ("axes fraction", "data")}
+
+
+def picture(log: PartLog) -> "Figure":
+    """Draw a log of `Probe`: the readings of the last part, how its centre came to be known, all parts."""
+    pyplot = need("matplotlib.pyplot", "plot")
+    figure: Figure = pyplot.figure(figsize=(11.5, 6.8), layout="constrained")
+    grid = figure.add_gridspec(6, 2, width_ratios=(1.15, 1))
+    last = _last(log)
+    reading = figure.add_subplot(grid[:4, 0])
+    below = figure.add_subplot(grid[4:, 0], sharex=reading)
+    _readings(reading, below, last, float(log.outcome.attrs["tip_radius"]))
+    _history(figure.add_subplot(grid[:3, 1]), last, log)
+    _parts(figure.add_subplot(grid[3:, 1]), log)
+    for axis in figure.axes:
+        axis.grid(alpha=0.25, lw=0.5)
+        axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(_title(log))
+    return figure
+
+
+def _title(log: PartLog) -> str:
+    out = log.outcome
+    parts = f"{len(log)} parts" if len(log) > 1 else "1 part"
+    return f"{parts}: {out.turns.values.mean():.2f} turns and {out.time.values.mean():.2f} s each"
+
+
+def _last(log: PartLog) -> dict[str, Floats]:
+    """Columns of the last part; those that a controller of one's own does not report are NaN."""
+    return _columns(log, int(log[log.tiers[0]].part.values[-1]))
+
+
+def _columns(log: PartLog, part: int) -> dict[str, Floats]:
+    table = log[log.tiers[0]]
+    rows = table.part.values == part
+    names = ("angle", "reading", *(f"{name}_planned" for name in ("radius", "center_x", "center_y", "band")))
+    missing = np.full(rows.sum(), np.nan)
+    return {name: table[name].values[rows] if name in table.variables else missing for name in names}
+
+
+def _known(last: dict[str, Floats]) -> Any:
+    """Rows in which a centre was reported."""
+    return np.flatnonzero(np.isfinite(last["center_x_planned"]))
+
+
+def _model(last: dict[str, Floats], row: int, angle: Floats, tip_radius: float) -> Floats:
+    """What the estimate of a row predicts."""
+    from centering import circle_reading
+
+    x, y = last["center_x_planned"][row], last["center_y_planned"][row]
+    return circle_reading(angle, last["radius_planned"][row], math.hypot(x, y), math.atan2(y, x), tip_radius)
+
+
+def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float) -> None:
+    turns, known = last["angle"] / _TURN, _known(last)
+    above.plot(turns, last["reading"], ".", color=_DATA, ms=3, label="read")
+    if known.size:
+        angle = np.linspace(last["angle"][0], last["angle"][-1], _LINE)
+        above.plot(angle / _TURN, _model(last, known[-1], angle, tip_radius), color=_MODEL, lw=1, label="model at the end")
+        left = last["reading"] - _model(last, known[-1], last["angle"], tip_radius)
+        below.plot(turns, _UM * left, ".", color=_DATA, ms=3)
+    above.set(ylabel="reading [mm]")
+    above.set_title("The last part", loc="left")
+    above.tick_params(labelbottom=False)
+    above.legend(**_SMALL)
+    below.axhline(0, color=_TRUE, lw=1)
+    below.set(ylabel="residual [um]", xlabel="angle of the spindle [turns]")
+
+
+def _history(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
+    """How far the centre was off at each sample, and how far it was said that it might be."""
+    known, out = _known(last), log.outcome
+    axis.set_title("Centre of the last part", loc="left")
+    axis.set(xlabel="angle of the spindle [turns]", ylabel="distance [um]", yscale="log")
+    if not known.size:
+        return
+    error = np.hypot(
+        last["center_x_planned"] - out.true_center_x.values[-1], last["center_y_planned"] - out.true_center_y.values[-1]
+    )
+    turns = last["angle"] / _TURN
+    axis.plot(turns[known], _UM * last["band_planned"][known], color=_BAND, label="band: as sure as this it was said to be")
+    axis.plot(turns[known], _UM * error[known], color=_ERROR, label="from the true centre")
+    axis.set_ylim(top=min(axis.get_ylim()[1], _TOP))
+    axis.legend(**_SMALL)
+
+
+def _parts(axis: Any, log: PartLog) -> None:
+    """Error of the centre at the end over the band then: beyond 1 the statement was wrong."""
+    parts = np.arange(len(log))
+    ratio = np.array([_ratio(log, part) for part in range(len(log))])
+    wrong = ratio > 1
+    axis.plot(parts[~wrong], ratio[~wrong], "o", color=_ERROR, ms=3.5)
+    axis.plot(parts[wrong], ratio[wrong], "o", color="tab:red", ms=3.5)
+    axis.axhline(1, color=_TRUE, lw=1, ls="--")
+    axis.annotate("beyond: further off than was said", (0.99, 1), (0, 3), **_NOTE)
+    axis.set_title("Every part, at its end", loc="left")
+    axis.set(xlabel="part", ylabel="error of the centre / band")
+    axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
+    axis.set_ylim(bottom=0)
+
+
+def _ratio(log: PartLog, part: int) -> float:
+    """Error of the centre over the band at the end of a part; NaN where nothing was known."""
+    columns, out = _columns(log, part), log.outcome
+    known = _known(columns)
+    if not known.size:
+        return math.nan
+    x, y, band = (float(columns[f"{name}_planned"][known[-1]]) for name in ("center_x", "center_y", "band"))
+    return math.hypot(x - float(out.true_center_x.values[part]), y - float(out.true_center_y.values[part])) / band
