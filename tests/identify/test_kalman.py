@@ -112,10 +112,26 @@ def test_the_first_reading_starts_a_walk():
     np.testing.assert_allclose(walk.estimate.value, [5.0, 2.0])
     np.testing.assert_allclose(np.diag(walk.estimate.covariance), [0.2, 0.4])
     assert walk.innovation_sd[1] == pytest.approx(np.sqrt(0.4 + 0.3))  # told even where nothing was read
+    walk.update([6.0, np.nan])
+    np.testing.assert_allclose(np.diag(walk.estimate.covariance), [0.3 * 0.2 / 0.5, 0.5])
     walk.reset()
     assert (walk.count, walk.estimate.ok) == (0, False)
     walk.update([1.0, 1.0])
     np.testing.assert_allclose(walk.estimate.value, 1.0)
+
+
+def test_what_is_not_known_yet_does_not_disturb_what_is():
+    half = identify.Estimate(("a", "b"), [1.0, 7.0], np.diag([0.5, np.inf]))
+    both = identify.RandomWalk(half.names, walk_variance=0.1, noise_variance=0.2, prior=half)
+    alone = identify.RandomWalk(("a",), walk_variance=0.1, noise_variance=0.2, prior=identify.Estimate(("a",), [1.0], [[0.5]]))
+    for reading in (1.5, 0.3, np.nan, 2.0):
+        both.update([reading, np.nan])
+        alone.update(reading)
+        assert both.estimate["a"] == alone.estimate["a"]
+        assert both.innovation_sd.tolist() == [alone.innovation_sd[0], np.inf]
+    assert both.estimate.status is identify.Status.UNDETERMINED
+    with pytest.raises(ValueError, match="prior must be given, with finite variances, where rows are read"):
+        both.update(1.0, [1.0, 1.0])
 
 
 # Steady state -----------------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """Kalman filter of values that walk at random: read one by one, or through known rows; and its steady state."""
 
 from collections.abc import Sequence
-from math import isnan, sqrt
+from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +9,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.identify._estimate import Estimate, Status
-from sdpgrind.identify.kernels import measure
+from sdpgrind.identify.kernels import walk_step
 
 
 class RandomWalk:
@@ -72,10 +72,12 @@ class RandomWalk:
     def reset(self) -> None:
         """Forget every reading, and go back to the prior."""
         size, prior = len(self._names), self._prior
-        self._value = np.zeros(size) if prior is None else prior.value.copy()
-        self._covariance = np.diag(np.full(size, np.inf)) if prior is None else prior.covariance.copy()
-        self._gain = np.zeros(size)
-        self._count = 0
+        self._value, self._known, self._covariance = np.zeros(size), np.zeros(size, dtype=bool), np.zeros((size, size))
+        if prior is not None:
+            self._known = np.isfinite(np.diag(prior.covariance))
+            self._value = np.where(self._known, prior.value, 0.0)
+            self._covariance = np.where(np.outer(self._known, self._known), prior.covariance, 0.0)
+        self._unit, self._gain, self._count = np.eye(size), np.zeros(size), 0
         self._innovation, self._innovation_sd = np.full(size, np.nan), np.full(size, np.inf)
 
     @property
@@ -111,47 +113,32 @@ class RandomWalk:
         ValueError
             For a wrong shape, an infinite reading, or a row while nothing is known (no prior) or without noise.
         """
-        readings = np.atleast_1d(np.asarray(reading, dtype=float))
-        rows = np.eye(len(self._names)) if row is None else self._row(row)
-        if readings.shape != rows.shape[:1] or np.any(np.isinf(readings)):
+        readings = np.array(reading, dtype=float, ndmin=1)
+        rows = self._unit if row is None else self._row(row)
+        if readings.shape != rows.shape[:1] or np.isinf(readings).any():
             raise checks.refuse("reading", f"finite or NaN, of shape {rows.shape[:1]}", readings.tolist())
-        self._covariance[np.diag_indices_from(self._covariance)] += self._walk
-        self._expect(readings, rows)
-        for k, entry in enumerate(readings.tolist()):
-            if not isnan(entry):
-                self._take(k, rows[k], entry, float(self._noise[k]))
+        innovation, sd = np.empty(readings.size), np.empty(readings.size)
+        noise = self._noise[: readings.size]
+        walk_step(self._value, self._covariance, self._known, self._walk, readings, rows, noise, innovation, sd, self._gain)
+        self._innovation, self._innovation_sd = innovation, sd
         self._count += 1
 
     def _row(self, row: npt.ArrayLike) -> Floats:
         checked = checks.finite_array("row", row)
         if checked.shape != (len(self._names),):
             raise ValueError(f"row must be of shape {(len(self._names),)}; got {checked.shape}")
-        if np.any(np.isinf(np.diag(self._covariance))):
+        if not self._known.all():
             raise checks.refuse("prior", "given, with finite variances, where rows are read", self._prior)
         if not self._one_noise or self._noise[0] == 0:
             raise checks.refuse("noise_variance", "one number > 0 where rows are read", self._noise.tolist())
         return checked[None]
 
-    def _expect(self, readings: Floats, rows: Floats) -> None:
-        """Innovations of all readings, before any of them is taken in."""
-        known = np.isfinite(np.diag(self._covariance))
-        inside = np.where(np.outer(known, known), self._covariance, 0.0)
-        variance = np.einsum("ij,jk,ik->i", rows, inside, rows) + self._noise[: readings.size]
-        told = known[: readings.size]  # with a row all are known
-        self._innovation = np.where(told, readings - rows @ self._value, np.nan)
-        self._innovation_sd = np.where(told, np.sqrt(variance), np.inf)
-
-    def _take(self, k: int, row: Floats, reading: float, noise: float) -> None:
-        if np.isinf(self._covariance[k, k]):
-            self._value[k], self._covariance[k, k] = reading, noise
-        else:
-            measure(self._value, self._covariance, row, reading, noise, self._gain)
-
     @property
     def estimate(self) -> Estimate:
         """Values after the last update, with their covariance; `Status.UNDETERMINED` while one has never been read."""
-        status = Status.OK if np.all(np.isfinite(self._covariance)) else Status.UNDETERMINED
-        return Estimate(self._names, self._value, self._covariance, status, units=self._units)
+        status = Status.OK if self._known.all() else Status.UNDETERMINED
+        endless = np.diag(np.where(self._known, 0.0, np.inf))
+        return Estimate(self._names, self._value, self._covariance + endless, status, units=self._units)
 
 
 def _checked(prior: Estimate, names: tuple[str, ...]) -> Estimate:
@@ -171,7 +158,7 @@ def _variances(name: str, value: npt.ArrayLike, size: int) -> Floats:
         raise ValueError(f"{name} must be a number or of shape {(size,)}; got shape {given.shape}")
     if np.any(given < 0):
         raise checks.refuse(name, ">= 0", float(given.min()))
-    return np.broadcast_to(given, (size,))
+    return np.full(size, given)
 
 
 def random_walk_gain(walk_variance: float, noise_variance: float) -> float:

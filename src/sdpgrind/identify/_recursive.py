@@ -160,7 +160,7 @@ class _Triangle:
     """Triangle of the rows with their targets, and that of the rows with their weights squared."""
 
     def __init__(self, size: int, prior: Estimate | None, noise_sd: float | None) -> None:
-        self._array = np.zeros((size, size + 1))
+        self._array, self._entry = np.zeros((size, size + 1)), np.zeros(size + 1)
         self._double = np.zeros((size, size))
         self._weight, self._squares, self._residual = 0.0, 0.0, 0.0  # sums of weights, squared weights, squared residuals
         self._count = 0
@@ -173,10 +173,12 @@ class _Triangle:
         if forgetting != 1.0:
             self._array *= sqrt(forgetting)
             self._double *= forgetting
-        entry = np.append(row, target)
+        entry, size = self._entry, row.size
+        entry[:size], entry[size] = row, target
         rotate(self._array, entry)
-        rotate(self._double, row.copy())
-        self._residual = forgetting * self._residual + float(entry[-1]) ** 2
+        self._residual = forgetting * self._residual + float(entry[size]) ** 2
+        entry[:size] = row
+        rotate(self._double, entry)
         self._weight = forgetting * self._weight + 1.0
         self._squares = forgetting * forgetting * self._squares + 1.0
         self._count += 1

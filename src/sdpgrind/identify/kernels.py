@@ -10,10 +10,11 @@ solution. One row is::
     rotate(array, row)                          # row[p]**2 adds to the sum of squared residuals
     solve(array, value); inverse(array, inv_info)
 
-As a covariance it is `covariance_step`, or Kalman's correction `measure`, which is the same for a noise that is known.
+As a covariance it is `covariance_step`, or Kalman's correction `measure`, which is the same for a noise that is known;
+`walk_step` is one step of a Kalman filter whose values walk at random.
 """
 
-from math import inf, sqrt
+from math import inf, isnan, nan, sqrt
 
 from numba import njit
 
@@ -157,3 +158,47 @@ def covariance_step(value, inv_info, row, target, forgetting, gain):
         for i in range(value.shape[0]):
             for j in range(value.shape[0]):
                 inv_info[i, j] *= scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def walk_step(value, covariance, known, walk, readings, rows, noise, innovation, innovation_sd, gain):
+    """Let the values walk, then take in independent readings, in place (Kalman's filter with unit transition).
+
+    Parameters
+    ----------
+    value, covariance : array, shape (p,) and (p, p)
+        What is known; rows and columns of a value of which nothing is known are 0.
+    known : array of bool, shape (p,)
+        Of which values something is known. The first reading of one (a unit row, row k for value k) starts it.
+    walk : array, shape (p,)
+        Variances of the step.
+    readings : array, shape (q,)
+        NaN: none.
+    rows, noise : array, shape (q, p) and (q,)
+        What is read, and the variance of its noise.
+    innovation, innovation_sd : array, shape (q,)
+        Written to: reading less what was expected before any of them, and its standard deviation; NaN and inf if unknown.
+    gain : array, shape (p,)
+        To work in.
+    """
+    size = value.shape[0]
+    for i in range(size):
+        if known[i]:
+            covariance[i, i] += walk[i]
+    for k in range(readings.shape[0]):
+        expected, variance, told = 0.0, noise[k], True
+        for i in range(size):
+            if rows[k, i] != 0.0:
+                told = told and known[i]
+                expected += rows[k, i] * value[i]
+                for j in range(size):
+                    variance += rows[k, i] * covariance[i, j] * rows[k, j]
+        innovation[k] = readings[k] - expected if told else nan
+        innovation_sd[k] = sqrt(variance) if told else inf
+    for k in range(readings.shape[0]):
+        if isnan(readings[k]):
+            continue
+        if innovation_sd[k] < inf:
+            measure(value, covariance, rows[k], readings[k], noise[k], gain)
+        else:
+            value[k], covariance[k, k], known[k] = readings[k], noise[k], True
