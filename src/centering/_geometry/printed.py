@@ -224,7 +224,7 @@ class PrintedEstimator:
 
     @property
     def valid(self) -> bool:
-        """Whether the rule "mears" believes the estimate, yes or no."""
+        """Whether the rule "mears" believes the estimate, yes or no (unit 1)."""
         return bool(self._judged(self._state[: kernels.TOLD]).valid)
 
     @property
