@@ -203,10 +203,11 @@ def form_of(harmonics: Any) -> tuple[Floats, Floats, Floats]:
         return np.empty(0), np.empty(0), np.empty(0)
     if isinstance(harmonics, Mapping):
         upr = checks.finite_array("harmonics upr", list(harmonics), "1")
-        pairs = checks.finite_array("harmonics", list(harmonics.values()), "mm, rad").reshape(upr.size, -1)
-        if pairs.size and pairs.shape[1] != 2:
+        pairs = checks.finite_array("harmonics", list(harmonics.values()), "mm, rad")
+        if upr.size and pairs.shape != (upr.size, 2):
             raise checks.refuse("harmonics", "upr -> (amplitude, phase)", harmonics, "mm, rad")
-        return upr, np.ascontiguousarray(pairs[:, 0]), np.ascontiguousarray(pairs[:, 1])
+        amplitude, phase = pairs.reshape(-1, 2).T
+        return upr, amplitude, phase
     names = {"upr": "1", "amplitude": "mm", "phase": "rad"}
     if not all(hasattr(harmonics, name) for name in names):
         raise TypeError(f"harmonics must be a spectrum or upr -> (amplitude, phase); got {checks.shown(harmonics)}")

@@ -182,7 +182,7 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, result):
         if share == 0.0:
             return OUTSIDE
         result[FREEDOM] = m - 3.0 + weight * weight * result[INVERSE]
-        settled = gain <= SETTLED * square / m or square <= m * (4.0 * ROUNDING * circle[0]) ** 2
+        settled = gain <= SETTLED * square / m + (ROUNDING * circle[0]) ** 2
         if settled and share == 1.0 and (weight == 0.0 or abs(sd - before) <= 1e-6 * sd):
             break
     result[NOISE] = np.sqrt(np.dot(left[:m], left[:m]) / max(result[FREEDOM], 1.0))

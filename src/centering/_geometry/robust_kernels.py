@@ -159,7 +159,7 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
             return fit.SINGULAR
         if not advanced(data, circle, step, left[:m]):
             return fit.OUTSIDE
-        settled = gain <= fit.SETTLED * scale**2 and result[fit.TAKEN] > 3
+        settled = gain <= fit.SETTLED * scale**2 + (fit.ROUNDING * circle[0]) ** 2 and result[fit.TAKEN] > 3
     weigh(left[:m], scale, loss, kept, weight, result)
     for i in range(m):
         weight[i] = 1.0 if kept[i] else 0.0
