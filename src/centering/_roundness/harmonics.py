@@ -1,0 +1,175 @@
+"""Harmonics of values at any angles by least squares: Toeplitz normal equations, conjugate gradients, no interpolation.
+
+With the basis exp(i k angle), k = -n..n, the normal matrix T[j, k] = sum exp(i (k - j) angle) depends on k - j alone, so that a
+product with it is a product of two functions of the angle: two real FFTs. On an even grid T is a multiple of one and a single
+step is exact.
+"""
+
+import dataclasses
+from functools import cached_property
+from math import ceil, inf, isqrt, sqrt
+
+import numpy as np
+from scipy.fft import next_fast_len
+from scipy.linalg import eigvalsh_tridiagonal
+
+from sdpgrind.base.checks import Complex, Floats
+
+_STEPS = 2000  # of conjugate gradients: many more than any condition that is accepted needs
+_RESIDUAL = 1e-14
+
+
+class Waves:
+    """exp(-i k angle) for k = 0..degree as products of coarse and fine powers: sums over them are small matrix products."""
+
+    def __init__(self, angle: Floats, degree: int) -> None:
+        fine = isqrt(degree) + 1
+        self.fine = powers(np.exp(-1j * angle), fine)
+        self.coarse = powers(np.exp(-1j * fine * angle), ceil((degree + 1) / fine))
+
+    def moments(self, degree: int, weight: Floats | None = None) -> Complex:
+        """Sums of weight * exp(-i k angle), k = 0..degree; of weights 1 where none are given."""
+        coarse = self.coarse[: degree // len(self.fine) + 1]
+        weighted = coarse if weight is None else coarse * weight
+        return np.asarray((weighted @ self.fine.T).ravel()[: degree + 1])
+
+    def values(self, coef: Complex) -> Floats:
+        """Real values of sum coef[k] exp(i k angle) over k = -n..n, of which k >= 0 are given."""
+        rows = (coef.size - 1) // len(self.fine) + 1
+        padded = np.zeros((rows, len(self.fine)), dtype=complex)
+        padded.flat[: coef.size] = np.concatenate([coef[:1], 2 * coef[1:]]).conj()
+        return np.asarray(np.sum(self.coarse[:rows] * (padded @ self.fine), axis=0).real)
+
+
+def powers(base: Complex, count: int) -> Complex:
+    """Powers 0..count-1 of numbers on the unit circle, (count, n); few enough to multiply up without loss."""
+    powers = np.empty((count, base.size), dtype=complex)
+    powers[0] = 1.0
+    for k in range(1, count):
+        np.multiply(powers[k - 1], base, out=powers[k])
+    return powers
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class HarmonicFit:
+    """Coefficients 0..n of exp(i k angle), condition of the basis, what is left; the waves, their sums, T's inverse on cos n."""
+
+    coef: Complex
+    condition: float
+    residual: Floats
+    waves: Waves
+    density: Complex
+    cosine: Complex
+
+    @property
+    def freedom(self) -> int:
+        """Values less coefficients."""
+        return int(self.residual.size - 2 * self.coef.size + 1)
+
+    @property
+    def noise_sd(self) -> float:
+        """Sd of one value, from what is left; infinite where nothing can be left."""
+        return float(np.linalg.norm(self.residual) / sqrt(self.freedom)) if self.freedom > 0 else inf
+
+    @cached_property
+    def amplitude_spread(self) -> Floats:
+        """Sd of amplitude k, and of the mean (k = 0), for values of sd 1: in the direction of its phase."""
+        variance, pseudo = _inverse(self.density, self.cosine)
+        towards = np.exp(-2j * np.angle(self.coef))
+        spread = 2 * (variance + (pseudo * towards).real)
+        spread[0] = variance[0]
+        return np.asarray(np.sqrt(np.maximum(spread, 0.0)))
+
+
+def fit_harmonics(angle: Floats, values: Floats, degree: int) -> HarmonicFit:
+    """Least squares of harmonics 0..degree; the condition is infinite where the angles cannot tell them apart."""
+    waves = Waves(angle, 2 * degree)
+    density = waves.moments(2 * degree)
+    coef, condition = _solved(density, waves.moments(degree, values))
+    cosine, worst = _solved(density, _edge(degree))  # the highest harmonic is told worst: data without it would not show that
+    return HarmonicFit(coef, max(condition, worst), values - waves.values(coef), waves, density, cosine)
+
+
+def _edge(degree: int) -> Complex:
+    """The highest harmonic alone: of a cosine; times i, of a sine."""
+    edge = np.zeros(degree + 1, dtype=complex)
+    edge[-1] = 1.0
+    return edge
+
+
+def values_at(coef: Complex, angle: Floats) -> Floats:
+    """Real values of sum coef[k] exp(i k angle) over k = -n..n, of which k >= 0 are given."""
+    return Waves(angle, coef.size - 1).values(coef)
+
+
+def even_harmonics(values: Floats) -> Complex:
+    """Coefficients 0..n/2 of exp(i k angle) on an even grid that starts at 0."""
+    return np.asarray(np.fft.rfft(values) / values.size)
+
+
+def even_values(coef: Complex, size: int) -> Floats:
+    """Values on an even grid of `size` points: `values_at`, by FFT; needs size > 2 (coef.size - 1)."""
+    return np.asarray(np.fft.irfft(coef * size, size))
+
+
+def _solved(density: Complex, target: Complex) -> tuple[Complex, float]:
+    """Solve T c = target by conjugate gradients; with it the square root of T's condition, from the same steps."""
+    field = _field(density)
+    coef, left = np.zeros_like(target), target.copy()
+    towards, square = left, _inner(left, left)
+    goal = _RESIDUAL**2 * square
+    steps: list[tuple[float, float]] = []
+    while square > goal and len(steps) < _STEPS:
+        pushed = _product(field, towards)
+        length = square / max(_inner(towards, pushed), 1e-300)
+        coef, left = coef + length * towards, left - length * pushed
+        before, square = square, _inner(left, left)
+        steps.append((length, square / before))
+        towards = left + (square / before) * towards
+    return coef, _condition(steps) if square <= goal else inf
+
+
+def _field(density: Complex) -> Floats:
+    """The sums as a function of the angle, on a grid fine enough for its product with any harmonics of the fit."""
+    size = next_fast_len(2 * density.size, real=True)
+    return even_values(density, size)
+
+
+def _product(field: Floats, coef: Complex) -> Complex:
+    """T times coefficients: the product of two functions of the angle."""
+    return np.asarray(even_harmonics(field * even_values(coef, field.size))[: coef.size])
+
+
+def _inner(one: Complex, other: Complex) -> float:
+    """Inner product over k = -n..n, of which k >= 0 are given."""
+    return float(2 * np.vdot(one, other).real - (one[0].conjugate() * other[0]).real)
+
+
+def _condition(steps: list[tuple[float, float]]) -> float:
+    """Square root of the condition of T from lengths and ratios of the steps: Lanczos' matrix has its outermost eigenvalues."""
+    if not steps:
+        return 1.0
+    length, ratio = np.array(steps).T
+    main = 1 / length
+    main[1:] += ratio[:-1] / length[:-1]
+    eigenvalues = eigvalsh_tridiagonal(main, np.sqrt(ratio[:-1]) / length[:-1])
+    return sqrt(eigenvalues[-1] / eigenvalues[0]) if eigenvalues[0] > 0 else inf
+
+
+def _inverse(density: Complex, cosine: Complex) -> tuple[Floats, Complex]:
+    """Elements (k, k) and (k, -k) of the inverse of T, k = 0..n, from its first column (Gohberg and Semencul).
+
+    That column, for k = -n..n, is put together of what the inverse makes of a cosine (given) and of a sine.
+    """
+    n = density.size // 2
+    sine = 1j * _solved(density, 1j * _edge(n))[0]
+    first = np.concatenate([(cosine - sine).conj()[:0:-1], cosine + sine]) / 2
+    mirrored = np.concatenate([[0j], first[:0:-1].conj()])
+    size = first[0].real
+    diagonal = np.cumsum(np.abs(first) ** 2 - np.abs(mirrored) ** 2)[n:] / size
+    crossed = [_lagged(first, n, k) - _lagged(mirrored, n, k) for k in range(n + 1)]
+    return np.asarray(diagonal), np.array(crossed) / size
+
+
+def _lagged(column: Complex, n: int, k: int) -> complex:
+    return complex(np.vdot(column[: n - k + 1], column[2 * k : n + k + 1]))

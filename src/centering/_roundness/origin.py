@@ -1,0 +1,58 @@
+"""How a profile came about, so that every step can build on the last and a file can tell."""
+
+import dataclasses
+
+import numpy as np
+
+from centering._geometry.estimate import CircleEstimate
+from centering._roundness.form import Form
+from centering._roundness.runout import Runout
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.stored import stored
+
+
+@stored("centering.profile_origin")
+@dataclasses.dataclass(frozen=True)
+class Origin:
+    """What steps have found: sentences, runout, filter, sd of the harmonics from 0 on (mm), noise (mm), Nyquist's limit (upr)."""
+
+    steps: tuple[str, ...] = ()
+    runout: Runout | None = None
+    filter: str = ""
+    sd: tuple[float, ...] = ()
+    noise_sd: float | None = None
+    nyquist: float = 0.0
+
+
+MEASURED = Origin()
+
+
+@dataclasses.dataclass(frozen=True)
+class Made:
+    """What a step makes: samples of the same ring, tip radius, circle, how, and what is left of each sample that went in."""
+
+    angle: Floats
+    reading: Floats
+    tip_radius: float
+    circle: CircleEstimate
+    origin: Origin
+    left: Floats | None
+
+
+def told_runout(runout: Runout) -> str:
+    """The sentence on a runout."""
+    slipped = f"; the roller slipped by {runout.slip:.2g} mm" if runout.slipped else ""
+    return (
+        f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} um at {runout.ratio:.6g} upr removed,"
+        f" fitted with {runout.upr_max} harmonics over {runout.turns:.3g} turns, condition {runout.condition:.3g}{slipped}"
+    )
+
+
+def told_form(form: Form) -> str:
+    """How the harmonics of a filter came about."""
+    return f"{form.coef.size - 1} harmonics by least squares of {form.residual.size} samples, condition {form.condition:.3g}"
+
+
+def scattered(sd: Floats) -> float:
+    """Sd of one deviation from those of its harmonics, mm."""
+    return float(np.sqrt(np.sum(sd**2)))

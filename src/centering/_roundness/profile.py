@@ -1,0 +1,410 @@
+"""A measured profile of a ring: readings over the spindle angle, and what they say in the part's own frame."""
+
+import dataclasses
+import os
+from functools import cached_property
+from math import cos, inf
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from centering._geometry.estimate import CircleEstimate
+from centering._geometry.fit import fit_circle, readings
+from centering._roundness import profile_steps as steps_of
+from centering._roundness.circles import reference_circle
+from centering._roundness.filters import warn_if_sparse
+from centering._roundness.form import form_of, largest_between
+from centering._roundness.harmonics import even_harmonics
+from centering._roundness.origin import MEASURED, Made, Origin
+from centering._roundness.part_frame import into_part, tip_centers
+from centering._roundness.roundness import Roundness
+from centering._roundness.runout import Runout
+from centering._roundness.sampling import checked_degree, going_on, is_even, rise, turns_of, widest_gap
+from centering._roundness.scan import Scan
+from centering._roundness.separation import task_of
+from centering._roundness.spectrum import Spectrum
+from sdpgrind.base import checks, records, stored
+from sdpgrind.base.checks import Floats
+
+KIND = "centering.profile"
+_COLUMNS = {
+    "angle": ("rad", "spindle angle"),
+    "reading": ("mm", "radial position of the contact"),
+    "part_angle": ("rad", "angle about the part's centre"),
+    "deviation": ("mm", "deviation from the part's circle"),
+}
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Profile:
+    """Readings of a ring over the spindle angle; immutable.
+
+    All is exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle's axis, the
+    part's angle and the deviation are taken about the part's own centre. Angles may repeat, lie in any order, leave gaps and
+    span several turns; such of an encoder that starts again at each turn are put on end.
+
+    Parameters
+    ----------
+    angle : array_like, shape (n,)
+        Spindle angle, rad.
+    reading : array_like, shape (n,)
+        Radial position of the probe's contact, mm, > 0.
+    tip_radius : float
+        Radius of the probe's tip or roller, mm, >= 0.
+
+    Attributes
+    ----------
+    circle : CircleEstimate
+        The part's circle about the spindle, mm: by least squares of the exact curve, or as a later step has found it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For unequal lengths, what is not finite, readings <= 0, fewer than 4 different angles, angles that smell of degrees,
+        a tip radius < 0; when the readings do not determine a circle about the spindle's axis.
+
+    Examples
+    --------
+    >>> angle = np.arange(4 * 360) * 2 * np.pi / 360
+    >>> tip_center = 65.69 + 2e-4 * np.cos(3 * angle) + 1.5e-3 * np.cos(61.94 / 3.75 * angle - 1.0)  # a centred ring
+    >>> profile = Profile(angle, tip_center - 3.75, tip_radius=3.75)
+    >>> clean = profile.remove_runout().filter("gaussian", upr=50)
+    >>> clean.spectrum(upr_max=60).largest(1)[0][0], round(clean.runout.amplitude, 6)
+    (3.0, 0.0015)
+    """
+
+    angle: Floats
+    reading: Floats
+    _: dataclasses.KW_ONLY
+    tip_radius: float = 0.0
+    circle: CircleEstimate = dataclasses.field(init=False)
+    _origin: Origin = dataclasses.field(default=MEASURED, init=False)
+    _left: Floats | None = dataclasses.field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        angle, reading = readings(self.angle, self.reading)
+        object.__setattr__(self, "angle", _lasting(going_on(angle)))
+        object.__setattr__(self, "reading", _lasting(reading))
+        object.__setattr__(self, "tip_radius", checks.nonnegative("tip_radius", self.tip_radius, "mm"))
+        object.__setattr__(self, "circle", fit_circle(self.angle, self.reading, tip_radius=self.tip_radius))
+
+    @cached_property
+    def _part_frame(self) -> tuple[Floats, Floats]:
+        part_angle, distance = into_part(self.angle, self.reading, self.tip_radius, self.circle.value[1:])
+        return _lasting(part_angle), _lasting(distance - self.tip_radius)
+
+    @property
+    def part_angle(self) -> Floats:
+        """Angle of the tip's centre about the part's centre, going on over the turns, (n,), rad."""
+        return self._part_frame[0]
+
+    @property
+    def radii(self) -> Floats:
+        """Distance from the part's centre to its surface, (n,), mm: that of the tip's centre less the tip's radius."""
+        return self._part_frame[1]
+
+    @cached_property
+    def deviation(self) -> Floats:
+        """Deviation from the part's circle, (n,), mm; positive outside."""
+        return _lasting(self.radii - self.circle.radius)
+
+    @cached_property
+    def points(self) -> Floats:
+        """Centres of the tip about the spindle's axis, (n, 2), mm."""
+        return _lasting(tip_centers(self.angle, self.reading, self.tip_radius))
+
+    @cached_property
+    def turns(self) -> float:
+        """Turns that the angles cover, 1; the last step is counted."""
+        return turns_of(self.angle)
+
+    @property
+    def points_per_turn(self) -> float:
+        """Samples over turns, 1."""
+        return self.angle.size / self.turns
+
+    @property
+    def nyquist(self) -> float:
+        """Half of the points of one turn as measured, upr: faster waves look like others."""
+        return self._origin.nyquist or self.points_per_turn / 2
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """What was done to the profile, a sentence each (um, upr)."""
+        return self._origin.steps
+
+    @property
+    def runout(self) -> Runout | None:
+        """Runout of the roller (mm, rad) that was taken off; None before `remove_runout`."""
+        return self._origin.runout
+
+    @cached_property
+    def residuals(self) -> Floats:
+        """What the last step left of each reading that went into it, mm: what form and runout, or the filter, do not explain.
+
+        Of readings as measured: what the circle leaves of each.
+        """
+        return _lasting(self.reading - self.circle.reading(self.angle)) if self._left is None else self._left
+
+    @cached_property
+    def noise_sd(self) -> float:
+        """Standard deviation of one deviation that is not form, mm; infinite where too few samples are left to tell.
+
+        As measured: about harmonics up to a half of what the points of a turn can tell. Filtered: what the filter leaves.
+        """
+        if self._origin.noise_sd is not None:
+            return self._origin.noise_sd
+        degree = steps_of.sure_degree(self) // 2
+        return form_of(self._scan, degree).noise_sd if degree else inf
+
+    @property
+    def _scan(self) -> Scan:
+        return Scan(self.angle, self.reading, self.tip_radius, self.circle.value, self.runout, self._origin.noise_sd)
+
+    def remove_runout(
+        self, ratio: float | None = None, *, upr_max: int | None = None, refine: bool = True, near_integer: bool = False
+    ) -> "Profile":
+        """Take the runout of the probe's roller off each reading, Mears (6.19), (6.20); the samples stay what they are.
+
+        A roller that does not slip turns R/tip_radius times as fast as the part and follows the arc along it, so that an
+        offset modulates its phase. Runout and the part's harmonics come out of one least-squares fit over all turns, with the
+        centre and, unless told otherwise, the roller's radius within 0.5 %. A runout that drowns in noise is taken off at the
+        ratio as it is. Where no ratio is given, the refined radius becomes the `tip_radius` of the profile.
+
+        Parameters
+        ----------
+        ratio : float, optional
+            Turns of the roller for one of the part, 1; by default radius over tip radius.
+        upr_max : int, optional
+            Highest harmonic of the part in the fit, upr; by default 50, more where the ratio is above 40, and no more than the
+            points of a turn allow.
+        refine : bool
+            Whether the ratio is looked for within 0.5 %.
+        near_integer : bool
+            Whether a ratio within 0.02 of a whole number is tried.
+
+        Returns
+        -------
+        Profile
+            The same samples without runout; `runout` says what it was and whether the roller slipped.
+
+        Raises
+        ------
+        ValueError
+            Without tip radius and ratio; for a ratio near a whole number; for more harmonics than samples allow; where the
+            turns do not tell runout and form apart (the message says how many more do); for a filtered profile.
+        """
+        if self._origin.filter:
+            raise ValueError(f"remove_runout must come before a filter, which keeps no turns; got {self._origin.filter}")
+        task = task_of(self._scan, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
+        return _profile(steps_of.without_runout(self, task))
+
+    def filter(self, kind: str = "gaussian", *, upr: float = 50) -> "Profile":
+        """Low-pass the form with the Gaussian filter for closed profiles, ISO 16610-21: one half passes at the cut-off.
+
+        A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give their harmonics by
+        least squares, without interpolation, up to four cut-offs as far as they allow; several turns are averaged. The
+        eccentricity is taken out exactly before.
+
+        Parameters
+        ----------
+        kind : {"gaussian"}
+            Which filter.
+        upr : float
+            Cut-off, upr; usual are 15, 50, 150, 500 and 1500.
+
+        Returns
+        -------
+        Profile
+            One turn on an even grid of the part's angle, with as many points as a turn has now, at the same offset.
+
+        Raises
+        ------
+        ValueError
+            For a cut-off beyond half of the points of a turn, fewer than 2 upr + 1 samples, or gaps that leave the harmonics
+            undetermined (a condition above 1000).
+
+        Warns
+        -----
+        UserWarning
+            Where a turn has fewer than 7 points for each undulation at the cut-off.
+        """
+        checks.one_of("kind", kind, ("gaussian",))
+        cut_off = checks.positive("upr", upr, "upr")
+        least = int(2 * cut_off) + 1
+        if self.angle.size < least:
+            raise ValueError(
+                f"reading must have at least {least} samples for a cut-off at {cut_off:g} upr; got {self.angle.size}"
+            )
+        if cut_off > self.nyquist * (1 + 1e-9):
+            raise checks.refuse("upr", f"<= {self.nyquist:.6g}, half of the points of one turn", cut_off, "upr")
+        warn_if_sparse(2 * self.nyquist, cut_off)
+        how = steps_of.filtered_evenly if is_even(self.part_angle) else steps_of.filtered
+        return _profile(how(self, cut_off))
+
+    def spectrum(self, upr_max: int | None = None) -> Spectrum:
+        """Give amplitude and phase of each undulation, by least squares over all turns about the centre that leaves no 1 upr.
+
+        Parameters
+        ----------
+        upr_max : int, optional
+            Highest harmonic, upr; by default as far as the samples tell surely, or a filter has let through.
+
+        Returns
+        -------
+        Spectrum
+            Amplitudes and their sd in mm, phases in the part's angle in rad.
+
+        Raises
+        ------
+        ValueError
+            For more than half of the points of a turn, fewer than 2 upr_max + 1 samples, or gaps that leave the harmonics
+            undetermined (a condition above 1000).
+        """
+        degree = None if upr_max is None else checked_degree("upr_max", upr_max, 2 * self.nyquist)
+        if degree is not None and self.angle.size < 2 * degree + 1:
+            raise ValueError(f"reading must have at least {2 * degree + 1} samples for {degree} upr; got {self.angle.size}")
+        return steps_of.spectrum(self, degree)
+
+    def roundness(self, kind: str = "LSC") -> Roundness:
+        """Give a reference circle of the profile and the roundness about it, ISO 12181-1.
+
+        Parameters
+        ----------
+        kind : {"LSC", "MCC", "MIC", "MZC"}
+            Least squares, minimum circumscribed, maximum inscribed or minimum zone circle.
+
+        Returns
+        -------
+        Roundness
+            The circle about the spindle's axis and the roundness, mm, with contacts and what is proved.
+
+        Raises
+        ------
+        ValueError
+            When the samples cover less than half a turn, or nothing fixes the circle.
+        """
+        noise = self.noise_sd if 0 < self.noise_sd < inf else None
+        return reference_circle(self.points, kind, tip_radius=self.tip_radius, noise_sd=noise, filter=self._origin.filter)
+
+    def largest_radius(self, about: tuple[float, float] = (0.0, 0.0), *, upr: float | None = None) -> float:
+        """Give the largest radius of the part about an axis, mm: of the spindle, or another's.
+
+        Of a filtered profile the largest between samples too, as its harmonics say what is there. Of readings as measured the
+        largest sample: nothing bounds what lies between, unless `upr` says how fast the form can change.
+
+        Parameters
+        ----------
+        about : (float, float)
+            The axis from that of the spindle, mm.
+        upr : float, optional
+            Highest undulation that the form holds, upr; then what it may rise to between samples is added.
+
+        Raises
+        ------
+        ValueError
+            When samples lie too far apart to bound what is between them.
+        """
+        axis = checks.finite_array("about", about, "mm")
+        if axis.shape != (2,):
+            raise ValueError(f"about must be (x, y) (mm); got {checks.shown(about)}")
+        if upr is None and self._origin.filter:
+            return largest_between(even_harmonics(self.deviation), self.circle.value, self.tip_radius, axis)
+        largest = float(np.hypot(*(self.points - axis).T).max()) - self.tip_radius
+        if upr is None:
+            return largest
+        eccentricity = float(np.hypot(*(self.circle.value[1:] - axis)))
+        higher = (self.rise_between_samples(upr) - 1) * float(np.ptp(self.deviation)) / 2
+        return largest + higher + eccentricity * (1 - cos(min(widest_gap(self.part_angle) / 2, np.pi)))
+
+    def rise_between_samples(self, upr: float) -> float:
+        """Give how many times its largest sampled height a form can reach between samples, 1: sec(upr gap/2).
+
+        For N points on an even turn that is sec(pi upr/N); the widest gap counts. It holds for heights about any level.
+
+        Parameters
+        ----------
+        upr : float
+            Highest undulation that the form holds, upr.
+
+        Raises
+        ------
+        ValueError
+            When samples lie too far apart: a wave of that degree could be of any height between them.
+        """
+        degree, gap = checks.nonnegative("upr", upr, "upr"), widest_gap(self.part_angle)
+        if rise(degree, gap) == inf:
+            raise checks.refuse("upr", f"< {np.pi / gap:.6g} for a gap of {np.degrees(gap):.4g} degrees", degree, "upr")
+        return rise(degree, gap)
+
+    def plot(self) -> Any:
+        """Draw the profile about its circle, magnified (um), beside its spectrum (um over upr); return the figure."""
+        from centering._roundness.profile_picture import plot
+
+        return plot(self)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Samples as labelled arrays: angles in rad, lengths in mm; steps and what they found as attributes."""
+        columns = {name: ("sample", getattr(self, name), _label(*told)) for name, told in _COLUMNS.items()}
+        if self._left is not None:
+            columns["residuals"] = ("measured", self._left, _label("mm", "what the last step left of each reading"))
+        about = {"tip_radius": self.tip_radius, "tip_radius_unit": "mm", "circle": stored.encode(self.circle)}
+        about["origin"] = stored.encode(self._origin)
+        return xr.Dataset(columns, attrs=about)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the profile (mm, rad) with its steps to a NetCDF file at `path`."""
+        records.write(self.dataset, path, KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Profile":
+        """Read the profile (mm, rad) that `save` wrote to `path`."""
+        data = records.read(path)
+        left = data["residuals"].values if "residuals" in data else None
+        angle, reading, tip_radius = data["angle"].values, data["reading"].values, float(data.attrs["tip_radius"])
+        circle, origin = (stored.decode(data.attrs[name]) for name in ("circle", "origin"))
+        return _profile(Made(angle, reading, tip_radius, circle, origin, left))
+
+    def __deepcopy__(self, memo: object) -> "Profile":
+        return self  # nothing in it changes
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        same = np.array_equal(self.angle, other.angle) and np.array_equal(self.reading, other.reading)
+        return same and self.tip_radius == other.tip_radius and (self.circle, self._origin) == (other.circle, other._origin)
+
+    def __hash__(self) -> int:
+        return hash((self.angle.tobytes(), self.reading.tobytes(), self.tip_radius))
+
+    def __repr__(self) -> str:
+        circle, done = self.circle, "; ".join(self.steps) or "as measured"
+        height = f"{1e3 * float(np.ptp(self.deviation)):.4g} um from peak to valley"
+        return (
+            f"Profile({self.angle.size} points on {self.turns:.4g} turns, radius {circle.radius:.7g} mm at offset"
+            f" {circle.offset:.4g} mm, {height}; {done})"
+        )
+
+
+def _profile(made: Made) -> Profile:
+    """The profile that a step makes."""
+    profile = Profile.__new__(Profile)
+    fields = {"angle": _lasting(made.angle), "reading": _lasting(made.reading), "tip_radius": made.tip_radius}
+    left = None if made.left is None else _lasting(made.left)
+    for name, value in {**fields, "circle": made.circle, "_origin": made.origin, "_left": left}.items():
+        object.__setattr__(profile, name, value)
+    return profile
+
+
+def _label(unit: str, name: str) -> dict[str, str]:
+    return {"units": unit, "long_name": name}
+
+
+def _lasting(array: npt.ArrayLike) -> Floats:
+    """A copy that cannot be changed."""
+    kept = np.array(array, dtype=float)
+    kept.flags.writeable = False
+    return kept

@@ -1,0 +1,41 @@
+"""Picture of a profile: magnified about its circle, beside its spectrum."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering._roundness.polar import draw_circle, draw_profile, polar_axes, polar_scale
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from centering._roundness.profile import Profile
+
+
+def plot(profile: "Profile") -> Any:
+    """Draw a profile and its spectrum; return the figure."""
+    figure = need("matplotlib.pyplot", "plot").figure(figsize=(11, 5.2), layout="constrained")
+    grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.25))
+    _draw_form(figure.add_subplot(grid[0], projection="polar"), profile)
+    _draw_spectrum(figure.add_subplot(grid[1]), profile)
+    return figure
+
+
+def _draw_form(axis: Any, profile: "Profile") -> None:
+    """Deviation about the least-squares circle, which is drawn with it; its value in the title."""
+    deviation = profile.deviation
+    scale = polar_scale(deviation)
+    polar_axes(scale, deviation, axis)
+    draw_circle(axis, scale, color="#b04a3a", linewidth=0.9, linestyle="--")
+    draw_profile(axis, scale, profile.part_angle, deviation, color="#1d3557")
+    filtered = profile._origin.filter or "not filtered"
+    axis.set_title(f"RONt (LSC) {1e3 * float(np.ptp(deviation)):.3g} µm, {filtered}", fontsize=10)
+
+
+def _draw_spectrum(axis: Any, profile: "Profile") -> None:
+    spectrum = profile.spectrum()
+    spectrum.plot(axis)
+    lost = profile.runout
+    if lost is not None:
+        axis.axvline(lost.ratio, color="#b04a3a", linewidth=0.8, linestyle=":")
+        told = f"roller runout removed: {1e3 * lost.amplitude:.3g} µm at {lost.ratio:.4g} upr"
+        axis.text(0.99, 0.97, told, transform=axis.transAxes, ha="right", va="top", fontsize=8, color="#b04a3a")

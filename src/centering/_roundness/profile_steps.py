@@ -1,0 +1,105 @@
+"""What can be done to a profile: runout taken off, a filter; each makes samples of the same ring at the same offset."""
+
+import dataclasses
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from centering._roundness.filters import filter_even, transmission
+from centering._roundness.form import broad_form, form_of
+from centering._roundness.harmonics import even_harmonics, even_values
+from centering._roundness.origin import Made, Origin, scattered, told_form, told_runout
+from centering._roundness.part_frame import from_part, into_part
+from centering._roundness.sampling import even_turn, highest_degree, supported, widest_gap
+from centering._roundness.separation import Task, separate
+from centering._roundness.spectrum import Spectrum
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import one_blas_thread
+
+if TYPE_CHECKING:
+    from centering._roundness.profile import Profile
+
+
+def without_runout(profile: "Profile", task: Task) -> Made:
+    """The same samples without the roller's runout."""
+    with one_blas_thread():
+        found = separate(task, profile.circle.value)
+    runout, center = found.runout, found.circle[1:]
+    part_angle, distance = into_part(profile.angle, profile.reading, found.tip_radius, center)
+    angle, reading = from_part(part_angle, distance - runout.deviation(part_angle), found.tip_radius, center)
+    freedom = max(found.residual.size - 2 * task.upr_max - 3 - (runout.ratio_sd > 0), 1)
+    known = {"noise_sd": runout.noise_sd, "freedom": float(freedom), "tip_radius": found.tip_radius}
+    circle = profile.circle.replace(value=found.circle, covariance=found.covariance, **known)
+    steps = (*profile.steps, told_runout(runout))
+    origin = dataclasses.replace(profile._origin, steps=steps, runout=runout, noise_sd=runout.noise_sd)
+    return Made(angle, reading, found.tip_radius, circle, origin, found.residual)
+
+
+def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
+    """One turn on an even grid, filtered by FFT."""
+    deviation = filter_even(profile.deviation, cut_off)
+    passed = transmission(np.arange(profile.angle.size // 2 + 1), cut_off)
+    sd = _thinned(even_sd(profile, passed.size), passed)
+    name = f"Gaussian low-pass, {cut_off:g} upr"
+    return _even(profile, profile.circle.value, deviation, sd, name, "by FFT", profile.deviation - deviation)
+
+
+def filtered(profile: "Profile", cut_off: float) -> Made:
+    """Samples as they lie: harmonics by least squares, then an even grid with as many points as a turn had."""
+    form = broad_form(profile._scan, cut_off, sure_degree(profile, filled=False))
+    passed = transmission(np.arange(form.coef.size), cut_off)
+    coef = form.coef * passed
+    deviation = even_values(coef, max(round(profile.points_per_turn), 2 * coef.size + 1))
+    with one_blas_thread():
+        left = form.residual + form.waves.values(form.coef - coef)
+    name = f"Gaussian low-pass, {cut_off:g} upr"
+    return _even(profile, form.circle, deviation, _thinned(form.sd, passed), name, told_form(form), left)
+
+
+def _thinned(sd: Floats, passed: Floats) -> Floats:
+    """Sd of what passes; unknown stays unknown."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(sd), sd * passed, inf)
+
+
+def _even(profile: "Profile", circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats) -> Made:
+    """A turn on an even grid of the part's angle with these deviations."""
+    part_angle = even_turn(deviation.size)
+    angle, reading = from_part(part_angle, circle[0] + profile.tip_radius + deviation, profile.tip_radius, circle[1:])
+    origin = Origin(
+        steps=(*profile.steps, f"{name}, {how}"),
+        runout=profile.runout,
+        filter=f"{profile._origin.filter}; {name}".lstrip("; "),
+        sd=tuple(sd.tolist()),
+        noise_sd=scattered(sd),
+        nyquist=profile.nyquist,
+    )
+    return Made(angle, reading, profile.tip_radius, profile.circle.replace(value=circle), origin, left)
+
+
+def even_sd(profile: "Profile", count: int) -> Floats:
+    """Sd of the amplitudes 0..count-1 of a turn on an even grid, mm: those that it was made with, or of its noise."""
+    if profile._origin.sd:
+        return np.pad(np.array(profile._origin.sd), (0, count))[:count]
+    sd = np.full(count, profile.noise_sd * sqrt(2 / profile.angle.size))
+    sd[0] /= sqrt(2)
+    return sd
+
+
+def sure_degree(profile: "Profile", filled: bool = True) -> int:
+    """Highest harmonic below half of the points of a turn; `filled`: that gaps leave sure, too."""
+    most = min(highest_degree(profile.points_per_turn), (profile.angle.size - 1) // 2)
+    return min(most, supported(widest_gap(profile.part_angle))) if filled else most
+
+
+def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
+    """Amplitudes and phases of a profile."""
+    if profile._origin.filter:
+        coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
+        sd = even_sd(profile, coef.size)
+    else:
+        form = form_of(profile._scan, degree or max(sure_degree(profile), 1))
+        coef, sd = form.coef, form.sd
+    upr = np.arange(1.0, coef.size)
+    return Spectrum(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)

@@ -1,0 +1,152 @@
+"""The runout of the probe's roller: what it was, how sure that is, and whether the roller slipped."""
+
+import dataclasses
+from math import hypot, sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+SURE = 1e-3
+"""A roller that does not slip seems to slip once in a thousand profiles."""
+
+
+@stored("centering.runout")
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Runout(Frozen):
+    """Runout of the roller as the part's angle sees it: ``cosine cos(ratio part_angle) + sine sin(ratio part_angle)``.
+
+    A roller of radius rho that rolls on a part of radius R turns R/rho times as fast, Mears (6.19): its phase follows the
+    arc along the part, at any offset.
+
+    Parameters
+    ----------
+    value : array, shape (3,)
+        Cosine and sine parts in mm, and the ratio, 1.
+    covariance : array, shape (3, 3)
+        Their covariance, in products of these units; 0 in the row of a ratio that was given.
+    tip_radius : float
+        Radius on which the roller rolls, mm: the part's radius over the ratio.
+    condition : float
+        Of the least-squares problem that told runout and form apart, 1; errors of the readings may grow by as much.
+    turns : float
+        Turns that the readings cover, 1.
+    upr_max : int
+        Highest harmonic of the part in that problem, upr.
+    noise_sd : float
+        Standard deviation of one reading about form and runout, mm.
+    slip : float
+        How far the roller slipped along the part, mm: the spread of its phase from one piece of a turn to the next.
+    slip_probability : float
+        Probability that noise alone spreads the phase as much, 1.
+
+    Examples
+    --------
+    >>> runout = Runout([1.2e-3, 0.9e-3, 16.517], np.diag([1e-11, 1e-11, 1e-8]), tip_radius=3.7501)
+    >>> round(runout.amplitude, 6), round(runout.phase, 4), round(runout.tip_radius_sd, 6)
+    (0.0015, 0.6435, 2.3e-05)
+    """
+
+    value: Floats
+    covariance: Floats
+    tip_radius: float = 0.0
+    condition: float = 1.0
+    turns: float = 0.0
+    upr_max: int = 0
+    noise_sd: float = 0.0
+    slip: float = 0.0
+    slip_probability: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("value", "covariance"):
+            array = np.array(getattr(self, name), dtype=float)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @property
+    def ratio(self) -> float:
+        """Turns of the roller for one of the part, 1."""
+        return float(self.value[2])
+
+    @property
+    def ratio_sd(self) -> float:
+        """Standard deviation of the ratio, 1; 0 where it was given."""
+        return sqrt(self.covariance[2, 2])
+
+    @property
+    def amplitude(self) -> float:
+        """Amplitude, mm: half of the runout from peak to peak."""
+        return hypot(self.value[0], self.value[1])
+
+    @property
+    def amplitude_sd(self) -> float:
+        """Standard deviation of the amplitude, mm."""
+        return self._sd(np.array([np.cos(self.phase), np.sin(self.phase)]))
+
+    @property
+    def phase(self) -> float:
+        """Phase at part angle 0, rad: the runout is ``amplitude cos(ratio part_angle - phase)``."""
+        return float(np.arctan2(self.value[1], self.value[0]))
+
+    @property
+    def phase_sd(self) -> float:
+        """Standard deviation of the phase, rad; infinite without runout."""
+        across = self._sd(np.array([-np.sin(self.phase), np.cos(self.phase)]))
+        return across / self.amplitude if self.amplitude > 0 else np.inf
+
+    def _sd(self, direction: Floats) -> float:
+        with np.errstate(invalid="ignore"):
+            variance = float(direction @ self.covariance[:2, :2] @ direction)
+        return sqrt(max(variance, 0.0)) if np.isfinite(variance) else np.inf
+
+    @property
+    def tip_radius_sd(self) -> float:
+        """Standard deviation of the radius on which the roller rolls, mm; 0 where the ratio was given."""
+        return self.tip_radius * self.ratio_sd / self.ratio
+
+    @property
+    def slipped(self) -> bool:
+        """Whether the phase spreads more than noise would make it in one profile of a thousand (rad)."""
+        return self.slip_probability < SURE
+
+    def deviation(self, part_angle: npt.ArrayLike) -> Floats:
+        """Return the runout, mm, of the shape of `part_angle`.
+
+        Parameters
+        ----------
+        part_angle : array_like
+            Angle about the part's centre, going on over the turns, rad.
+        """
+        turned = self.ratio * checks.finite_array("part_angle", part_angle, "rad")
+        return np.asarray(self.value[0] * np.cos(turned) + self.value[1] * np.sin(turned))
+
+    def derivatives(self, part_angle: Floats) -> Floats:
+        """Return derivatives of the runout by its three values, shape (n, 3): 1, 1 and mm.
+
+        Parameters
+        ----------
+        part_angle : array, shape (n,)
+            Angle about the part's centre, rad.
+        """
+        turned = self.ratio * part_angle
+        cosine, sine = np.cos(turned), np.sin(turned)
+        return np.column_stack([cosine, sine, part_angle * (self.value[1] * cosine - self.value[0] * sine)])
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__)
+
+    def __hash__(self) -> int:
+        return hash((self.value.tobytes(), self.covariance.tobytes()))
+
+    def __repr__(self) -> str:
+        slipped = f", SLIPPED by {self.slip:.2g} mm" if self.slipped else ""
+        return (
+            f"Runout({1e3 * self.amplitude:.4g} ± {1e3 * self.amplitude_sd:.2g} um at {self.ratio:.7g} ± {self.ratio_sd:.2g} upr,"
+            f" tip radius {self.tip_radius:.6g} ± {self.tip_radius_sd:.2g} mm; condition {self.condition:.3g}{slipped})"
+        )

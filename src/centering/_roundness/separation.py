@@ -1,0 +1,280 @@
+"""Form of the part and runout of the roller told apart by one least-squares fit, about a centre that comes out of it.
+
+Rows are 1, cosines and sines of the harmonics in the part's angle, the runout's cosine and sine, and its derivative by the
+ratio. Part angles depend on the centre and on the tip's radius, which depend on the fit: each Gauss-Newton step moves them all.
+"""
+
+import dataclasses
+from math import ceil, inf, sqrt
+from typing import Any
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import chdtrc
+
+from centering._roundness.harmonics import powers
+from centering._roundness.part_frame import into_part
+from centering._roundness.runout import Runout
+from centering._roundness.sampling import checked_degree, highest_degree, turns_of
+from centering._roundness.scan import TOO_BAD, Scan
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+REACH = 5e-3
+"""Share of the ratio within which it is refined."""
+
+INTEGER = 0.02
+"""A ratio as near as that to a whole number is refused unless told."""
+
+_STEPS = 20
+_STILL = 1e-9  # of the radius, and of the ratio: then one more step changes nothing
+_SEEN = 5.0  # sd of the amplitude: a smaller runout has no frequency of its own
+_APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
+_PIECES = 4  # of a turn, in which the roller's phase is looked at
+_ROUNDING = 1e-12  # of the radius: what is left without any noise
+_LATER = (0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """What is to be separated: the ratio belongs to the tip radius where none is given; a ratio is refined or kept."""
+
+    angle: Floats
+    reading: Floats
+    tip_radius: float
+    ratio: float | None
+    upr_max: int
+    refine: bool
+    near_integer: bool
+    turns: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Separation:
+    """Circle (radius, x, y; mm) with its covariance, tip radius, runout, and what is left of each reading."""
+
+    circle: Floats
+    covariance: Floats
+    tip_radius: float
+    runout: Runout
+    residual: Floats
+
+
+@dataclasses.dataclass(frozen=True)
+class _State:
+    """What a step moves: circle, tip radius, ratio, runout's cosine and sine."""
+
+    circle: Floats
+    tip_radius: float
+    ratio: float
+    tone: Floats
+
+
+@dataclasses.dataclass(frozen=True)
+class _Fit:
+    """A linear fit: solution by rows, normal matrix, residual."""
+
+    solution: Floats
+    gram: Floats
+    residual: Floats
+
+    @property
+    def noise_sd(self) -> float:
+        freedom = self.residual.size - self.solution.size
+        return float(np.linalg.norm(self.residual)) / sqrt(freedom) if freedom > 0 else inf
+
+    def covariance(self, *values: slice) -> list[Floats]:
+        """Of some values; infinite where no reading is left to tell the noise by."""
+        spread = np.linalg.inv(self.gram)
+        parts = [np.asarray(spread[some, some], dtype=float) for some in values]
+        return [self.noise_sd**2 * part if self.noise_sd < inf else np.full(part.shape, inf) for part in parts]
+
+
+def separate(task: Task, circle: Floats) -> Separation:
+    """Tell form and runout apart, from a circle (radius, x, y) to begin with."""
+    nominal = task.ratio or circle[0] / task.tip_radius
+    state = _State(circle, task.tip_radius, nominal, np.zeros(2))
+    refine = False
+    _refuse_ill(task, _rows(_seen(task, state)[0], task.upr_max, state, refine), nominal)
+    found = _first_runout(task, *_seen(task, state), nominal) if task.refine else None
+    if found is not None:
+        refine, state = True, dataclasses.replace(state, ratio=found[0], tone=found[1])
+    for _ in range(_STEPS):
+        part_angle, deviation = _seen(task, state)
+        fit = _fitted(_rows(part_angle, task.upr_max, state, refine), deviation)
+        before, state = state, _moved(task, state, fit, nominal, refine)
+        if _still(before, state):
+            break
+    _refuse_edge(state.ratio, nominal)
+    _refuse_integer(state.ratio, task.near_integer)
+    return _separation(task, state, fit, part_angle, refine)
+
+
+def _seen(task: Task, state: _State) -> tuple[Floats, Floats]:
+    """Part angle and deviation of each sample."""
+    part_angle, distance = into_part(task.angle, task.reading, state.tip_radius, state.circle[1:])
+    return part_angle, distance - state.tip_radius - state.circle[0]
+
+
+def harmonic_rows(part_angle: Floats, upr_max: int) -> Floats:
+    """Rows 1, cos, sin, cos 2, sin 2, ... of the part's angle, (2 upr_max + 1, n)."""
+    waves = powers(np.exp(1j * part_angle), upr_max + 1)
+    rows = np.empty((2 * upr_max + 2, part_angle.size))
+    rows[0::2], rows[1::2] = waves.real, waves.imag
+    return np.asarray(np.delete(rows, 1, axis=0))
+
+
+def _rows(part_angle: Floats, upr_max: int, state: _State, refine: bool) -> Floats:
+    """Harmonics, the runout's two rows and, where the ratio is refined, the derivative by it."""
+    runout = Runout(np.array([*state.tone, state.ratio]), np.zeros((3, 3))).derivatives(part_angle).T
+    return np.vstack([harmonic_rows(part_angle, upr_max), runout if refine else runout[:2]])
+
+
+def _fitted(rows: Floats, target: Floats) -> _Fit:
+    """Least squares by the normal equations: conditions that are accepted leave them ten digits."""
+    gram = rows @ rows.T
+    solution = np.asarray(np.linalg.solve(gram, rows @ target), dtype=float)
+    return _Fit(solution, gram, target - solution @ rows)
+
+
+def condition(gram: Floats) -> float:
+    """Condition of the basis of a normal matrix; infinite beyond 1e7, where the matrix has no digits left."""
+    values = np.linalg.eigvalsh(gram)
+    return sqrt(values[-1] / values[0]) if values[0] > 1e-14 * values[-1] else inf
+
+
+def _first_runout(task: Task, part_angle: Floats, deviation: Floats, nominal: float) -> tuple[float, Floats] | None:
+    """Of ratios within reach that whose runout explains most of what harmonics leave; None where that is no more than noise."""
+    rows = harmonic_rows(part_angle, task.upr_max)
+    factor = cho_factor(rows @ rows.T)
+    left = deviation - cho_solve(factor, rows @ deviation) @ rows
+    count = 2 * ceil(REACH * nominal * task.turns / _APART) + 3
+    ratios = nominal * (1 + np.linspace(-REACH, REACH, count))
+    gains, tones = zip(*(_explained(rows, factor, left, part_angle, ratio) for ratio in ratios), strict=True)
+    best = int(np.argmax(gains))
+    freedom = left.size - len(rows) - 3
+    seen = freedom > 0 and gains[best] * freedom > _SEEN**2 * (left @ left - gains[best])
+    return (float(ratios[best]), tones[best]) if seen else None
+
+
+def _explained(rows: Floats, factor: Any, left: Floats, part_angle: Floats, ratio: float) -> tuple[float, Floats]:
+    """Sum of squares that a runout of that ratio explains beyond the harmonics, and the runout."""
+    tone = np.stack([np.cos(ratio * part_angle), np.sin(ratio * part_angle)])
+    shared = rows @ tone.T
+    gram = tone @ tone.T - shared.T @ cho_solve(factor, shared)
+    found = np.linalg.solve(gram, tone @ left)
+    return float(left @ tone.T @ found), found
+
+
+def _moved(task: Task, state: _State, fit: _Fit, nominal: float, refine: bool) -> _State:
+    """The state after a step; the tip's radius goes with the ratio unless that was given."""
+    first = 2 * task.upr_max + 1
+    circle, ratio, rho = state.circle + fit.solution[:3], state.ratio, state.tip_radius
+    if refine:
+        ratio = float(np.clip(ratio + fit.solution[-1], nominal * (1 - REACH), nominal * (1 + REACH)))
+        rho = rho if task.ratio else circle[0] / ratio
+    return _State(circle, rho, ratio, fit.solution[first : first + 2])
+
+
+def _still(before: _State, after: _State) -> bool:
+    moved = np.abs(after.circle - before.circle).max() / after.circle[0]
+    return bool(max(moved, abs(after.ratio / before.ratio - 1)) < _STILL)
+
+
+def _separation(task: Task, state: _State, fit: _Fit, part_angle: Floats, refine: bool) -> Separation:
+    first, size = 2 * task.upr_max + 1, 3 if refine else 2
+    of_circle, of_runout = fit.covariance(slice(0, 3), slice(first, first + size))
+    covariance = np.zeros((3, 3))
+    covariance[:size, :size] = of_runout
+    slip, probability = _slip(state, part_angle, fit) if refine else (0.0, 1.0)
+    runout = Runout(
+        np.array([*state.tone, state.ratio]),
+        covariance,
+        tip_radius=state.circle[0] / state.ratio,
+        condition=condition(fit.gram[: first + 2, : first + 2]),
+        turns=task.turns,
+        upr_max=task.upr_max,
+        noise_sd=fit.noise_sd,
+        slip=slip,
+        slip_probability=probability,
+    )
+    return Separation(state.circle, of_circle, state.tip_radius, runout, fit.residual)
+
+
+def _slip(state: _State, part_angle: Floats, fit: _Fit) -> tuple[float, float]:
+    """Spread of the roller's phase over pieces of a turn as a way along the part, mm; probability of as much by noise."""
+    turned = np.exp(1j * state.ratio * part_angle)
+    tone = complex(state.tone[0], -state.tone[1])
+    span = part_angle - part_angle.min()
+    piece = (span * (_PIECES / (2 * np.pi))).astype(int)
+    size = np.bincount(piece)
+    whole = size >= size.max() / 2
+    around = fit.residual * (turned * tone).conj()
+    phase = (np.bincount(piece, 2 * around.imag) / np.maximum(size, 1))[whole] / abs(tone) ** 2
+    noise = max(fit.noise_sd, _ROUNDING * state.circle[0])
+    squares = float(np.sum(phase**2 * size[whole])) * abs(tone) ** 2 / (2 * noise**2)
+    return float(np.ptp(phase)) * state.circle[0] / state.ratio, float(chdtrc(max(phase.size - 2, 1), squares))
+
+
+def _refuse_edge(ratio: float, nominal: float) -> None:
+    if abs(ratio / nominal - 1) > REACH * (1 - 1e-6):
+        raise ValueError(
+            f"ratio must be within {100 * REACH:g} % of that of the roller; got {nominal:.6g}, and the runout is strongest at"
+            f" the edge, {ratio:.6g}: another tip_radius, or give the ratio"
+        )
+
+
+def _refuse_ill(task: Task, rows: Floats, ratio: float) -> None:
+    found = condition(rows @ rows.T)
+    if found <= TOO_BAD:
+        return
+    more = _more_turns(ratio, task.upr_max, task.turns)
+    advice = f"about {more:g} turns more are needed" if more else "no number of turns will do"
+    raise ValueError(
+        f"angle must cover enough turns to tell runout at {ratio:.6g} upr from {task.upr_max} harmonics: the condition must be"
+        f" <= {TOO_BAD:g}; got {found:.3g} with {task.turns:.3g} turns; {advice}"
+    )
+
+
+def _more_turns(ratio: float, upr_max: int, turns: float) -> float | None:
+    """Turns to be added until the two can be told apart, on an even grid."""
+    for more in _LATER:
+        part_angle = 2 * np.pi * (turns + more) * np.linspace(0, 1, ceil((turns + more) * (2 * upr_max + 6)), endpoint=False)
+        rows = np.vstack([harmonic_rows(part_angle, upr_max), np.cos(ratio * part_angle), np.sin(ratio * part_angle)])
+        if condition(rows @ rows.T) <= TOO_BAD:
+            return more
+    return None
+
+
+def task_of(scan: Scan, *, ratio: float | None, upr_max: int | None, refine: bool, near_integer: bool) -> Task:
+    """What is to be separated, checked: the ratio, the harmonics, the samples."""
+    angle, tip_radius = scan.angle, scan.tip_radius
+    if ratio is None and tip_radius == 0:
+        raise ValueError(
+            "tip_radius must be > 0 (mm) to know how fast the roller turns; got 0.0: give Profile its tip_radius, or the ratio"
+        )
+    turned = float(scan.circle[0]) / tip_radius if ratio is None else checks.positive("ratio", ratio, "1")
+    _refuse_integer(turned, near_integer)
+    turns = turns_of(angle)
+    points = angle.size / turns
+    degree = _default_degree(turned, angle.size, points) if upr_max is None else checks.count("upr_max", upr_max)
+    checked_degree("upr_max", degree, points)
+    if angle.size < 2 * degree + 3:
+        raise ValueError(
+            f"reading must have at least {2 * degree + 3} samples for {degree} harmonics and the runout; got {angle.size}"
+        )
+    return Task(angle, scan.reading, tip_radius, ratio, degree, bool(refine), bool(near_integer), turns)
+
+
+def _default_degree(ratio: float, samples: int, points: float) -> int:
+    """50 harmonics, or 10 beyond the runout's own place, if the samples allow that."""
+    return max(min(max(50, ceil(ratio) + 10), highest_degree(points), (samples - 4) // 2), 1)
+
+
+def _refuse_integer(ratio: float, near_integer: bool) -> None:
+    near = round(ratio)
+    if not near_integer and near >= 1 and abs(ratio - near) < INTEGER:
+        raise ValueError(
+            f"ratio must be at least {INTEGER:g} from a whole number; got {ratio:.6g}: runout of the roller looks like form of"
+            f" {near} upr however many turns are read (near_integer=True tries all the same)"
+        )
