@@ -9,6 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.identify import Status
 
 _KNOWN = (Status.OK, Status.UNSURE)
+_FEWEST = 3  # readings: fewer determine no circle
 
 
 class MeasuringController:
@@ -57,12 +58,12 @@ class MeasuringController:
         )
         self.turns_max = checks.positive("turns_max", turns_max, "turns")
         self.period = None if period is None else checks.positive("period", period, "s")
-        self._begun, self._valid = nan, False
+        self._begun, self._valid, self._taken = nan, False, 0
 
     def reset(self) -> None:
         """Forget the part before."""
         self.estimator.reset()
-        self._begun, self._valid = nan, False
+        self._begun, self._valid, self._taken = nan, False, 0
 
     def step(self, *, angle: float, reading: float, **others: Any) -> dict[str, float]:
         """Take a sample in; return ``stop`` when nothing more need be measured.
@@ -78,6 +79,7 @@ class MeasuringController:
         """
         if isfinite(angle) and isfinite(reading):
             self.estimator.update(angle=angle, reading=reading)
+            self._taken += 1
         if not isfinite(self._begun):
             self._begun = angle
         self._valid = self.estimator.valid
@@ -86,8 +88,7 @@ class MeasuringController:
 
     def report(self) -> dict[str, float]:
         """Return what is known so far: radius, centre, band (mm) and whether that is enough; nothing while that is nothing."""
-        circle = self.estimator.estimate
-        if circle.status not in _KNOWN:
+        if self._taken < _FEWEST or (circle := self.estimator.estimate).status not in _KNOWN:
             return {}
         where = {"radius": circle.radius, "center_x": circle.center_x, "center_y": circle.center_y}
         return {**where, "band": self.estimator.band, "valid": float(self._valid)}
