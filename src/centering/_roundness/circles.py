@@ -1,105 +1,93 @@
 """The four reference circles of a profile (ISO 12181-1): exact, each with what proves it."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
-from centering._roundness import lsc_kernels, mcc_kernels, mic_kernels, mzc_kernels
+from centering._roundness import exchange
 from centering._roundness.roundness import KINDS, Roundness
+from centering._roundness.sensitivity import value_spread
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_ROUNDING = 16 * float(np.finfo(float).eps)
-"""Of a distance, relative to the size of the profile."""
+_FIND = {
+    "LSC": exchange.least_squares,
+    "MCC": exchange.circumscribed,
+    "MIC": exchange.inscribed,
+    "MZC": exchange.minimum_zone,
+}
 
 
 def reference_circle(
     points: npt.ArrayLike, kind: str = "LSC", *, tip_radius: float = 0.0, noise_sd: float | None = None, filter: str = ""
 ) -> Roundness:
-    """Give a reference circle of a profile and its roundness about it.
+    """Give a reference circle of a profile, and the roundness about it.
+
+    Each is exact: the centre is that of the points which fix the circle, found by exchange on true distances, not on a limacon.
+    That no other centre is better is proved, from the contacts alone or by a search, and told in the `certificate`. Points may
+    come in any order, at any distance from the origin, in several turns, with gaps. Of minimum zones those are compared whose
+    centre is no further from that of the result than half the radius; of inscribed circles those with their centre in the hull
+    of the points.
 
     Parameters
     ----------
     points : array, (n, 2)
-        Points of the profile, mm; where a round tip has felt it, those of the tip's centre, as its distance to a circle is exact.
+        Points of the profile, mm, on half a turn at least. Where a round tip has felt it, those of the tip's centre,
+        (reading + tip_radius) (cos angle, sin angle): its distance from a circle is exact.
     kind : {"LSC", "MCC", "MIC", "MZC"}
         Least squares, minimum circumscribed, maximum inscribed or minimum zone circle.
     tip_radius : float
-        Of the tip, mm; taken off the radius.
+        Radius of the tip, mm; it is taken off the radius. For an internal surface give it with a minus sign.
     noise_sd : float, optional
-        Standard deviation of one reading, mm; then `value_sd` is given.
+        Standard deviation of one reading, mm; then `Roundness.value_sd` is given.
     filter : str
-        Which filter the points have been through; passed on.
+        What the points have been through; passed on.
 
     Returns
     -------
     Roundness
-        The circle, the roundness about it (mm), contacts and what is proved.
+        The circle (mm), the roundness about it (mm), contacts, and what is proved.
 
     Raises
     ------
     ValueError
-        When there are too few points, or they cover less than half a turn.
+        When `points` are fewer than 3 (MZC: 4), lie on a line or cover less than 180 deg; when points on one side leave an
+        inscribed circle free to move away; when the tip is larger than the circle.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angle = np.radians(np.arange(0.0, 360.0, 2.0))
+    >>> radius = 30.0 + 0.002 * np.cos(3.0 * angle)
+    >>> points = np.column_stack([radius * np.cos(angle) + 1.5, radius * np.sin(angle)])
+    >>> found = reference_circle(points, "MCC", noise_sd=0.0001)
+    >>> found
+    Roundness(MCC: RONt 4 ± 0.14 µm about (1.5, 0) mm, radius 30.002 mm; 3 contacts)
+    >>> print(found.certificate)
+    no point lies outside, and three contacts stand about the centre: no smaller circle holds these alone
     """
     xy = _points(points, 4 if checks.one_of("kind", kind, KINDS) == "MZC" else 3)
-    middle = xy.mean(axis=0)
-    x, y = np.ascontiguousarray((xy - middle).T)
-    tolerance = _ROUNDING * float(np.hypot(x, y).max())
-    center, radius, contacts, outer = _FIND[kind](x, y, tolerance)
+    tip = checks.number("tip_radius", tip_radius, "mm")
+    middle = np.array([xy[:, 0].mean(), xy[:, 1].mean()])
+    found = _FIND[kind](xy[:, 0] - middle[0], xy[:, 1] - middle[1])
+    if found.radius <= tip:
+        raise checks.refuse("tip_radius", f"< {found.radius:.6g}, the radius of the circle of the tip's centre", tip, "mm")
+    spread = None
+    if noise_sd is not None:
+        ratio = value_spread(kind, xy - middle, np.array(found.center), found.contacts, found.outer)
+        spread = checks.nonnegative("noise_sd", noise_sd, "mm") * ratio
+    order = np.argsort(found.contacts)
     return Roundness(
-        kind, np.add(center, middle), radius - tip_radius, contacts, outer, 0.0, xy, tip_radius=tip_radius, filter=filter
-    )
+        kind, middle + found.center, found.radius - tip, found.contacts[order], found.outer[order],
+        found.bound - (tip if kind in ("MCC", "MIC") else 0.0), xy,
+        tip_radius=tip, value_sd=spread, filter=filter, certificate=found.certificate,
+    )  # fmt: skip
 
 
 def _points(points: npt.ArrayLike, least: int) -> Floats:
+    """Refuse what is no profile."""
     xy = checks.finite_array("points", points, "mm")
     if xy.ndim != 2 or xy.shape[1] != 2:
         raise ValueError(f"points must be of shape (n, 2) (mm); got {xy.shape}")
     if len(xy) < least:
         raise ValueError(f"points must be at least {least}; got {len(xy)}")
     return xy
-
-
-def _least_squares(x: Floats, y: Floats, tolerance: float) -> Any:
-    cx, cy = lsc_kernels.algebraic_centre(x, y)
-    if np.isinf(cx):
-        raise ValueError("points must not lie on a line")
-    cx, cy, radius = lsc_kernels.least_squares_circle(x, y, cx, cy)
-    return (cx, cy), radius, (), ()
-
-
-def _circumscribed(x: Floats, y: Floats, tolerance: float) -> Any:
-    basis = np.zeros(3, dtype=np.int64)
-    cx, cy, radius, size = mcc_kernels.smallest_circle(x, y, tolerance, basis)
-    return (cx, cy), radius, basis[:size], (True,) * size
-
-
-def _inscribed(x: Floats, y: Floats, tolerance: float) -> Any:
-    start = _least_squares(x, y, tolerance)[0]
-    basis = np.zeros(3, dtype=np.int64)
-    fixed = mic_kernels.three_about(x, y, *start, basis)
-    cx, cy, radius, done = mic_kernels.empty_circle(x, y, tolerance, basis)
-    if not (fixed and done):
-        raise ValueError("points must hold an inscribed circle from all sides; here nothing fixes it")
-    return (cx, cy), radius, basis, (False,) * 3
-
-
-def _zone(x: Floats, y: Floats, tolerance: float) -> Any:
-    cx, cy = _least_squares(x, y, tolerance)[0]
-    basis = _alternating(x - cx, y - cy)
-    cx, cy, outside, inside, done = mzc_kernels.zone(x, y, tolerance, basis)
-    if not done:
-        raise ValueError("the exchange has not come to an end")
-    return (cx, cy), 0.5 * (outside + inside), basis, (True, True, False, False)
-
-
-def _alternating(x: Floats, y: Floats) -> Any:
-    """Two outer and two inner points that alternate: the highest and lowest of four sectors."""
-    radius = np.hypot(x, y)
-    sectors = np.array_split(np.argsort(np.arctan2(y, x)), 4)
-    high, low = [s[np.argmax(radius[s])] for s in sectors[::2]], [s[np.argmin(radius[s])] for s in sectors[1::2]]
-    return np.array(high + low)
-
-
-_FIND: dict[str, Any] = {"LSC": _least_squares, "MCC": _circumscribed, "MIC": _inscribed, "MZC": _zone}

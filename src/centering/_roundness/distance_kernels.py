@@ -1,4 +1,4 @@
-"""What the exchanges share: the farthest and nearest point of a centre, bisectors, circles through points."""
+"""What the exchanges share: the farthest and nearest point of a centre, crossings of bisectors, triangles about a centre."""
 
 from typing import Any
 
@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
+_PARALLEL = 1e-14
+"""Sine of the angle between two chords below which their bisectors do not cross."""
 
 
 @njit(**_OPTIONS)
@@ -22,22 +24,48 @@ def extremes(x, y, cx, cy):
 
 
 @njit(**_OPTIONS)
+def distance(x, y, cx, cy, k):
+    """Of a point from a centre, mm."""
+    return np.sqrt((x[k] - cx) * (x[k] - cx) + (y[k] - cy) * (y[k] - cy))
+
+
+@njit(**_OPTIONS)
+def towards(x, y, cx, cy, k):
+    """Unit vector from a centre to a point."""
+    dx, dy = x[k] - cx, y[k] - cy
+    length = np.sqrt(dx * dx + dy * dy)
+    return dx / length, dy / length
+
+
+@njit(**_OPTIONS)
 def crossing(x, y, i, j, k, m):
     """Centre (mm) as far from point i as from j, and from k as from m; infinite where the bisectors are parallel."""
     ax, ay, bx, by = x[j] - x[i], y[j] - y[i], x[m] - x[k], y[m] - y[k]
     det = ax * by - ay * bx
-    if abs(det) <= 1e-14 * (np.hypot(ax, ay) * np.hypot(bx, by)):
+    if abs(det) <= _PARALLEL * (np.hypot(ax, ay) * np.hypot(bx, by)):
         return np.inf, np.inf
-    midx, midy = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])  # about a middle: digits are kept
+    midx, midy = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])  # about the middle of a chord, where no digits are lost
     b = bx * (0.5 * (x[k] + x[m]) - midx) + by * (0.5 * (y[k] + y[m]) - midy)
     return midx - ay * b / det, midy + ax * b / det
 
 
 @njit(**_OPTIONS)
-def holds_origin(x, y, cx, cy, i, j, k):
+def holds(x, y, cx, cy, i, j, k):
     """Whether a centre lies in the triangle of three points, its border included up to rounding."""
     ax, ay, bx, by = x[i] - cx, y[i] - cy, x[j] - cx, y[j] - cy
     ex, ey = x[k] - cx, y[k] - cy
     one, two, three = ax * by - ay * bx, bx * ey - by * ex, ex * ay - ey * ax
     slack = 1e-13 * (abs(one) + abs(two) + abs(three))
     return (one >= -slack and two >= -slack and three >= -slack) or (one <= slack and two <= slack and three <= slack)
+
+
+@njit(**_OPTIONS)
+def parting(x, y, cx, cy, p, q, i, j):
+    """How far points i and j part p from q in direction as a centre sees them: negative where they do not, 0 up to rounding."""
+    ux, uy = towards(x, y, cx, cy, i)
+    vx, vy = towards(x, y, cx, cy, j)
+    px, py = towards(x, y, cx, cy, p)
+    qx, qy = towards(x, y, cx, cy, q)
+    one, two = (vx - ux) * (py - uy) - (vy - uy) * (px - ux), (vx - ux) * (qy - uy) - (vy - uy) * (qx - ux)
+    parted = max(min(one, -two), min(-one, two))
+    return 0.0 if abs(parted) < 1e-15 else parted

@@ -43,15 +43,15 @@ def _newton_step(x, y, cx, cy):
     radius = su = sv = uu = uv = vv = 0.0
     pu = pv = wuu = wuv = wvv = 0.0
     for k in range(n):
-        radius += np.hypot(x[k] - cx, y[k] - cy)
+        radius += np.sqrt((x[k] - cx) * (x[k] - cx) + (y[k] - cy) * (y[k] - cy))
     radius /= n
     for k in range(n):
         dx, dy = x[k] - cx, y[k] - cy
-        distance = max(np.sqrt(dx * dx + dy * dy), 1e-300)
-        u, v, e = dx / distance, dy / distance, distance - radius
+        away = max(np.sqrt(dx * dx + dy * dy), 1e-300)
+        u, v, e = dx / away, dy / away, away - radius
         su, sv, uu, uv, vv = su + u, sv + v, uu + u * u, uv + u * v, vv + v * v
         pu, pv = pu + e * u, pv + e * v
-        bend = e / distance
+        bend = e / away
         wuu, wuv, wvv = wuu + bend * v * v, wuv - bend * u * v, wvv + bend * u * u
     uu, uv, vv = uu - su * su / n, uv - su * sv / n, vv - sv * sv / n
     a, b, c = uu + wuu, uv + wuv, vv + wvv

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from centering._roundness.distance_kernels import crossing, extremes
+from centering._roundness.distance_kernels import crossing, distance, extremes
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _STEPS = 1000
@@ -37,7 +37,7 @@ def smallest_circle(x, y, tolerance, basis):
 def _two(x, y, i, j):
     """Circle on two points as a diameter."""
     cx, cy = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])
-    return cx, cy, max(np.hypot(x[i] - cx, y[i] - cy), np.hypot(x[j] - cx, y[j] - cy))
+    return cx, cy, max(distance(x, y, cx, cy, i), distance(x, y, cx, cy, j))
 
 
 @njit(**_OPTIONS)
@@ -51,7 +51,7 @@ def _grow(x, y, new, size, basis, tolerance):
     for a in range(size):
         for b in range(a + 1, size):
             cx, cy = crossing(x, y, new, basis[a], new, basis[b])
-            radius = np.hypot(x[new] - cx, y[new] - cy)
+            radius = distance(x, y, cx, cy, new)
             if radius < best and _holds(x, y, cx, cy, radius + tolerance, basis, size):
                 best, bx, by, first, second = radius, cx, cy, a, b
     i, j = basis[first], basis[second]
@@ -65,7 +65,7 @@ def _grow(x, y, new, size, basis, tolerance):
 @njit(**_OPTIONS)
 def _holds(x, y, cx, cy, radius, basis, size):
     """Whether a circle holds the points of the basis."""
+    most = 0.0
     for k in range(size):
-        if np.hypot(x[basis[k]] - cx, y[basis[k]] - cy) > radius:
-            return False
-    return True
+        most = max(most, distance(x, y, cx, cy, basis[k]))
+    return most <= radius

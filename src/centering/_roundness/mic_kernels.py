@@ -1,19 +1,37 @@
-"""Largest circle with no point inside, by exchange: the circle of three points about its centre shrinks until it is empty."""
+"""Largest circle with no point inside, by exchange: a circle held by three points shrinks until it is empty."""
 
 from typing import Any
 
 import numpy as np
 from numba import njit
 
-from centering._roundness.distance_kernels import crossing, extremes, holds_origin
+from centering._roundness.distance_kernels import crossing, distance, extremes, holds
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
-_STEPS = 500
+_STEPS = 300
 _HALF_ROOT_3 = 0.5 * np.sqrt(3.0)
 
 
 @njit(**_OPTIONS)
-def three_about(x, y, cx, cy, basis):
+def empty_circle(x, y, cx, cy, tolerance, basis):
+    """Exchange from a centre on: the centre found, its radius (mm), whether three contacts hold it; they go into `basis`."""
+    if not _three_about(x, y, cx, cy, basis):
+        return cx, cy, 0.0, False
+    ox, oy = cx, cy
+    cx, cy = crossing(x, y, basis[0], basis[1], basis[0], basis[2])
+    for _ in range(_STEPS):
+        if np.isinf(cx):
+            break
+        radius = min(distance(x, y, cx, cy, basis[0]), distance(x, y, cx, cy, basis[1]), distance(x, y, cx, cy, basis[2]))
+        _, _, near, least = extremes(x, y, cx, cy)
+        if least >= radius - tolerance:
+            return cx, cy, least, holds(x, y, cx, cy, basis[0], basis[1], basis[2])
+        cx, cy = _shrink(x, y, cx, cy, near, basis)
+    return ox, oy, 0.0, False
+
+
+@njit(**_OPTIONS)
+def _three_about(x, y, cx, cy, basis):
     """Put three points into `basis` whose triangle holds a centre; whether there are such.
 
     The nearest one, one a third of a turn on or, where that does not do, the one most across, and one against both.
@@ -27,7 +45,7 @@ def three_about(x, y, cx, cy, basis):
 
 @njit(**_OPTIONS)
 def _against(x, y, cx, cy, ex, ey, basis):
-    """Take the point most along a direction as the second and one against the first two as the third; whether they hold the centre."""
+    """Take the point most along a direction as the second and one against both as the third; whether they hold the centre."""
     basis[1] = _most_along(x, y, cx, cy, ex, ey)
     ax, ay, bx, by = x[basis[0]] - cx, y[basis[0]] - cy, x[basis[1]] - cx, y[basis[1]] - cy
     a, b = np.hypot(ax, ay), np.hypot(bx, by)
@@ -35,7 +53,7 @@ def _against(x, y, cx, cy, ex, ey, basis):
     if np.hypot(sx, sy) < 1e-9:  # opposite each other: any third does
         sx, sy = ay, -ax
     basis[2] = _most_along(x, y, cx, cy, -sx, -sy)
-    return holds_origin(x, y, cx, cy, basis[0], basis[1], basis[2])
+    return holds(x, y, cx, cy, basis[0], basis[1], basis[2])
 
 
 @njit(**_OPTIONS)
@@ -51,33 +69,16 @@ def _most_along(x, y, cx, cy, ex, ey):
 
 
 @njit(**_OPTIONS)
-def empty_circle(x, y, tolerance, basis):
-    """Centre, radius (mm) and whether an exchange from three points about a centre has come to an empty circle."""
-    cx, cy = crossing(x, y, basis[0], basis[1], basis[0], basis[2])
-    for _ in range(_STEPS):
-        radius = np.hypot(x[basis[0]] - cx, y[basis[0]] - cy)
-        _, _, near, least = extremes(x, y, cx, cy)
-        if least >= radius - tolerance:
-            return cx, cy, radius, True
-        cx, cy, fixed = _shrink(x, y, cx, cy, near, basis)
-        if not fixed:
-            break
-    return cx, cy, 0.0, False
-
-
-@njit(**_OPTIONS)
 def _shrink(x, y, old_x, old_y, new, basis):
-    """Take a point inside the circle into the basis, for one that then lies outside, so that the three stand about the old centre."""
-    best, bx, by, out = -np.inf, 0.0, 0.0, -1
+    """Take a point inside the circle in for one that then lies outside, so that three stand about the old centre; the new one."""
+    best, bx, by, out = -np.inf, np.inf, np.inf, 0
     for k in range(3):
         i, j, drop = basis[(k + 1) % 3], basis[(k + 2) % 3], basis[k]
         cx, cy = crossing(x, y, new, i, new, j)
-        if np.isinf(cx) or not holds_origin(x, y, old_x, old_y, new, i, j):
+        if np.isinf(cx) or not holds(x, y, old_x, old_y, new, i, j):
             continue
-        outside = np.hypot(x[drop] - cx, y[drop] - cy) - np.hypot(x[new] - cx, y[new] - cy)
+        outside = distance(x, y, cx, cy, drop) - distance(x, y, cx, cy, new)
         if outside > best:
             best, bx, by, out = outside, cx, cy, k
-    if out < 0:
-        return bx, by, False
     basis[out] = new
-    return bx, by, True
+    return bx, by

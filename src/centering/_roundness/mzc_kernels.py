@@ -1,69 +1,58 @@
-"""Two concentric circles that hold all points closest between them, by exchange of two outer and two inner contacts."""
+"""Two concentric circles, closest together, that hold all points between them: exchange of two outer and two inner contacts."""
 
 from typing import Any
 
 import numpy as np
 from numba import njit
 
-from centering._roundness.distance_kernels import crossing, extremes
+from centering._roundness.direction_kernels import four_about
+from centering._roundness.distance_kernels import crossing, distance, extremes, parting
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
-_STEPS = 500
+_STEPS = 300
 
 
 @njit(**_OPTIONS)
-def zone(x, y, tolerance, basis):
-    """Centre, outer and inner radius (mm), and whether the exchange from `basis` (4,), two outer and two inner, has come to an end.
+def zone(x, y, cx, cy, tolerance, basis):
+    """Exchange from a centre on: the best centre found, its width (mm), and whether its four contacts are an optimum.
 
-    Each centre is the exact one of its four contacts, at the crossing of two bisectors, so that nothing is linearised.
+    Every centre is the exact one of its four contacts, where two bisectors cross: nothing is linearised. `basis` (4,) is given
+    two outer contacts and two inner ones.
     """
+    four_about(x, y, cx, cy, basis)
+    best, bx, by = np.inf, cx, cy
     cx, cy = crossing(x, y, basis[0], basis[1], basis[2], basis[3])
     for _ in range(_STEPS):
         if np.isinf(cx):
             break
-        outer, inner = np.hypot(x[basis[0]] - cx, y[basis[0]] - cy), np.hypot(x[basis[2]] - cx, y[basis[2]] - cy)
+        outer = max(distance(x, y, cx, cy, basis[0]), distance(x, y, cx, cy, basis[1]))
+        inner = min(distance(x, y, cx, cy, basis[2]), distance(x, y, cx, cy, basis[3]))
         far, most, near, least = extremes(x, y, cx, cy)
+        if most - least < best:
+            best, bx, by = most - least, cx, cy
         if most - outer <= tolerance and inner - least <= tolerance:
-            return cx, cy, outer, inner, True
+            return cx, cy, most - least, parting(x, y, cx, cy, basis[0], basis[1], basis[2], basis[3]) >= 0.0
         if most - outer >= inner - least:
             cx, cy = _enter(x, y, cx, cy, far, basis, 0)
         else:
             cx, cy = _enter(x, y, cx, cy, near, basis, 2)
-    return cx, cy, 0.0, 0.0, False
+    return bx, by, best, False
 
 
 @njit(**_OPTIONS)
 def _enter(x, y, old_x, old_y, new, basis, side):
-    """Take a point in for one of the two contacts on its circle, so that contacts alternate and the other lies within; the centre."""
+    """Take a point in for a contact on its side, so that contacts alternate and the one left out lies within; the new centre."""
     sign = 1.0 if side == 0 else -1.0
     i, j = basis[2 - side], basis[3 - side]
-    best, bx, by, out = -np.inf, np.inf, np.inf, 0
+    best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0
     for k in range(2):
         keep, drop = basis[side + 1 - k], basis[side + k]
         cx, cy = crossing(x, y, new, keep, i, j)
-        if np.isinf(cx) or not alternate(x, y, old_x, old_y, new, keep, i, j):
+        if np.isinf(cx):
             continue
-        room = sign * (np.hypot(x[new] - cx, y[new] - cy) - np.hypot(x[drop] - cx, y[drop] - cy))
-        if room > best:
-            best, bx, by, out = room, cx, cy, k
+        parted = min(parting(x, y, old_x, old_y, new, keep, i, j), 0.0)
+        room = sign * (distance(x, y, cx, cy, new) - distance(x, y, cx, cy, drop))
+        if parted > least or (parted == least and room > best):
+            best, least, bx, by, out = room, parted, cx, cy, k
     basis[side + out] = new
     return bx, by
-
-
-@njit(**_OPTIONS)
-def alternate(x, y, cx, cy, p, q, i, j):
-    """Whether points i and j part p from q in direction as a centre sees them, up to rounding."""
-    ux, uy = _towards(x, y, cx, cy, i)
-    vx, vy = _towards(x, y, cx, cy, j)
-    px, py = _towards(x, y, cx, cy, p)
-    qx, qy = _towards(x, y, cx, cy, q)
-    one, two = (vx - ux) * (py - uy) - (vy - uy) * (px - ux), (vx - ux) * (qy - uy) - (vy - uy) * (qx - ux)
-    return min(one, two) <= 1e-15 and max(one, two) >= -1e-15
-
-
-@njit(**_OPTIONS)
-def _towards(x, y, cx, cy, k):
-    """Unit vector from a centre to a point."""
-    dx, dy = x[k] - cx, y[k] - cy
-    distance = np.hypot(dx, dy)
-    return dx / distance, dy / distance

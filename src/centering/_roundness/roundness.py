@@ -5,12 +5,21 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from centering._roundness.polar import draw_circle, draw_profile, polar_axes, polar_scale
+from sdpgrind.base import units
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
-KINDS = ("LSC", "MCC", "MIC", "MZC")
+KINDS = {
+    "LSC": "least squares circle",
+    "MCC": "minimum circumscribed circle",
+    "MIC": "maximum inscribed circle",
+    "MZC": "minimum zone circles",
+}
+_ARRAYS: dict[str, Any] = {"center": float, "contacts": np.int64, "outer": bool, "points": float}
 
 
 @stored("centering.roundness")
@@ -23,31 +32,50 @@ class Roundness(Frozen):
     kind : {"LSC", "MCC", "MIC", "MZC"}
         Which circle.
     center : array, (2,)
-        Of the circle, mm, where the points are.
+        Centre of the circle, mm, in the frame of the points.
     radius : float
-        Of the part's reference circle, mm: the tip's is taken off. For MZC the mean of the two.
+        Radius of the part's circle, mm; that of the tip is taken off. For MZC the mean of the two.
     contacts : array of int, (m,)
-        Points that fix the circle; none for LSC.
+        Which points fix the circle; none for LSC.
     outer : array of bool, (m,)
-        Whether a contact lies on the outer circle.
+        Whether a contact lies on the outer circle: all of MCC, none of MIC, two of the four of MZC.
     lower_bound : float
-        mm.
+        What is proved of the length that the circle makes extreme, mm: no centre has a smaller `ron_q` (LSC, nearby), `radius`
+        (MCC) or `value` (MZC); for MIC the bound is from above, no centre has a larger `radius`.
     points : array, (n, 2)
-        Of the profile, mm.
+        Points of the profile, mm; those of the tip's centre where there is a tip.
     tip_radius : float
-        mm.
+        Radius of the tip, mm.
     value_sd : float, optional
-        Standard deviation of `value`, mm.
+        Standard deviation of `value`, mm, that the noise of the readings makes; None where that was not given.
+
+        To first order: `value` is a linear function of the readings at the contacts and at the highest and lowest point. That
+        noise lifts the highest and lowers the lowest of many points, and so widens a profile, is not in it: of n readings of a
+        perfect circle with noise of sd s, `value` is about 2 s sqrt(2 ln n).
     filter : str
         What the points have been through.
     certificate : str
-        What is proved, and how.
+        What is proved, and by what.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from centering import reference_circle
+    >>> angle = np.radians(np.arange(360.0))
+    >>> radius = 30.0 + 0.001 * np.cos(2.0 * angle - np.pi / 3)
+    >>> found = reference_circle(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]), "MZC")
+    >>> found
+    Roundness(MZC: RONt 2 µm about (0, 0) mm, radius 30 mm; 4 contacts)
+    >>> np.degrees(found.contact_angles).round().tolist(), found.outer.tolist()
+    ([30.0, 120.0, -150.0, -60.0], [True, False, True, False])
+    >>> print(found.certificate)
+    contacts alternate, two outer and two inner: no centre within 20 mm is better; beyond 0.002 mm all are worse
     """
 
     kind: str
     center: Floats
     radius: float
-    contacts: Any
+    contacts: npt.NDArray[np.int64]
     outer: Bools
     lower_bound: float
     points: Floats
@@ -57,43 +85,96 @@ class Roundness(Frozen):
     certificate: str = ""
 
     def __post_init__(self) -> None:
-        for name, kind in (("center", float), ("contacts", np.int64), ("outer", bool), ("points", float)):
+        for name, kind in _ARRAYS.items():
             array = np.array(getattr(self, name), dtype=kind)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
 
     @cached_property
     def deviation(self) -> Floats:
-        """Of each point from the circle, (n,), mm; positive outside."""
-        return np.asarray(np.hypot(*(self.points - self.center).T) - (self.radius + self.tip_radius))
-
-    @property
-    def ron_p(self) -> float:
-        """Highest peak above the circle, RONp, mm."""
-        return float(self.deviation.max())
-
-    @property
-    def ron_v(self) -> float:
-        """Depth of the deepest valley below the circle, RONv, mm."""
-        return float(-self.deviation.min())
-
-    @property
-    def ron_q(self) -> float:
-        """Root mean square deviation, RONq, mm."""
-        return float(np.sqrt(np.mean(self.deviation**2)))
+        """Distance of each point from the circle, (n,), mm; positive outside. Read-only."""
+        across, up = self.points[:, 0] - self.center[0], self.points[:, 1] - self.center[1]
+        deviation = np.sqrt(across * across + up * up) - (self.radius + self.tip_radius)
+        deviation.flags.writeable = False
+        return np.asarray(deviation)
 
     @property
     def value(self) -> float:
         """Roundness RONt, mm: from the highest peak to the deepest valley."""
-        return float(np.ptp(self.deviation))
+        return self.ron_p + self.ron_v
+
+    @cached_property
+    def ron_p(self) -> float:
+        """Height of the highest peak above the circle, RONp, mm."""
+        return float(self.deviation.max())
+
+    @cached_property
+    def ron_v(self) -> float:
+        """Depth of the deepest valley below the circle, RONv, mm."""
+        return float(-self.deviation.min())
+
+    @cached_property
+    def ron_q(self) -> float:
+        """Root mean square deviation from the circle, RONq, mm."""
+        return float(np.sqrt(np.mean(self.deviation**2)))
 
     @property
     def angle(self) -> Floats:
-        """Direction of each point about the circle's centre, (n,), rad."""
+        """Direction of each point about the circle's centre, (n,), rad, in (-pi, pi]."""
         across, up = (self.points - self.center).T
         return np.asarray(np.arctan2(up, across))
 
     @property
     def contact_angles(self) -> Floats:
-        """Directions of the contacts about the circle's centre, (m,), rad."""
+        """Directions of the contacts about the circle's centre, (m,), rad, in (-pi, pi]."""
         return self.angle[self.contacts]
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the profile about the circle's centre, magnified, with the circles and their contacts; return the figure.
+
+        One ring of the paper is a division of the scale, in um; inner circles are dashed, contacts dots. The peak and the
+        valley of LSC are marked by triangles.
+
+        Parameters
+        ----------
+        ax : matplotlib polar axes, optional
+            Where; by default in a new figure.
+        """
+        scale, angle = polar_scale(self.deviation), self.angle
+        ax = polar_axes(scale, self.deviation, ax)
+        draw_profile(ax, scale, angle, self.deviation, color="C0")
+        if self.kind in ("LSC", "MCC", "MIC"):
+            draw_circle(ax, scale, color="C3", label=KINDS[self.kind])
+        if self.kind != "MCC":
+            draw_circle(ax, scale, self.ron_p, color="C3" if self.kind == "MZC" else "0.4")
+        if self.kind != "MIC":
+            draw_circle(ax, scale, -self.ron_v, color="C3" if self.kind == "MZC" else "0.4", linestyle="--")
+        self._mark(ax, scale, angle)
+        filtered = f", {self.filter}" if self.filter else ""
+        ax.set_title(f"{self.kind}: RONt {self.value / units.um(1.0):.4g} µm{filtered}")
+        return ax.figure
+
+    def _mark(self, ax: Any, scale: Any, angle: Floats) -> None:
+        """Mark contacts, or the highest and lowest point where there are none."""
+        marked = zip(self.contacts, self.outer, strict=True)
+        pairs = list(marked) or [(int(np.argmax(self.deviation)), True), (int(np.argmin(self.deviation)), False)]
+        for point, outer in pairs:
+            symbol = "o" if self.contacts.size else ("v" if outer else "^")
+            style = {"color": "C3", "markerfacecolor": "C3" if outer else "white", "markersize": 5, "zorder": 4}
+            ax.plot(angle[point], scale.height(self.deviation[point]), symbol, **style)
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, field.name), getattr(other, field.name)) for field in dataclasses.fields(self))
+
+    def __hash__(self) -> int:
+        return hash((self.kind, self.radius, self.center.tobytes(), self.points.tobytes()))
+
+    def __repr__(self) -> str:
+        x, y = (np.round(self.center, 9) + 0.0).tolist()
+        spread = "" if self.value_sd is None else f" ± {self.value_sd / units.um(1.0):.2g}"
+        told = f"; {self.contacts.size} contacts" if self.contacts.size else ""
+        filtered = f"; {self.filter}" if self.filter else ""
+        value = f"{self.value / units.um(1.0):.4g}{spread} µm"
+        return f"Roundness({self.kind}: RONt {value} about ({x:.6g}, {y:.6g}) mm, radius {self.radius:.8g} mm{told}{filtered})"

@@ -1,0 +1,113 @@
+"""Why no other centre is better: how steeply contacts rise about an optimum, and how far from it a better one can lie.
+
+The height of a centre c is max |P - c| - min |P - c| for the minimum zone, -min |P - c| for the inscribed circle. With u the
+directions of inner contacts and a those of outer ones, ``|P - c - v| <= |P - c| - u.v + v.v / (2 (|P - c| - |v|))`` and
+``|Q - c - v| >= |Q - c| - a.v``, so that the height rises by at least the steepness times ``|v|`` less the last term.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering._roundness.distance_kernels import extremes, towards
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def height(x, y, cx, cy, zone):
+    """What is to be made least at a centre, mm: the width between two circles, or else the negative radius of the empty one."""
+    _, most, _, least = extremes(x, y, cx, cy)
+    return most - least if zone else -least
+
+
+@njit(**_OPTIONS)
+def steepness(x, y, cx, cy, basis, zone):
+    """Least rise of the height per mm off a centre, to first order, over all directions; negative where contacts do not hold it.
+
+    It is the distance of the origin from the border of the polygon of the differences u - a (of u itself without outer contacts).
+    """
+    px, py = np.empty(4), np.empty(4)
+    size = 4 if zone else 3
+    for k in range(size):
+        if zone:
+            ux, uy = towards(x, y, cx, cy, basis[2 + k // 2])
+            ax, ay = towards(x, y, cx, cy, basis[k % 2])
+            px[k], py[k] = ux - ax, uy - ay
+        else:
+            px[k], py[k] = towards(x, y, cx, cy, basis[k])
+    least = np.inf
+    for i in range(size):
+        for j in range(size):
+            ex, ey = py[j] - py[i], px[i] - px[j]
+            length = np.hypot(ex, ey)
+            if length > 0.0:
+                least = min(least, np.max(px[:size] * ex + py[:size] * ey) / length)
+    return least if least < np.inf else 0.0
+
+
+@njit(**_OPTIONS)
+def ball(steep, radius):
+    """Distance (mm) from an optimum of that steepness, with contacts at a radius, within which no centre is better."""
+    return 2.0 * max(steep, 0.0) * radius / (1.0 + 2.0 * max(steep, 0.0))
+
+
+@njit(**_OPTIONS)
+def zone_reach(width, inner, gap, second):
+    """Distance (mm) from a centre of a width, up to half the inner radius, beyond which every centre is worse.
+
+    Along any direction there is a point within half a gap, and one within half the other gap the other way.
+    """
+    slope, bend = np.cos(0.5 * gap) + np.cos(0.5 * second), np.sin(0.5 * gap) ** 2
+    a, b, c = 2.0 * slope + bend, slope * inner + 2.0 * width, 4.0 * width * inner
+    root = b * b - a * c
+    if slope <= 0.0 or root < 0.0 or b + np.sqrt(root) < 0.5 * inner * a:
+        return 0.5 * inner
+    return min(c / (b + np.sqrt(root)), 0.5 * inner)
+
+
+@njit(**_OPTIONS)
+def empty_reach(radius, outer, gap):
+    """Distance (mm) from the centre of an empty circle beyond which no centre within the hull of the points has a larger one.
+
+    Along any direction there is a point within half a gap, no further than `outer`; the hull ends before it is passed.
+    """
+    along, across = outer * np.cos(0.5 * gap), outer * np.sin(0.5 * gap)
+    if along <= 0.0 or across >= radius:
+        return outer
+    return along - np.sqrt((radius - across) * (radius + across))
+
+
+@njit(**_OPTIONS)
+def cell_bound(x, y, cx, cy, around, zone, px, py):
+    """Height at a centre, and what it is at least within a distance `around` (mm) of it.
+
+    Bounds come from the farthest with the nearest point and, for a zone, from known contacts `px`, `py`: two outer, two inner.
+    """
+    far, most, near, least = extremes(x, y, cx, cy)
+    if not zone:
+        return -least, -least - around
+    below = _pair_bound(x[far], y[far], x[near], y[near], cx, cy, around)
+    for k in range(4):
+        below = max(below, _pair_bound(px[k % 2], py[k % 2], px[2 + k // 2], py[2 + k // 2], cx, cy, around))
+    return most - least, below
+
+
+@njit(**_OPTIONS)
+def _pair_bound(fx, fy, nx, ny, cx, cy, around):
+    """Least difference of the distances of two points from centres within a distance `around` of one.
+
+    Where both points lie one way the difference hardly turns: its gradient is 2 sin(angle / 2) of the angle between them, and the
+    sine of that is their distance times that of the line through them over the product of theirs.
+    """
+    ax, ay, ux, uy = fx - cx, fy - cy, nx - cx, ny - cy
+    a, u = np.sqrt(ax * ax + ay * ay), np.sqrt(ux * ux + uy * uy)
+    fall = 2.0 * around
+    if u > around and a > around:
+        fall = min(fall, np.hypot(ux / u - ax / a, uy / u - ay / a) * around + around * around / (2.0 * (u - around)))
+        area = abs((fx - nx) * uy - (fy - ny) * ux) + around * np.hypot(fx - nx, fy - ny)
+        sine = area / ((a - around) * (u - around))
+        if sine < 0.1 and ax * ux + ay * uy > 0.0:
+            fall = min(fall, 1.01 * sine * around)
+    return a - u - fall
