@@ -13,7 +13,12 @@ from hwsim.protocols import Controller, Machine, Plant
 from sdpgrind.base.checks import shown
 
 # Problem -> the machine that was meant.
-_MACHINES = {"CycleProblem": "PlungeGrinder", "FinishingProblem": "FinishingCell", "PassProblem": "ForceTableStand"}
+_MACHINES = {
+    "CycleProblem": "PlungeGrinder",
+    "FinishingProblem": "FinishingCell",
+    "PassProblem": "ForceTableStand",
+    "Ring": "Probe",
+}
 # Plan -> what follows it: what a user may have meant who hands over the plan itself.
 _FOLLOWERS = {
     "CyclePlan": "plunge.CycleController(plan.problem) comes near it",

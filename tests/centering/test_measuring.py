@@ -40,6 +40,11 @@ def test_it_fits_the_probe():
     assert report, str(report)
 
 
+def test_what_is_no_machine_or_no_controller_is_named():
+    assert "hwsim.Probe(problem) is one; got a Ring" in str(hwsim.check(RING, MeasuringController(estimator())))
+    assert "controller lacks step" in str(hwsim.check(PROBE, estimator()))
+
+
 def test_it_stops_when_it_is_sure():
     log = hwsim.run(PROBE, MeasuringController(estimator()))
     told, table = at_the_end(log), log["probe"]
