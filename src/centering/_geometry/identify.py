@@ -124,7 +124,8 @@ def _pair(data: Any, part: int | None) -> tuple[Any, Any]:
             raise ValueError(f"data must be the pair (angle, reading) (rad, mm); got {len(data)} entries")
         return data[0], data[1]
     if isinstance(data, Mapping) and "angle" in data:
-        table = idf.readings(data, _UNITS, tier="probe", each="readings")
+        wanted = {name: data[name] for name in _UNITS if name in data}  # not a column "probe" for a table of that name
+        table = idf.readings(wanted, _UNITS, tier="probe", each="readings")
         return table["angle"], table["reading"]
     of_parts = idf.series(data, _UNITS, tier="probe", part=part)
     if len(of_parts) != 1:
