@@ -53,7 +53,8 @@ class DriftAlarm:
         way = "up" if self.upward else "down"
         size = f"{abs(self.size):.3g} ± {self.size_sd:.2g}{unit}"
         name = self.quantity.replace("_", " ")
-        return f"{name} stepped {way} by {size} since part {self.since}, noticed at part {self.part}: {self.advice}"
+        noticed = f"noticed at part {self.part}" if self.part > self.since else "by one reading so far"
+        return f"{name} stepped {way} by {size} since part {self.since}, {noticed}: {self.advice}"
 
     def __repr__(self) -> str:
         return f"DriftAlarm({self})"

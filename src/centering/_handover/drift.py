@@ -31,7 +31,8 @@ class DriftTrack:
     noise_sd : mapping of str to float or None, optional
         Quantities, and the standard deviation of a reading about the level, in the unit of the quantity; None: it is learned from
         the innovations, those of the last 10 parts left aside, and Student's law takes the place of the normal one; alarms may
-        come from the 32nd part on, at most a fifth oftener than with a known one. By default
+        come from the 32nd part on, at most a fifth oftener than with a known one, and a step of 3 sd is flagged within 5 parts
+        with 0.98 after 40 parts and 0.99 after 100. By default
         "closing_gap" (mm: the running correction of Mears (6.16) with which a part was centred) and "friction" (unit 1), both
         None.
     walk : float

@@ -5,6 +5,7 @@ and Legendre's quadrature, which is exact to all digits that matter here, as the
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import log, pi, sqrt
 
 import numpy as np
@@ -46,6 +47,7 @@ def cusum_run_length(allowance: float, limit: float) -> float:
     return float(_run_length(stay)[0]) / 2
 
 
+@lru_cache(maxsize=64)
 def cusum_limit(allowance: float, run_length: float) -> float:
     """Limit of a two-sided sum that alarms by mistake once in `run_length` values on average."""
     siegmund = log(4 * allowance**2 * run_length) / (2 * allowance) - 1.166  # near it, where the run is long

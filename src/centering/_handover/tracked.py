@@ -55,7 +55,8 @@ class Tracked:
         self._filter.update(reading)
         self._readings.append((part, reading))
         side = 0 if self.alarm is not None else self._watch(part)
-        level = float(self._filter.estimate.value[0]) if self._filter.estimate.ok else np.nan
+        found = self._filter.estimate
+        level = float(found.value[0]) if found.ok else np.nan
         greater = self._sum.up if self._sum.up >= self._sum.down else -self._sum.down
         self.rows.append((reading, level, greater))
         return self._raise(part, side) if side else None
