@@ -8,6 +8,8 @@ from numba import njit
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _PARALLEL = 1e-14
 """Sine of the angle between two chords below which their bisectors do not cross."""
+_EVEN = 1e-15
+"""Of an area between directions that is nothing but rounding."""
 
 
 @njit(**_OPTIONS)
@@ -50,13 +52,14 @@ def crossing(x, y, i, j, k, m):
 
 
 @njit(**_OPTIONS)
-def holds(x, y, cx, cy, i, j, k):
-    """Whether a centre lies in the triangle of three points, its border included up to rounding."""
-    ax, ay, bx, by = x[i] - cx, y[i] - cy, x[j] - cx, y[j] - cy
-    ex, ey = x[k] - cx, y[k] - cy
-    one, two, three = ax * by - ay * bx, bx * ey - by * ex, ex * ay - ey * ax
-    slack = 1e-13 * (abs(one) + abs(two) + abs(three))
-    return (one >= -slack and two >= -slack and three >= -slack) or (one <= slack and two <= slack and three <= slack)
+def standing(x, y, cx, cy, i, j, k):
+    """How far a centre lies inside the triangle of the directions of three points: negative outside, 0 up to rounding."""
+    px, py = towards(x, y, cx, cy, i)
+    qx, qy = towards(x, y, cx, cy, j)
+    rx, ry = towards(x, y, cx, cy, k)
+    one, two, three = px * qy - py * qx, qx * ry - qy * rx, rx * py - ry * px
+    stood = max(min(one, two, three), min(-one, -two, -three))
+    return 0.0 if abs(stood) < _EVEN else stood
 
 
 @njit(**_OPTIONS)
@@ -68,4 +71,4 @@ def parting(x, y, cx, cy, p, q, i, j):
     qx, qy = towards(x, y, cx, cy, q)
     one, two = (vx - ux) * (py - uy) - (vy - uy) * (px - ux), (vx - ux) * (qy - uy) - (vy - uy) * (qx - ux)
     parted = max(min(one, -two), min(-one, two))
-    return 0.0 if abs(parted) < 1e-15 else parted
+    return 0.0 if abs(parted) < _EVEN else parted

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from centering._roundness.distance_kernels import crossing, distance, extremes, holds
+from centering._roundness.distance_kernels import crossing, distance, extremes, standing
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _STEPS = 300
@@ -25,7 +25,9 @@ def empty_circle(x, y, cx, cy, tolerance, basis):
         radius = min(distance(x, y, cx, cy, basis[0]), distance(x, y, cx, cy, basis[1]), distance(x, y, cx, cy, basis[2]))
         _, _, near, least = extremes(x, y, cx, cy)
         if least >= radius - tolerance:
-            return cx, cy, least, holds(x, y, cx, cy, basis[0], basis[1], basis[2])
+            if standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0:
+                return cx, cy, least, True
+            break
         cx, cy = _shrink(x, y, cx, cy, near, basis)
     return ox, oy, 0.0, False
 
@@ -53,7 +55,7 @@ def _against(x, y, cx, cy, ex, ey, basis):
     if np.hypot(sx, sy) < 1e-9:  # opposite each other: any third does
         sx, sy = ay, -ax
     basis[2] = _most_along(x, y, cx, cy, -sx, -sy)
-    return holds(x, y, cx, cy, basis[0], basis[1], basis[2])
+    return standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0
 
 
 @njit(**_OPTIONS)
@@ -71,14 +73,15 @@ def _most_along(x, y, cx, cy, ex, ey):
 @njit(**_OPTIONS)
 def _shrink(x, y, old_x, old_y, new, basis):
     """Take a point inside the circle in for one that then lies outside, so that three stand about the old centre; the new one."""
-    best, bx, by, out = -np.inf, np.inf, np.inf, 0
+    best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0
     for k in range(3):
         i, j, drop = basis[(k + 1) % 3], basis[(k + 2) % 3], basis[k]
         cx, cy = crossing(x, y, new, i, new, j)
-        if np.isinf(cx) or not holds(x, y, old_x, old_y, new, i, j):
+        if np.isinf(cx):
             continue
+        stood = min(standing(x, y, old_x, old_y, new, i, j), 0.0)
         outside = distance(x, y, cx, cy, drop) - distance(x, y, cx, cy, new)
-        if outside > best:
-            best, bx, by, out = outside, cx, cy, k
+        if stood > least or (stood == least and outside > best):
+            best, least, bx, by, out = outside, stood, cx, cy, k
     basis[out] = new
     return bx, by

@@ -20,7 +20,8 @@ def zone(x, y, cx, cy, tolerance, basis):
     two outer contacts and two inner ones.
     """
     four_about(x, y, cx, cy, basis)
-    best, bx, by = np.inf, cx, cy
+    _, most, _, least = extremes(x, y, cx, cy)
+    best, bx, by = most - least, cx, cy
     cx, cy = crossing(x, y, basis[0], basis[1], basis[2], basis[3])
     for _ in range(_STEPS):
         if np.isinf(cx):
