@@ -14,8 +14,8 @@ CUT_OFFS = (15, 50, 150, 500, 1500)
 PRACTICE = 7
 """Samples for each undulation at the cut-off: good practice; fewer give a warning."""
 
-PASSED = 4
-"""Harmonics up to that many cut-offs are passed on: beyond, less than 2e-5 would get through."""
+PASSED = 5
+"""Harmonics up to that many cut-offs are passed on: beyond, less than 3e-8 would get through."""
 
 
 def transmission(upr: npt.ArrayLike, cut_off: float) -> Floats:

@@ -1,7 +1,7 @@
 """The form of a profile as harmonics about a centre that comes out of the same fit."""
 
 import dataclasses
-from math import pi
+from math import inf, pi
 
 import numpy as np
 
@@ -14,10 +14,12 @@ from centering._roundness.scan import TOO_BAD, Scan
 from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.parallel import one_blas_thread
 
+ENOUGH = 10
+"""Degrees of freedom: with fewer, what a fit leaves does not tell the noise."""
+
 _ROUNDS = 10
 _STILL = 1e-7  # of the radius: the angles that a fit has used are right to as much; the centre itself is to its square
 _FIRST = 8  # harmonics
-_ENOUGH = 10  # degrees of freedom that tell noise at all
 _FEWER = (2.0, 1.5, 1.25, 1.0)  # of the cut-off: harmonics that are tried where samples are missing
 
 
@@ -40,7 +42,7 @@ def form_of(scan: Scan, degree: int) -> Form:
         circle = _settled(scan, min(degree, _FIRST), scan.circle)[2]  # few harmonics bring the centre near at low cost
         fit, part_angle, circle = _settled(scan, degree, circle)
         _refuse_ill(fit.condition, degree, part_angle)
-        noise = fit.noise_sd if fit.freedom >= _ENOUGH or scan.noise_sd is None else scan.noise_sd
+        noise = fit.noise_sd if fit.freedom >= ENOUGH else scan.noise_sd or inf
         sd = np.hypot(noise * fit.amplitude_spread, _runout_sd(fit, scan.runout, part_angle))
     coef = fit.coef.copy()
     coef[:2] = 0.0
@@ -81,7 +83,7 @@ def _refuse_ill(condition: float, degree: int, part_angle: Floats) -> None:
 
 
 def broad_form(scan: Scan, cut_off: float, most: int) -> Form:
-    """The form up to four cut-offs or `most`; where samples are missing, as far as the others allow."""
+    """The form up to five cut-offs or `most`; where samples are missing, as far as the others allow."""
     part_angle = into_part(scan.angle, scan.reading, scan.tip_radius, scan.circle[1:])[0]
     sure = min(supported(widest_gap(part_angle)), most)
     wanted = min(PASSED * int(np.ceil(cut_off)), sure)

@@ -17,6 +17,7 @@ from sdpgrind.base.checks import Complex, Floats
 
 _STEPS = 2000  # of conjugate gradients: many more than any condition that is accepted needs
 _RESIDUAL = 1e-14
+_FLAT = 1e-11  # of the number of samples: an eigenvalue of T that is nothing but rounding
 
 
 class Waves:
@@ -121,7 +122,10 @@ def _solved(density: Complex, target: Complex) -> tuple[Complex, float]:
     steps: list[tuple[float, float]] = []
     while square > goal and len(steps) < _STEPS:
         pushed = _product(field, towards)
-        length = square / max(_inner(towards, pushed), 1e-300)
+        curvature = _inner(towards, pushed)
+        if curvature <= _FLAT * density[0].real * _inner(towards, towards):
+            return coef, inf
+        length = square / curvature
         coef, left = coef + length * towards, left - length * pushed
         before, square = square, _inner(left, left)
         steps.append((length, square / before))
@@ -163,8 +167,9 @@ def _inverse(density: Complex, cosine: Complex) -> tuple[Floats, Complex]:
     """
     n = density.size // 2
     sine = 1j * _solved(density, 1j * _edge(n))[0]
-    first = np.concatenate([(cosine - sine).conj()[:0:-1], cosine + sine]) / 2
-    mirrored = np.concatenate([[0j], first[:0:-1].conj()])
+    first = np.asarray(np.concatenate([(cosine - sine).conj()[:0:-1], cosine + sine]) / 2, dtype=complex)
+    mirrored = np.zeros_like(first)
+    mirrored[1:] = first[:0:-1].conj()
     size = first[0].real
     diagonal = np.cumsum(np.abs(first) ** 2 - np.abs(mirrored) ** 2)[n:] / size
     crossed = [_lagged(first, n, k) - _lagged(mirrored, n, k) for k in range(n + 1)]

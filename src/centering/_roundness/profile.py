@@ -205,7 +205,7 @@ class Profile:
         """Low-pass the form with the Gaussian filter for closed profiles, ISO 16610-21: one half passes at the cut-off.
 
         A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give their harmonics by
-        least squares, without interpolation, up to four cut-offs as far as they allow; several turns are averaged. The
+        least squares, without interpolation, up to five cut-offs as far as they allow; several turns are averaged. The
         eccentricity is taken out exactly before.
 
         Parameters

@@ -17,18 +17,20 @@ def plot(profile: "Profile") -> Any:
     grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.25))
     _draw_form(figure.add_subplot(grid[0], projection="polar"), profile)
     _draw_spectrum(figure.add_subplot(grid[1]), profile)
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.95))  # labels of a polar picture reach beyond what is laid out
+    circle = profile.circle
+    height = f"RONt (LSC) {1e3 * float(np.ptp(profile.deviation)):.3g} µm, {profile._origin.filter or 'not filtered'}"
+    figure.suptitle(f"{height}; radius {circle.radius:.6g} mm, {circle.offset:.3g} mm off the spindle", fontsize=10)
     return figure
 
 
 def _draw_form(axis: Any, profile: "Profile") -> None:
-    """Deviation about the least-squares circle, which is drawn with it; its value in the title."""
+    """Deviation about the least-squares circle, which is drawn with it."""
     deviation = profile.deviation
     scale = polar_scale(deviation)
     polar_axes(scale, deviation, axis)
     draw_circle(axis, scale, color="#b04a3a", linewidth=0.9, linestyle="--")
     draw_profile(axis, scale, profile.part_angle, deviation, color="#1d3557")
-    filtered = profile._origin.filter or "not filtered"
-    axis.set_title(f"RONt (LSC) {1e3 * float(np.ptp(deviation)):.3g} µm, {filtered}", fontsize=10)
 
 
 def _draw_spectrum(axis: Any, profile: "Profile") -> None:

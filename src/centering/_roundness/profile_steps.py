@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from centering._roundness.filters import filter_even, transmission
-from centering._roundness.form import broad_form, form_of
+from centering._roundness.form import ENOUGH, broad_form, form_of
 from centering._roundness.harmonics import even_harmonics, even_values
 from centering._roundness.origin import Made, Origin, scattered, told_form, told_runout
 from centering._roundness.part_frame import from_part, into_part
 from centering._roundness.sampling import even_turn, highest_degree, supported, widest_gap
+from centering._roundness.scan import Scan
 from centering._roundness.separation import Task, separate
 from centering._roundness.spectrum import Spectrum
 from sdpgrind.base.checks import Floats
@@ -47,7 +48,8 @@ def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
 
 def filtered(profile: "Profile", cut_off: float) -> Made:
     """Samples as they lie: harmonics by least squares, then an even grid with as many points as a turn had."""
-    form = broad_form(profile._scan, cut_off, sure_degree(profile, filled=False))
+    most = sure_degree(profile, filled=False)
+    form = broad_form(_scan(profile, most), cut_off, most)
     passed = transmission(np.arange(form.coef.size), cut_off)
     coef = form.coef * passed
     deviation = even_values(coef, max(round(profile.points_per_turn), 2 * coef.size + 1))
@@ -55,6 +57,12 @@ def filtered(profile: "Profile", cut_off: float) -> Made:
         left = form.residual + form.waves.values(form.coef - coef)
     name = f"Gaussian low-pass, {cut_off:g} upr"
     return _even(profile, form.circle, deviation, _thinned(form.sd, passed), name, told_form(form), left)
+
+
+def _scan(profile: "Profile", degree: int) -> Scan:
+    """The samples, with the noise where so many harmonics may leave too few to tell it."""
+    few = profile.angle.size - 2 * degree - 1 < ENOUGH
+    return dataclasses.replace(profile._scan, noise_sd=profile.noise_sd) if few else profile._scan
 
 
 def _thinned(sd: Floats, passed: Floats) -> Floats:
@@ -99,7 +107,8 @@ def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
         coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
         sd = even_sd(profile, coef.size)
     else:
-        form = form_of(profile._scan, degree or max(sure_degree(profile), 1))
+        wanted = degree or max(sure_degree(profile), 1)
+        form = form_of(_scan(profile, wanted), wanted)
         coef, sd = form.coef, form.sd
     upr = np.arange(1.0, coef.size)
     return Spectrum(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)

@@ -15,7 +15,7 @@ from scipy.special import chdtrc
 from centering._roundness.harmonics import powers
 from centering._roundness.part_frame import into_part
 from centering._roundness.runout import Runout
-from centering._roundness.sampling import checked_degree, highest_degree, turns_of
+from centering._roundness.sampling import checked_degree, highest_degree, turns_of, widest_gap
 from centering._roundness.scan import TOO_BAD, Scan
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -32,7 +32,7 @@ _SEEN = 5.0  # sd of the amplitude: a smaller runout has no frequency of its own
 _APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
 _PIECES = 4  # of a turn, in which the roller's phase is looked at
 _ROUNDING = 1e-12  # of the radius: what is left without any noise
-_LATER = (0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
+_LATER = (0, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -228,12 +228,19 @@ def _refuse_ill(task: Task, rows: Floats, ratio: float) -> None:
     found = condition(rows @ rows.T)
     if found <= TOO_BAD:
         return
-    more = _more_turns(ratio, task.upr_max, task.turns)
-    advice = f"about {more:g} turns more are needed" if more else "no number of turns will do"
     raise ValueError(
         f"angle must cover enough turns to tell runout at {ratio:.6g} upr from {task.upr_max} harmonics: the condition must be"
-        f" <= {TOO_BAD:g}; got {found:.3g} with {task.turns:.3g} turns; {advice}"
+        f" <= {TOO_BAD:g}; got {found:.3g} with {task.turns:.3g} turns; {_advice(task, ratio)}"
     )
+
+
+def _advice(task: Task, ratio: float) -> str:
+    """What would make the condition good: turns, on an even grid, or samples where there are none."""
+    more = _more_turns(ratio, task.upr_max, task.turns)
+    if more == 0:
+        gap = widest_gap(task.angle)
+        return f"a gap of {np.degrees(gap):.3g} degrees or the offset leaves part of the turn bare: upr_max must be lower"
+    return "no number of turns will do" if more is None else f"about {more:g} turns more are needed"
 
 
 def _more_turns(ratio: float, upr_max: int, turns: float) -> float | None:
