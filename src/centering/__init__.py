@@ -5,6 +5,7 @@ from centering._geometry.estimate import CircleEstimate
 from centering._geometry.estimator import GeometryEstimator
 from centering._geometry.fit import fit_circle
 from centering._geometry.form import form_gain
+from centering._geometry.identify import identify
 from centering._geometry.limacon import (
     corrected_radius,
     limacon_bias,
@@ -13,39 +14,55 @@ from centering._geometry.limacon import (
     limacon_wave,
     linear_gauge_offset,
 )
+from centering._geometry.measuring import MeasuringController
+from centering._geometry.picture import plot_centers
 from centering._geometry.printed import PrintedEstimator, PrintedHistory
 from centering._geometry.residuals import ResidualChecks, residual_checks
 from centering._handover.alarm import DriftAlarm
 from centering._handover.allowance import Allowance, best_allowance
 from centering._handover.changeover import Changeover
+from centering._handover.chart import ControlChart
+from centering._handover.chatter import ChatterCheck, chatter_check
 from centering._handover.drift import DriftTrack
 from centering._handover.stock import Stock
 from centering._roundness.circles import reference_circle
+from centering._roundness.profile import Profile
 from centering._roundness.roundness import Roundness
+from centering._roundness.runout import Runout
+from centering._roundness.spectrum import Spectrum
 
 __all__ = [
     "Allowance",
     "Changeover",
+    "ChatterCheck",
     "CircleEstimate",
+    "ControlChart",
     "DriftAlarm",
     "DriftTrack",
     "GeometryEstimator",
+    "MeasuringController",
     "PrintedEstimator",
     "PrintedHistory",
+    "Profile",
     "ResidualChecks",
     "Roundness",
+    "Runout",
+    "Spectrum",
     "Stock",
     "best_allowance",
+    "chatter_check",
     "circle_derivatives",
     "circle_reading",
     "corrected_radius",
     "fit_circle",
     "form_gain",
+    "identify",
     "limacon_bias",
     "limacon_radius",
     "limacon_reading",
     "limacon_wave",
     "linear_gauge_offset",
+    "plot_centers",
     "radial_position",
     "reference_circle",
     "residual_checks",
