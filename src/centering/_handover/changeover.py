@@ -202,7 +202,7 @@ class Changeover(Frozen):
 
     def __repr__(self) -> str:
         nearer, time, population = 1e3 * self.length_saved, self.time_saved, f"the population's {self.population_position:.4f} mm"
-        told = f"{abs(nearer):.3g} um {'beyond' if nearer >= 0 else 'short of'} {population}"
+        told = f"{abs(nearer):.4g} um {'beyond' if nearer >= 0 else 'short of'} {population}"
         end = f"{time:.3g} s of air saved" if time >= 0 else f"{-time:.3g} s more of air, and no crash"
         return f"Changeover(rapid feed to {self.position:.4f} mm, {told}: {end})"
 
