@@ -21,9 +21,10 @@ from centering._geometry.residuals import ResidualChecks, residual_checks
 from centering._handover.alarm import DriftAlarm
 from centering._handover.allowance import Allowance, best_allowance
 from centering._handover.changeover import Changeover
-from centering._handover.chart import ControlChart
-from centering._handover.chatter import ChatterCheck, chatter_check
+from centering._handover.chart import ChartLimits, ChartSignal, ControlChart
+from centering._handover.chatter import ChatterBand, ChatterCheck, chatter_check
 from centering._handover.drift import DriftTrack
+from centering._handover.plan import plan_changeover
 from centering._handover.stock import Stock
 from centering._roundness.circles import reference_circle
 from centering._roundness.profile import Profile
@@ -34,6 +35,9 @@ from centering._roundness.spectrum import Spectrum
 __all__ = [
     "Allowance",
     "Changeover",
+    "ChartLimits",
+    "ChartSignal",
+    "ChatterBand",
     "ChatterCheck",
     "CircleEstimate",
     "ControlChart",
@@ -62,6 +66,7 @@ __all__ = [
     "limacon_reading",
     "limacon_wave",
     "linear_gauge_offset",
+    "plan_changeover",
     "plot_centers",
     "radial_position",
     "reference_circle",
