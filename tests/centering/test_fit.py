@@ -278,7 +278,7 @@ def test_the_axis_outside_of_the_part():
     reading = 20 * np.cos(angle) + np.sqrt(5.8**2 - (20 * np.sin(angle)) ** 2)
     found = fit_circle(angle, reading, throw=False)
     assert found.status is Status.IMPOSSIBLE and np.all(np.isinf(found.sd)) and np.all(np.isfinite(found.value))
-    with pytest.raises(ValueError, match=r"offset must be < radius \(mm\).*look for bad readings"):
+    with pytest.raises(ValueError, match=r"offset must be < radius \(mm\).*lead to .*bad readings"):
         fit_circle(angle, reading)
 
 

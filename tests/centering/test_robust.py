@@ -177,6 +177,17 @@ def test_prior_and_known_noise():
     assert found.center_sd < 0.3 * fit_circle(angle, reading, loss="huber", noise_sd=SIGMA).center_sd
 
 
+@pytest.mark.parametrize("loss", LOSSES)
+def test_the_axis_outside_of_the_part(loss):
+    """No three readings have a circle about the axis: the plain start is taken, and stays at the edge."""
+    angle = np.linspace(-0.1, 0.1, 21)
+    reading = 20 * np.cos(angle) + np.sqrt(5.8**2 - (20 * np.sin(angle)) ** 2)
+    found = fit_circle(angle, reading, loss=loss, throw=False)
+    assert not found.ok and np.all(np.isfinite(found.value)) and np.all(np.isinf(found.sd))
+    with pytest.raises(ValueError, match="the spindle's axis"):
+        fit_circle(angle, reading, loss=loss)
+
+
 # Kernels and their slow twins -----------------------------------------------------------------------------------------
 
 

@@ -169,7 +169,7 @@ class CircleEstimate(Estimate):
     @property
     def angle_known(self) -> bool:
         """Whether the offset has a direction: it is at least twice the standard deviation of the centre (mm)."""
-        return self.offset >= KNOWN * self.center_sd
+        return self.offset > 0 and self.offset >= KNOWN * self.center_sd
 
     def uncertainty(self, confidence: float = 0.95, joint: bool = False) -> float:
         """Return how far the true centre may lie from the estimate, mm.

@@ -53,7 +53,7 @@ def fit_circle(
     prior : (mean, sd), optional
         What is known of the radius, mm, both > 0.
     noise_sd : float, optional
-        Standard deviation of one reading, mm, >= 0; by default what the fit leaves.
+        Standard deviation of one reading, mm, > 0; by default what the fit leaves.
     harmonics : spectrum or mapping, optional
         The part's known form, which adds to its radius: an object with arrays upr, amplitude (mm) and phase (rad), or a mapping
         upr -> (amplitude, phase); amplitude cos(upr beta - phase) at the polar angle beta about the part's centre.
@@ -146,8 +146,8 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
     offset = float(np.hypot(result[at.X], result[at.Y]))
     if ended == at.OUTSIDE or (ended == at.FITTED and offset >= result[at.RADIUS]):
         return Status.IMPOSSIBLE, (
-            f"offset must be < radius (mm) for a part about the spindle's axis; got {offset:.6g} and {result[at.RADIUS]:.6g}:"
-            " look for bad readings, a wrong unit, or turn the part further"
+            f"offset must be < radius (mm), as the spindle's axis lies in the part; the readings lead to {offset:.6g} and"
+            f" {result[at.RADIUS]:.6g}: turn the part further, or look for bad readings or a wrong unit"
         )
     if ended == at.SINGULAR or result[at.CONDITION] > CONDITION:
         told = f"; the others widen its standard deviation {result[at.CONDITION]:.3g} times" if result[at.CONDITION] > 0 else ""
@@ -160,7 +160,8 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
 
 def readings(angle: npt.ArrayLike, reading: npt.ArrayLike, turns: float | None = None) -> tuple[Floats, Floats]:
     """Return angles (rad) and readings (mm) as arrays of one length, checked (private to this package)."""
-    turned, line = checks.finite_array("angle", angle, "rad"), checks.finite_array("reading", reading, "mm")
+    # Copies: compiled code would be compiled anew for arrays that are read-only or strided.
+    turned, line = checks.finite_array("angle", angle, "rad").copy(), checks.finite_array("reading", reading, "mm").copy()
     if turned.ndim != 1 or line.shape != turned.shape:
         raise ValueError(f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}")
     if turned.size < 3:

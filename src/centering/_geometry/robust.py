@@ -11,8 +11,6 @@ from sdpgrind.base.checks import Floats
 LOSSES = {"linear": 0, "huber": HUBER, "soft_l1": SOFT_L1}
 TRIPLES = 50
 """Of each kind. Three readings are good with probability 0.34 where 30 % are off: all 50 fail once in 1e9."""
-MANY = 600
-"""Readings of which a start looks at no more than so many."""
 
 
 def triples(angle: Floats) -> Any:

@@ -141,9 +141,11 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
     m, data, circle = angle.size, fit.prepared(angle, reading, form), result[:3]
     rows, left, step = np.empty((4, m + 1)), np.empty(m + 1), np.empty(3)
     weight, kept = np.empty(m), np.ones(m, dtype=np.bool_)
-    scale = NORMAL * (1.0 + 5.0 / (m - 3.0)) * least_median(data, triples, circle)
-    if scale == np.inf or not fit.residuals(data, circle, left[:m]):
-        return fit.OUTSIDE
+    near = least_median(data, triples, circle)
+    if near == np.inf and fit.started(data, rows, circle) != fit.FITTED:
+        return fit.SINGULAR
+    fit.residuals(data, circle, left[:m])
+    scale = NORMAL * (1.0 + 5.0 / (m - 3.0)) * min(near, np.max(np.abs(left[:m])))
     settled, result[fit.TAKEN] = False, 0.0
     while result[fit.TAKEN] < 3 * fit.STEPS and not settled:
         result[fit.TAKEN] += 1.0
