@@ -3,6 +3,7 @@
 import numpy as np
 
 RADIUS, TIP = 61.94, 3.75
+# Mears, Table 6.5: upr and um
 TABLE = {
     43: 0.235,
     3: 0.206,

@@ -1,0 +1,255 @@
+import numpy as np
+import pytest
+from measured_rings import LOBES, RADIUS, TIP, measured, phases, turn, vector
+from scipy.stats import kstest
+
+from centering._roundness.profile import Profile
+from centering._roundness.runout import Runout
+from sdpgrind.base.stored import decode, encode
+
+TONE = 1.5e-3  # mm
+RATIO = RADIUS / TIP  # 16.517
+
+
+def scan(turns=4.0, *, points=360, offset=3.6, seed=0, noise=1e-4, tip=TIP, amplitude=TONE, phase=0.6, **told):
+    angle = turn(turns, points)
+    runout = (amplitude, RADIUS / tip, phase)
+    reading = measured(angle, offset=offset, lobes=phases(seed), tip=tip, runout=runout, noise=noise, rng=seed, **told)
+    return Profile(angle, reading, tip_radius=TIP)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3, 3.6])
+def test_harmonics_and_runout_of_four_turns(offset):
+    """The bar: 15 nm at noise of 0.1 um, the amplitude of every harmonic and that of the runout."""
+    for seed in range(4):
+        clean = scan(offset=offset, seed=seed).remove_runout()
+        found = clean.spectrum(50).amplitude
+        assert found == pytest.approx([LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=15e-6)
+        assert clean.runout.amplitude == pytest.approx(TONE, abs=15e-6)
+        assert clean.runout.upr_max == 50
+
+
+@pytest.mark.parametrize(("offset", "tip"), [(0.0, 3.75), (3.6, 3.75), (3.6, 3.765), (-3.6, 3.735), (30.0, 3.75)])
+def test_without_noise_all_is_exact(offset, tip):
+    clean = scan(offset=offset, tip=tip, noise=0.0).remove_runout()
+    found = clean.spectrum(60)
+    for upr in range(2, 61):
+        amplitude, angle = phases(0).get(upr, (0.0, 0.0))
+        assert abs(vector(found, upr) - amplitude * np.exp(1j * angle)) < 1e-10
+    assert clean.runout.amplitude == pytest.approx(TONE, abs=1e-10)
+    assert clean.runout.phase == pytest.approx(0.6, abs=1e-7)
+    assert clean.tip_radius == clean.runout.tip_radius == pytest.approx(tip, abs=1e-9)
+    assert (clean.circle.radius, clean.circle.offset) == pytest.approx((RADIUS, abs(offset)), abs=1e-9)
+    assert not clean.runout.slipped
+    assert np.abs(clean.residuals).max() < 1e-10
+
+
+@pytest.mark.parametrize(("ratio", "turns", "told"), [(16.517, 1, 122), (16.517, 2, 1.45), (16.05, 1, 803), (16.05, 4, 5.8)])
+def test_conditions(ratio, turns, told):
+    angle = turn(turns, 360)
+    profile = Profile(angle, measured(angle, runout=(TONE, ratio, 0.0)), tip_radius=TIP)
+    found = profile.remove_runout(ratio, refine=False).runout
+    assert found.condition == pytest.approx(told, rel=0.01)
+    waves = [wave(k * angle) for k in range(1, 51) for wave in (np.cos, np.sin)]
+    columns = np.column_stack([np.ones_like(angle), *waves, np.cos(ratio * angle), np.sin(ratio * angle)])
+    assert found.condition == pytest.approx(np.linalg.cond(columns), rel=1e-6)
+    assert (found.ratio, found.ratio_sd, found.tip_radius_sd) == (ratio, 0.0, 0.0)
+
+
+def test_the_fit_equals_dense_least_squares():
+    profile = scan(2, offset=3.6)
+    clean = profile.remove_runout(RATIO, refine=False, upr_max=60)
+    center = clean.circle.value[1:]
+    x, y = (profile.points - center).T
+    angle, deviation = np.unwrap(np.arctan2(y, x)), np.hypot(x, y) - TIP - clean.circle.radius
+    waves = [wave(k * angle) for k in range(1, 61) for wave in (np.cos, np.sin)]
+    columns = np.column_stack([np.ones_like(angle), *waves, np.cos(RATIO * angle), np.sin(RATIO * angle)])
+    solution, left, _, _ = np.linalg.lstsq(columns, deviation, rcond=None)
+    covariance = left[0] / (angle.size - 123) * np.linalg.inv(columns.T @ columns)
+    assert np.abs(solution[:3]).max() < 1e-9  # the centre and the radius are those that leave nothing of it
+    assert clean.runout.value[:2] == pytest.approx(solution[-2:], abs=1e-11)
+    assert clean.runout.covariance[:2, :2] == pytest.approx(covariance[-2:, -2:], rel=1e-5)
+    assert clean.circle.covariance == pytest.approx(covariance[:3, :3], rel=1e-4, abs=1e-16)
+    assert clean.noise_sd == pytest.approx(np.sqrt(left[0] / (angle.size - 123)), rel=1e-6)
+    assert clean.spectrum(60).amplitude[1:] == pytest.approx(np.hypot(solution[3:-2:2], solution[4:-2:2]), abs=1e-10)
+
+
+def test_it_is_as_sure_as_it_says():
+    found = [scan(2, points=180, seed=seed).remove_runout() for seed in range(80)]
+    errors = {
+        "amplitude": [(p.runout.amplitude - TONE) / p.runout.amplitude_sd for p in found],
+        "phase": [(p.runout.phase - 0.6) / p.runout.phase_sd for p in found],
+        "tip_radius": [(p.runout.tip_radius - TIP) / p.runout.tip_radius_sd for p in found],
+        "center_x": [(p.circle.center_x - 3.6 * np.cos(0.7)) / np.sqrt(p.circle.covariance[1, 1]) for p in found],
+    }
+    for name, values in errors.items():
+        assert kstest(values, "norm").pvalue > 1e-3, name
+    assert np.mean([p.noise_sd for p in found]) == pytest.approx(1e-4, rel=0.02)
+    assert sum(p.runout.slipped for p in found) <= 1
+
+
+def test_harmonics_of_one_turn_say_how_little_they_know():
+    """One turn: condition 122. What is not known of the runout is not known of the harmonics beside it."""
+    errors, told = [], []
+    for seed in range(60):
+        spectrum = scan(1, offset=0.0, seed=seed, noise=2e-5).remove_runout(RATIO, refine=False).spectrum(50)
+        lobes = {upr: phases(seed).get(upr, (0.0, 0.0)) for upr in (3, 16, 17)}
+        errors.append([abs(vector(spectrum, upr) - a * np.exp(1j * p)) for upr, (a, p) in lobes.items()])
+        told.append([spectrum.sd[upr - 1] for upr in lobes])
+    assert np.mean(np.square(errors), axis=0) == pytest.approx(2 * np.mean(np.square(told), axis=0), rel=0.5)  # two parts each
+    known, *others = np.mean(told, axis=0)
+    assert min(others) > 5 * known
+
+
+def test_why_the_angle_about_the_part():
+    """Fitted over the spindle's angle the runout of an offset ring is too small, and its side bands take the 43 upr line."""
+    angle = turn(4, 360)
+    reading = measured(angle, offset=3.6, lobes=phases(0), runout=(TONE, RATIO, 0.6))
+    profile = Profile(angle, reading, tip_radius=TIP)
+    waves = [wave(k * angle) for k in range(1, 51) for wave in (np.cos, np.sin)]
+    columns = np.column_stack([np.ones_like(angle), *waves, np.cos(RATIO * angle), np.sin(RATIO * angle)])
+    solution = np.linalg.lstsq(columns, profile.deviation, rcond=None)[0]
+    assert 1e3 * np.hypot(*solution[-2:]) == pytest.approx(1.20, abs=0.02)
+    assert 1e3 * np.hypot(*solution[85:87]) < 0.02  # of 0.235
+
+
+@pytest.mark.parametrize("slid", [0.4, 1.0])
+def test_a_roller_that_slips(slid):
+    angle = turn(4, 360)
+    reading = measured(angle, offset=1.0, lobes=phases(0), runout=(TONE, RATIO, 0.6), slip=(4 * np.pi, slid), noise=3e-5)
+    clean = Profile(angle, reading, tip_radius=TIP).remove_runout()
+    assert clean.runout.slipped
+    assert 0.2 * slid < clean.runout.slip < slid  # part of it is taken for another ratio
+    assert "the roller slipped" in clean.steps[0]
+    assert "SLIPPED" in repr(clean.runout)
+
+
+def test_a_round_roller_loses_nothing():
+    profile = scan(amplitude=0.0)
+    clean = profile.remove_runout()
+    assert clean.runout.ratio == pytest.approx(profile.circle.radius / TIP)
+    assert clean.tip_radius == TIP
+    assert clean.runout.amplitude < 4 * clean.runout.amplitude_sd
+    assert clean.spectrum(50).amplitude == pytest.approx([LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=15e-6)
+
+
+def test_the_samples_stay():
+    profile = scan(noise=0.0)
+    clean = profile.remove_runout()
+    assert clean.angle == pytest.approx(profile.angle, abs=1e-5)
+    assert clean.turns == pytest.approx(4.0, abs=1e-4)
+    plain = measured(profile.angle, offset=3.6, lobes=phases(0))
+    assert np.interp(profile.angle, clean.angle, clean.reading) == pytest.approx(plain, abs=1e-6)
+    assert clean.steps == (clean.steps[0],)
+    assert clean.steps[0].startswith("roller runout of 1.5 ± ")
+
+
+def test_an_oval_roller_is_taken_off_in_two():
+    angle = turn(4, 360)
+    second = 4e-4 * np.cos(2 * RATIO * angle - 1.0)
+    reading = measured(angle, lobes=phases(0), runout=(TONE, RATIO, 0.6)) + second
+    clean = Profile(angle, reading, tip_radius=TIP).remove_runout().remove_runout(2 * RATIO)
+    assert clean.runout.amplitude == pytest.approx(4e-4, rel=1e-3)
+    assert len(clean.steps) == 2
+    assert clean.spectrum(50).amplitude == pytest.approx([LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=1e-6)
+
+
+def test_an_encoder_that_starts_again():
+    profile = scan()
+    wrapped = Profile(np.mod(profile.angle, 2 * np.pi), profile.reading, tip_radius=TIP)
+    assert wrapped.turns == pytest.approx(4.0)
+    assert wrapped.remove_runout().runout.amplitude == pytest.approx(profile.remove_runout().runout.amplitude, rel=1e-9)
+    backwards = Profile(-profile.angle, profile.reading, tip_radius=TIP)
+    assert backwards.remove_runout().runout.amplitude == pytest.approx(profile.remove_runout().runout.amplitude, rel=1e-6)
+
+
+def test_as_many_harmonics_as_samples_allow():
+    assert scan(points=72).remove_runout().runout.upr_max == 35
+    wide = Profile(turn(3, 360), measured(turn(3, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1)
+    assert wide.remove_runout().runout.upr_max == 67
+    assert wide.remove_runout().runout.amplitude == pytest.approx(TONE, abs=1e-9)
+
+
+def test_a_ratio_without_a_tip_radius():
+    angle = turn(4, 360)
+    profile = Profile(angle, measured(angle, tip=0.0, runout=(TONE, 9.31, 0.2), lobes=phases(1)))
+    clean = profile.remove_runout(9.3)
+    assert clean.runout.ratio == pytest.approx(9.31, abs=1e-8)
+    assert clean.runout.amplitude == pytest.approx(TONE, abs=1e-9)
+    assert clean.tip_radius == 0.0
+
+
+def test_more_turns_as_advised_do():
+    angle = turn(1, 360)
+    profile = Profile(angle, measured(angle, runout=(TONE, 16.03, 0.0)), tip_radius=TIP)
+    with pytest.raises(ValueError, match=r"angle must cover enough turns .* 16.03 upr .*with 1 turns; about 0.5 turns more"):
+        profile.remove_runout(16.03, refine=False)
+    longer = turn(1.5, 360)
+    profile = Profile(longer, measured(longer, runout=(TONE, 16.03, 0.0)), tip_radius=TIP)
+    assert profile.remove_runout(16.03, refine=False).runout.amplitude == pytest.approx(TONE, rel=1e-6)
+
+
+def test_a_bare_part_of_the_turn():
+    angle = turn(4, 360)
+    angle = angle[np.mod(angle, 2 * np.pi) > 1.5]
+    with pytest.raises(
+        ValueError, match=r"a gap of 8[67].* degrees or the offset leaves part of the turn bare: upr_max must be lower"
+    ):
+        Profile(angle, measured(angle), tip_radius=TIP).remove_runout()
+
+
+@pytest.mark.parametrize(
+    ("tip", "asked", "said"),
+    [
+        (0.0, {}, r"tip_radius must be > 0 \(mm\) to know how fast the roller turns; got 0.0"),
+        (TIP, {"ratio": -1.0}, r"ratio must be > 0 \(1\); got -1.0"),
+        (TIP, {"ratio": 16.01}, r"ratio must be at least 0.02 from a whole number; got 16.01: .* 16 upr"),
+        (RADIUS / 16, {}, "ratio must be at least 0.02 from a whole number; got 16"),
+        (TIP, {"upr_max": 46}, "upr_max must be <= 45, half of the points of one turn"),
+        (TIP, {"upr_max": 45, "ratio": 7.4}, "reading must have at least 93 samples for 45 harmonics and the runout; got 90"),
+        (TIP, {"upr_max": 0}, "upr_max must be >= 1; got 0"),
+    ],
+)
+def test_what_is_refused(tip, asked, said):
+    angle = turn(1, 90)
+    with pytest.raises(ValueError, match=said):
+        Profile(angle, measured(angle, tip=tip), tip_radius=tip).remove_runout(**asked)
+
+
+def test_a_ratio_near_a_whole_number_where_that_is_told():
+    angle = turn(30, 120)
+    profile = Profile(angle, measured(angle, runout=(TONE, 16.01, 0.3)), tip_radius=TIP)
+    found = profile.remove_runout(16.01, near_integer=True, upr_max=30).runout
+    assert found.amplitude == pytest.approx(TONE, rel=1e-6)
+    with pytest.raises(ValueError, match=r"ratio must be at least 0.02 from a whole number; got 16.01"):
+        profile.remove_runout(16.03)  # found near it
+
+
+def test_another_roller_than_told():
+    with pytest.raises(
+        ValueError, match=r"ratio must be within 0.5 % of that of the roller; got 16.5173, and the runout is strongest"
+    ):
+        scan(tip=3.72).remove_runout()
+
+
+def test_a_filtered_profile_has_no_turns():
+    with pytest.raises(ValueError, match="remove_runout must come before a filter, which keeps no turns"):
+        scan().filter(upr=50).remove_runout()
+
+
+def test_a_runout_is_frozen_and_equal_by_value():
+    runout = scan().remove_runout().runout
+    assert decode(encode(runout)) == runout
+    assert hash(decode(encode(runout))) == hash(runout)
+    assert runout != runout.replace(slip=1.0)
+    assert runout != 1
+    place = np.linspace(0, 7, 15)
+    assert runout.deviation(place) == pytest.approx(runout.amplitude * np.cos(runout.ratio * place - runout.phase), abs=1e-15)
+    step = np.array([1e-8, 1e-8, 1e-6])
+    for k in range(3):
+        ahead, behind = (
+            Runout(runout.value + s * step * (np.arange(3) == k), runout.covariance).deviation(place) for s in (1, -1)
+        )
+        assert runout.derivatives(place)[:, k] == pytest.approx((ahead - behind) / (2 * step[k]), abs=1e-8)
+    none = Runout(np.array([0.0, 0.0, 16.5]), np.diag([1e-12, 1e-12, 0.0]))
+    assert none.phase_sd == np.inf
