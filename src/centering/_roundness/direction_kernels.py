@@ -94,11 +94,27 @@ def _by_bins(x, y, cx, cy, sector):
 
 
 @njit(**_OPTIONS)
+def ranked(values):
+    """Indices from the smallest value to the largest: Shell's sort, which compiles in a fraction of the time of numpy's."""
+    order = np.arange(values.size)
+    step = values.size // 2
+    while step > 0:
+        for k in range(step, values.size):
+            this, place = order[k], k
+            while place >= step and values[order[place - step]] > values[this]:
+                order[place] = order[place - step]
+                place -= step
+            order[place] = this
+        step //= 2
+    return order
+
+
+@njit(**_OPTIONS)
 def _by_order(x, y, cx, cy, sector):
     """Give each point one of four sectors that hold as many points each."""
     place = np.empty(x.size)
     for k in range(x.size):
         place[k] = _diamond(x[k] - cx, y[k] - cy)
-    order = np.argsort(place)
+    order = ranked(place)
     for k in range(x.size):
         sector[order[k]] = 4 * k // x.size

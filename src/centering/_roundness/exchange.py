@@ -21,8 +21,8 @@ ROUNDING = 16 * float(np.finfo(float).eps)
 """Of a distance, relative to the size of the profile."""
 SLACK = 1e-12
 """By which no centre is better, relative to the radius, where a search has proved it."""
-CELLS = 20_000
-"""Squares that are cut, at most."""
+WORK = 10_000_000
+"""Points that a search looks at, at most: a second or so."""
 HALF_TURN = np.pi + np.radians(1.0)
 """Largest gap, rad: centres of half a turn of points are off by their form and noise, so that a degree is let pass."""
 
@@ -81,7 +81,7 @@ def inscribed(x: Floats, y: Floats) -> Found:
     bound = radius
     if reach > proved:
         start = np.array([cx, cy, -radius, held])
-        cx, cy, low, below, free, held = search(x, y, False, start, reach, tolerance, SLACK * outer, CELLS, basis)
+        cx, cy, low, below, free, held = search(x, y, False, start, reach, tolerance, SLACK * outer, WORK, basis)
         radius, bound = -low, -below
         if not held or free < low - SLACK * outer:
             raise ValueError(
@@ -103,7 +103,7 @@ def minimum_zone(x: Floats, y: Floats) -> Found:
     bound = width
     if reach > proved:
         start = np.array([cx, cy, width, held])
-        cx, cy, width, bound, _, held = search(x, y, True, start, reach, tolerance, SLACK * inner, CELLS, basis)
+        cx, cy, width, bound, _, held = search(x, y, True, start, reach, tolerance, SLACK * inner, WORK, basis)
         told = _searched(reach, width - bound)
     far, most, near, least = extremes(x, y, cx, cy)
     contacts = basis if held else np.array([far, near])

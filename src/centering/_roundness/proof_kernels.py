@@ -31,19 +31,20 @@ def steepness(x, y, cx, cy, basis, zone):
     px, py = np.empty(4), np.empty(4)
     size = 4 if zone else 3
     for k in range(size):
+        px[k], py[k] = towards(x, y, cx, cy, basis[2 + k // 2 if zone else k])
         if zone:
-            ux, uy = towards(x, y, cx, cy, basis[2 + k // 2])
             ax, ay = towards(x, y, cx, cy, basis[k % 2])
-            px[k], py[k] = ux - ax, uy - ay
-        else:
-            px[k], py[k] = towards(x, y, cx, cy, basis[k])
+            px[k], py[k] = px[k] - ax, py[k] - ay
     least = np.inf
     for i in range(size):
         for j in range(size):
             ex, ey = py[j] - py[i], px[i] - px[j]
             length = np.hypot(ex, ey)
             if length > 0.0:
-                least = min(least, np.max(px[:size] * ex + py[:size] * ey) / length)
+                most = -np.inf
+                for k in range(size):
+                    most = max(most, (px[k] * ex + py[k] * ey) / length)
+                least = min(least, most)
     return least if least < np.inf else 0.0
 
 
