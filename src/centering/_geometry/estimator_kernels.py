@@ -2,14 +2,16 @@
 
 Exact curve of an offset circle, with the tip's radius added to reading r and radius R: r^2 = 2 x r cos + 2 y r sin + R^2 - d^2 is
 linear. Divided by 2 S, S = r - x cos - y sin, the residual is the reading's error to first order and a row is the curve's own
-derivative, so that the triangle is that of maximum likelihood: exact without noise, efficient with it.
+derivative, so that the triangle is that of maximum likelihood: exact without noise, efficient with it. S is R times the cosine of
+the angle between the probe and the surface's normal. That angle is known after a few readings, R only at the end: so rows are
+divided by the cosine and the first reading r0, and all the residuals are too large by one and the same ratio R/r0.
 """
 
 import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.validity_kernels import back, block, judge, valid_now
+from centering._geometry.validity_kernels import LEAST_RATIO, MOST_RATIO, back, block, judge, valid_now
 from sdpgrind.identify.kernels import rotate
 
 TAKEN, REFUSED, SCREENED, RESTARTED = range(4)
@@ -21,7 +23,7 @@ _TURN = 2.0 * np.pi
 _WILD = 5.0  # standard deviations from which on a reading is refused
 _PIVOT = 1e-13  # least diagonal of the triangle; that of a row is 1
 _QUIET = 1e-11  # least noise of the gate, in largest readings
-_STEEP = (0.5, 20.0)  # S over the reading: up to offsets of 0.95 radii
+_STEEPEST = 0.25  # cosine between the probe and the surface's normal: offsets up to 0.97 radii
 _FEW = 8  # readings before the centre is used to weigh
 _GAP = 4.0  # usual steps from which on a step is a gap,
 _SMALL_GAP = np.pi / 36  # if it is more than that, rad
@@ -53,7 +55,7 @@ def _is_coarse(state, step):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _travel(state, angle):
+def _travel(state, array, angle):
     """Go on to an angle: way travelled, what of the part has been seen, what is forgotten."""
     if state[at.INDEX] > 0.0:
         step = angle - state[at.LAST_ANGLE]
@@ -62,7 +64,7 @@ def _travel(state, angle):
         step -= _TURN * np.floor(step / _TURN + 0.5)
         _cover(state, step)
         if state[at.LOG_FORGETTING] != 0.0 and step != 0.0:
-            _forget(state, np.exp(state[at.LOG_FORGETTING] * abs(step)))
+            _forget(state, array, np.exp(state[at.LOG_FORGETTING] * abs(step)))
     state[at.LAST_ANGLE] = angle
 
 
@@ -92,13 +94,15 @@ def _cover(state, step):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _forget(state, weight):
+def _forget(state, array, weight):
     """Let all readings before count for less."""
     state[at.WEIGHT] *= weight
     state[at.SQUARES] *= weight
     for i in range(16):
         state[at.LAG + i] *= weight
-    array, root = block(state, 0, 3), np.sqrt(weight)
+    for i in range(5):
+        state[at.BIAS + i] *= weight
+    root = np.sqrt(weight)
     for i in range(3):
         for j in range(i, array.shape[1]):
             array[i, j] *= root
@@ -117,19 +121,34 @@ def _write_row(state, angle, reading, row):
         write_lobes(state, c, s, 1.0, row)
         return
     r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
-    start, along = state[at.REFERENCE], r - (x * c + y * s)
-    across = along if along > _STEEP[0] * r else _STEEP[0] * r
-    across = across if across < _STEEP[1] * r else _STEEP[1] * r
+    part_x, part_y, start = r * c - x, r * s - y, state[at.REFERENCE]
+    distance = np.sqrt(part_x * part_x + part_y * part_y)
+    cosine = (r - (x * c + y * s)) / distance
+    cosine = min(max(cosine, _STEEPEST), 1.0)
+    state[at.RATIO] = min(max(distance / start, LEAST_RATIO), MOST_RATIO)
     if state[at.FORMS] > 0.0 or state[at.KNOWN] > 0.0:
-        part_x, part_y = r * c - x, r * s - y
-        distance = np.hypot(part_x, part_y)
-        slope, part_x, part_y = distance / across, part_x / distance, part_y / distance
+        part_x, part_y = part_x / distance, part_y / distance
         if state[at.KNOWN] > 0.0:
-            r -= slope * _known_form(state, part_x, part_y)
-        write_lobes(state, part_x, part_y, slope, row)
-    inverse = 1.0 / across
-    row[0], row[1], row[2] = start * inverse, r * c * inverse, r * s * inverse
+            r -= _known_form(state, part_x, part_y) / cosine
+        write_lobes(state, part_x, part_y, 1.0 / cosine, row)
+    inverse = 1.0 / (start * cosine)
+    row[0], row[1], row[2] = 1.0 / cosine, r * c * inverse, r * s * inverse
     row[3] = 0.5 * (r - start) * (r + start) * inverse
+    _write_bias(state, c, s, cosine, row)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_bias(state, c, s, cosine, row):
+    """Write what noise e of the reading adds to the normal equations in the mean, by its square: E[h (target - h value)].
+
+    The reading stands in the row h and in its weight too, so that rows and errors are correlated: with 2 S the residual is
+    e + e^2/(2 S), the derivative of r h is (0, cos, sin) and that of the logarithm of the weight -sin^2(slope)/S.
+    """
+    across = 1.0 / (state[at.REFERENCE] * cosine)
+    share = (2.0 * cosine * cosine - 1.5) * across
+    for i in range(3):
+        state[at.NEW_BIAS + i] = share * row[i]
+    state[at.NEW_BIAS + 3], state[at.NEW_BIAS + 4] = c * across, s * across
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -167,11 +186,12 @@ def _is_wild(state, array, row):
     second = (row[1] - array[0, 1] * first) / array[1, 1]
     third = (row[2] - array[0, 2] * first - array[1, 2] * second) / array[2, 2]
     spread += first * first + second * second + third * third
-    error = abs(error - first * array[0, 3] - second * array[1, 3] - third * array[2, 3]) - state[at.FORM_GATE]
+    error = abs(error - first * array[0, 3] - second * array[1, 3] - third * array[2, 3])
+    error -= state[at.FORM_GATE] * state[at.RATIO]
     freedom = state[at.WEIGHT] - 3.0
     if error <= 0.0 or freedom < 1.0:
         return False
-    least = max(state[at.NOISE], _QUIET * state[at.LARGEST])
+    least = max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
     return error * error > _wild(freedom) ** 2 * max(state[at.SQUARES] / freedom, least * least) * spread
 
 
@@ -191,11 +211,13 @@ def _fold(state, array, row, weight):
     if state[at.LAGGED] != 0.0:
         for i in range(4):
             change = weight * (row[i] - state[previous + i])
-            for j in range(4):
+            for j in range(i, 4):
                 state[at.LAG + 4 * i + j] += change * (row[j] - state[previous + j])
     for i in range(4):
         state[previous + i] = row[i]
     state[at.LAGGED] = 1.0
+    for i in range(5):
+        state[at.BIAS + i] += weight * state[at.NEW_BIAS + i]
     if weight != 1.0:
         row *= np.sqrt(weight)
     rotate(array, row)
@@ -229,7 +251,8 @@ def _clear_fit(state):
     """Forget the rows, not where the spindle is."""
     state[at.USED] = state[at.WEIGHT] = state[at.SQUARES] = state[at.LAGGED] = 0.0
     state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
-    state[at.LAG : at.PREVIOUS] = 0.0
+    state[at.RATIO] = 1.0
+    state[at.LAG : at.NEW_BIAS] = 0.0
     array = block(state, 0, 3)
     array[:] = 0.0
     for i in range(3):
@@ -252,14 +275,19 @@ def _remember(state, angle, reading):
 @njit(cache=True, nogil=True, error_model="numpy")
 def take(state, angle, reading):
     """Take a reading; what became of it, or (negative) why it cannot be taken: then nothing has changed."""
+    return _take(state, block(state, 0, 3), block(state, 15, 1)[0], angle, reading)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _take(state, array, row, angle, reading):
+    """The same with the triangle and room for a row at hand."""
     objection = _objection(state, angle, reading)
     if objection != TAKEN:
         return objection
-    _travel(state, angle)
-    if state[at.SEEN] % at.RING == 0.0:
+    _travel(state, array, angle)
+    if int(state[at.SEEN]) % at.RING == 0:
         _keep_triangle(state)
     cell = _remember(state, angle, reading)
-    array, row = block(state, 0, 3), block(state, 15, 1)[0]
     _write_row(state, angle, reading, row)
     state[at.INDEX] += 1.0
     state[at.SEEN] += 1.0
@@ -287,7 +315,9 @@ def _keep_triangle(state):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _replay(state, wanted):
     """Fit anew the readings of a ring that begins at its first cell, those that are wanted and not refused, in their order."""
+    x, y = state[at.CENTER_X], state[at.CENTER_Y]
     _clear_fit(state)
+    state[at.CENTER_X], state[at.CENTER_Y] = x, y  # the fit before weighs the first few
     cells, array, row = ring(state), block(state, 0, 3), block(state, 15, 1)[0]
     for i in range(int(state[at.SEEN])):
         if wanted[i] and cells[i, 2] == 0.0:
@@ -300,8 +330,9 @@ def _screen(state):
     """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
     cells, array, row = ring(state), block(state, 0, 3), block(state, 15, 1)[0]
     error = _agreed_errors(state)
-    scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * np.median(error), state[at.NOISE], _QUIET * state[at.LARGEST])
-    core = error <= _CORE * scale + state[at.FORM_GATE]
+    least = max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
+    scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * np.median(error), least)
+    core = error <= _CORE * scale + state[at.FORM_GATE] * state[at.RATIO]
     _replay(state, core)
     for i in range(at.RING):
         if not core[i]:
@@ -318,6 +349,7 @@ def _screen(state):
 def _agreed_errors(state):
     """Errors of the readings about that circle through three of them whose median error is least (60 well spread triples)."""
     cells, least, best = ring(state), np.inf, np.zeros(at.RING)
+    center_x, center_y = state[at.CENTER_X], state[at.CENTER_Y]
     value, error = np.empty(3), np.empty(at.RING)
     for n in range(60):
         first, turn = n % 10, n // 10
@@ -335,6 +367,8 @@ def _agreed_errors(state):
         if median < least:
             least = median
             best[:] = error
+            center_x, center_y = value[1], value[2]
+    state[at.CENTER_X], state[at.CENTER_Y] = center_x, center_y
     return best
 
 
@@ -401,8 +435,9 @@ def carry_radius(state, moved):
 @njit(cache=True, nogil=True, error_model="numpy")
 def run(state, angle, reading, start):
     """Take readings from one on; the number of those taken after the first that is not simply taken, and what became of it."""
+    array, row = block(state, 0, 3), block(state, 15, 1)[0]
     for i in range(start, angle.shape[0]):
-        code = take(state, angle[i], reading[i])
+        code = _take(state, array, row, angle[i], reading[i])
         if code != TAKEN:
             return i + 1, code
     return angle.shape[0], TAKEN
@@ -411,8 +446,9 @@ def run(state, angle, reading, start):
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_until_valid(state, angle, reading, start):
     """The same until the estimate is sure enough; the third says whether it is."""
+    array, row = block(state, 0, 3), block(state, 15, 1)[0]
     for i in range(start, angle.shape[0]):
-        code = take(state, angle[i], reading[i])
+        code = _take(state, array, row, angle[i], reading[i])
         if code < 0:
             return i + 1, code, False
         valid = valid_now(state)

@@ -18,19 +18,23 @@ PRIOR_RADIUS, PRIOR_SD, PRIOR_NOISE, PRIOR_FREEDOM = range(SETTINGS, SETTINGS + 
 _RUN = PRIOR_FREEDOM + 1
 (
     INDEX, SEEN, USED, RESTARTS, WEIGHT, SQUARES, LARGEST, REFERENCE, CENTER_X, CENTER_Y, LAST_ANGLE, POSITION, TRAVEL, LOW, HIGH,
-    COVERED, WIDENINGS, PATH, MOVES, DIRECTION, LAST_STEP, COARSE, BAD, LAGGED,
-) = range(_RUN, _RUN + 24)  # fmt: skip
+    COVERED, WIDENINGS, PATH, MOVES, DIRECTION, LAST_STEP, COARSE, BAD, LAGGED, RATIO,
+) = range(_RUN, _RUN + 25)  # fmt: skip
 """Readings ever, since the (re)start and used of these, restarts, sum of their weights and of squared residuals (mm^2), largest
 reading and the first (mm, with tip), latest centre (mm), last angle as read, unwrapped angle, way travelled, ends of what was
 seen and how much of it is covered (rad), steps that widened it, way and number of steps that moved, sense of rotation, last step
-(rad), even coarse steps in a row, readings refused in the ring, whether there is a row before."""
+(rad), even coarse steps in a row, readings refused in the ring, whether there is a row before, radius over the first reading."""
 
-LAG = LAGGED + 1
-"""Sums of products of differences of successive rows and targets (4, 4)."""
+LAG = RATIO + 1
+"""Sums of products of differences of successive rows and targets (4, 4); its upper triangle."""
 PREVIOUS = LAG + 16
 """The row before, with its target (4)."""
 
-_RESULT = PREVIOUS + 4
+BIAS, NEW_BIAS = PREVIOUS + 4, PREVIOUS + 9
+"""What noise of variance 1 adds to the normal equations of the rows so far, and of a new row: (q, x, y) over the square of the
+ratio, (x, y) over the ratio."""
+
+_RESULT = NEW_BIAS + 5
 (
     RADIUS, FIT_X, FIT_Y, FIT_NOISE, FREEDOM, INFLATION, SPREAD, FORM_BOUND, REACH, BAND, TOLERANCE, SCALE, SCALE_FREEDOM,
 ) = range(_RESULT, _RESULT + 13)  # fmt: skip

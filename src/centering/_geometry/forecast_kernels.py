@@ -5,7 +5,7 @@ from numba import njit
 
 from centering._geometry import estimator_slots as at
 from centering._geometry.estimator_kernels import write_lobes
-from centering._geometry.validity_kernels import block, conclude, form_bound, judge, known_quantile, quantile, worst
+from centering._geometry.validity_kernels import block, conclude, form_bound, judge, known_quantile, quantile, ratio_of, worst
 from sdpgrind.identify.kernels import rotate
 
 _STEPS = 180  # of a turn
@@ -77,7 +77,7 @@ def _will_do(state, array, weight, covered):
     seen = quantile(state, weight / inflation**2 - 3.0) * state[at.FIT_NOISE] if state[at.FREEDOM] > 0.0 else 0.0
     reach = max(seen, known_quantile(state) * state[at.NOISE])
     band = reach * worst(information[1, 1], information[1, 2], information[2, 2]) * inflation + form_bound(state, room)
-    return band <= state[at.TOLERANCE]
+    return band * ratio_of(state, value) <= state[at.TOLERANCE]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -92,7 +92,7 @@ def _expected_row(state, angle, row):
         return
     radius = state[at.RADIUS] + state[at.TIP]
     across = np.sqrt(max(radius**2 - (x * s - y * c) ** 2, 0.01 * radius**2))
-    r = x * c + y * s + across
-    row[0], row[1], row[2] = start / across, r * c / across, r * s / across
-    row[3] = 0.5 * (r - start) * (r + start) / across
-    write_lobes(state, (r * c - x) / radius, (r * s - y) / radius, radius / across, row)
+    r, cosine = x * c + y * s + across, across / radius
+    row[0], row[1], row[2] = 1.0 / cosine, r * c / (start * cosine), r * s / (start * cosine)
+    row[3] = 0.5 * (r - start) * (r + start) / (start * cosine)
+    write_lobes(state, (r * c - x) / radius, (r * s - y) / radius, 1.0 / cosine, row)

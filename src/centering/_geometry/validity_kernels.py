@@ -14,7 +14,10 @@ from sdpgrind.identify.kernels import inverse, rotate
 
 _FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
 _QUIET = 1e-10  # least noise that this belief is weighed with, in largest readings
+LEAST_RATIO, MOST_RATIO = 0.5, 20.0
+"""Radius over the first reading: offsets up to 0.95 radii. The triangle's noise is that of a reading times this ratio."""
 _STEPS = 12  # Gauss-Newton, where the radius is known
+_ENOUGH = 8.0  # readings from which on the bias by noise is taken off
 _CLOSE = 1e-14  # of the largest reading
 _SIGNIFICANT = 2.33  # standard deviations from which on a correlation of residuals is believed
 _TURN = 2.0 * np.pi
@@ -75,8 +78,9 @@ def _correlation(state, value):
     lagged = 0.0
     for i in range(4):
         left = 1.0 if i == 3 else -value[i]
-        for j in range(4):
-            lagged += left * (1.0 if j == 3 else -value[j]) * state[at.LAG + 4 * i + j]
+        lagged += left * left * state[at.LAG + 5 * i]
+        for j in range(i + 1, 4):
+            lagged += 2.0 * left * (1.0 if j == 3 else -value[j]) * state[at.LAG + 4 * i + j]
     squares, weight = state[at.SQUARES], state[at.WEIGHT]
     if squares <= 0.0:
         return 0.0
@@ -87,7 +91,7 @@ def _correlation(state, value):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def noise(state):
-    """Sd of a reading (mm), its degrees of freedom and the inflation; correlated readings count for fewer."""
+    """Sd of the triangle's noise, its degrees of freedom and the inflation; correlated readings count for fewer."""
     value = np.empty(3)
     back(block(state, 0, 3), 3, value)
     weight = state[at.WEIGHT]
@@ -99,12 +103,12 @@ def noise(state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weighing_noise(state):
+def _weighing_noise(state, ratio):
     """The noise that what is known beforehand is weighed with: of this fit and those before together, not below the least."""
     freedom, before = max(state[at.WEIGHT] - 3.0, 0.0), state[at.PRIOR_FREEDOM]
     total = freedom + before
-    pooled = np.sqrt((state[at.SQUARES] + before * state[at.PRIOR_NOISE] ** 2) / total) if total > 0.0 else 0.0
-    return max(pooled, state[at.NOISE], _QUIET * state[at.LARGEST])
+    pooled = np.sqrt((state[at.SQUARES] + before * (ratio * state[at.PRIOR_NOISE]) ** 2) / total) if total > 0.0 else 0.0
+    return max(pooled, ratio * state[at.NOISE], ratio * _QUIET * state[at.LARGEST])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -126,6 +130,15 @@ def _radius(state, value):
         return start + value[0]
     square = start * start + 2.0 * start * value[0] + value[1] ** 2 + value[2] ** 2
     return np.sqrt(max(square, 1e-12 * start * start))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ratio_of(state, value):
+    """The triangle's noise over that of a reading."""
+    if state[at.LIMACON] != 0.0:
+        return 1.0
+    radius = state[at.PRIOR_RADIUS] if state[at.PRIOR_SD] > 0.0 else _radius(state, value)
+    return min(max(radius / state[at.REFERENCE], LEAST_RATIO), MOST_RATIO)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -166,12 +179,27 @@ def _with_radius(state, array, value, weighing, room):
 @njit(cache=True, nogil=True, error_model="numpy")
 def conclude(state, array, room, value, information):
     """Values (q, x, y) and their inverse information from a triangle of readings, which is changed, and all that is known."""
-    weighing = _weighing_noise(state)
+    back(array, 3, value)
+    weighing = _weighing_noise(state, ratio_of(state, value))
     _with_center(state, array, weighing)
     back(array, 3, value)
     if state[at.PRIOR_SD] > 0.0:
         _with_radius(state, array, value, weighing, room)
     inverse(array[:, :3], information)
+    if state[at.LIMACON] == 0.0 and state[at.WEIGHT] > _ENOUGH:
+        _without_bias(state, value, information)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _without_bias(state, value, information):
+    """Take off what the square of the noise adds to the values: rows hold the reading, noise and all."""
+    ratio = ratio_of(state, value)
+    scale = state[at.SQUARES] / (state[at.WEIGHT] - 3.0) / ratio
+    first = scale * state[at.BIAS] / ratio
+    second = scale * (state[at.BIAS + 1] / ratio + state[at.BIAS + 3])
+    third = scale * (state[at.BIAS + 2] / ratio + state[at.BIAS + 4])
+    for i in range(3):
+        value[i] -= information[i, 0] * first + information[i, 1] * second + information[i, 2] * third
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -182,7 +210,7 @@ def worst(a, b, c):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def form_bound(state, array):
-    """Greatest error of the centre from the assumed lobes, each in its worst phase, mm."""
+    """Greatest error of the centre from the assumed lobes, each in its worst phase, over the ratio, mm."""
     value, other, total = np.empty(3), np.empty(3), 0.0
     for n in range(int(state[at.FORMS])):
         back(array, 4 + 2 * n, value)
@@ -204,14 +232,15 @@ def judge(state):
     value, information = np.empty(3), np.empty((3, 3))
     conclude(state, array, room, value, information)
     sd, freedom, inflation = noise(state)
-    _write_fit(state, value, information)
-    state[at.FIT_NOISE], state[at.FREEDOM], state[at.INFLATION] = sd, freedom, inflation
-    state[at.FORM_BOUND] = form_bound(state, array)
+    ratio = ratio_of(state, value)
+    _write_fit(state, value, information, ratio)
+    state[at.FIT_NOISE], state[at.FREEDOM], state[at.INFLATION] = sd / ratio, freedom, inflation
+    state[at.FORM_BOUND] = form_bound(state, array) * ratio
     return _write_band(state)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _write_fit(state, value, information):
+def _write_fit(state, value, information, ratio):
     """Write radius, centre and their covariance for noise 1."""
     state[at.RADIUS] = _radius(state, value) - state[at.TIP]
     state[at.FIT_X], state[at.FIT_Y] = value[1], value[2]
@@ -224,8 +253,8 @@ def _write_fit(state, value, information):
             for k in range(3):
                 for m in range(3):
                     total += turned[i, k] * information[k, m] * turned[j, m]
-            state[at.SHAPE + 3 * i + j] = total
-    state[at.SPREAD] = worst(information[1, 1], information[1, 2], information[2, 2])
+            state[at.SHAPE + 3 * i + j] = total * ratio**2
+    state[at.SPREAD] = ratio * worst(information[1, 1], information[1, 2], information[2, 2])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
