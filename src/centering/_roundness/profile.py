@@ -117,22 +117,22 @@ class Profile:
 
     @cached_property
     def turns(self) -> float:
-        """Turns that the angles cover, 1; the last step is counted."""
+        """Turns that the angles cover, unit 1; the last step is counted."""
         return turns_of(self.angle)
 
     @property
     def points_per_turn(self) -> float:
-        """Samples over turns, 1."""
+        """Samples over turns, unit 1."""
         return self.angle.size / self.turns
 
     @property
     def nyquist(self) -> float:
-        """Half of the points of one turn as measured, upr: faster waves look like others."""
+        """Half of the points of one turn as measured, upr (unit 1): faster waves look like others."""
         return self._origin.nyquist or self.points_per_turn / 2
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """What was done to the profile, a sentence each (um, upr)."""
+        """What was done to the profile, a sentence each (lengths in um or mm)."""
         return self._origin.steps
 
     @property
@@ -176,7 +176,7 @@ class Profile:
         Parameters
         ----------
         ratio : float, optional
-            Turns of the roller for one of the part, 1; by default radius over tip radius.
+            Turns of the roller for one of the part, unit 1; by default radius over tip radius.
         upr_max : int, optional
             Highest harmonic of the part in the fit, upr; by default 50, more where the ratio is above 40, and no more than the
             points of a turn allow.
@@ -213,7 +213,7 @@ class Profile:
         kind : {"gaussian"}
             Which filter.
         upr : float
-            Cut-off, upr; usual are 15, 50, 150, 500 and 1500.
+            Cut-off, upr (unit 1); usual are 15, 50, 150, 500 and 1500.
 
         Returns
         -------
@@ -320,7 +320,7 @@ class Profile:
         return largest + higher + eccentricity * (1 - cos(min(widest_gap(self.part_angle) / 2, np.pi)))
 
     def rise_between_samples(self, upr: float) -> float:
-        """Give how many times its largest sampled height a form can reach between samples, 1: sec(upr gap/2).
+        """Give how many times its largest sampled height a form can reach between samples, unit 1: sec(upr gap/2).
 
         For N points on an even turn that is sec(pi upr/N); the widest gap counts. It holds for heights about any level.
 

@@ -26,15 +26,15 @@ class Runout(Frozen):
     Parameters
     ----------
     value : array, shape (3,)
-        Cosine and sine parts in mm, and the ratio, 1.
+        Cosine and sine parts in mm, and the ratio, unit 1.
     covariance : array, shape (3, 3)
         Their covariance, in products of these units; 0 in the row of a ratio that was given.
     tip_radius : float
         Radius on which the roller rolls, mm: the part's radius over the ratio.
     condition : float
-        Of the least-squares problem that told runout and form apart, 1; errors of the readings may grow by as much.
+        Of the least-squares problem that told runout and form apart, unit 1; errors of the readings may grow by as much.
     turns : float
-        Turns that the readings cover, 1.
+        Turns that the readings cover, unit 1.
     upr_max : int
         Highest harmonic of the part in that problem, upr.
     noise_sd : float
@@ -42,7 +42,7 @@ class Runout(Frozen):
     slip : float
         How far the roller slipped along the part, mm: the spread of its phase from one piece of a turn to the next.
     slip_probability : float
-        Probability that noise alone spreads the phase as much, 1.
+        Probability that noise alone spreads the phase as much, unit 1.
 
     Examples
     --------
@@ -69,12 +69,12 @@ class Runout(Frozen):
 
     @property
     def ratio(self) -> float:
-        """Turns of the roller for one of the part, 1."""
+        """Turns of the roller for one of the part, unit 1."""
         return float(self.value[2])
 
     @property
     def ratio_sd(self) -> float:
-        """Standard deviation of the ratio, 1; 0 where it was given."""
+        """Standard deviation of the ratio, unit 1; 0 where it was given."""
         return sqrt(self.covariance[2, 2])
 
     @property

@@ -25,7 +25,7 @@ class Spectrum(Frozen):
     Parameters
     ----------
     upr : array, shape (n,)
-        Undulations per revolution, 1.
+        Undulations per revolution, unit 1.
     amplitude : array, shape (n,)
         Half of the height from valley to peak of each, mm.
     phase : array, shape (n,)
