@@ -247,6 +247,8 @@ class Profile:
     def spectrum(self, upr_max: int | None = None) -> Spectrum:
         """Give amplitude and phase of each undulation, by least squares over all turns about the centre that leaves no 1 upr.
 
+        What turns once is the offset: `circle` tells it.
+
         Parameters
         ----------
         upr_max : int, optional
@@ -311,7 +313,8 @@ class Profile:
         if axis.shape != (2,):
             raise ValueError(f"about must be (x, y) (mm); got {checks.shown(about)}")
         if upr is None and self._origin.filter:
-            return largest_between(even_harmonics(self.deviation), self.circle.value, self.tip_radius, axis)
+            coef = even_harmonics(self.deviation)[: len(self._origin.sd)]
+            return largest_between(coef, self.circle.value, self.tip_radius, axis)
         largest = float(np.hypot(*(self.points - axis).T).max()) - self.tip_radius
         if upr is None:
             return largest

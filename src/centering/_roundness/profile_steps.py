@@ -40,7 +40,7 @@ def without_runout(profile: "Profile", task: Task) -> Made:
 def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
     """One turn on an even grid, filtered by FFT."""
     deviation = filter_even(profile.deviation, cut_off)
-    passed = transmission(np.arange(profile.angle.size // 2 + 1), cut_off)
+    passed = transmission(np.arange((profile.angle.size + 1) // 2), cut_off)
     sd = _thinned(even_sd(profile, passed.size), passed)
     name = f"Gaussian low-pass, {cut_off:g} upr"
     return _even(profile, profile.circle.value, deviation, sd, name, "by FFT", profile.deviation - deviation)
