@@ -80,7 +80,7 @@ def brute_circumscribed(points):
 
 
 def brute_inscribed(points):
-    """Radius of the largest empty circle through three points with its center in the hull, and with its center on the hull's border."""
+    """Radius of the largest empty circle through three points about a center in the hull, and of that about one on its border."""
     hull = ConvexHull(points)
     centers = _circumcenters(points)
     centers = centers[(centers @ hull.equations[:, :2].T + hull.equations[:, 2] <= 1e-9).all(axis=1)]
@@ -116,7 +116,7 @@ def voronoi_zone(points, center, within):
 
 
 def welzl(points, rng):
-    """Radius of the smallest circle that holds all points, by Welzl's way: points in random order, those outside made contacts."""
+    """Radius of the smallest circle that holds all points, by Welzl's way: in random order, those outside are made contacts."""
     order = points[rng.permutation(len(points))]
     center, radius = order[0], 0.0
     for i, p in enumerate(order):

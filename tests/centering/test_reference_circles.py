@@ -68,7 +68,7 @@ def test_inscribed_equals_brute_force_or_is_refused_where_nothing_holds_it():
         inside, border = brute_inscribed(points)
         if border > inside + EXACT:
             refused += 1
-            with pytest.raises(ValueError, match="from all sides; one of .* mm can leave by a gap"):
+            with pytest.raises(ValueError, match=r"from all sides; one of .* mm can leave by a gap"):
                 reference_circle(points, "MIC")
         else:
             found = reference_circle(points, "MIC")

@@ -49,7 +49,7 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis):
         if not zone and _off_hull(x, y, cx, cy, around):
             continue
         done += sizes[level] + _CELL
-        if level % 2 == 0:
+        if level % 3 == 0:
             known = _climb(x, y, lists[level], sizes[level], zone, cx, cy, tolerance, slack, found, basis, balls, known)
         sizes[level + 1] = _keep(x, y, lists[level], sizes[level], cx, cy, around, zone, lists[level + 1])
         depth = _quarter(x, y, lists[level + 1], sizes[level + 1], zone, stack, depth, found, basis)

@@ -84,31 +84,61 @@ def empty_reach(radius, outer, gap):
 def cell_bound(x, y, cx, cy, around, zone, px, py):
     """Height at a centre, and what it is at least within a distance `around` (mm) of it.
 
-    Bounds come from the farthest with the nearest point and, for a zone, from known contacts `px`, `py`: two outer, two inner.
+    Bounds come from the farthest and the nearest point and from known contacts `px`, `py` (4,), of a zone two outer, two inner:
+    from differences of distances of one outer and one inner point each, and from weighted means of two of those.
     """
     far, most, near, least = extremes(x, y, cx, cy)
-    if not zone:
-        return -least, -least - around
-    below = _pair_bound(x[far], y[far], x[near], y[near], cx, cy, around)
-    for k in range(4):
-        below = max(below, _pair_bound(px[k % 2], py[k % 2], px[2 + k // 2], py[2 + k // 2], cx, cy, around))
-    return most - least, below
+    high = most - least if zone else -least
+    if least <= 2.0 * around:
+        return high, high - 2.0 * around
+    rise, gx, gy = np.empty(5), np.empty(5), np.empty(5)
+    size = 5 if zone else 4
+    below, bend = -np.inf, 0.5 * around * around / (least - around)
+    for k in range(size):
+        new = k == size - 1
+        nx, ny = (x[near], y[near]) if new else (px[2 + k // 2 if zone else k], py[2 + k // 2 if zone else k])
+        rise[k], gx[k], gy[k] = _rise(nx, ny, cx, cy, -1.0)
+        if zone:
+            fx, fy = (x[far], y[far]) if new else (px[k % 2], py[k % 2])
+            below = max(below, _pair_bound(fx, fy, nx, ny, cx, cy, around))
+            up, ux, uy = _rise(fx, fy, cx, cy, 1.0)
+            rise[k], gx[k], gy[k] = rise[k] + up, gx[k] + ux, gy[k] + uy
+    return high, max(below, _mean_bound(rise[:size], gx[:size], gy[:size], around) - bend)
+
+
+@njit(**_OPTIONS)
+def _rise(px, py, cx, cy, sign):
+    """Distance of a point from a centre, mm, and its gradient by the centre, all with a sign."""
+    dx, dy = px - cx, py - cy
+    away = np.sqrt(dx * dx + dy * dy)
+    return sign * away, -sign * dx / away, -sign * dy / away
+
+
+@njit(**_OPTIONS)
+def _mean_bound(rise, gx, gy, around):
+    """Least value, within a distance, of the greatest of linear functions: by means of two whose gradients cancel best."""
+    below = -np.inf
+    for i in range(rise.size):
+        for j in range(i + 1):
+            ex, ey = gx[i] - gx[j], gy[i] - gy[j]
+            square = ex * ex + ey * ey
+            share = min(max(-(gx[j] * ex + gy[j] * ey) / square, 0.0), 1.0) if square > 0.0 else 0.0
+            slope = np.hypot(gx[j] + share * ex, gy[j] + share * ey)
+            below = max(below, rise[j] + share * (rise[i] - rise[j]) - slope * around)
+    return below
 
 
 @njit(**_OPTIONS)
 def _pair_bound(fx, fy, nx, ny, cx, cy, around):
-    """Least difference of the distances of two points from centres within a distance `around` of one.
+    """Least difference of the distances of two points that lie one way, within a distance `around` of a centre.
 
-    Where both points lie one way the difference hardly turns: its gradient is 2 sin(angle / 2) of the angle between them, and the
-    sine of that is their distance times that of the line through them over the product of theirs.
+    It hardly turns: its gradient is 2 sin(angle / 2) of the angle between them, and the sine of that is their distance times that
+    of the line through them over the product of theirs.
     """
     ax, ay, ux, uy = fx - cx, fy - cy, nx - cx, ny - cy
     a, u = np.sqrt(ax * ax + ay * ay), np.sqrt(ux * ux + uy * uy)
-    fall = 2.0 * around
-    if u > around and a > around:
-        fall = min(fall, np.hypot(ux / u - ax / a, uy / u - ay / a) * around + around * around / (2.0 * (u - around)))
-        area = abs((fx - nx) * uy - (fy - ny) * ux) + around * np.hypot(fx - nx, fy - ny)
-        sine = area / ((a - around) * (u - around))
-        if sine < 0.1 and ax * ux + ay * uy > 0.0:
-            fall = min(fall, 1.01 * sine * around)
-    return a - u - fall
+    if min(a, u) <= around or ax * ux + ay * uy <= 0.0:
+        return -np.inf
+    area = abs((fx - nx) * uy - (fy - ny) * ux) + around * np.hypot(fx - nx, fy - ny)
+    sine = area / ((a - around) * (u - around))
+    return a - u - 1.01 * sine * around if sine < 0.1 else -np.inf
