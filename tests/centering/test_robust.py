@@ -191,14 +191,6 @@ def test_the_axis_outside_of_the_part(loss):
 # Kernels and their slow twins -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("size", [1, 2, 7, 360])
-def test_ranked(size):
-    rng = np.random.default_rng(size)
-    for values in (rng.normal(size=size), rng.integers(0, 3, size).astype(float), np.zeros(size)):
-        for place in (0, size // 2, size - 1):
-            assert robust.ranked(values.copy(), place) == np.sort(values)[place]
-
-
 def test_least_median():
     angle, rng = arc_of(90), np.random.default_rng(4)
     reading = spiked(angle, OFFSET, 0.3, rng)
