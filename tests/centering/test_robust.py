@@ -177,6 +177,16 @@ def test_prior_and_known_noise():
     assert found.center_sd < 0.3 * fit_circle(angle, reading, loss="huber", noise_sd=SIGMA).center_sd
 
 
+def test_what_is_far_off_is_judged_by_the_readings():
+    """Form above a known noise is no dust: nothing is left out."""
+    angle = arc_of(360)
+    reading = circle_reading(angle, RADIUS, OFFSET, PHI) + 0.02 * np.cos(7 * angle)
+    found = fit_circle(angle, reading, loss="huber", noise_sd=0.001)
+    assert found.value == pytest.approx(truth(OFFSET), abs=2e-3)
+    spread = fit_circle(angle, reading, loss="huber").noise_sd
+    assert 0.012 < spread < 0.025  # 0.02 times the sine of 45 degrees, times 1.48
+
+
 @pytest.mark.parametrize("loss", LOSSES)
 def test_the_axis_outside_of_the_part(loss):
     """No three readings have a circle about the axis: the plain start is taken, and stays at the edge."""

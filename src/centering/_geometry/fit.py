@@ -95,7 +95,7 @@ def fit_circle(
     options = (mean + tip, sd, known) if kind == 0 else (mean + tip, sd, known, kind, triples(turned))
     ended, result = _fitted(turned, line + tip, options, form_of(harmonics))
     result[at.RADIUS] -= tip
-    circle = _estimate(ended, result, known, samples=line.size, swept=at.swept(turned), tip_radius=tip)
+    circle = _estimate(ended, result, known, samples=line.size, swept=at.swept(np.sort(turned)), tip_radius=tip)
     if throw and not circle.ok:
         raise ValueError(circle.message)
     return circle

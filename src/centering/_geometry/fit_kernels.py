@@ -11,9 +11,10 @@ import numpy as np
 from numba import njit
 
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
-STEPS, HALVINGS = 30, 25
+STEPS, HALVINGS = 60, 25
 SETTLED = 1e-8  # square of a step over that of a standard deviation
 ROUNDING = 4e-15  # of a residual, over the radius
+GAP = 10.0  # median steps between neighbours from which on nothing is covered
 FITTED, SINGULAR, OUTSIDE, ENDLESS = 0, 1, 2, 3
 """How a fit ends: well; readings that do not tell three quantities; the axis outside of the circle; not settled."""
 RADIUS, X, Y, NOISE, UNIT, FREEDOM, CONDITION, WORST, TAKEN, AWAY, INVERSE, RESULT = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 19
@@ -25,20 +26,38 @@ widen the sd of a quantity at worst, of which, steps taken, readings that count 
 def prepared(angle, reading, form):
     """Rows of data (4, m)."""
     data = np.empty((4, angle.size))
-    data[0], data[1], data[2], data[3] = np.cos(angle), np.sin(angle), reading, form
+    for i in range(angle.size):
+        data[0, i], data[1, i], data[2, i], data[3, i] = np.cos(angle[i]), np.sin(angle[i]), reading[i], form[i]
     return data
+
+
+@njit(**_OPTIONS)
+def dot(a, b):
+    """Sum of products, in four sums at a time."""
+    one, two, three, four = 0.0, 0.0, 0.0, 0.0
+    whole = a.size - a.size % 4
+    for i in range(0, whole, 4):
+        one += a[i] * b[i]
+        two += a[i + 1] * b[i + 1]
+        three += a[i + 2] * b[i + 2]
+        four += a[i + 3] * b[i + 3]
+    for i in range(whole, a.size):
+        one += a[i] * b[i]
+    return (one + two) + (three + four)
 
 
 @njit(**_OPTIONS)
 def triangle(rows, upper):
     """Make the first three rows (4, n) orthonormal and take them out of the last, in place; their triangle to `upper` (3, 4)."""
     for i in range(3):
-        upper[i, i] = np.sqrt(np.dot(rows[i], rows[i]))
+        upper[i, i] = np.sqrt(dot(rows[i], rows[i]))
         if upper[i, i] > 0.0:
-            rows[i] /= upper[i, i]
+            for k in range(rows.shape[1]):
+                rows[i, k] /= upper[i, i]
         for j in range(i + 1, 4):
-            upper[i, j] = np.dot(rows[i], rows[j])
-            rows[j] -= upper[i, j] * rows[i]
+            upper[i, j] = dot(rows[i], rows[j])
+            for k in range(rows.shape[1]):
+                rows[j, k] -= upper[i, j] * rows[i, k]
 
 
 @njit(**_OPTIONS)
@@ -144,17 +163,37 @@ def direction(data, circle, weight, left, prior_weight, rows, step, result):
 def moved(data, circle, step, prior_mean, prior_weight, left):
     """Go along a step, halved until it does not raise the sum of squares; the share gone, 0: none."""
     m, trial, share = data.shape[1], np.empty(3), 1.0
-    cost = np.dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
+    cost = dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
     for _ in range(HALVINGS):
-        trial[:] = circle + share * step
-        if residuals(data, trial, left[:m]):
+        trial[0], trial[1], trial[2] = circle[0] + share * step[0], circle[1] + share * step[1], circle[2] + share * step[2]
+        if residuals(data, trial, left):
             left[m] = prior_mean - trial[0]
-            now = np.dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
-            if now <= cost * (1.0 + 1e-12) + m * (ROUNDING * circle[0]) ** 2:
-                circle[:] = trial
+            now = dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
+            if np.sqrt(now) <= np.sqrt(cost) + np.sqrt(m) * ROUNDING * circle[0]:
+                circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
                 return share
         share *= 0.5
     return 0.0
+
+
+@njit(**_OPTIONS)
+def improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
+    """Go one Gauss-Newton step from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
+    m, step, before = data.shape[1], np.empty(3), result[UNIT]
+    square = dot(left[:m], left[:m])
+    result[UNIT] = np.sqrt(square / max(result[FREEDOM], 1.0)) if np.isnan(noise_sd) else noise_sd
+    weight = result[UNIT] / prior_sd
+    gain = direction(data, result, even, left, weight, rows, step, result)
+    if gain < 0.0:
+        return SINGULAR
+    share = moved(data, result, step, prior_mean, weight, left)
+    if share == 0.0:
+        return OUTSIDE
+    result[FREEDOM] = m - 3.0 + weight * weight * result[INVERSE]
+    least = ROUNDING * result[RADIUS]
+    settled = gain <= SETTLED * square / m + m * least**2
+    known = weight == 0.0 or abs(result[UNIT] - before) <= 1e-6 * before + least
+    return FITTED if settled and known and share == 1.0 else ENDLESS
 
 
 @njit(**_OPTIONS)
@@ -163,31 +202,19 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, result):
 
     A radius prior of an infinite sd is none; a noise of sd NaN is that which the fit leaves.
     """
-    m, data, circle = angle.size, prepared(angle, reading, form), result[:3]
-    rows, left, step, even = np.empty((4, m + 1)), np.empty(m + 1), np.empty(3), np.ones(m)
-    ended = started(data, rows, circle)
-    if ended != FITTED or not residuals(data, circle, left[:m]):
+    m, data = angle.size, prepared(angle, reading, form)
+    rows, left, even = np.empty((4, m + 1)), np.empty(m + 1), np.ones(m)
+    ended = started(data, rows, result)
+    if ended != FITTED or not residuals(data, result, left):
         return max(ended, SINGULAR)
-    left[m], result[FREEDOM], result[AWAY], result[TAKEN] = prior_mean - circle[0], m - 3.0, 0.0, 0.0
-    sd, settled = np.nan, False
-    while result[TAKEN] < STEPS:
+    left[m], result[FREEDOM], result[UNIT], result[AWAY], result[TAKEN] = prior_mean - result[0], m - 3.0, 0.0, 0.0, 0.0
+    ended = ENDLESS
+    while ended == ENDLESS and result[TAKEN] < STEPS:
         result[TAKEN] += 1.0
-        square, before = np.dot(left[:m], left[:m]), sd
-        sd = np.sqrt(square / max(result[FREEDOM], 1.0)) if np.isnan(noise_sd) else noise_sd
-        weight = sd / prior_sd
-        gain = direction(data, circle, even, left, weight, rows, step, result)
-        if gain < 0.0:
-            return SINGULAR
-        share = moved(data, circle, step, prior_mean, weight, left)
-        if share == 0.0:
-            return OUTSIDE
-        result[FREEDOM] = m - 3.0 + weight * weight * result[INVERSE]
-        settled = gain <= SETTLED * square / m + (ROUNDING * circle[0]) ** 2
-        if settled and share == 1.0 and (weight == 0.0 or abs(sd - before) <= 1e-6 * sd):
-            break
-    result[NOISE] = np.sqrt(np.dot(left[:m], left[:m]) / max(result[FREEDOM], 1.0))
+        ended = improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result)
+    result[NOISE] = np.sqrt(dot(left[:m], left[:m]) / max(result[FREEDOM], 1.0))
     result[UNIT] = result[NOISE] if np.isnan(noise_sd) else noise_sd
-    return FITTED if settled else ENDLESS
+    return ended
 
 
 @njit(**_OPTIONS)
@@ -208,14 +235,37 @@ def distinct(angle, enough):
 
 
 @njit(**_OPTIONS)
-def swept(angle):
-    """Angle that readings cover, without gaps: steps between neighbours that are more than 10 times the median step."""
-    line, steps, count = np.sort(angle), np.empty(angle.size), 0
-    for i in range(1, angle.size):
+def ranked(values, wanted):
+    """The value at a place of the sorted list, by partition; the values are put in another order."""
+    low, high = 0, values.size - 1
+    while low < high:
+        pivot, i, j = values[(low + high) // 2], low, high
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while values[j] > pivot:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i, j = i + 1, j - 1
+        if wanted <= j:
+            high = j
+        elif wanted >= i:
+            low = i
+        else:
+            break
+    return values[wanted]
+
+
+@njit(**_OPTIONS)
+def swept(line):
+    """Angle that sorted angles cover, without gaps: steps between neighbours that are more than 10 times the median step."""
+    steps, count, total = np.empty(line.size), 0, 0.0
+    for i in range(1, line.size):
         if line[i] > line[i - 1]:
             steps[count] = line[i] - line[i - 1]
             count += 1
-    steps, total = np.sort(steps[:count]), 0.0
+    widest = GAP * ranked(steps[:count], count // 2) if count > 0 else 0.0
     for i in range(count):
-        total += steps[i] if steps[i] <= 10.0 * steps[count // 2] else 0.0
+        total += steps[i] if steps[i] <= widest else 0.0
     return total

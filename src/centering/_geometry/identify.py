@@ -140,7 +140,7 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
     fits.enough_angles(angle, 4 - np.isfinite(known))
     q, upper = np.linalg.qr(limacon_columns(angle))
     length = np.sqrt(np.sum(upper**2, axis=0))
-    told: dict[str, Any] = {"samples": angle.size, "swept": swept(angle), "tip_radius": tip_radius, "model": "limacon"}
+    told: dict[str, Any] = {"samples": angle.size, "swept": swept(np.sort(angle)), "tip_radius": tip_radius, "model": "limacon"}
     if np.abs(np.diag(upper)).min() * fits.CONDITION <= length.max():
         name = NAMES[int(np.argmin(np.abs(np.diag(upper))))]
         message = f"the readings do not tell {name} from the others: turn the part further"

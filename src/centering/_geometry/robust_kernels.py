@@ -16,36 +16,13 @@ HUBER, SOFT_L1 = 1, 2
 BEND = 1.345  # residual over the scale from which on it counts for less: 95 % efficient on normal noise
 NORMAL = 1.4826022185056018  # sd of a normal quantity over the median of its absolute values
 FAR = 6.0  # scales from which on a reading is left out: dust only adds, and would push the radius
-CHANGING = 15  # steps in which the scale and what is left out may still change
-
-
-@njit(**_OPTIONS)
-def ranked(values, wanted):
-    """The value at a place of the sorted list, by partition; the values are put in another order."""
-    low, high = 0, values.size - 1
-    while low < high:
-        pivot, i, j = values[(low + high) // 2], low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while values[j] > pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i, j = i + 1, j - 1
-        if wanted <= j:
-            high = j
-        elif wanted >= i:
-            low = i
-        else:
-            break
-    return values[wanted]
+LEAST, CHANGING = 4, 15  # steps taken at least; in which the scale and what is left out may still change
 
 
 @njit(**_OPTIONS)
 def through(data, triple, circle):
     """Write the circle through three readings; whether there is one that holds the axis."""
-    a, b, c = triple
+    a, b, c = triple[0], triple[1], triple[2]
     ax, ay = data[2, a] * data[0, a], data[2, a] * data[1, a]
     bx, by = data[2, b] * data[0, b] - ax, data[2, b] * data[1, b] - ay
     cx, cy = data[2, c] * data[0, c] - ax, data[2, c] * data[1, c] - ay
@@ -75,15 +52,15 @@ def least_median(data, triples, circle):
             left[i] = abs(left[i])
             nearer += left[i] < best
         if nearer > half:
-            best = ranked(left, half)
-            circle[:] = trial
+            best = fit.ranked(left, half)
+            circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
     return best
 
 
 @njit(**_OPTIONS)
 def sifted(left, scale, kept):
     """Mark the readings that are not far off; return the sd that the median of theirs tells."""
-    m, near, count = left.size, np.empty(left.size), 0
+    m, near, count = kept.size, np.empty(kept.size), 0
     for i in range(m):
         kept[i] = abs(left[i]) <= FAR * scale
         if kept[i]:
@@ -91,7 +68,7 @@ def sifted(left, scale, kept):
             count += 1
     if count < 4:
         return scale
-    return NORMAL * ranked(near[:count], count // 2) * np.sqrt(count / (count - 3.0))
+    return NORMAL * fit.ranked(near[:count], count // 2) * np.sqrt(count / (count - 3.0))
 
 
 @njit(**_OPTIONS)
@@ -124,12 +101,28 @@ def advanced(data, circle, step, left):
     """Go along a step, halved until the curve exists; whether it does."""
     trial, share = np.empty(3), 1.0
     for _ in range(fit.HALVINGS):
-        trial[:] = circle + share * step
+        trial[0], trial[1], trial[2] = circle[0] + share * step[0], circle[1] + share * step[1], circle[2] + share * step[2]
         if fit.residuals(data, trial, left):
-            circle[:] = trial
+            circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
             return True
         share *= 0.5
     return False
+
+
+@njit(**_OPTIONS)
+def reweighted(data, scale, loss, kept, prior_mean, prior_sd, rows, left, weight, result):
+    """Go one step of the weighted problem from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
+    m, step = data.shape[1], np.empty(3)
+    mean = weigh(left, scale, loss, kept, weight, result)
+    left[m] = prior_mean - result[fit.RADIUS]
+    held = np.sqrt(mean) * result[fit.UNIT] / prior_sd
+    gain = fit.direction(data, result, weight, left, held, rows, step, result)
+    if gain < 0.0:
+        return fit.SINGULAR
+    if not advanced(data, result, step, left):
+        return fit.OUTSIDE
+    settled = gain <= fit.SETTLED * scale**2 + m * (fit.ROUNDING * result[fit.RADIUS]) ** 2
+    return fit.FITTED if settled else fit.ENDLESS
 
 
 @njit(**_OPTIONS)
@@ -138,33 +131,26 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
 
     The covariance is Huber's: scale^2 times mean of the squared score over the squared mean of its slope, times (J'J)^-1.
     """
-    m, data, circle = angle.size, fit.prepared(angle, reading, form), result[:3]
-    rows, left, step = np.empty((4, m + 1)), np.empty(m + 1), np.empty(3)
-    weight, kept = np.empty(m), np.ones(m, dtype=np.bool_)
-    near = least_median(data, triples, circle)
-    if near == np.inf and fit.started(data, rows, circle) != fit.FITTED:
+    m, data = angle.size, fit.prepared(angle, reading, form)
+    rows, left, weight, kept = np.empty((4, m + 1)), np.empty(m + 1), np.empty(m), np.empty(m, dtype=np.bool_)
+    near = least_median(data, triples, result)
+    if near == np.inf and fit.started(data, rows, result) != fit.FITTED:
         return fit.SINGULAR
-    fit.residuals(data, circle, left[:m])
-    scale = NORMAL * (1.0 + 5.0 / (m - 3.0)) * min(near, np.max(np.abs(left[:m])))
-    settled, result[fit.TAKEN] = False, 0.0
-    while result[fit.TAKEN] < 3 * fit.STEPS and not settled:
+    fit.residuals(data, result, left)
+    width = NORMAL * (1.0 + 5.0 / (m - 3.0)) * near  # where infinite, nothing is far off
+    ended, result[fit.TAKEN] = fit.ENDLESS, 0.0
+    while result[fit.TAKEN] < LEAST or (ended == fit.ENDLESS and result[fit.TAKEN] < fit.STEPS):
         result[fit.TAKEN] += 1.0
         if result[fit.TAKEN] <= CHANGING:
-            scale = max(scale, fit.ROUNDING * circle[0])
-            told = sifted(left[:m], scale, kept)
-            scale = max(told, fit.ROUNDING * circle[0]) if np.isnan(noise_sd) else noise_sd
-        mean = weigh(left[:m], scale, loss, kept, weight, result)
-        left[m] = prior_mean - circle[0]
-        held = np.sqrt(mean) * result[fit.UNIT] / prior_sd
-        gain = fit.direction(data, circle, weight, left, held, rows, step, result)
-        if gain < 0.0:
-            return fit.SINGULAR
-        if not advanced(data, circle, step, left[:m]):
-            return fit.OUTSIDE
-        settled = gain <= fit.SETTLED * scale**2 + (fit.ROUNDING * circle[0]) ** 2 and result[fit.TAKEN] > 3
-    weigh(left[:m], scale, loss, kept, weight, result)
+            least = fit.ROUNDING * result[fit.RADIUS]
+            width = max(sifted(left, max(width, least), kept), least)
+            scale = width if np.isnan(noise_sd) else noise_sd
+        ended = reweighted(data, scale, loss, kept, prior_mean, prior_sd, rows, left, weight, result)
+        if ended == fit.SINGULAR or ended == fit.OUTSIDE:
+            return ended
+    weigh(left, scale, loss, kept, weight, result)
     for i in range(m):
         weight[i] = 1.0 if kept[i] else 0.0
-    fit.direction(data, circle, weight, left, result[fit.UNIT] / prior_sd, rows, step, result)
+    fit.direction(data, result, weight, left, result[fit.UNIT] / prior_sd, rows, np.empty(3), result)
     result[fit.NOISE] = scale
-    return fit.FITTED if settled else fit.ENDLESS
+    return ended
