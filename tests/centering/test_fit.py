@@ -132,15 +132,23 @@ def test_the_far_side_carries_the_information():
     assert max(sds) == pytest.approx(0.7, abs=0.05) and min(sds) < 0.0015
 
 
-PRIORS = {30: (664, 555, 100), 60: (124, 123, 80), 90: (46.7, 46.6, 43.1), 180: (9.57, 9.57, 9.56)}
+PRIORS = {
+    30: (664, 555, 100, 46.4),
+    60: (124, 123, 80, 17.1),
+    90: (46.7, 46.6, 43.1, 9.74),
+    180: (9.57, 9.57, 9.56, 4.93),
+    360: (2.98, 2.98, 2.98, 2.98),
+}
 
 
 @pytest.mark.parametrize("degrees", PRIORS)
 def test_a_radius_prior(degrees):
-    """Published sd of the centre (um) at 40 um noise: no prior, radius known to 1 mm, to 0.1 mm."""
-    angle = arc_of(degrees)
+    """Published sd of the centre (um) at 40 um noise: no prior, radius known to 1 mm, to 0.1 mm, from a turn before."""
+    angle, turn = arc_of(degrees), arc_of(360)
     reading = circle_reading(angle, RADIUS, 0.01, PHI)
-    found = [fit_circle(angle, reading, noise_sd=0.04, prior=prior) for prior in (None, (RADIUS, 1.0), (RADIUS, 0.1))]
+    before = fit_circle(turn, circle_reading(turn, RADIUS, 3.0, 2.0), noise_sd=0.04)
+    priors = None, (RADIUS, 1.0), (RADIUS, 0.1), (before.radius, before.radius_sd)
+    found = [fit_circle(angle, reading, noise_sd=0.04, prior=prior) for prior in priors]
     assert [1e3 * one.center_sd for one in found] == pytest.approx(PRIORS[degrees], rel=0.006)
 
 

@@ -92,3 +92,12 @@ def test_estimates_are_drawn_with_their_scatter(pyplot):
 def test_bad_input(centers, tolerance, message):
     with pytest.raises(ValueError, match=message):
         plot_centers(centers, tolerance)
+
+
+def test_bad_readings():
+    with pytest.raises(
+        ValueError, match=r"angle and reading must be one-dimensional of one length; got shapes \(180,\) and \(3,\)"
+    ):
+        CIRCLE.plot(ANGLE, READ[:3])
+    with pytest.raises(ValueError, match=r"reading\[0\] must be finite \(mm\); got nan"):
+        CIRCLE.plot([0.0], [np.nan])

@@ -213,8 +213,18 @@ class CircleEstimate(Estimate):
             Spindle angle, rad.
         reading : array_like, shape (m,)
             Radial position of the probe, mm.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For unequal lengths, none, or what is not finite.
         """
-        return plot_fit(self, np.asarray(angle, dtype=float), np.asarray(reading, dtype=float))
+        turned, line = checks.finite_array("angle", angle, "rad"), checks.finite_array("reading", reading, "mm")
+        if turned.ndim != 1 or line.shape != turned.shape or not turned.size:
+            raise ValueError(
+                f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}"
+            )
+        return plot_fit(self, turned, line)
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
