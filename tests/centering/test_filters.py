@@ -156,5 +156,5 @@ def test_samples_that_do_not_allow_a_filter():
     with pytest.raises(ValueError, match="reading must have at least 101 samples for a cut-off at 50 upr; got 90"):
         Profile(angle, measured(angle)).filter(upr=50)
     half = turn(0.5, 720)
-    with pytest.raises(ValueError, match=r"must leave the samples a condition <= 1000; got .* for 50 upr with a gap of 18"):
+    with pytest.raises(ValueError, match=r"upr must leave the samples a condition <= 1000; got .* for 50 upr with a gap of 18"):
         Profile(half, measured(half)).filter(upr=50)

@@ -1,4 +1,5 @@
 import copy
+import pickle
 
 import numpy as np
 import pytest
@@ -119,6 +120,16 @@ def test_noise_is_told_at_every_step(profiles):
     assert Profile(turn(1, 4), measured(turn(1, 4))).noise_sd == np.inf
 
 
+def test_very_many_points():
+    angle = turn(1, 20_000)
+    profile = Profile(angle, measured(angle, offset=1.0, lobes={3: (1e-3, 0.2)}, noise=1e-5), tip_radius=TIP)
+    found = profile.spectrum()
+    assert found.upr[-1] == 1500  # the highest cut-off of the standard, where nothing else is asked for
+    assert found.nyquist == pytest.approx(10_000)
+    assert found.amplitude[2] == pytest.approx(1e-3, abs=4e-7)
+    assert profile.noise_sd == pytest.approx(1e-5, rel=0.03)
+
+
 def test_residuals_are_what_the_last_step_leaves(profiles):
     first, second, third = profiles
     assert first.residuals == pytest.approx(first.reading - first.circle.reading(first.angle), abs=1e-13)
@@ -207,6 +218,7 @@ def test_it_does_not_change(profiles):
     own += 1.0
     assert kept == first
     assert copy.deepcopy(first) is first
+    assert pickle.loads(pickle.dumps(first)) == first
     for array in (first.angle, first.reading, first.part_angle, first.radii, first.deviation, first.points, first.residuals):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0

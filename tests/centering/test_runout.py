@@ -122,6 +122,7 @@ def test_a_roller_that_slips(slid):
     assert 0.2 * slid < clean.runout.slip < slid  # part of it is taken for another ratio
     assert "the roller slipped" in clean.steps[0]
     assert "SLIPPED" in repr(clean.runout)
+    assert Profile(angle, reading, tip_radius=TIP).remove_runout(RATIO, refine=False).runout.slipped
 
 
 def test_a_round_roller_loses_nothing():

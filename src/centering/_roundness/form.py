@@ -36,12 +36,12 @@ class Form:
     waves: Waves
 
 
-def form_of(scan: Scan, degree: int) -> Form:
-    """Harmonics 2..degree about the centre and radius that leave no harmonics 0 and 1."""
+def form_of(scan: Scan, degree: int, asked: str = "upr_max") -> Form:
+    """Harmonics 2..degree about the centre and radius that leave no harmonics 0 and 1; `asked` is what asks for so many."""
     with one_blas_thread():
         circle = _settled(scan, min(degree, _FIRST), scan.circle)[2]  # few harmonics bring the centre near at low cost
         fit, part_angle, circle = _settled(scan, degree, circle)
-        _refuse_ill(fit.condition, degree, part_angle)
+        _refuse_ill(asked, fit.condition, degree, part_angle)
         noise = fit.noise_sd if fit.freedom >= ENOUGH else scan.noise_sd or inf
         sd = np.hypot(noise * fit.amplitude_spread, _runout_sd(fit, scan.runout, part_angle))
     coef = fit.coef.copy()
@@ -54,9 +54,11 @@ def _settled(scan: Scan, degree: int, circle: Floats) -> tuple[HarmonicFit, Floa
     for _ in range(_ROUNDS):
         part_angle, distance = into_part(scan.angle, scan.reading, scan.tip_radius, circle[1:])
         fit = fit_harmonics(part_angle, distance - scan.tip_radius - circle[0], degree)
+        if fit.condition > TOO_BAD:
+            break
         moved = np.array([fit.coef[0].real, 2 * fit.coef[1].real, -2 * fit.coef[1].imag])
         circle = circle + moved
-        if fit.condition > TOO_BAD or np.abs(moved).max() <= _STILL * circle[0]:
+        if np.abs(moved).max() <= _STILL * circle[0]:
             break
     return fit, part_angle, circle
 
@@ -73,11 +75,11 @@ def _runout_sd(fit: HarmonicFit, runout: Runout | None, part_angle: Floats) -> F
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _refuse_ill(condition: float, degree: int, part_angle: Floats) -> None:
+def _refuse_ill(asked: str, condition: float, degree: int, part_angle: Floats) -> None:
     if condition > TOO_BAD:
         gap = widest_gap(part_angle)
         raise ValueError(
-            f"upr_max must leave the samples a condition <= {TOO_BAD:g}; got {condition:.3g} for {degree} upr with a gap of"
+            f"{asked} must leave the samples a condition <= {TOO_BAD:g}; got {condition:.3g} for {degree} upr with a gap of"
             f" {np.degrees(gap):.3g} degrees: {supported(gap)} upr are sure"
         )
 
@@ -89,7 +91,7 @@ def broad_form(scan: Scan, cut_off: float, most: int) -> Form:
     wanted = min(PASSED * int(np.ceil(cut_off)), sure)
     if sure < min(2 * cut_off, most):
         wanted = _allowed(part_angle, [min(int(np.ceil(share * cut_off)), most) for share in _FEWER])
-    return form_of(scan, max(wanted, 1))
+    return form_of(scan, max(wanted, 1), "upr")
 
 
 def _allowed(part_angle: Floats, degrees: list[int]) -> int:

@@ -12,10 +12,11 @@ import xarray as xr
 
 from centering._geometry.estimate import CircleEstimate
 from centering._geometry.fit import fit_circle, readings
+from centering._roundness import profile_record
 from centering._roundness import profile_steps as steps_of
 from centering._roundness.circles import reference_circle
 from centering._roundness.filters import warn_if_sparse
-from centering._roundness.form import form_of, largest_between
+from centering._roundness.form import largest_between
 from centering._roundness.harmonics import even_harmonics
 from centering._roundness.origin import MEASURED, Made, Origin
 from centering._roundness.part_frame import into_part, tip_centers
@@ -25,16 +26,10 @@ from centering._roundness.sampling import checked_degree, going_on, is_even, ris
 from centering._roundness.scan import Scan
 from centering._roundness.separation import task_of
 from centering._roundness.spectrum import Spectrum
-from sdpgrind.base import checks, records, stored
+from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
 
 KIND = "centering.profile"
-_COLUMNS = {
-    "angle": ("rad", "spindle angle"),
-    "reading": ("mm", "radial position of the contact"),
-    "part_angle": ("rad", "angle about the part's centre"),
-    "deviation": ("mm", "deviation from the part's circle"),
-}
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -156,8 +151,7 @@ class Profile:
         """
         if self._origin.noise_sd is not None:
             return self._origin.noise_sd
-        degree = steps_of.sure_degree(self) // 2
-        return form_of(self._scan, degree).noise_sd if degree else inf
+        return steps_of.noise_sd(self)
 
     @property
     def _scan(self) -> Scan:
@@ -351,12 +345,7 @@ class Profile:
     @property
     def dataset(self) -> xr.Dataset:
         """Samples as labelled arrays: angles in rad, lengths in mm; steps and what they found as attributes."""
-        columns = {name: ("sample", getattr(self, name), _label(*told)) for name, told in _COLUMNS.items()}
-        if self._left is not None:
-            columns["residuals"] = ("measured", self._left, _label("mm", "what the last step left of each reading"))
-        about = {"tip_radius": self.tip_radius, "tip_radius_unit": "mm", "circle": stored.encode(self.circle)}
-        about["origin"] = stored.encode(self._origin)
-        return xr.Dataset(columns, attrs=about)
+        return profile_record.dataset_of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the profile (mm, rad) with its steps to a NetCDF file at `path`."""
@@ -365,11 +354,7 @@ class Profile:
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> "Profile":
         """Read the profile (mm, rad) that `save` wrote to `path`."""
-        data = records.read(path)
-        left = data["residuals"].values if "residuals" in data else None
-        angle, reading, tip_radius = data["angle"].values, data["reading"].values, float(data.attrs["tip_radius"])
-        circle, origin = (stored.decode(data.attrs[name]) for name in ("circle", "origin"))
-        return _profile(Made(angle, reading, tip_radius, circle, origin, left))
+        return _profile(profile_record.made_from(records.read(path)))
 
     def __deepcopy__(self, memo: object) -> "Profile":
         return self  # nothing in it changes
@@ -400,10 +385,6 @@ def _profile(made: Made) -> Profile:
     for name, value in {**fields, "circle": made.circle, "_origin": made.origin, "_left": left}.items():
         object.__setattr__(profile, name, value)
     return profile
-
-
-def _label(unit: str, name: str) -> dict[str, str]:
-    return {"units": unit, "long_name": name}
 
 
 def _lasting(array: npt.ArrayLike) -> Floats:

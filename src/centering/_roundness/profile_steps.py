@@ -21,6 +21,9 @@ from sdpgrind.base.parallel import one_blas_thread
 if TYPE_CHECKING:
     from centering._roundness.profile import Profile
 
+USUAL = 1500
+"""Highest harmonic where none is asked for: the highest cut-off of the standard."""
+
 
 def without_runout(profile: "Profile", task: Task) -> Made:
     """The same samples without the roller's runout."""
@@ -41,14 +44,14 @@ def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
     """One turn on an even grid, filtered by FFT."""
     deviation = filter_even(profile.deviation, cut_off)
     passed = transmission(np.arange((profile.angle.size + 1) // 2), cut_off)
-    sd = _thinned(even_sd(profile, passed.size), passed)
+    sd = _thinned(_even_sd(profile, passed.size), passed)
     name = f"Gaussian low-pass, {cut_off:g} upr"
     return _even(profile, profile.circle.value, deviation, sd, name, "by FFT", profile.deviation - deviation)
 
 
 def filtered(profile: "Profile", cut_off: float) -> Made:
     """Samples as they lie: harmonics by least squares, then an even grid with as many points as a turn had."""
-    most = sure_degree(profile, filled=False)
+    most = _most(profile)
     form = broad_form(_scan(profile, most), cut_off, most)
     passed = transmission(np.arange(form.coef.size), cut_off)
     coef = form.coef * passed
@@ -86,7 +89,7 @@ def _even(profile: "Profile", circle: Floats, deviation: Floats, sd: Floats, nam
     return Made(angle, reading, profile.tip_radius, profile.circle.replace(value=circle), origin, left)
 
 
-def even_sd(profile: "Profile", count: int) -> Floats:
+def _even_sd(profile: "Profile", count: int) -> Floats:
     """Sd of the amplitudes 0..count-1 of a turn on an even grid, mm: those that it was made with, or of its noise."""
     if profile._origin.sd:
         return np.pad(np.array(profile._origin.sd), (0, count))[:count]
@@ -95,19 +98,29 @@ def even_sd(profile: "Profile", count: int) -> Floats:
     return sd
 
 
-def sure_degree(profile: "Profile", filled: bool = True) -> int:
-    """Highest harmonic below half of the points of a turn; `filled`: that gaps leave sure, too."""
-    most = min(highest_degree(profile.points_per_turn), (profile.angle.size - 1) // 2)
-    return min(most, supported(widest_gap(profile.part_angle))) if filled else most
+def _most(profile: "Profile") -> int:
+    """Highest harmonic that the points of a turn, and all samples together, may tell."""
+    return min(highest_degree(profile.points_per_turn), (profile.angle.size - 1) // 2)
+
+
+def _sure(profile: "Profile") -> int:
+    """Highest harmonic that the widest gap leaves sure, up to the usual."""
+    return min(_most(profile), supported(widest_gap(profile.part_angle)), USUAL)
+
+
+def noise_sd(profile: "Profile") -> float:
+    """What half of the harmonics leave, that are sure."""
+    degree = _sure(profile) // 2
+    return form_of(profile._scan, degree).noise_sd if degree else inf
 
 
 def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
     """Amplitudes and phases of a profile."""
     if profile._origin.filter:
         coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
-        sd = even_sd(profile, coef.size)
+        sd = _even_sd(profile, coef.size)
     else:
-        wanted = degree or max(sure_degree(profile), 1)
+        wanted = degree or max(_sure(profile), 1)
         form = form_of(_scan(profile, wanted), wanted)
         coef, sd = form.coef, form.sd
     upr = np.arange(1.0, coef.size)

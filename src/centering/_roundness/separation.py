@@ -92,13 +92,8 @@ class _Fit:
 
 def separate(task: Task, circle: Floats) -> Separation:
     """Tell form and runout apart, from a circle (radius, x, y) to begin with."""
-    nominal = task.ratio or circle[0] / task.tip_radius
-    state = _State(circle, task.tip_radius, nominal, np.zeros(2))
-    refine = False
-    _refuse_ill(task, _rows(_seen(task, state)[0], task.upr_max, state, refine), nominal)
-    found = _first_runout(task, *_seen(task, state), nominal) if task.refine else None
-    if found is not None:
-        refine, state = True, dataclasses.replace(state, ratio=found[0], tone=found[1])
+    nominal = task.ratio or float(circle[0]) / task.tip_radius
+    state, refine = _start(task, circle, nominal)
     for _ in range(_STEPS):
         part_angle, deviation = _seen(task, state)
         fit = _fitted(_rows(part_angle, task.upr_max, state, refine), deviation)
@@ -108,6 +103,15 @@ def separate(task: Task, circle: Floats) -> Separation:
     _refuse_edge(state.ratio, nominal)
     _refuse_integer(state.ratio, task.near_integer)
     return _separation(task, state, fit, part_angle, refine)
+
+
+def _start(task: Task, circle: Floats, nominal: float) -> tuple[_State, bool]:
+    """What the steps begin with, and whether there is a runout whose ratio can be refined."""
+    state = _State(circle, task.tip_radius, nominal, np.zeros(2))
+    part_angle, deviation = _seen(task, state)
+    _refuse_ill(task, _rows(part_angle, task.upr_max, state, False), nominal)
+    found = _first_runout(task, part_angle, deviation, nominal) if task.refine else None
+    return (state, False) if found is None else (dataclasses.replace(state, ratio=found[0], tone=found[1]), True)
 
 
 def _seen(task: Task, state: _State) -> tuple[Floats, Floats]:
@@ -186,7 +190,6 @@ def _separation(task: Task, state: _State, fit: _Fit, part_angle: Floats, refine
     of_circle, of_runout = fit.covariance(slice(0, 3), slice(first, first + size))
     covariance = np.zeros((3, 3))
     covariance[:size, :size] = of_runout
-    slip, probability = _slip(state, part_angle, fit) if refine else (0.0, 1.0)
     runout = Runout(
         np.array([*state.tone, state.ratio]),
         covariance,
@@ -195,9 +198,10 @@ def _separation(task: Task, state: _State, fit: _Fit, part_angle: Floats, refine
         turns=task.turns,
         upr_max=task.upr_max,
         noise_sd=fit.noise_sd,
-        slip=slip,
-        slip_probability=probability,
     )
+    if runout.amplitude > _SEEN * runout.amplitude_sd:
+        slip, probability = _slip(state, part_angle, fit)
+        runout = runout.replace(slip=slip, slip_probability=probability)
     return Separation(state.circle, of_circle, state.tip_radius, runout, fit.residual)
 
 
@@ -263,19 +267,20 @@ def task_of(scan: Scan, *, ratio: float | None, upr_max: int | None, refine: boo
     turned = float(scan.circle[0]) / tip_radius if ratio is None else checks.positive("ratio", ratio, "1")
     _refuse_integer(turned, near_integer)
     turns = turns_of(angle)
-    points = angle.size / turns
-    degree = _default_degree(turned, angle.size, points) if upr_max is None else checks.count("upr_max", upr_max)
-    checked_degree("upr_max", degree, points)
-    if angle.size < 2 * degree + 3:
-        raise ValueError(
-            f"reading must have at least {2 * degree + 3} samples for {degree} harmonics and the runout; got {angle.size}"
-        )
+    degree = _degree(turned, angle.size, angle.size / turns, upr_max)
     return Task(angle, scan.reading, tip_radius, ratio, degree, bool(refine), bool(near_integer), turns)
 
 
-def _default_degree(ratio: float, samples: int, points: float) -> int:
-    """50 harmonics, or 10 beyond the runout's own place, if the samples allow that."""
-    return max(min(max(50, ceil(ratio) + 10), highest_degree(points), (samples - 4) // 2), 1)
+def _degree(ratio: float, samples: int, points: float, upr_max: int | None) -> int:
+    """The harmonics that are asked for; by default 50, or 10 beyond the runout's own place, if the samples allow that."""
+    if upr_max is None:
+        return max(min(max(50, ceil(ratio) + 10), highest_degree(points), (samples - 4) // 2), 1)
+    degree = checked_degree("upr_max", upr_max, points)
+    if samples < 2 * degree + 3:
+        raise ValueError(
+            f"reading must have at least {2 * degree + 3} samples for {degree} harmonics and the runout; got {samples}"
+        )
+    return degree
 
 
 def _refuse_integer(ratio: float, near_integer: bool) -> None:
