@@ -19,7 +19,6 @@ from centering._geometry.estimator_kernels import (
     clear,
     ring,
     run,
-    run_until_valid,
     take,
 )
 from centering._geometry.forecast_kernels import arc_needed
@@ -179,12 +178,7 @@ class GeometryEstimator:
         ValueError
             As `update`; the readings before the one that is refused have been taken.
         """
-        angles, readings = _pairs(angle, reading)
-        done = 0
-        while done < angles.size:
-            done, code = run(self._state, angles, readings, done)
-            if code != 0:
-                self._note(code, angles[done - 1], readings[done - 1])
+        self._take(angle, reading, False)
 
     def first_valid(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> int | None:
         """Take readings until the estimate is valid; return the index of the one that made it so, None if none did.
@@ -201,15 +195,7 @@ class GeometryEstimator:
         ValueError
             As `extend`.
         """
-        angles, readings = _pairs(angle, reading)
-        done = 0
-        while done < angles.size:
-            done, code, valid = run_until_valid(self._state, angles, readings, done)
-            if code != 0:
-                self._note(code, angles[done - 1], readings[done - 1])
-            if valid:
-                return int(done) - 1
-        return None
+        return self._take(angle, reading, True)
 
     @property
     def valid(self) -> bool:
@@ -229,7 +215,7 @@ class GeometryEstimator:
         limit = limited_by(state)
         common |= _told(state, limit, arc)
         value, message = state[[at.RADIUS, at.FIT_X, at.FIT_Y]], sentence(state, limit, arc)
-        if limit == "samples" and not state[at.SCALE] > 0:
+        if not np.isfinite(state[at.SCALE]):
             return _unknown(value, message, common)
         covariance = state[at.SCALE] ** 2 * state[at.SHAPE : at.SHAPE + 9].reshape(3, 3)
         freedom = float(state[at.SCALE_FREEDOM]) or inf
@@ -251,7 +237,20 @@ class GeometryEstimator:
     @property
     def band(self) -> float:
         """Greatest error of the centre at the confidence asked, mm; inf where the readings are too few to tell."""
-        return float(self._state[at.BAND]) if self._state[at.USED] and (judge(self._state) or True) else inf
+        judge(self._state)
+        return float(self._state[at.BAND]) if self._state[at.USED] else inf
+
+    def _take(self, angle: npt.ArrayLike, reading: npt.ArrayLike, until_valid: bool) -> int | None:
+        """Take readings, up to the one that makes the estimate valid if so wanted: its index."""
+        angles, readings = _pairs(angle, reading)
+        done = 0
+        while done < angles.size:
+            done, code, valid = run(self._state, angles, readings, done, until_valid)
+            if code != 0:
+                self._note(code, angles[done - 1], readings[done - 1])
+            if valid:
+                return int(done) - 1
+        return None
 
     def _note(self, code: int, angle: float, reading: float) -> None:
         """Raise for what is no reading; else keep what was refused, and let go what is used after all."""

@@ -61,11 +61,20 @@ def _travel(state, array, angle):
         step = angle - state[at.LAST_ANGLE]
         state[at.COARSE] = state[at.COARSE] + 1.0 if _is_coarse(state, step) else 0.0
         state[at.LAST_STEP] = step
-        step -= _TURN * np.floor(step / _TURN + 0.5)
+        step = _way(state, step)
         _cover(state, step)
         if state[at.LOG_FORGETTING] != 0.0 and step != 0.0:
             _forget(state, array, np.exp(state[at.LOG_FORGETTING] * abs(step)))
     state[at.LAST_ANGLE] = angle
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _way(state, step):
+    """Way of a step: one of more than half a turn goes on in the sense of rotation, whether turns are counted or not."""
+    if abs(step) <= 0.5 * _TURN:
+        return step
+    onward = step * state[at.DIRECTION] >= 0.0
+    return step if onward and state[at.DIRECTION] != 0.0 else step - np.copysign(_TURN, step)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -294,10 +303,12 @@ def _take(state, array, row, angle, reading):
     if state[at.SEEN] > at.RING and _is_wild(state, array, row):
         state[cell + 2] = 1.0
         state[at.BAD] += 1.0
+        state[at.IN_A_ROW] += 1.0
         if 2.0 * state[at.BAD] <= at.RING:
             return REFUSED
         _restart(state)
         return RESTARTED
+    state[at.IN_A_ROW] = 0.0
     _fold(state, array, row, 1.0)
     if state[at.SEEN] == at.RING:
         _screen(state)
@@ -395,8 +406,7 @@ def _restart(state):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _again(state, cell, before):
     """Go over a reading of the ring once more: what it covers and where it stands in the ring."""
-    step = cell[0] - before[0]
-    _cover(state, step - _TURN * np.floor(step / _TURN + 0.5))
+    _cover(state, _way(state, cell[0] - before[0]))
     state[at.TRAVEL] = cell[3]
     _remember(state, cell[0], cell[1])
     state[at.SEEN] += 1.0
@@ -433,25 +443,15 @@ def carry_radius(state, moved):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def run(state, angle, reading, start):
-    """Take readings from one on; the number of those taken after the first that is not simply taken, and what became of it."""
+def run(state, angle, reading, start, until_valid):
+    """Take readings from one on, up to the first that is not simply taken or, if so wanted, makes the estimate sure enough.
+
+    Returns how many there were by then, what became of the last, and whether it was wanted and made it so.
+    """
     array, row = block(state, 0, 3), block(state, 15, 1)[0]
     for i in range(start, angle.shape[0]):
         code = _take(state, array, row, angle[i], reading[i])
-        if code != TAKEN:
-            return i + 1, code
-    return angle.shape[0], TAKEN
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def run_until_valid(state, angle, reading, start):
-    """The same until the estimate is sure enough; the third says whether it is."""
-    array, row = block(state, 0, 3), block(state, 15, 1)[0]
-    for i in range(start, angle.shape[0]):
-        code = _take(state, array, row, angle[i], reading[i])
-        if code < 0:
-            return i + 1, code, False
-        valid = valid_now(state)
+        valid = until_valid and code >= TAKEN and valid_now(state)
         if code != TAKEN or valid:
             return i + 1, code, valid
     return angle.shape[0], TAKEN, False

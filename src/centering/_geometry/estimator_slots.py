@@ -2,6 +2,8 @@
 
 RING = 30
 """Latest readings that are kept: a start is screened over them, a part that has moved is recognised in them."""
+DOUBTFUL = 3
+"""Refused readings in a row from which on the estimate is in doubt: dust is not as likely as a part that has moved."""
 TABLE = 64
 """Quantiles of Student's law that are kept, for 1, 2, ... degrees of freedom."""
 
@@ -18,12 +20,13 @@ PRIOR_RADIUS, PRIOR_SD, PRIOR_NOISE, PRIOR_FREEDOM = range(SETTINGS, SETTINGS + 
 _RUN = PRIOR_FREEDOM + 1
 (
     INDEX, SEEN, USED, RESTARTS, WEIGHT, SQUARES, LARGEST, REFERENCE, CENTER_X, CENTER_Y, LAST_ANGLE, POSITION, TRAVEL, LOW, HIGH,
-    COVERED, WIDENINGS, PATH, MOVES, DIRECTION, LAST_STEP, COARSE, BAD, LAGGED, RATIO,
-) = range(_RUN, _RUN + 25)  # fmt: skip
+    COVERED, WIDENINGS, PATH, MOVES, DIRECTION, LAST_STEP, COARSE, BAD, IN_A_ROW, LAGGED, RATIO,
+) = range(_RUN, _RUN + 26)  # fmt: skip
 """Readings ever, since the (re)start and used of these, restarts, sum of their weights and of squared residuals (mm^2), largest
 reading and the first (mm, with tip), latest centre (mm), last angle as read, unwrapped angle, way travelled, ends of what was
 seen and how much of it is covered (rad), steps that widened it, way and number of steps that moved, sense of rotation, last step
-(rad), even coarse steps in a row, readings refused in the ring, whether there is a row before, radius over the first reading."""
+(rad), even coarse steps in a row, readings refused in the ring and in a row, whether there is a row before, radius over the first
+reading."""
 
 LAG = RATIO + 1
 """Sums of products of differences of successive rows and targets (4, 4); its upper triangle."""

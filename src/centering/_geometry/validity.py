@@ -20,7 +20,7 @@ def limited_by(state: Floats) -> str:
         return "arc"
     band, tolerance, form = state[at.BAND], state[at.TOLERANCE], state[at.FORM_BOUND]
     if band <= tolerance:
-        return ""
+        return "noise" if state[at.IN_A_ROW] >= at.DOUBTFUL else ""
     if band - form <= tolerance:
         return "form"
     if (band - form) / state[at.INFLATION] <= tolerance:
@@ -35,6 +35,8 @@ def sentence(state: Floats, limit: str, arc: float) -> str:
         return f"{int(state[at.USED])} readings are too few to tell" + _further(arc)
     band, tolerance = _um(state[at.BAND]), _um(state[at.TOLERANCE])
     head = f"centre within {band}, {tolerance} asked"
+    if state[at.IN_A_ROW] >= at.DOUBTFUL:
+        return f"{head}, by readings before; the latest {int(state[at.IN_A_ROW])} disagree: dust, or the part has moved"
     if not limit:
         return head + _form_warning(state)
     return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(arc)}{_form_warning(state)}"

@@ -268,6 +268,8 @@ def _write_band(state):
     state[at.BAND] = state[at.REACH] * state[at.SPREAD] * state[at.INFLATION] + state[at.FORM_BOUND]
     offset = np.hypot(state[at.FIT_X], state[at.FIT_Y])
     state[at.TOLERANCE] = max(state[at.REL_TOL] * offset, state[at.ABS_TOL])
+    if state[at.IN_A_ROW] >= at.DOUBTFUL:
+        return False
     # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
     return state[at.COVERED] >= state[at.ARC_MIN] and state[at.FREEDOM] >= 1.0 and state[at.BAND] <= state[at.TOLERANCE]
 
