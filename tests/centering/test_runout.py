@@ -3,6 +3,7 @@ import pytest
 from measured_rings import LOBES, RADIUS, TIP, measured, phases, turn, vector
 from scipy.stats import kstest
 
+import hwsim
 from centering._roundness.profile import Profile
 from centering._roundness.runout import Runout
 from sdpgrind.base.stored import decode, encode
@@ -132,6 +133,20 @@ def test_a_round_roller_loses_nothing():
     assert clean.tip_radius == TIP
     assert clean.runout.amplitude < 4 * clean.runout.amplitude_sd
     assert clean.spectrum(50).amplitude == pytest.approx([LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=15e-6)
+
+
+def test_a_ring_felt_by_a_round_tip():
+    """Another simulation, in which the tip touches the lobes where it does, not where its centre is: 0.1 nm apart at most."""
+    ring = hwsim.Ring(RADIUS, 3.6, 0.7, lobes=phases(0))
+    quiet = hwsim.ProbeErrors(probe_quantum=0.0, slide_quantum=0.0, noise_sd=0.0, runout=TONE, runout_phase=0.6)
+    read = hwsim.Probe(ring, tip_radius=TIP, samples_per_turn=400, errors=quiet).scan(turns=4.0, rng=0)
+    clean = Profile(read.angle, read.reading, tip_radius=TIP).remove_runout()
+    found = clean.spectrum(60)
+    for upr in range(2, 61):
+        amplitude, angle = phases(0).get(upr, (0.0, 0.0))
+        assert abs(vector(found, upr) - amplitude * np.exp(1j * angle)) < 1e-7
+    assert clean.runout.amplitude == pytest.approx(TONE, rel=2e-3)
+    assert clean.tip_radius == pytest.approx(TIP, abs=1e-5)
 
 
 def test_the_samples_stay():
