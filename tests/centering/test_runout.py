@@ -102,6 +102,14 @@ def test_harmonics_of_one_turn_say_how_little_they_know():
     assert min(others) > 5 * known
 
 
+@pytest.mark.parametrize(("turns", "told"), [(1.0, False), (1.02, False), (1.5, True), (3.0, True)])
+def test_a_ratio_that_the_turns_do_not_tell_is_kept(turns, told):
+    clean = scan(turns).remove_runout()
+    assert (clean.runout.ratio_sd > 0) is told
+    assert (clean.tip_radius != TIP) is told
+    assert abs(clean.runout.amplitude - TONE) < 4 * clean.runout.amplitude_sd
+
+
 def test_why_the_angle_about_the_part():
     """Fitted over the spindle's angle the runout of an offset ring is too small, and its side bands take the 43 upr line."""
     angle = turn(4, 360)

@@ -164,8 +164,8 @@ class Profile:
 
         A roller that does not slip turns R/tip_radius times as fast as the part and follows the arc along it, so that an
         offset modulates its phase. Runout and the part's harmonics come out of one least-squares fit over all turns, with the
-        centre and, unless told otherwise, the roller's radius within 0.5 %. A runout that drowns in noise is taken off at the
-        ratio as it is. Where no ratio is given, the refined radius becomes the `tip_radius` of the profile.
+        centre and, unless told otherwise, the roller's radius within 0.5 %. A runout that drowns in noise, or of
+        which one turn does not tell the ratio, is taken off at the ratio as it is. Where no ratio is given, the refined radius becomes the `tip_radius` of the profile.
 
         Parameters
         ----------

@@ -29,6 +29,7 @@ INTEGER = 0.02
 _STEPS = 20
 _STILL = 1e-9  # of the radius, and of the ratio: then one more step changes nothing
 _SEEN = 5.0  # sd of the amplitude: a smaller runout has no frequency of its own
+_TELLING = 0.3  # of the reach: a ratio is refined if its sd is less
 _APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
 _PIECES = 4  # of a turn, in which the roller's phase is looked at
 _ROUNDING = 1e-12  # of the radius: what is left without any noise
@@ -111,7 +112,20 @@ def _start(task: Task, circle: Floats, nominal: float) -> tuple[_State, bool]:
     part_angle, deviation = _seen(task, state)
     _refuse_ill(task, _rows(part_angle, task.upr_max, state, False), nominal)
     found = _first_runout(task, part_angle, deviation, nominal) if task.refine else None
-    return (state, False) if found is None else (dataclasses.replace(state, ratio=found[0], tone=found[1]), True)
+    if found is None:
+        return state, False
+    better = dataclasses.replace(state, ratio=found[0], tone=found[1])
+    return (better, True) if _told(task, better, part_angle, deviation) else (state, False)
+
+
+def _told(task: Task, state: _State, part_angle: Floats, deviation: Floats) -> bool:
+    """Whether the samples tell the ratio better than its reach does: hardly so over one turn, where harmonics make up for it."""
+    rows = _rows(part_angle, task.upr_max, state, True)
+    gram = rows @ rows.T
+    if condition(gram / np.sqrt(np.outer(gram.diagonal(), gram.diagonal()))) == inf:
+        return False
+    (variance,) = _fitted(rows, deviation).covariance(slice(-1, None))
+    return bool(sqrt(variance[0, 0]) < _TELLING * REACH * state.ratio)
 
 
 def _seen(task: Task, state: _State) -> tuple[Floats, Floats]:
