@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from centering._roundness.direction_kernels import gaps, ranked
+from centering._roundness.direction_kernels import ranked
 from centering._roundness.distance_kernels import distance, extremes
 from centering._roundness.mic_kernels import empty_circle
 from centering._roundness.mzc_kernels import zone as zone_exchange
@@ -17,17 +17,22 @@ _LEVELS = 44
 _ROOT_2 = np.sqrt(2.0)
 _BALLS = 64
 """Optima whose balls are kept."""
+_FREE = 30
+"""Cuts after which an empty circle that no exchange has come to hold is one that nothing holds."""
+_COARSE = 1e6
+"""Slacks by which a held circle must be larger than one that can leave."""
 _CELL = 20
 """Points that are looked at in the time that a square takes by itself."""
 
 
 @njit(**_OPTIONS)
-def search(x, y, zone, start, reach, tolerance, slack, work, basis):
+def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
     """Best centre within reach (mm) of a start (x, y, height, held): those of the best, a bound below, the least height not held.
 
     Squares are given up when no centre in them is better by more than `slack` (mm), or when they lie within the balls of optima;
     points that can be neither farthest nor nearest in a square are left out in its quarters, of which the best
     goes first. It ends after `work` points looked at.
+    Centres outside the `hull` (m, 3), of normals and offsets (mm), are left out.
     """
     found = np.array([start[0], start[1], start[2], start[2], np.inf, start[3]])
     balls, known = np.zeros((_BALLS, 3)), 0
@@ -43,10 +48,14 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis):
         around = half * _ROOT_2
         if np.hypot(cx - start[0], cy - start[1]) - around > reach or _covered(cx, cy, around, balls, min(known, _BALLS)):
             continue
-        if below >= found[2] - slack or done >= work or level == _LEVELS:
+        least = found[2] - slack if found[2] <= found[4] else found[4] - _COARSE * slack
+        if below >= least or done >= work or level == _LEVELS:
             found[3] = min(found[3], below)
             continue
-        if not zone and _off_hull(x, y, cx, cy, around):
+        if _off_hull(hull, cx, cy) > around:
+            continue
+        if not zone and level == _FREE:  # no exchange has come to hold a circle here
+            found[3], found[4] = min(found[3], below), min(found[4], height(x, y, cx, cy, zone))
             continue
         done += sizes[level] + _CELL
         if level % 3 == 0:
@@ -81,8 +90,8 @@ def _quarter(x, y, here, size, zone, stack, depth, found, basis):
         kx, ky = cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1)
         value, belows[k] = cell_bound(xs, ys, kx, ky, half * _ROOT_2, zone, px, py)
         values[k] = -value
-        if value < found[2]:
-            _note(x, y, kx, ky, zone, found)
+        if zone and value < found[2]:
+            _note(x, y, kx, ky, found)
     for k in ranked(values):
         _push(stack, depth, cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1), half, level, belows[k])
         depth += 1
@@ -90,16 +99,12 @@ def _quarter(x, y, here, size, zone, stack, depth, found, basis):
 
 
 @njit(**_OPTIONS)
-def _note(x, y, cx, cy, zone, found):
-    """Note a centre, no optimum, that beats the best: of a zone as the best, of an empty circle as one that nothing holds."""
-    value = height(x, y, cx, cy, zone)
-    if value >= found[2]:
-        return
-    if zone:
+def _note(x, y, cx, cy, found):
+    """Note a centre of a zone, no optimum, that beats the best."""
+    value = height(x, y, cx, cy, True)
+    if value < found[2]:
         found[0], found[1], found[2], found[5] = cx, cy, value, 0.0
         found[3] = min(found[3], value)
-    elif gaps(x, y, cx, cy)[0] <= np.pi:
-        found[4] = min(found[4], value)
 
 
 @njit(**_OPTIONS)
@@ -140,16 +145,12 @@ def _covered(cx, cy, around, balls, known):
 
 
 @njit(**_OPTIONS)
-def _off_hull(x, y, cx, cy, around):
-    """Whether a circle about a centre lies outside the hull of the points, as seen from the middle of the largest gap."""
-    gap, _, middle = gaps(x, y, cx, cy)
-    if gap <= np.pi:
-        return False
-    ex, ey = np.cos(middle), np.sin(middle)
-    most = -np.inf
-    for k in range(x.size):
-        most = max(most, (x[k] - cx) * ex + (y[k] - cy) * ey)
-    return most < -around
+def _off_hull(hull, cx, cy):
+    """How far a centre lies outside of the worst edge of a hull, mm; negative inside."""
+    off = -np.inf
+    for k in range(hull.shape[0]):
+        off = max(off, hull[k, 0] * cx + hull[k, 1] * cy + hull[k, 2])
+    return off
 
 
 @njit(**_OPTIONS)

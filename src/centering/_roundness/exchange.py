@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import ConvexHull
 
 from centering._roundness.branch_kernels import search
 from centering._roundness.direction_kernels import gaps
@@ -62,10 +63,10 @@ def circumscribed(x: Floats, y: Floats) -> Found:
     """MCC: the smallest circle that holds all points."""
     start_centre(x, y)
     basis = np.zeros(3, dtype=np.int64)
-    cx, cy, radius, size = smallest_circle(x, y, _tolerance(x, y), basis)
+    cx, cy, radius, bound, size = smallest_circle(x, y, _tolerance(x, y), basis)
     held = "two contacts are ends of a diameter" if size == 2 else "three contacts stand about the centre"
     told = f"no point lies outside, and {held}: no smaller circle holds these alone"
-    return Found((cx, cy), radius, radius, told, basis[:size], np.full(size, True))
+    return Found((cx, cy), radius, bound, told, basis[:size], np.full(size, True))
 
 
 def inscribed(x: Floats, y: Floats) -> Found:
@@ -80,8 +81,8 @@ def inscribed(x: Floats, y: Floats) -> Found:
     )
     bound = radius
     if reach > proved:
-        start = np.array([cx, cy, -radius, held])
-        cx, cy, low, below, free, held = search(x, y, False, start, reach, tolerance, SLACK * outer, WORK, basis)
+        start, hull = np.array([cx, cy, -radius, held]), ConvexHull(np.column_stack([x, y])).equations
+        cx, cy, low, below, free, held = search(x, y, False, start, reach, tolerance, SLACK * outer, WORK, basis, hull)
         radius, bound = -low, -below
         if not held or free < low - SLACK * outer:
             raise ValueError(
@@ -103,7 +104,7 @@ def minimum_zone(x: Floats, y: Floats) -> Found:
     bound = width
     if reach > proved:
         start = np.array([cx, cy, width, held])
-        cx, cy, width, bound, _, held = search(x, y, True, start, reach, tolerance, SLACK * inner, WORK, basis)
+        cx, cy, width, bound, _, held = search(x, y, True, start, reach, tolerance, SLACK * inner, WORK, basis, np.empty((0, 3)))
         told = _searched(reach, width - bound)
     far, most, near, least = extremes(x, y, cx, cy)
     contacts = basis if held else np.array([far, near])

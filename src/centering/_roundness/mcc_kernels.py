@@ -8,13 +8,13 @@ from numba import njit
 from centering._roundness.distance_kernels import crossing, distance, extremes
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
-_STEPS = 1000
+_STEPS = 300
 """Exchanges, at most; about ten do for thousands of points, and no circle comes twice, as each is larger than the last."""
 
 
 @njit(**_OPTIONS)
 def smallest_circle(x, y, tolerance, basis):
-    """Centre (mm), radius (mm) and how many contacts the smallest circle about all points has; they are put into `basis` (3,).
+    """Centre, radius that holds all points and that of the contacts alone (mm), and how many these are; they go into `basis`.
 
     Two contacts are ends of a diameter. A point counts as outside when it is by more than `tolerance` (mm).
     """
@@ -22,15 +22,13 @@ def smallest_circle(x, y, tolerance, basis):
     basis[1] = extremes(x, y, x[basis[0]], y[basis[0]])[0]
     size = 2
     cx, cy, radius = _two(x, y, basis[0], basis[1])
+    far, most, _, _ = extremes(x, y, cx, cy)
     for _ in range(_STEPS):
-        far, most, _, _ = extremes(x, y, cx, cy)
         if most <= radius + tolerance:
             break
-        new_x, new_y, new_radius, size = _grow(x, y, far, size, basis, tolerance)
-        if new_radius <= radius:  # rounding: nothing is gained any more
-            break
-        cx, cy, radius = new_x, new_y, new_radius
-    return cx, cy, radius, size
+        cx, cy, radius, size = _grow(x, y, far, size, basis, tolerance)
+        far, most, _, _ = extremes(x, y, cx, cy)
+    return cx, cy, most, radius, size
 
 
 @njit(**_OPTIONS)
@@ -46,26 +44,27 @@ def _grow(x, y, new, size, basis, tolerance):
     best, bx, by, first, second = np.inf, 0.0, 0.0, 0, -1
     for a in range(size):
         cx, cy, radius = _two(x, y, new, basis[a])
-        if radius < best and _holds(x, y, cx, cy, radius + tolerance, basis, size):
-            best, bx, by, first, second = radius, cx, cy, a, -1
-    for a in range(size):
-        for b in range(a + 1, size):
-            cx, cy = crossing(x, y, new, basis[a], new, basis[b])
-            radius = distance(x, y, cx, cy, new)
-            if radius < best and _holds(x, y, cx, cy, radius + tolerance, basis, size):
-                best, bx, by, first, second = radius, cx, cy, a, b
-    i, j = basis[first], basis[second]
-    basis[0], basis[1] = new, i
+        if radius < best and _cover(x, y, cx, cy, basis, size) <= radius + tolerance:
+            best, bx, by, first = radius, cx, cy, a
+    if best == np.inf:  # three contacts only where no diameter does: else its centre would be at the mercy of rounding
+        for a in range(size):
+            for b in range(a + 1, size):
+                cx, cy = crossing(x, y, new, basis[a], new, basis[b])
+                cover = max(distance(x, y, cx, cy, new), _cover(x, y, cx, cy, basis, size))
+                if cover < best:
+                    best, bx, by, first, second = cover, cx, cy, a, b
+    one, two = basis[first], basis[second]
+    basis[0], basis[1] = new, one
     if second < 0:
         return bx, by, best, 2
-    basis[2] = j
-    return bx, by, best, 3
+    basis[2] = two
+    return bx, by, distance(x, y, bx, by, new), 3
 
 
 @njit(**_OPTIONS)
-def _holds(x, y, cx, cy, radius, basis, size):
-    """Whether a circle holds the points of the basis."""
+def _cover(x, y, cx, cy, basis, size):
+    """Distance of the farthest point of the basis from a centre."""
     most = 0.0
     for k in range(size):
         most = max(most, distance(x, y, cx, cy, basis[k]))
-    return most <= radius
+    return most
