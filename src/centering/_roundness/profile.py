@@ -24,7 +24,7 @@ from centering._roundness.roundness import Roundness
 from centering._roundness.runout import Runout
 from centering._roundness.sampling import checked_degree, going_on, is_even, rise, turns_of, widest_gap
 from centering._roundness.scan import Scan
-from centering._roundness.separation import task_of
+from centering._roundness.separation_task import task_of
 from centering._roundness.spectrum import Spectrum
 from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats

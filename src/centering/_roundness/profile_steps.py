@@ -13,7 +13,8 @@ from centering._roundness.origin import Made, Origin, scattered, told_form, told
 from centering._roundness.part_frame import from_part, into_part
 from centering._roundness.sampling import even_turn, highest_degree, supported, widest_gap
 from centering._roundness.scan import Scan
-from centering._roundness.separation import Task, separate
+from centering._roundness.separation import separate
+from centering._roundness.separation_task import Task
 from centering._roundness.spectrum import Spectrum
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread

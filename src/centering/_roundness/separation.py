@@ -15,16 +15,13 @@ from scipy.special import chdtrc
 from centering._roundness.harmonics import powers
 from centering._roundness.part_frame import into_part
 from centering._roundness.runout import Runout
-from centering._roundness.sampling import checked_degree, highest_degree, turns_of, widest_gap
-from centering._roundness.scan import TOO_BAD, Scan
-from sdpgrind.base import checks
+from centering._roundness.sampling import widest_gap
+from centering._roundness.scan import TOO_BAD
+from centering._roundness.separation_task import Task, refuse_integer
 from sdpgrind.base.checks import Floats
 
 REACH = 5e-3
 """Share of the ratio within which it is refined."""
-
-INTEGER = 0.02
-"""A ratio as near as that to a whole number is refused unless told."""
 
 _STEPS = 20
 _STILL = 1e-9  # of the radius, and of the ratio: then one more step changes nothing
@@ -34,20 +31,6 @@ _APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
 _PIECES = 4  # of a turn, in which the roller's phase is looked at
 _ROUNDING = 1e-12  # of the radius: what is left without any noise
 _LATER = (0, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
-
-
-@dataclasses.dataclass(frozen=True)
-class Task:
-    """What is to be separated: the ratio belongs to the tip radius where none is given; a ratio is refined or kept."""
-
-    angle: Floats
-    reading: Floats
-    tip_radius: float
-    ratio: float | None
-    upr_max: int
-    refine: bool
-    near_integer: bool
-    turns: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -102,7 +85,7 @@ def separate(task: Task, circle: Floats) -> Separation:
         if _still(before, state):
             break
     _refuse_edge(state.ratio, nominal)
-    _refuse_integer(state.ratio, task.near_integer)
+    refuse_integer(state.ratio, task.near_integer)
     return _separation(task, state, fit, part_angle, refine)
 
 
@@ -190,7 +173,7 @@ def _moved(task: Task, state: _State, fit: _Fit, nominal: float, refine: bool) -
     circle, ratio, rho = state.circle + fit.solution[:3], state.ratio, state.tip_radius
     if refine:
         ratio = float(np.clip(ratio + fit.solution[-1], nominal * (1 - REACH), nominal * (1 + REACH)))
-        rho = rho if task.ratio else circle[0] / ratio
+        rho = rho if task.ratio else float(circle[0]) / ratio
     return _State(circle, rho, ratio, fit.solution[first : first + 2])
 
 
@@ -207,7 +190,7 @@ def _separation(task: Task, state: _State, fit: _Fit, part_angle: Floats, refine
     runout = Runout(
         np.array([*state.tone, state.ratio]),
         covariance,
-        tip_radius=state.circle[0] / state.ratio,
+        tip_radius=float(state.circle[0]) / state.ratio,
         condition=condition(fit.gram[: first + 2, : first + 2]),
         turns=task.turns,
         upr_max=task.upr_max,
@@ -269,38 +252,3 @@ def _more_turns(ratio: float, upr_max: int, turns: float) -> float | None:
         if condition(rows @ rows.T) <= TOO_BAD:
             return more
     return None
-
-
-def task_of(scan: Scan, *, ratio: float | None, upr_max: int | None, refine: bool, near_integer: bool) -> Task:
-    """What is to be separated, checked: the ratio, the harmonics, the samples."""
-    angle, tip_radius = scan.angle, scan.tip_radius
-    if ratio is None and tip_radius == 0:
-        raise ValueError(
-            "tip_radius must be > 0 (mm) to know how fast the roller turns; got 0.0: give Profile its tip_radius, or the ratio"
-        )
-    turned = float(scan.circle[0]) / tip_radius if ratio is None else checks.positive("ratio", ratio, "1")
-    _refuse_integer(turned, near_integer)
-    turns = turns_of(angle)
-    degree = _degree(turned, angle.size, angle.size / turns, upr_max)
-    return Task(angle, scan.reading, tip_radius, ratio, degree, bool(refine), bool(near_integer), turns)
-
-
-def _degree(ratio: float, samples: int, points: float, upr_max: int | None) -> int:
-    """The harmonics that are asked for; by default 50, or 10 beyond the runout's own place, if the samples allow that."""
-    if upr_max is None:
-        return max(min(max(50, ceil(ratio) + 10), highest_degree(points), (samples - 4) // 2), 1)
-    degree = checked_degree("upr_max", upr_max, points)
-    if samples < 2 * degree + 3:
-        raise ValueError(
-            f"reading must have at least {2 * degree + 3} samples for {degree} harmonics and the runout; got {samples}"
-        )
-    return degree
-
-
-def _refuse_integer(ratio: float, near_integer: bool) -> None:
-    near = round(ratio)
-    if not near_integer and near >= 1 and abs(ratio - near) < INTEGER:
-        raise ValueError(
-            f"ratio must be at least {INTEGER:g} from a whole number; got {ratio:.6g}: runout of the roller looks like form of"
-            f" {near} upr however many turns are read (near_integer=True tries all the same)"
-        )
