@@ -164,8 +164,10 @@ class Profile:
 
         A roller that does not slip turns R/tip_radius times as fast as the part and follows the arc along it, so that an
         offset modulates its phase. Runout and the part's harmonics come out of one least-squares fit over all turns, with the
-        centre and, unless told otherwise, the roller's radius within 0.5 %. A runout that drowns in noise, or of
-        which one turn does not tell the ratio, is taken off at the ratio as it is. Where no ratio is given, the refined radius becomes the `tip_radius` of the profile.
+        centre and, unless told otherwise, the roller's radius within 0.5 %: where no ratio is given, that becomes the
+        `tip_radius` of the profile. A runout that drowns in noise, or of which one turn does not tell the ratio, is taken off
+        at the ratio as it is. A steady slip cannot be told from another radius. Several calls take off several waves, as of an
+        oval roller.
 
         Parameters
         ----------
