@@ -39,8 +39,8 @@ class Form:
 def form_of(scan: Scan, degree: int, asked: str = "upr_max") -> Form:
     """Harmonics 2..degree about the centre and radius that leave no harmonics 0 and 1; `asked` is what asks for so many."""
     with one_blas_thread():
-        circle = _settled(scan, min(degree, _FIRST), scan.circle)[2]  # few harmonics bring the centre near at low cost
-        fit, part_angle, circle = _settled(scan, degree, circle)
+        circle = _settled(scan, min(degree, _FIRST), scan.circle, 1)[2]  # few harmonics bring the centre near at low cost
+        fit, part_angle, circle = _settled(scan, degree, circle, _ROUNDS)
         _refuse_ill(asked, fit.condition, degree, part_angle)
         noise = fit.noise_sd if fit.freedom >= ENOUGH else scan.noise_sd or inf
         sd = np.hypot(noise * fit.amplitude_spread, _runout_sd(fit, scan.runout, part_angle))
@@ -49,9 +49,9 @@ def form_of(scan: Scan, degree: int, asked: str = "upr_max") -> Form:
     return Form(coef, sd, circle, fit.condition, fit.residual, noise, fit.waves)
 
 
-def _settled(scan: Scan, degree: int, circle: Floats) -> tuple[HarmonicFit, Floats, Floats]:
+def _settled(scan: Scan, degree: int, circle: Floats, rounds: int) -> tuple[HarmonicFit, Floats, Floats]:
     """The fit about a circle that stays, with the part angles that it has used."""
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         part_angle, distance = into_part(scan.angle, scan.reading, scan.tip_radius, circle[1:])
         fit = fit_harmonics(part_angle, distance - scan.tip_radius - circle[0], degree)
         if fit.condition > TOO_BAD:
