@@ -6,7 +6,7 @@ from math import inf, pi
 import numpy as np
 
 from centering._roundness.filters import PASSED
-from centering._roundness.harmonics import HarmonicFit, Waves, fit_harmonics, values_at
+from centering._roundness.harmonics import HarmonicFit, fit_harmonics, values_at
 from centering._roundness.part_frame import into_part
 from centering._roundness.runout import Runout
 from centering._roundness.sampling import even_turn, supported, widest_gap
@@ -33,7 +33,7 @@ class Form:
     condition: float
     residual: Floats
     noise_sd: float
-    waves: Waves
+    part_angle: Floats
 
 
 def form_of(scan: Scan, degree: int, asked: str = "upr_max") -> Form:
@@ -46,7 +46,7 @@ def form_of(scan: Scan, degree: int, asked: str = "upr_max") -> Form:
         sd = np.hypot(noise * fit.amplitude_spread, _runout_sd(fit, scan.runout, part_angle))
     coef = fit.coef.copy()
     coef[:2] = 0.0
-    return Form(coef, sd, circle, fit.condition, fit.residual, noise, fit.waves)
+    return Form(coef, sd, circle, fit.condition, fit.residual, noise, part_angle)
 
 
 def _settled(scan: Scan, degree: int, circle: Floats, rounds: int) -> tuple[HarmonicFit, Floats, Floats]:

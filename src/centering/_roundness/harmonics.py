@@ -6,8 +6,9 @@ step is exact.
 """
 
 import dataclasses
+from collections.abc import Iterator
 from functools import cached_property
-from math import ceil, inf, isqrt, sqrt
+from math import inf, isqrt, sqrt
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -17,29 +18,38 @@ from sdpgrind.base.checks import Complex, Floats
 
 _STEPS = 2000  # of conjugate gradients: many more than any condition that is accepted needs
 _RESIDUAL = 1e-14
+_PIECE = 512  # samples
 _FLAT = 1e-11  # of the number of samples: an eigenvalue of T that is nothing but rounding
 
 
-class Waves:
-    """exp(-i k angle) for k = 0..degree as products of coarse and fine powers: sums over them are small matrix products."""
+def sums(angle: Floats, values: Floats, degree: int) -> tuple[Complex, Complex]:
+    """Sums of exp(-i k angle) for k = 0..2 degree, and of values times that for k = 0..degree."""
+    fine = isqrt(2 * degree) + 1
+    density = np.zeros((2 * degree // fine + 1, fine), dtype=complex)
+    target = np.zeros((degree // fine + 1, fine), dtype=complex)
+    for piece, low, high in _pieces(angle, fine, len(density)):
+        density += high @ low.T
+        target += (high[: len(target)] * values[piece]) @ low.T
+    return density.ravel()[: 2 * degree + 1], target.ravel()[: degree + 1]
 
-    def __init__(self, angle: Floats, degree: int) -> None:
-        fine = isqrt(degree) + 1
-        self.fine = powers(np.exp(-1j * angle), fine)
-        self.coarse = powers(np.exp(-1j * fine * angle), ceil((degree + 1) / fine))
 
-    def moments(self, degree: int, weight: Floats | None = None) -> Complex:
-        """Sums of weight * exp(-i k angle), k = 0..degree; of weights 1 where none are given."""
-        coarse = self.coarse[: degree // len(self.fine) + 1]
-        weighted = coarse if weight is None else coarse * weight
-        return np.asarray((weighted @ self.fine.T).ravel()[: degree + 1])
+def values_at(coef: Complex, angle: Floats) -> Floats:
+    """Real values of sum coef[k] exp(i k angle) over k = -n..n, of which k >= 0 are given."""
+    fine = isqrt(coef.size) + 1
+    padded = np.zeros(((coef.size - 1) // fine + 1, fine), dtype=complex)
+    padded.flat[: coef.size] = np.concatenate([coef[:1], 2 * coef[1:]]).conj()
+    values = np.empty(angle.size)
+    for piece, low, high in _pieces(angle, fine, len(padded)):
+        values[piece] = np.sum(high * (padded @ low), axis=0).real
+    return values
 
-    def values(self, coef: Complex) -> Floats:
-        """Real values of sum coef[k] exp(i k angle) over k = -n..n, of which k >= 0 are given."""
-        rows = (coef.size - 1) // len(self.fine) + 1
-        padded = np.zeros((rows, len(self.fine)), dtype=complex)
-        padded.flat[: coef.size] = np.concatenate([coef[:1], 2 * coef[1:]]).conj()
-        return np.asarray(np.sum(self.coarse[:rows] * (padded @ self.fine), axis=0).real)
+
+def _pieces(angle: Floats, fine: int, coarse: int) -> Iterator[tuple[slice, Complex, Complex]]:
+    """exp(-i k angle) as products of fine powers k = 0..fine-1 and coarse ones, for so many samples as the cache holds."""
+    for first in range(0, angle.size, _PIECE):
+        piece = slice(first, first + _PIECE)
+        turned = angle[piece]
+        yield piece, powers(np.exp(-1j * turned), fine), powers(np.exp(-1j * fine * turned), coarse)
 
 
 def powers(base: Complex, count: int) -> Complex:
@@ -53,12 +63,11 @@ def powers(base: Complex, count: int) -> Complex:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class HarmonicFit:
-    """Coefficients 0..n of exp(i k angle), condition of the basis, what is left; the waves, their sums, T's inverse on cos n."""
+    """Coefficients 0..n of exp(i k angle), condition of the basis, what is left; sums that make T, and its inverse on cos n."""
 
     coef: Complex
     condition: float
     residual: Floats
-    waves: Waves
     density: Complex
     cosine: Complex
 
@@ -84,11 +93,10 @@ class HarmonicFit:
 
 def fit_harmonics(angle: Floats, values: Floats, degree: int) -> HarmonicFit:
     """Least squares of harmonics 0..degree; the condition is infinite where the angles cannot tell them apart."""
-    waves = Waves(angle, 2 * degree)
-    density = waves.moments(2 * degree)
-    coef, condition = _solved(density, waves.moments(degree, values))
+    density, target = sums(angle, values, degree)
+    coef, condition = _solved(density, target)
     cosine, worst = _solved(density, _edge(degree))  # the highest harmonic is told worst: data without it would not show that
-    return HarmonicFit(coef, max(condition, worst), values - waves.values(coef), waves, density, cosine)
+    return HarmonicFit(coef, max(condition, worst), values - values_at(coef, angle), density, cosine)
 
 
 def _edge(degree: int) -> Complex:
@@ -96,11 +104,6 @@ def _edge(degree: int) -> Complex:
     edge = np.zeros(degree + 1, dtype=complex)
     edge[-1] = 1.0
     return edge
-
-
-def values_at(coef: Complex, angle: Floats) -> Floats:
-    """Real values of sum coef[k] exp(i k angle) over k = -n..n, of which k >= 0 are given."""
-    return Waves(angle, coef.size - 1).values(coef)
 
 
 def even_harmonics(values: Floats) -> Complex:

@@ -8,7 +8,7 @@ import numpy as np
 
 from centering._roundness.filters import filter_even, transmission
 from centering._roundness.form import ENOUGH, broad_form, form_of
-from centering._roundness.harmonics import even_harmonics, even_values
+from centering._roundness.harmonics import even_harmonics, even_values, values_at
 from centering._roundness.origin import Made, Origin, scattered, told_form, told_runout
 from centering._roundness.part_frame import from_part, into_part
 from centering._roundness.sampling import even_turn, highest_degree, supported, widest_gap
@@ -58,7 +58,7 @@ def filtered(profile: "Profile", cut_off: float) -> Made:
     coef = form.coef * passed
     deviation = even_values(coef, max(round(profile.points_per_turn), 2 * coef.size + 1))
     with one_blas_thread():
-        left = form.residual + form.waves.values(form.coef - coef)
+        left = form.residual + values_at(form.coef - coef, form.part_angle)
     name = f"Gaussian low-pass, {cut_off:g} upr"
     return _even(profile, form.circle, deviation, _thinned(form.sd, passed), name, told_form(form), left)
 

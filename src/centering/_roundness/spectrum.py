@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from centering._roundness.harmonics import Waves
+from centering._roundness.harmonics import values_at
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
@@ -96,7 +96,7 @@ class Spectrum(Frozen):
             return np.asarray(waves)
         coef = np.zeros(int(whole.max(initial=0)) + 1, dtype=complex)
         np.add.at(coef, whole, self.amplitude / 2 * np.exp(-1j * self.phase))
-        return Waves(angle.ravel(), coef.size - 1).values(coef).reshape(angle.shape)
+        return values_at(coef, angle.ravel()).reshape(angle.shape)
 
     def largest(self, count: int = 10) -> list[tuple[float, float]]:
         """Return the largest undulations, falling: pairs of upr and amplitude in mm, as Mears, Table 6.5.
