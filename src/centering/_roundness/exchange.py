@@ -74,7 +74,7 @@ def inscribed(x: Floats, y: Floats) -> Found:
     tolerance, basis = _tolerance(x, y), np.zeros(4, dtype=np.int64)
     cx, cy, radius, held = empty_circle(x, y, *start_centre(x, y), tolerance, basis)
     outer = extremes(x, y, cx, cy)[1]
-    reach = empty_reach(radius, outer, min(gaps(x, y, cx, cy)[0], np.pi))
+    reach = empty_reach(radius, outer, gaps(x, y, cx, cy)[0])
     proved = ball(steepness(x, y, cx, cy, basis, False), radius) if held else 0.0
     told = (
         f"three contacts stand about the centre: no centre within {proved:.3g} mm is better; beyond {reach:.3g} mm all are worse"
@@ -98,7 +98,7 @@ def minimum_zone(x: Floats, y: Floats) -> Found:
     cx, cy, width, held = zone(x, y, *start_centre(x, y), tolerance, basis)
     inner = extremes(x, y, cx, cy)[3]
     largest, second, _ = gaps(x, y, cx, cy)
-    reach = zone_reach(width, inner, min(largest, np.pi), second)
+    reach = zone_reach(width, inner, largest, second)
     proved = ball(steepness(x, y, cx, cy, basis, True), inner) if held else 0.0
     told = _held("contacts alternate, two outer and two inner", proved, reach)
     bound = width

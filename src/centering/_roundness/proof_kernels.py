@@ -13,6 +13,8 @@ from numba import njit
 from centering._roundness.distance_kernels import extremes, towards
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
+_HALF_TURN = np.pi + 0.02
+"""Gap, rad, that hides a direction and its opposite only where both are all but next to a point."""
 
 
 @njit(**_OPTIONS)
@@ -63,7 +65,7 @@ def zone_reach(width, inner, gap, second):
     slope, bend = np.cos(0.5 * gap) + np.cos(0.5 * second), np.sin(0.5 * gap) ** 2
     a, b, c = 2.0 * slope + bend, slope * inner + 2.0 * width, 4.0 * width * inner
     root = b * b - a * c
-    if slope <= 0.0 or root < 0.0 or b + np.sqrt(root) < 0.5 * inner * a:
+    if gap > _HALF_TURN or slope <= 0.0 or root < 0.0 or b + np.sqrt(root) < 0.5 * inner * a:
         return 0.5 * inner
     return min(c / (b + np.sqrt(root)), 0.5 * inner)
 
