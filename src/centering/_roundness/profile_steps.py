@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from centering._roundness.filters import filter_even, transmission
+from centering._roundness.filters import CUT_OFFS, filter_even, transmission
 from centering._roundness.form import ENOUGH, broad_form, form_of
 from centering._roundness.harmonics import even_harmonics, even_values, values_at
 from centering._roundness.origin import Made, Origin, scattered, told_form, told_runout
@@ -21,9 +21,6 @@ from sdpgrind.base.parallel import one_blas_thread
 
 if TYPE_CHECKING:
     from centering._roundness.profile import Profile
-
-USUAL = 1500
-"""Highest harmonic where none is asked for: the highest cut-off of the standard."""
 
 
 def without_runout(profile: "Profile", task: Task) -> Made:
@@ -105,8 +102,8 @@ def _most(profile: "Profile") -> int:
 
 
 def _sure(profile: "Profile") -> int:
-    """Highest harmonic that the widest gap leaves sure, up to the usual."""
-    return min(_most(profile), supported(widest_gap(profile.part_angle)), USUAL)
+    """Highest harmonic that the widest gap leaves sure, up to the highest usual cut-off."""
+    return min(_most(profile), supported(widest_gap(profile.part_angle)), CUT_OFFS[-1])
 
 
 def noise_sd(profile: "Profile") -> float:
