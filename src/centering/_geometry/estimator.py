@@ -1,26 +1,16 @@
 """The streaming estimator: radius and centre from every reading, how sure they are, and when that is enough."""
 
 from collections.abc import Mapping
-from math import inf, log, log1p, pi
+from math import inf, log, pi
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import ndtri, stdtrit
 
 from centering._geometry import estimator_slots as at
 from centering._geometry.estimate import CircleEstimate
-from centering._geometry.estimator_kernels import (
-    COARSE_STEPS,
-    NOT_FINITE,
-    NOT_POSITIVE,
-    TOO_FAR,
-    carry_radius,
-    clear,
-    ring,
-    run,
-    take,
-)
+from centering._geometry.estimator_kernels import carry_radius, clear, ring, run, take
+from centering._geometry.estimator_settings import empty_state, radius_and_sd, refusal, write_quantiles
 from centering._geometry.forecast_kernels import arc_needed
 from centering._geometry.form import assumed_lobes, known_harmonics
 from centering._geometry.validity import limited_by, sentence
@@ -88,7 +78,7 @@ class GeometryEstimator:
     ...     if estimator.valid:
     ...         break
     >>> estimator.estimate.samples, round(estimator.estimate.radius, 6), round(estimator.estimate.offset, 6)
-    (48, 60.0, 3.0)
+    (33, 60.0, 3.0)
     """
 
     def __init__(
@@ -109,7 +99,7 @@ class GeometryEstimator:
     ) -> None:
         lobes, known = assumed_lobes(form), known_harmonics(harmonics)
         self._model = checks.one_of("model", model, ("exact", "limacon"))
-        self._state = _empty(lobes, known)
+        self._state = empty_state(lobes, known)
         state = self._state
         state[at.LIMACON] = model == "limacon"
         state[at.TIP] = checks.nonnegative("tip_radius", tip_radius, "mm")
@@ -119,8 +109,8 @@ class GeometryEstimator:
         state[at.ARC_MIN] = checks.within("arc_min", arc_min, 0.0, 2 * pi, "rad")
         state[at.LOG_FORGETTING] = log(checks.share("forgetting", forgetting, "1")) / (2 * pi)
         state[at.JOINT] = bool(joint)
-        _write_quantiles(state, checks.probability("confidence", confidence))
-        self._prior = (0.0, 0.0) if radius_prior is None else _radius_prior(radius_prior, float(tip_radius))
+        write_quantiles(state, checks.probability("confidence", confidence))
+        self._prior = (0.0, 0.0) if radius_prior is None else radius_and_sd(radius_prior, float(tip_radius))
         self._rejected: dict[int, tuple[float, float]] = {}
         self.reset()
 
@@ -255,35 +245,12 @@ class GeometryEstimator:
     def _note(self, code: int, angle: float, reading: float) -> None:
         """Raise for what is no reading; else keep what was refused, and let go what is used after all."""
         if code < 0:
-            raise _refusal(code, angle, reading)
+            raise refusal(code, angle, reading)
         for cell in ring(self._state)[: int(self._state[at.SEEN])]:
             if cell[2]:
                 self._rejected[int(cell[4])] = (float(cell[0]), float(cell[1]))
             else:
                 self._rejected.pop(int(cell[4]), None)
-
-
-def _empty(lobes: Floats, known: Floats) -> Floats:
-    """A state with its lists and nothing else."""
-    begin, middle, arrays = at.lobes_at(len(known), len(lobes))
-    state = np.zeros(arrays + at.ARRAYS * at.width(len(lobes)))
-    state[begin:middle], state[middle:arrays] = lobes.ravel(), known.ravel()
-    state[at.FORMS], state[at.KNOWN] = len(lobes), len(known)
-    state[at.FORM_GATE] = 2.0 * lobes[:, 1].sum()  # of the lobe itself and of what it bends the estimate by
-    return state
-
-
-def _write_quantiles(state: Floats, confidence: float) -> None:
-    """Write the quantiles of a two-sided confidence."""
-    state[at.BEYOND], state[at.NORMAL] = log1p(-confidence), ndtri(0.5 + confidence / 2)
-    state[at.STUDENT : at.STUDENT + at.TABLE] = stdtrit(np.arange(1.0, at.TABLE + 1), 0.5 + confidence / 2)
-
-
-def _radius_prior(prior: tuple[float, float], tip_radius: float) -> tuple[float, float]:
-    """Radius with the tip, and its sd, mm."""
-    if not isinstance(prior, tuple | list) or len(prior) != 2:
-        raise TypeError(f"radius_prior must be a pair: radius and its standard deviation (mm); got {checks.shown(prior)}")
-    return checks.positive("radius_prior[0]", prior[0], "mm") + tip_radius, checks.positive("radius_prior[1]", prior[1], "mm")
 
 
 def _pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
@@ -292,21 +259,6 @@ def _pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats
     if angles.ndim != 1 or angles.shape != readings.shape:
         raise ValueError(f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}")
     return angles, readings
-
-
-def _refusal(code: int, angle: float, reading: float) -> ValueError:
-    """The error of a reading that cannot be taken."""
-    hint = "readings in the order of time, by less than a turn from the one before; of degrees? then units.deg(angle)"
-    return {
-        NOT_FINITE: checks.refuse("angle and reading", "finite", (angle, reading), "rad, mm"),
-        NOT_POSITIVE: checks.refuse(
-            "reading", "> 0 with the exact curve; zero-mean readings want model='limacon'", reading, "mm"
-        ),
-        TOO_FAR: checks.refuse("angle", hint, angle, "rad"),
-        COARSE_STEPS: checks.refuse(
-            "angle", "read more often than 8 times a turn; of degrees? then units.deg(angle)", angle, "rad"
-        ),
-    }[code]
 
 
 def _told(state: Floats, limit: str, arc: float) -> dict[str, Any]:

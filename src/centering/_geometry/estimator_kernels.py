@@ -1,190 +1,28 @@
-"""The streaming estimator, compiled: a row per reading, rotated into a triangle; wild readings refused; a part that has moved.
-
-Exact curve of an offset circle, with the tip's radius added to reading r and radius R: r^2 = 2 x r cos + 2 y r sin + R^2 - d^2 is
-linear. Divided by 2 S, S = r - x cos - y sin, the residual is the reading's error to first order and a row is the curve's own
-derivative, so that the triangle is that of maximum likelihood: exact without noise, efficient with it. S is R times the cosine of
-the angle between the probe and the surface's normal. That angle is known after a few readings, R only at the end: so rows are
-divided by the cosine and the first reading r0, and all the residuals are too large by one and the same ratio R/r0.
-"""
+"""The streaming estimator, compiled: a row per reading, rotated into a triangle; wild readings refused; a part that has moved."""
 
 import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.validity_kernels import LEAST_RATIO, MOST_RATIO, back, block, judge, valid_now
+from centering._geometry.estimator_row_kernels import write_row
+from centering._geometry.estimator_travel_kernels import (
+    PIVOT,
+    REFUSED,
+    RESTARTED,
+    SCREENED,
+    TAKEN,
+    cover,
+    objection,
+    travel,
+    way_of,
+)
+from centering._geometry.validity_kernels import back, block, judge, valid_now
 from sdpgrind.identify.kernels import rotate
 
-TAKEN, REFUSED, SCREENED, RESTARTED = range(4)
-"""What became of a reading; or of those before, where it completes the start or shows that the part has moved."""
-NOT_FINITE, TOO_FAR, COARSE_STEPS, NOT_POSITIVE = -1, -2, -3, -4
-"""Why a reading is not taken at all."""
-
-_TURN = 2.0 * np.pi
 _WILD = 5.0  # standard deviations from which on a reading is refused
-_PIVOT = 1e-13  # least diagonal of the triangle; that of a row is 1
 _QUIET = 1e-11  # least noise of the gate, in largest readings
-_STEEPEST = 0.25  # cosine between the probe and the surface's normal: offsets up to 0.97 radii
 _FEW = 8  # readings before the centre is used to weigh
-_GAP = 4.0  # usual steps from which on a step is a gap,
-_SMALL_GAP = np.pi / 36  # if it is more than that, rad
-_COARSE = 0.75  # rad: steps of degrees that were taken for rad are coarse and even
-_MANY = 12  # of them in a row
 _CORE = 2.5  # standard deviations about the screened start within which readings are taken first
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _objection(state, angle, reading):
-    """Why a reading cannot be taken; 0 if it can."""
-    if not (np.isfinite(angle) and np.isfinite(reading)):
-        return NOT_FINITE
-    if state[at.LIMACON] == 0.0 and reading <= 0.0:
-        return NOT_POSITIVE
-    if state[at.INDEX] > 0.0:
-        step = angle - state[at.LAST_ANGLE]
-        if abs(step) > 1.001 * _TURN:
-            return TOO_FAR
-        if state[at.COARSE] >= _MANY - 1 and _is_coarse(state, step):
-            return COARSE_STEPS
-    return TAKEN
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _is_coarse(state, step):
-    """Whether a step is coarse and much like the one before."""
-    return abs(step) > _COARSE and abs(step - state[at.LAST_STEP]) < 0.25 * abs(step)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _travel(state, array, angle):
-    """Go on to an angle: way travelled, what of the part has been seen, what is forgotten."""
-    if state[at.INDEX] > 0.0:
-        step = angle - state[at.LAST_ANGLE]
-        state[at.COARSE] = state[at.COARSE] + 1.0 if _is_coarse(state, step) else 0.0
-        state[at.LAST_STEP] = step
-        step = _way(state, step)
-        _cover(state, step)
-        if state[at.LOG_FORGETTING] != 0.0 and step != 0.0:
-            _forget(state, array, np.exp(state[at.LOG_FORGETTING] * abs(step)))
-    state[at.LAST_ANGLE] = angle
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _way(state, step):
-    """Way of a step: one of more than half a turn goes on in the sense of rotation, whether turns are counted or not."""
-    if abs(step) <= 0.5 * _TURN:
-        return step
-    onward = step * state[at.DIRECTION] >= 0.0
-    return step if onward and state[at.DIRECTION] != 0.0 else step - np.copysign(_TURN, step)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _cover(state, step):
-    """Widen what has been seen by a step, of a gap by a usual step only."""
-    state[at.POSITION] += step
-    way = abs(step)
-    state[at.TRAVEL] += way
-    if state[at.SEEN] == 0.0:
-        state[at.LOW] = state[at.HIGH] = state[at.POSITION]
-        return
-    if way > 0.0:
-        state[at.PATH] += way
-        state[at.MOVES] += 1.0
-        state[at.DIRECTION] = 1.0 if step > 0.0 else -1.0
-    wider = max(state[at.POSITION] - state[at.HIGH], state[at.LOW] - state[at.POSITION])
-    if wider <= 0.0:
-        return
-    count = state[at.WIDENINGS]
-    if count > 0.0 and wider > max(_GAP * state[at.COVERED] / count, _SMALL_GAP):
-        state[at.COVERED] += state[at.COVERED] / count
-    else:
-        state[at.COVERED] += wider
-    state[at.WIDENINGS] += 1.0
-    state[at.LOW], state[at.HIGH] = min(state[at.LOW], state[at.POSITION]), max(state[at.HIGH], state[at.POSITION])
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _forget(state, array, weight):
-    """Let all readings before count for less."""
-    state[at.WEIGHT] *= weight
-    state[at.SQUARES] *= weight
-    for i in range(16):
-        state[at.LAG + i] *= weight
-    for i in range(5):
-        state[at.BIAS + i] *= weight
-    root = np.sqrt(weight)
-    for i in range(3):
-        for j in range(i, array.shape[1]):
-            array[i, j] *= root
-        if abs(array[i, i]) < _PIVOT:
-            array[i, i] = _PIVOT
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _write_row(state, angle, reading, row):
-    """Write regressors, target and lobes of a reading: error of the reading = target - regressors @ (q, x, y)."""
-    c, s = np.cos(angle), np.sin(angle)
-    if state[at.LIMACON] != 0.0:
-        if state[at.KNOWN] > 0.0:
-            reading -= _known_form(state, c, s)
-        row[0], row[1], row[2], row[3] = 1.0, c, s, reading - state[at.REFERENCE]
-        write_lobes(state, c, s, 1.0, row)
-        return
-    r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
-    part_x, part_y, start = r * c - x, r * s - y, state[at.REFERENCE]
-    distance = np.sqrt(part_x * part_x + part_y * part_y)
-    cosine = (r - (x * c + y * s)) / distance
-    cosine = min(max(cosine, _STEEPEST), 1.0)
-    state[at.RATIO] = min(max(distance / start, LEAST_RATIO), MOST_RATIO)
-    if state[at.FORMS] > 0.0 or state[at.KNOWN] > 0.0:
-        part_x, part_y = part_x / distance, part_y / distance
-        if state[at.KNOWN] > 0.0:
-            r -= _known_form(state, part_x, part_y) / cosine
-        write_lobes(state, part_x, part_y, 1.0 / cosine, row)
-    inverse = 1.0 / (start * cosine)
-    row[0], row[1], row[2] = 1.0 / cosine, r * c * inverse, r * s * inverse
-    row[3] = 0.5 * (r - start) * (r + start) * inverse
-    _write_bias(state, c, s, cosine, row)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _write_bias(state, c, s, cosine, row):
-    """Write what noise e of the reading adds to the normal equations in the mean, by its square: E[h (target - h value)].
-
-    The reading stands in the row h and in its weight too, so that rows and errors are correlated: with 2 S the residual is
-    e + e^2/(2 S), the derivative of r h is (0, cos, sin) and that of the logarithm of the weight -sin^2(slope)/S.
-    """
-    across = 1.0 / (state[at.REFERENCE] * cosine)
-    share = (2.0 * cosine * cosine - 1.5) * across
-    for i in range(3):
-        state[at.NEW_BIAS + i] = share * row[i]
-    state[at.NEW_BIAS + 3], state[at.NEW_BIAS + 4] = c * across, s * across
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _wave(c, s, upr):
-    """Cosine and sine of a whole multiple of an angle."""
-    cosine, sine = 1.0, 0.0
-    for _ in range(int(upr)):
-        cosine, sine = cosine * c - sine * s, sine * c + cosine * s
-    return cosine, sine
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def write_lobes(state, c, s, slope, row):
-    """What lobes of amplitude 1 add to a reading."""
-    for n in range(int(state[at.FORMS])):
-        cosine, sine = _wave(c, s, state[at.TAIL + 2 * n])
-        row[4 + 2 * n], row[5 + 2 * n] = slope * cosine, slope * sine
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _known_form(state, c, s):
-    """Known form at a part angle, mm."""
-    begin, total = at.TAIL + 2 * int(state[at.FORMS]), 0.0
-    for n in range(begin, begin + 3 * int(state[at.KNOWN]), 3):
-        cosine, sine = _wave(c, s, state[n])
-        total += state[n + 1] * cosine + state[n + 2] * sine
-    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -265,7 +103,7 @@ def _clear_fit(state):
     array = block(state, 0, 3)
     array[:] = 0.0
     for i in range(3):
-        array[i, i] = _PIVOT
+        array[i, i] = PIVOT
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -290,14 +128,14 @@ def take(state, angle, reading):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _take(state, array, row, angle, reading):
     """The same with the triangle and room for a row at hand."""
-    objection = _objection(state, angle, reading)
-    if objection != TAKEN:
-        return objection
-    _travel(state, array, angle)
+    code = objection(state, angle, reading)
+    if code != TAKEN:
+        return code
+    travel(state, array, angle)
     if int(state[at.SEEN]) % at.RING == 0:
         _keep_triangle(state)
     cell = _remember(state, angle, reading)
-    _write_row(state, angle, reading, row)
+    write_row(state, angle, reading, row)
     state[at.INDEX] += 1.0
     state[at.SEEN] += 1.0
     if state[at.SEEN] > at.RING and _is_wild(state, array, row):
@@ -332,7 +170,7 @@ def _replay(state, wanted):
     cells, array, row = ring(state), block(state, 0, 3), block(state, 15, 1)[0]
     for i in range(int(state[at.SEEN])):
         if wanted[i] and cells[i, 2] == 0.0:
-            _write_row(state, cells[i, 0], cells[i, 1], row)
+            write_row(state, cells[i, 0], cells[i, 1], row)
             _fold(state, array, row, np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - cells[i, 3])))
 
 
@@ -347,7 +185,7 @@ def _screen(state):
     _replay(state, core)
     for i in range(at.RING):
         if not core[i]:
-            _write_row(state, cells[i, 0], cells[i, 1], row)
+            write_row(state, cells[i, 0], cells[i, 1], row)
             if _is_wild(state, array, row):
                 cells[i, 2] = 1.0
                 state[at.BAD] += 1.0
@@ -367,12 +205,12 @@ def _agreed_errors(state):
         _clear_fit(state)
         array, row = block(state, 0, 3), block(state, 15, 1)[0]
         for i in (first, 10 + (3 * first + turn) % 10, 20 + (7 * first + 2 * turn) % 10):
-            _write_row(state, cells[i, 0], cells[i, 1], row)
+            write_row(state, cells[i, 0], cells[i, 1], row)
             rotate(array, row)
         back(array, 3, value)
         state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
         for i in range(at.RING):
-            _write_row(state, cells[i, 0], cells[i, 1], row)
+            write_row(state, cells[i, 0], cells[i, 1], row)
             error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2])
         median = np.median(error)
         if median < least:
@@ -406,7 +244,7 @@ def _restart(state):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _again(state, cell, before):
     """Go over a reading of the ring once more: what it covers and where it stands in the ring."""
-    _cover(state, _way(state, cell[0] - before[0]))
+    cover(state, way_of(state, cell[0] - before[0]))
     state[at.TRAVEL] = cell[3]
     _remember(state, cell[0], cell[1])
     state[at.SEEN] += 1.0

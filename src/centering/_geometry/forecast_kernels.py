@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.estimator_kernels import write_lobes
+from centering._geometry.estimator_row_kernels import write_lobes
 from centering._geometry.validity_kernels import block, conclude, form_bound, judge, known_quantile, quantile, ratio_of, worst
 from sdpgrind.identify.kernels import rotate
 

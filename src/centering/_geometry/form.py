@@ -37,7 +37,7 @@ def form_gain(angle: npt.ArrayLike, upr: int) -> float:
     Examples
     --------
     >>> round(form_gain(np.radians(np.arange(91)), 2), 2)
-    3.49
+    3.48
     """
     theta = np.atleast_1d(checks.finite_array("angle", angle, "rad")).ravel()
     lobe = checks.count("upr", upr, 2)

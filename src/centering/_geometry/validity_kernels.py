@@ -19,6 +19,7 @@ LEAST_RATIO, MOST_RATIO = 0.5, 20.0
 _STEPS = 12  # Gauss-Newton, where the radius is known
 _ENOUGH = 8.0  # readings from which on the bias by noise is taken off
 _CLOSE = 1e-14  # of the largest reading
+_TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
 _SIGNIFICANT = 2.33  # standard deviations from which on a correlation of residuals is believed
 _TURN = 2.0 * np.pi
 
@@ -95,7 +96,9 @@ def noise(state):
     value = np.empty(3)
     back(block(state, 0, 3), 3, value)
     weight = state[at.WEIGHT]
-    rho = _correlation(state, value) if weight > 4.0 else 0.0
+    least = _TELLING * state[at.NOISE] * state[at.RATIO]
+    telling = weight > 4.0 and state[at.SQUARES] > weight * least * least
+    rho = _correlation(state, value) if telling else 0.0
     inflation = np.sqrt((1.0 + rho) / (1.0 - rho))
     freedom = weight / inflation**2 - 3.0
     sd = np.sqrt(state[at.SQUARES] / (weight - 3.0 * inflation**2)) if freedom > 0.0 else inf

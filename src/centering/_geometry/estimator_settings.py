@@ -1,0 +1,49 @@
+"""What a streaming estimator is set to, as the array that compiled code sees; and why a reading is no reading."""
+
+from math import log1p
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from centering._geometry import estimator_slots as at
+from centering._geometry.estimator_travel_kernels import COARSE_STEPS, NOT_FINITE, NOT_POSITIVE, TOO_FAR
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+
+def empty_state(lobes: Floats, known: Floats) -> Floats:
+    """A state with its lists and nothing else."""
+    begin, middle, arrays = at.lobes_at(len(known), len(lobes))
+    state = np.zeros(arrays + at.ARRAYS * at.width(len(lobes)))
+    state[begin:middle], state[middle:arrays] = lobes.ravel(), known.ravel()
+    state[at.FORMS], state[at.KNOWN] = len(lobes), len(known)
+    state[at.FORM_GATE] = 2.0 * lobes[:, 1].sum()  # of the lobe itself and of what it bends the estimate by
+    return state
+
+
+def write_quantiles(state: Floats, confidence: float) -> None:
+    """Write the quantiles of a two-sided confidence."""
+    state[at.BEYOND], state[at.NORMAL] = log1p(-confidence), ndtri(0.5 + confidence / 2)
+    state[at.STUDENT : at.STUDENT + at.TABLE] = stdtrit(np.arange(1.0, at.TABLE + 1), 0.5 + confidence / 2)
+
+
+def radius_and_sd(prior: tuple[float, float], tip_radius: float) -> tuple[float, float]:
+    """Radius with the tip, and its sd, mm."""
+    if not isinstance(prior, tuple | list) or len(prior) != 2:
+        raise TypeError(f"radius_prior must be a pair: radius and its standard deviation (mm); got {checks.shown(prior)}")
+    return checks.positive("radius_prior[0]", prior[0], "mm") + tip_radius, checks.positive("radius_prior[1]", prior[1], "mm")
+
+
+def refusal(code: int, angle: float, reading: float) -> ValueError:
+    """The error of a reading that cannot be taken."""
+    hint = "readings in the order of time, by less than a turn from the one before; of degrees? then units.deg(angle)"
+    return {
+        NOT_FINITE: checks.refuse("angle and reading", "finite", (angle, reading), "rad, mm"),
+        NOT_POSITIVE: checks.refuse(
+            "reading", "> 0 with the exact curve; zero-mean readings want model='limacon'", reading, "mm"
+        ),
+        TOO_FAR: checks.refuse("angle", hint, angle, "rad"),
+        COARSE_STEPS: checks.refuse(
+            "angle", "read more often than 8 times a turn; of degrees? then units.deg(angle)", angle, "rad"
+        ),
+    }[code]
