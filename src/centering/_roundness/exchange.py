@@ -53,10 +53,11 @@ def start_centre(x: Floats, y: Floats) -> tuple[float, float]:
 
 def least_squares(x: Floats, y: Floats) -> Found:
     """LSC: the sum of squared deviations is least."""
-    cx, cy, radius = least_squares_circle(x, y, *start_centre(x, y))
+    cx, cy, radius, bends = least_squares_circle(x, y, *start_centre(x, y))
     across, up = x - cx, y - cy
     rms = float(np.sqrt(np.mean((np.sqrt(across * across + up * up) - radius) ** 2)))
-    return Found((cx, cy), radius, rms, "the sum of squares is level at this centre, and bends upwards in every direction")
+    told = "the sum of squares is level at this centre" + (", and bends upwards in every direction" if bends else "")
+    return Found((cx, cy), radius, rms, told)
 
 
 def circumscribed(x: Floats, y: Floats) -> Found:

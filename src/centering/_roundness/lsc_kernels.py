@@ -27,18 +27,19 @@ def algebraic_centre(x, y):
 
 @njit(**_OPTIONS)
 def least_squares_circle(x, y, cx, cy):
-    """Centre and mean distance (mm) that make the sum of squared distances to the circle least, from a start nearby."""
+    """Centre, mean distance (mm) and whether the sum of squared deviations bends upwards there, from a start nearby."""
     for _ in range(_STEPS):
-        step_x, step_y, radius = _newton_step(x, y, cx, cy)
+        step_x, step_y, radius, _ = _newton_step(x, y, cx, cy)
         cx, cy = cx + step_x, cy + step_y
         if np.hypot(step_x, step_y) <= 1e-15 * radius:
             break
-    return cx, cy, _newton_step(x, y, cx, cy)[2]
+    _, _, radius, bends = _newton_step(x, y, cx, cy)
+    return cx, cy, radius, bends
 
 
 @njit(**_OPTIONS)
 def _newton_step(x, y, cx, cy):
-    """Step of the centre and the mean distance: the Hessian of the sum where it bends upwards, else that of Gauss and Newton."""
+    """Step of the centre, mean distance, whether the Hessian is definite: by that of the sum where it bends upwards, else that of Gauss and Newton."""
     n = x.size
     radius = su = sv = uu = uv = vv = 0.0
     pu = pv = wuu = wuv = wvv = 0.0
@@ -55,7 +56,8 @@ def _newton_step(x, y, cx, cy):
         wuu, wuv, wvv = wuu + bend * v * v, wuv - bend * u * v, wvv + bend * u * u
     uu, uv, vv = uu - su * su / n, uv - su * sv / n, vv - sv * sv / n
     a, b, c = uu + wuu, uv + wuv, vv + wvv
-    if a <= 0.0 or a * c - b * b <= 1e-6 * a * c:
+    bends = a > 0.0 and a * c - b * b > 1e-6 * a * c
+    if not bends:
         a, b, c = uu, uv, vv
     det = a * c - b * b
-    return (c * pu - b * pv) / det, (a * pv - b * pu) / det, radius
+    return (c * pu - b * pv) / det, (a * pv - b * pu) / det, radius, bends
