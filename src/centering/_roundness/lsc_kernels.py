@@ -39,7 +39,7 @@ def least_squares_circle(x, y, cx, cy):
 
 @njit(**_OPTIONS)
 def _newton_step(x, y, cx, cy):
-    """Step of the centre, mean distance, whether the Hessian is definite: by that of the sum where it bends upwards, else that of Gauss and Newton."""
+    """Step of the centre, mean distance, and whether the Hessian is definite; where not, the step is that of Gauss and Newton."""
     n = x.size
     radius = su = sv = uu = uv = vv = 0.0
     pu = pv = wuu = wuv = wvv = 0.0
