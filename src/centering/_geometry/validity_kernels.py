@@ -117,11 +117,10 @@ def _weighing_noise(state, ratio):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _with_center(state, array, weighing):
     """Take in that the centre is not endlessly far: what bounds the covariance of anything."""
-    weight = weighing / (_FAR * state[at.LARGEST])
     row = np.zeros(array.shape[1])
     for i in range(3):
         row[:] = 0.0
-        row[i] = weight
+        row[i] = weighing / (_FAR * state[at.LARGEST])
         rotate(array, row)
 
 
@@ -247,16 +246,16 @@ def _write_fit(state, value, information, ratio):
     """Write radius, centre and their covariance for noise 1."""
     state[at.RADIUS] = _radius(state, value) - state[at.TIP]
     state[at.FIT_X], state[at.FIT_Y] = value[1], value[2]
-    turned, row = np.eye(3), np.empty(3)
+    row, square = np.empty(3), ratio * ratio
     _radius_row(state, value, row)
-    turned[0] = row
-    for i in range(3):
-        for j in range(3):
-            total = 0.0
-            for k in range(3):
-                for m in range(3):
-                    total += turned[i, k] * information[k, m] * turned[j, m]
-            state[at.SHAPE + 3 * i + j] = total * ratio**2
+    state[at.SHAPE] = 0.0
+    for j in range(3):
+        across = row[0] * information[0, j] + row[1] * information[1, j] + row[2] * information[2, j]
+        state[at.SHAPE] += square * across * row[j]
+        if j > 0:
+            state[at.SHAPE + j] = state[at.SHAPE + 3 * j] = square * across
+            for k in range(1, 3):
+                state[at.SHAPE + 3 * j + k] = square * information[j, k]
     state[at.SPREAD] = ratio * worst(information[1, 1], information[1, 2], information[2, 2])
 
 
