@@ -134,6 +134,27 @@ study.anova(); study.best(); study.predict(study.best(), confirm=1); study.power
 """  # noqa: E501 as it is written
 
 
+CENTERING = """
+import centering
+from sdpgrind import units
+
+estimator = centering.GeometryEstimator(noise_sd=0.04, confidence=0.999, rel_tol=0.03, abs_tol=0.002)   # mm; exact model by default
+for a, r in stream:                                # rad, mm
+    estimator.update(angle=a, reading=r)
+    if estimator.valid: break
+estimator.estimate                                 # radius, offset, offset_angle, covariance; status says what limits it and the arc still needed
+estimator.reset(keep_radius=True)                  # after a push
+
+circle = centering.identify((angle, reading), "circle", tip_radius=3.75, loss="huber")    # the same Estimate, from a batch
+profile = centering.Profile(angle, reading, tip_radius=3.75)
+clean = profile.remove_runout().filter("gaussian", upr=50)
+clean.roundness("MZC")                             # LSC, MCC, MIC, MZC: value, centre, contacts, certificate
+clean.spectrum(upr_max=60); clean.plot(); clean.save("ring.nc")
+stock = centering.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
+centering.plan_changeover(profile, stock, finish_radius=61.9, gap=0.010, approach_rate=units.mm_per_min(1.56))   # position, time saved, probability of contact
+"""  # noqa: E501 as it is written
+
+
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
     pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -199,6 +220,24 @@ def test_the_tour_of_finishing_runs_as_written(elsewhere, capsys):
     assert motion.mean_feed_rate < outcome.feed.item() < 25.0  # mm/s; the table overshoots at corners
     assert "normal_force" in capsys.readouterr().out
     assert not list(elsewhere.iterdir())
+
+
+def test_the_tour_of_centering_runs_as_written(elsewhere):
+    import hwsim
+    import sdpgrind
+
+    ring = hwsim.Ring(62.0, 0.002, 0.7, lobes={2: (1e-3, 0.1), 3: (2e-3, 1.0)})
+    off, on = ring.replace(offset=3.6), ring  # first as it was laid down, then as it lies when it is centred
+    probe = hwsim.Probe(off, samples_per_turn=360)
+    far = probe.replace(noise_sd=0.04).scan(turns=2, rng=1)
+    near = probe.replace(ring=on).scan(turns=4, rng=2)
+    names = {"stream": list(zip(far.angle, far.reading, strict=True)), "angle": near.angle, "reading": near.reading}
+    exec(compile(CENTERING, "centering", "exec"), names)
+    assert names["circle"].radius == pytest.approx(62.0, abs=1e-3)
+    assert names["circle"].offset == pytest.approx(0.002, abs=1e-3)
+    assert names["clean"].roundness("MZC").value < names["clean"].roundness("LSC").value < 6e-3
+    assert sdpgrind.load("ring.nc") == names["clean"]
+    assert [path.name for path in elsewhere.iterdir()] == ["ring.nc"]
 
 
 def test_the_tour_tells_the_truth(elsewhere):
