@@ -57,7 +57,7 @@ class CircleEstimate(Estimate):
     form_bound : float
         Greatest error of the centre from form that the part may have, mm.
     tip_radius : float
-        Radius of the probe's tip, mm.
+        Radius of the probe's tip, mm; less than 0 where a bore was read from within.
     model : {"exact", "limacon", "printed"}
         The curve that was fitted; "printed" is the limacon with the radius corrected by Mears (4.22).
     limited_by : {"", "samples", "arc", "noise", "correlation", "form"}
@@ -202,7 +202,8 @@ class CircleEstimate(Estimate):
         """
         if self.model == "limacon":
             return limacon_reading(angle, self.radius, self.offset, self.offset_angle)
-        return circle_reading(angle, self.radius, self.offset, self.offset_angle, self.tip_radius)
+        tip = self.tip_radius  # its centre runs on a circle that is larger by it; in a bore, where it is less than 0, smaller
+        return np.asarray(circle_reading(angle, self.radius + tip, self.offset, self.offset_angle) - tip)
 
     def plot(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> Any:
         """Draw readings, the model and what it leaves (um) over the spindle angle; return the figure.

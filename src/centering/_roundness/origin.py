@@ -29,7 +29,7 @@ MEASURED = Origin()
 
 @dataclasses.dataclass(frozen=True)
 class Made:
-    """What a step makes: samples of the same ring, tip radius, circle, how, and what is left of each sample that went in."""
+    """What a step makes: samples of the same ring, tip radius, circle, how, what is left of each sample that went in; a bore?"""
 
     angle: Floats
     reading: Floats
@@ -37,6 +37,7 @@ class Made:
     circle: CircleEstimate
     origin: Origin
     left: Floats | None
+    internal: bool
 
 
 def told_runout(runout: Runout) -> str:

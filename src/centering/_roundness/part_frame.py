@@ -1,8 +1,24 @@
-"""From the spindle to the part: where the tip's centre is about the part's centre, exactly, at any offset; and back."""
+"""From the spindle to the part: where the tip's centre is about the part's centre, exactly, at any offset; and back.
+
+A tip radius is less than 0 where a bore is read from within: the tip's centre then lies nearer to the axis than the surface.
+"""
 
 import numpy as np
 
+from centering._geometry.estimate import CircleEstimate
+from centering._geometry.fit import fit_circle
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+
+
+def circle_of(angle: Floats, reading: Floats, tip_radius: float) -> CircleEstimate:
+    """The part's circle: in a bore the tip's centre runs on one that is smaller by the tip's radius."""
+    if tip_radius >= 0:
+        return fit_circle(angle, reading, tip_radius=tip_radius)
+    if reading.min() <= -tip_radius:
+        raise checks.refuse("tip_radius", f"< {reading.min():.6g}, the smallest reading in a bore", -tip_radius, "mm")
+    inner = fit_circle(angle, reading + tip_radius)
+    return inner.replace(value=inner.value - np.array([tip_radius, 0.0, 0.0]), tip_radius=tip_radius)
 
 
 def tip_centers(angle: Floats, reading: Floats, tip_radius: float) -> Floats:

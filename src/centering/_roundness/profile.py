@@ -3,7 +3,7 @@
 import dataclasses
 import os
 from functools import cached_property
-from math import cos, inf
+from math import copysign, cos, inf
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from centering._geometry.estimate import CircleEstimate
-from centering._geometry.fit import fit_circle, readings
+from centering._geometry.fit import readings
 from centering._roundness import profile_record
 from centering._roundness import profile_steps as steps_of
 from centering._roundness.circles import reference_circle
@@ -19,7 +19,7 @@ from centering._roundness.filters import warn_if_sparse
 from centering._roundness.form import largest_between
 from centering._roundness.harmonics import even_harmonics
 from centering._roundness.origin import MEASURED, Made, Origin
-from centering._roundness.part_frame import into_part, tip_centers
+from centering._roundness.part_frame import circle_of, into_part, tip_centers
 from centering._roundness.roundness import Roundness
 from centering._roundness.runout import Runout
 from centering._roundness.sampling import checked_degree, going_on, is_even, rise, turns_of, widest_gap
@@ -36,9 +36,9 @@ KIND = "centering.profile"
 class Profile:
     """Readings of a ring over the spindle angle; immutable.
 
-    All is exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle's axis, the
-    part's angle and the deviation are taken about the part's own centre. Angles may repeat, lie in any order, leave gaps and
-    span several turns; such of an encoder that starts again at each turn are put on end.
+    All is exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle's axis (in a bore at
+    reading - tip_radius), the part's angle and the deviation are taken about the part's own centre. Angles may repeat, lie in
+    any order, leave gaps and span several turns; such of an encoder that starts again at each turn are put on end.
 
     Parameters
     ----------
@@ -48,6 +48,8 @@ class Profile:
         Radial position of the probe's contact, mm, > 0.
     tip_radius : float
         Radius of the probe's tip or roller, mm, >= 0.
+    internal : bool
+        Whether a bore is read, from within. Its readings count away from the axis as well; peaks are where it is wide.
 
     Attributes
     ----------
@@ -58,7 +60,7 @@ class Profile:
     ------
     ValueError, TypeError
         For unequal lengths, what is not finite, readings <= 0, fewer than 4 different angles, angles that smell of degrees,
-        a tip radius < 0; when the readings do not determine a circle about the spindle's axis.
+        a tip radius < 0 or too large for the bore; when the readings do not determine a circle about the spindle's axis.
 
     Examples
     --------
@@ -74,6 +76,7 @@ class Profile:
     reading: Floats
     _: dataclasses.KW_ONLY
     tip_radius: float = 0.0
+    internal: bool = False
     circle: CircleEstimate = dataclasses.field(init=False)
     _origin: Origin = dataclasses.field(default=MEASURED, init=False)
     _left: Floats | None = dataclasses.field(default=None, init=False)
@@ -83,12 +86,18 @@ class Profile:
         object.__setattr__(self, "angle", _lasting(going_on(angle)))
         object.__setattr__(self, "reading", _lasting(reading))
         object.__setattr__(self, "tip_radius", checks.nonnegative("tip_radius", self.tip_radius, "mm"))
-        object.__setattr__(self, "circle", fit_circle(self.angle, self.reading, tip_radius=self.tip_radius))
+        checks.kind("internal", self.internal, bool)
+        object.__setattr__(self, "circle", circle_of(self.angle, self.reading, self._tip))
+
+    @property
+    def _tip(self) -> float:
+        """How much farther than the surface the tip's centre lies from the axis, mm: less than 0 in a bore."""
+        return copysign(self.tip_radius, -1.0 if self.internal else 1.0)
 
     @cached_property
     def _part_frame(self) -> tuple[Floats, Floats]:
-        part_angle, distance = into_part(self.angle, self.reading, self.tip_radius, self.circle.value[1:])
-        return _lasting(part_angle), _lasting(distance - self.tip_radius)
+        part_angle, distance = into_part(self.angle, self.reading, self._tip, self.circle.value[1:])
+        return _lasting(part_angle), _lasting(distance - self._tip)
 
     @property
     def part_angle(self) -> Floats:
@@ -97,7 +106,7 @@ class Profile:
 
     @property
     def radii(self) -> Floats:
-        """Distance from the part's centre to its surface, (n,), mm: that of the tip's centre less the tip's radius."""
+        """Distance of the surface from the part's centre, (n,), mm: that of the tip's centre less (in a bore plus) its radius."""
         return self._part_frame[1]
 
     @cached_property
@@ -108,7 +117,7 @@ class Profile:
     @cached_property
     def points(self) -> Floats:
         """Centres of the tip about the spindle's axis, (n, 2), mm."""
-        return _lasting(tip_centers(self.angle, self.reading, self.tip_radius))
+        return _lasting(tip_centers(self.angle, self.reading, self._tip))
 
     @cached_property
     def turns(self) -> float:
@@ -155,7 +164,7 @@ class Profile:
 
     @property
     def _scan(self) -> Scan:
-        return Scan(self.angle, self.reading, self.tip_radius, self.circle.value, self.runout, self._origin.noise_sd)
+        return Scan(self.angle, self.reading, self._tip, self.circle.value, self.runout, self._origin.noise_sd)
 
     def remove_runout(
         self, ratio: float | None = None, *, upr_max: int | None = None, refine: bool = True, near_integer: bool = False
@@ -285,7 +294,7 @@ class Profile:
             When the samples cover less than half a turn, or nothing fixes the circle.
         """
         noise = self.noise_sd if 0 < self.noise_sd < inf else None
-        return reference_circle(self.points, kind, tip_radius=self.tip_radius, noise_sd=noise, filter=self._origin.filter)
+        return reference_circle(self.points, kind, tip_radius=self._tip, noise_sd=noise, filter=self._origin.filter)
 
     def largest_radius(self, about: tuple[float, float] = (0.0, 0.0), *, upr: float | None = None) -> float:
         """Give the largest radius of the part about an axis, mm: of the spindle, or another's.
@@ -310,8 +319,8 @@ class Profile:
             raise ValueError(f"about must be (x, y) (mm); got {checks.shown(about)}")
         if upr is None and self._origin.filter:
             coef = even_harmonics(self.deviation)[: len(self._origin.sd)]
-            return largest_between(coef, self.circle.value, self.tip_radius, axis)
-        largest = float(np.hypot(*(self.points - axis).T).max()) - self.tip_radius
+            return largest_between(coef, self.circle.value, self._tip, axis)
+        largest = float(np.hypot(*(self.points - axis).T).max()) - self._tip
         if upr is None:
             return largest
         eccentricity = float(np.hypot(*(self.circle.value[1:] - axis)))
@@ -365,7 +374,8 @@ class Profile:
         if type(other) is not type(self):
             return NotImplemented
         same = np.array_equal(self.angle, other.angle) and np.array_equal(self.reading, other.reading)
-        return same and self.tip_radius == other.tip_radius and (self.circle, self._origin) == (other.circle, other._origin)
+        tips = (self.tip_radius, self.internal) == (other.tip_radius, other.internal)
+        return same and tips and (self.circle, self._origin) == (other.circle, other._origin)
 
     def __hash__(self) -> int:
         return hash((self.angle.tobytes(), self.reading.tobytes(), self.tip_radius))
@@ -384,7 +394,8 @@ def _profile(made: Made) -> Profile:
     profile = Profile.__new__(Profile)
     fields = {"angle": _lasting(made.angle), "reading": _lasting(made.reading), "tip_radius": made.tip_radius}
     left = None if made.left is None else _lasting(made.left)
-    for name, value in {**fields, "circle": made.circle, "_origin": made.origin, "_left": left}.items():
+    found = {"internal": made.internal, "circle": made.circle, "_origin": made.origin, "_left": left}
+    for name, value in {**fields, **found}.items():
         object.__setattr__(profile, name, value)
     return profile
 

@@ -35,7 +35,7 @@ def without_runout(profile: "Profile", task: Task) -> Made:
     circle = profile.circle.replace(value=found.circle, covariance=found.covariance, **known)
     steps = (*profile.steps, told_runout(runout))
     origin = dataclasses.replace(profile._origin, steps=steps, runout=runout, noise_sd=runout.noise_sd)
-    return Made(angle, reading, found.tip_radius, circle, origin, found.residual)
+    return Made(angle, reading, abs(found.tip_radius), circle, origin, found.residual, profile.internal)
 
 
 def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
@@ -75,7 +75,7 @@ def _thinned(sd: Floats, passed: Floats) -> Floats:
 def _even(profile: "Profile", circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats) -> Made:
     """A turn on an even grid of the part's angle with these deviations."""
     part_angle = even_turn(deviation.size)
-    angle, reading = from_part(part_angle, circle[0] + profile.tip_radius + deviation, profile.tip_radius, circle[1:])
+    angle, reading = from_part(part_angle, circle[0] + profile._tip + deviation, profile._tip, circle[1:])
     origin = Origin(
         steps=(*profile.steps, f"{name}, {how}"),
         runout=profile.runout,
@@ -84,7 +84,7 @@ def _even(profile: "Profile", circle: Floats, deviation: Floats, sd: Floats, nam
         noise_sd=scattered(sd),
         nyquist=profile.nyquist,
     )
-    return Made(angle, reading, profile.tip_radius, profile.circle.replace(value=circle), origin, left)
+    return Made(angle, reading, profile.tip_radius, profile.circle.replace(value=circle), origin, left, profile.internal)
 
 
 def _even_sd(profile: "Profile", count: int) -> Floats:

@@ -45,7 +45,7 @@ class Roundness(Frozen):
     points : array, (n, 2)
         Points of the profile, mm; those of the tip's centre where there is a tip.
     tip_radius : float
-        Radius of the tip, mm.
+        Radius of the tip, mm; less than 0 where a bore was read from within.
     value_sd : float, optional
         Standard deviation of `value`, mm, that the noise of the readings makes; None where that was not given.
 

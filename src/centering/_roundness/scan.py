@@ -11,7 +11,10 @@ TOO_BAD = 1e3
 
 @dataclasses.dataclass(frozen=True)
 class Scan:
-    """Samples with what is known of them: the circle (radius, x, y; mm) to begin with, runout taken off, noise where known."""
+    """Samples with what is known of them: the circle (radius, x, y; mm) to begin with, runout taken off, noise where known.
+
+    In a bore the tip's radius is less than 0.
+    """
 
     angle: Floats
     reading: Floats

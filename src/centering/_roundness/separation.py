@@ -5,7 +5,7 @@ ratio. Part angles depend on the centre and on the tip's radius, which depend on
 """
 
 import dataclasses
-from math import ceil, inf, sqrt
+from math import ceil, copysign, inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -76,7 +76,7 @@ class _Fit:
 
 def separate(task: Task, circle: Floats) -> Separation:
     """Tell form and runout apart, from a circle (radius, x, y) to begin with."""
-    nominal = task.ratio or float(circle[0]) / task.tip_radius
+    nominal = task.ratio or float(circle[0]) / abs(task.tip_radius)
     state, refine = _start(task, circle, nominal)
     for _ in range(_STEPS):
         part_angle, deviation = _seen(task, state)
@@ -173,7 +173,7 @@ def _moved(task: Task, state: _State, fit: _Fit, nominal: float, refine: bool) -
     circle, ratio, rho = state.circle + fit.solution[:3], state.ratio, state.tip_radius
     if refine:
         ratio = float(np.clip(ratio + fit.solution[-1], nominal * (1 - REACH), nominal * (1 + REACH)))
-        rho = rho if task.ratio else float(circle[0]) / ratio
+        rho = rho if task.ratio else copysign(float(circle[0]) / ratio, rho)
     return _State(circle, rho, ratio, fit.solution[first : first + 2])
 
 

@@ -33,7 +33,7 @@ def task_of(scan: Scan, *, ratio: float | None, upr_max: int | None, refine: boo
         raise ValueError(
             "tip_radius must be > 0 (mm) to know how fast the roller turns; got 0.0: give Profile its tip_radius, or the ratio"
         )
-    turned = float(scan.circle[0]) / tip_radius if ratio is None else checks.positive("ratio", ratio, "1")
+    turned = float(scan.circle[0]) / abs(tip_radius) if ratio is None else checks.positive("ratio", ratio, "1")
     refuse_integer(turned, near_integer)
     turns = turns_of(angle)
     degree = _degree(turned, angle.size, angle.size / turns, upr_max)

@@ -1,0 +1,95 @@
+"""A bore, read from within with a round tip: radius, form and centre are exact at any offset, against a tip laid in by hand."""
+
+import numpy as np
+import pytest
+
+from centering._roundness.profile import Profile
+
+RADIUS, TIP, LOBES, WAY = 30.0, 3.75, {3: (0.002, 0.4)}, 0.7
+TURN = np.arange(360) * 2 * np.pi / 360
+
+
+def bore_reading(angle, offset, *, tip=TIP, lobes=LOBES):
+    """Farthest that the tip's centre gets along the probe's line before it touches any of the surface, plus the tip's radius."""
+    first, half, place = angle - 0.4, 0.8, None
+    for points in (401, 401, 401, 401):
+        beta = first[:, None] + half * np.linspace(0, 1, points)
+        radius = RADIUS + sum(size * np.cos(n * beta - phase) for n, (size, phase) in lobes.items())
+        x, y = offset * np.cos(WAY) + radius * np.cos(beta), offset * np.sin(WAY) + radius * np.sin(beta)
+        along = x * np.cos(angle)[:, None] + y * np.sin(angle)[:, None]
+        across = y * np.cos(angle)[:, None] - x * np.sin(angle)[:, None]
+        reach = np.where(np.abs(across) <= tip, along - np.sqrt(np.maximum(tip**2 - across**2, 0.0)), np.inf)
+        best = reach.argmin(axis=1)
+        place = reach[np.arange(angle.size), best]
+        half, first = half / 100, beta[np.arange(angle.size), best] - half / 200
+    return place + tip
+
+
+@pytest.fixture(scope="module", params=[0.3, 1.0, 3.6])
+def bore(request):
+    return request.param, Profile(TURN, bore_reading(TURN, request.param), tip_radius=TIP, internal=True)
+
+
+def test_radius_centre_and_roundness_are_exact(bore):
+    offset, profile = bore
+    circle, uneven = profile.roundness("LSC"), 0.002 * (offset / (RADIUS - TIP)) ** 2  # even turns are uneven about the part
+    assert circle.value == pytest.approx(0.004, abs=2e-6 + 2 * uneven)
+    assert circle.radius == pytest.approx(RADIUS, abs=1e-6 + uneven) and profile.circle.radius == pytest.approx(RADIUS, abs=5e-5)
+    assert circle.center == pytest.approx([offset * np.cos(WAY), offset * np.sin(WAY)], abs=1e-5 + uneven)
+    assert profile.roundness("MIC").radius == pytest.approx(RADIUS - 0.002, abs=2e-6)  # samples lie beside the lobes
+    assert profile.spectrum(20).largest(1)[0] == pytest.approx((3.0, 0.002), abs=1e-6)
+    assert profile.residuals == pytest.approx(profile.deviation, abs=3e-4)
+    assert profile.circle.tip_radius == -TIP
+
+
+def test_extreme_radii_about_the_spindle(bore):
+    """Where a reading is extreme, the tip touches on the probe's line."""
+    offset, profile = bore
+    beta = np.linspace(0, 2 * np.pi, 200_001)
+    radius = RADIUS + LOBES[3][0] * np.cos(3 * beta - LOBES[3][1])
+    true = np.hypot(offset * np.cos(WAY) + radius * np.cos(beta), offset * np.sin(WAY) + radius * np.sin(beta))
+    assert profile.largest_radius() == pytest.approx(true.max(), abs=1.3e-4 * offset)  # samples lie a degree apart
+    filtered = profile.filter("gaussian", upr=50)
+    assert filtered.largest_radius() == pytest.approx(true.max(), abs=2e-5)  # the filter takes 1e-5 of it
+
+
+def test_read_as_a_part_a_bore_is_wrong():
+    """What the switch is for: a false 2 upr of d^2 rho/(2 (R^2 - rho^2))."""
+    outer = Profile(TURN, bore_reading(TURN, 3.6), tip_radius=TIP)
+    assert outer.roundness("LSC").value > 0.03
+
+
+@pytest.mark.parametrize("kept", ["filter", "file", "runout"])
+def test_steps_and_files_keep_it_a_bore(kept, tmp_path):
+    angle = np.arange(4 * 360) * 2 * np.pi / 360
+    readings = np.tile(bore_reading(TURN, 1.0), 4)
+    first = Profile(angle, readings, tip_radius=TIP, internal=True)
+    if kept == "runout":
+        tip, rolled = 3.65, 3.66
+        readings = np.tile(bore_reading(TURN, 1.0, tip=tip), 4)
+        first = Profile(angle, readings, tip_radius=tip, internal=True)
+        tone = 1.5e-3 * np.cos(RADIUS / rolled * first.part_angle - 1.0)
+        found = Profile(angle, readings + tone, tip_radius=tip, internal=True).remove_runout()
+        assert found.runout.amplitude == pytest.approx(1.5e-3, rel=0.01) and found.tip_radius == pytest.approx(rolled, abs=2e-3)
+    elif kept == "filter":
+        found = first.filter("gaussian", upr=50)
+    else:
+        first.save(tmp_path / "bore.nc")
+        found = Profile.from_file(tmp_path / "bore.nc")
+        assert found == first and found != Profile(angle, readings, tip_radius=TIP)
+    assert found.internal and found.roundness("LSC").value == pytest.approx(0.004, abs=3e-5)
+
+
+def test_a_point_reads_bores_and_parts_alike():
+    readings = bore_reading(TURN, 1.0)
+    bore, part = (Profile(TURN, readings, internal=internal) for internal in (True, False))
+    assert bore.roundness("MZC").value == part.roundness("MZC").value and bore != part
+
+
+def test_refusals():
+    with pytest.raises(ValueError, match=r"tip_radius must be < 29\.\d+, the smallest reading in a bore \(mm\); got 35"):
+        Profile(TURN, 30.0 + 0.1 * np.cos(TURN), tip_radius=35.0, internal=True)
+    with pytest.raises(ValueError, match=r"tip_radius must be >= 0 \(mm\); got -3.75"):
+        Profile(TURN, 30.0 + 0.1 * np.cos(TURN), tip_radius=-3.75, internal=True)
+    with pytest.raises(TypeError, match="internal must be a bool; got 1"):
+        Profile(TURN, 30.0 + 0.1 * np.cos(TURN), internal=1)
