@@ -15,6 +15,8 @@ from sdpgrind.identify.kernels import covariance_step, rotate
 
 METHODS = ("square_root", "covariance")
 _FULL = 1e-9  # share of the weights that must be left over to tell the noise
+_EPS = float(np.finfo(float).eps)
+_LOST = 0.01  # of a standard deviation that rounding may have made; the bound is some ten times what it does
 
 
 class RecursiveLeastSquares:
@@ -40,9 +42,10 @@ class RecursiveLeastSquares:
         Standard deviation of the noise of a target, in its unit; needed with a prior. By default it is estimated from the
         residuals.
     method : {"square_root", "covariance"}
-        Carry the triangle of the information matrix, into which each row is rotated, so that rounding never makes the
-        covariance indefinite (default); or the covariance itself, from a prior with finite variances. That is one and a
-        half times slower, and fails after much forgetting.
+        Carry the triangle of the information matrix, into which each row is rotated, so that rounding makes no variance
+        negative (default); or the covariance itself, from a prior with finite variances. That is several times slower.
+        Where nothing new is seen and the old is forgotten, digits of both are lost in the end, and the status says so:
+        the triangle finds back with new rows, the covariance does not until `reset`.
 
     Raises
     ------
@@ -187,15 +190,25 @@ class _Triangle:
         size = len(names)
         rows = np.vstack([self._array[:, :size], np.zeros(size)])
         solver = SquareRoot(rows, np.append(self._array[:, size], sqrt(self._residual)))
-        sandwich = solver.inverse @ (self._double.T @ self._double) @ solver.inverse
+        double = self._double / solver.length
+        half = double @ solver.backward
+        root = half @ solver.backward.T  # the covariance is its square: no variance can be negative
+        self._say_lost(solver, double, root)
+        sandwich = root.T @ root / np.outer(solver.length, solver.length)
         if self._noise_sd is not None:
-            return solver.estimate(self._noise_sd**2 * _symmetric(sandwich), inf, names, units)
-        freedom = self._weight - float(np.trace(solver.inverse @ self._double.T @ self._double))
+            return solver.estimate(self._noise_sd**2 * sandwich, inf, names, units)
+        freedom = self._weight - float(np.sum(half**2))
         if self._count <= size or freedom <= _FULL * self._weight:
             solver.determined, freedom = False, 1.0
         # Weights squared, so many rows of equal weight would know as much about the noise.
         effective = self._weight**2 / self._squares if self._squares else 0.0
-        return solver.estimate(solver.square / freedom * _symmetric(sandwich), max(effective - size, 1.0), names, units)
+        return solver.estimate(solver.square / freedom * sandwich, max(effective - size, 1.0), names, units)
+
+    def _say_lost(self, solver: SquareRoot, double: Floats, root: Floats) -> None:
+        """Say which values have lost their digits: squared weights fade twice as fast as those that the rank is of."""
+        rounding = _EPS * sqrt(self._weight) * np.linalg.norm(double) * np.linalg.norm(solver.backward)
+        lost = rounding * np.linalg.norm(solver.backward, axis=1) > _LOST * np.linalg.norm(root, axis=0)
+        solver.loose, solver.determined = solver.loose | lost, solver.determined and not np.any(lost)
 
 
 def _root(prior: Estimate, noise_sd: float) -> Floats:
@@ -219,16 +232,29 @@ class _Covariance:
         self._inv_info = prior.covariance / noise_sd**2
         self._true = self._inv_info.copy()
         self._gain = np.zeros(self._value.size)
+        self._weight, self._lost = 0.0, False
 
     def take(self, row: Floats, target: float, forgetting: float) -> None:
+        if self._lost:
+            return
         covariance_step(self._value, self._inv_info, row, target, forgetting, self._gain)
         keep = np.eye(row.size) - np.outer(self._gain, row)
-        with np.errstate(over="ignore", invalid="ignore"):  # once it has wound up
+        with np.errstate(over="ignore", invalid="ignore"):  # of rows that are too long
             self._true = keep @ self._true @ keep.T + np.outer(self._gain, self._gain)
+        self._weight = forgetting * self._weight + 1.0
+        self._lost = not self._sound()
+
+    def _sound(self) -> bool:
+        """Whether rounding has left the least variance of any combination its digits."""
+        variance = np.diag(self._inv_info)
+        if not (np.all(np.isfinite(self._true)) and np.all(np.isfinite(self._inv_info)) and np.all(variance > 0)):
+            return False
+        sd = np.sqrt(variance)
+        least = np.linalg.eigvalsh(self._inv_info / np.outer(sd, sd))[0]
+        return bool(_EPS * sqrt(self._weight) <= _LOST * least)
 
     def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
-        sound = all(np.all(np.isfinite(part)) for part in (self._value, self._inv_info, self._true))
-        if sound and np.linalg.eigvalsh(self._inv_info).min() > 0:
+        if not self._lost:
             return Estimate(names, self._value, self._noise_sd**2 * _symmetric(self._true), units=units)
         message = "the covariance form has wound up and lost its digits: forget less, or use method square_root"
         endless = np.diag(np.full(len(names), np.inf))

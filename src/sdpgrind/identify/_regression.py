@@ -85,6 +85,7 @@ class SquareRoot:
         self.value = backward @ (u.T @ (q.T @ goal)) / length
         self.square = float(np.sum((goal - rows @ self.value) ** 2))
         self.inverse = backward @ backward.T / np.outer(length, length)
+        self.length, self.backward = length, backward  # inverse of the scaled triangle, but for a rotation
 
     def estimate(self, covariance: Floats, freedom: float, names: Sequence[str], units: Sequence[str]) -> Estimate:
         size = self.value.size
