@@ -77,6 +77,28 @@ def test_every_package_has_its_arrows():
             assert f"sdpgrind.{folder.name}" in ALLOWED
 
 
+FLOORS = ("_geometry", "_roundness", "_handover")
+"""Folders of `centering`, from the ground up."""
+
+
+def floor(name):
+    parts = name.split(".")
+    return FLOORS.index(parts[1]) if parts[0] == "centering" and len(parts) > 1 and parts[1] in FLOORS else -1
+
+
+@pytest.mark.parametrize("name", [name for name in modules() if floor(name) >= 0])
+def test_floors_of_centering(name):
+    above = {other for other in imports(name) if floor(other) > floor(name)}
+    assert not above, f"{name} must not import what stands above it"
+
+
+def test_every_folder_of_centering_has_its_floor():
+    assert {path.name for path in (SOURCE / "centering").iterdir() if (path / "__init__.py").exists()} == set(FLOORS)
+    assert (
+        floor("centering._handover.plan") > floor("centering._roundness.profile.Profile") > floor("centering._geometry.fit") >= 0
+    )
+
+
 # What stands below a name that begins with _ belongs to the package around it; `hwsim.plants` is a folder of `hwsim`.
 FOLDERS = {"hwsim.plants": "hwsim"}
 STILL_PRIVATE = {("sdpgrind.weldbead._problem", "sdpgrind.sdp._charges.check_function")}
