@@ -120,6 +120,15 @@ def test_the_first_reading_starts_a_walk():
     np.testing.assert_allclose(walk.estimate.value, 1.0)
 
 
+@pytest.mark.parametrize("nothing", [np.nan, np.float32("nan"), np.array(np.nan, dtype=np.float32)])
+def test_no_reading_whatever_kind_of_nan_says_so(nothing):
+    walk = identify.RandomWalk(("a",), walk_variance=0.1, noise_variance=0.2)
+    walk.update(np.float32(2.0))
+    walk.update(nothing)
+    assert walk.estimate["a"] == 2.0 and np.isnan(walk.innovation[0])
+    np.testing.assert_allclose(walk.estimate.covariance, 0.3)
+
+
 def test_what_is_not_known_yet_does_not_disturb_what_is():
     half = identify.Estimate(("a", "b"), [1.0, 7.0], np.diag([0.5, np.inf]))
     both = identify.RandomWalk(half.names, walk_variance=0.1, noise_variance=0.2, prior=half)

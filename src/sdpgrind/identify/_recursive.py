@@ -1,7 +1,7 @@
 """Least squares row by row, older rows forgotten: the square-root form, and the covariance form for comparison."""
 
 from collections.abc import Sequence
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 from typing import Protocol
 
 import numpy as np
@@ -246,8 +246,8 @@ class _Covariance:
 
     def _sound(self) -> bool:
         """Whether rounding has left the least variance of any combination its digits."""
-        variance = np.diag(self._inv_info)
-        if not (np.all(np.isfinite(self._true)) and np.all(np.isfinite(self._inv_info)) and np.all(variance > 0)):
+        variance = self._inv_info.diagonal()
+        if not (isfinite(self._true.sum()) and isfinite(self._inv_info.sum()) and variance.min() > 0):
             return False
         sd = np.sqrt(variance)
         least = np.linalg.eigvalsh(self._inv_info / np.outer(sd, sd))[0]
