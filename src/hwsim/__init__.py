@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from hwsim.plants._force_table import ForceTableStand
     from hwsim.plants._force_table_truth import CoefficientScatter, Motor
     from hwsim.plants._plunge import GrinderNoise, PlungeGrinder
-    from hwsim.plants._probe import Probe, ProbeErrors
+    from hwsim.plants._probe import Probe
+    from hwsim.plants._probe_errors import ProbeErrors
     from hwsim.plants._probe_ring import Ring
     from hwsim.plants._probe_scan import ProbeScan
     from hwsim.plants._weldbead import WeldBeadStand
@@ -74,7 +75,7 @@ _PLANTS = {
     "Motor": "_force_table_truth",
     "PlungeGrinder": "_plunge",
     "Probe": "_probe",
-    "ProbeErrors": "_probe",
+    "ProbeErrors": "_probe_errors",
     "ProbeScan": "_probe_scan",
     "Ring": "_probe_ring",
     "WeldBeadStand": "_weldbead",

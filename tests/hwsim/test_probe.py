@@ -48,9 +48,9 @@ def drawn(rng):
 
 KINDS = {
     "timed": {},
-    "timed at odd speed": {"spindle_speed": 1.2345, "sample_time": 0.004, "start_angle": -40.0},
+    "timed at odd speed": {"spindle_speed": 1.2345, "sample_time": 0.004, "start_angle": -4.0},
     "triggered": {"samples_per_turn": 360},
-    "triggered, odd": {"samples_per_turn": 1001, "spindle_speed": 3.3, "start_angle": 100.001},
+    "triggered, odd": {"samples_per_turn": 1001, "spindle_speed": 3.3, "start_angle": 6.001},
     "triggered, no counts": {"samples_per_turn": 360, "errors": None, "start_angle": 1.0},
     "no errors": {"errors": None},
     "all errors": {"errors": hwsim.ProbeErrors(noise_sd=1e-3, skew=1e-3, slip=0.01, dust=0.05, runout_phase=1.0)},
@@ -194,6 +194,18 @@ def test_a_part_that_is_moved():
     assert (out.true_center_x.values[0], out.true_center_y.values[0]) == pytest.approx((x, y), abs=1e-12)
 
 
+@pytest.mark.parametrize("tip_radius", [0.0, 1.0])
+def test_a_part_that_is_moved_until_the_axis_is_near_its_rim(tip_radius):
+    """From the side the tip may touch two lobes; where the part lay before, it could not."""
+    centred = hwsim.Ring(61.94, lobes={40: (0.2, 0.0)})
+    there = centred.replace(offset=0.999 * 61.74)
+    probe = hwsim.Probe(centred, errors=None, tip_radius=tip_radius, stroke=1e3, moved=(0.1, there.offset, 0.0))
+    scan = probe.scan()
+    after = scan.time >= 0.1
+    for ring, when in ((centred, ~after), (there, after)):
+        assert np.abs(scan.reading[when] - ring.reading(scan.angle[when], tip_radius)).max() < 1e-11
+
+
 # Errors ---------------------------------------------------------------------------------------------------------------
 
 
@@ -321,10 +333,19 @@ REFUSED = {
     "moved": ({"moved": (1.0, 2.0)}, "moved must be [(]time in s, x in mm, y in mm[)] or None"),
     "moved before": ({"moved": (-1.0, 2.0, 0.0)}, r"moved\[0\] must be >= 0 [(]s[)]"),
     "stroke": ({"stroke": 0.0}, "stroke must be > 0"),
+    "moved off": ({"moved": (1.0, 60.0, 0.0)}, "offset that the part is moved to must be < radius less amplitudes .* got 63.1"),
+    "moved off later": ({"moved": (1e6, 0.0, -80.0)}, "else there is no part at the axis [(]mm[)]; got 78.3"),
+    "moved, truth": ({"truth": hwsim.Ring(5.0), "moved": (1.0, 4.0, -3.0)}, "moved to must be < .* 5: .* got 5.0"),
+    "rpm": ({"spindle_speed": 1200.0}, "spindle_speed must be <= 209.4 for 3 samples in a turn; units.rpm.* got 1200.0"),
+    "rpm, triggered": ({"spindle_speed": 301.0, "samples_per_turn": 360}, "spindle_speed must be <= 300; units.rpm"),
+    "too seldom": ({"sample_time": 10.0}, "spindle_speed must be <= 0.2094 for 3 samples in a turn"),
+    "degrees": ({"start_angle": 180.0}, "start_angle must be within a turn; units.deg.90. for degrees [(]rad[)]; got 180.0"),
     "endless": ({"turns_max": 0.0}, "turns_max must be > 0"),
 }
 BAD_ERRORS = {
     "quantum": ({"probe_quantum": -1.0}, "probe_quantum must be >= 0"),
+    "micrometres": ({"noise_sd": 1.0}, "noise_sd must be <= 0.25; units.um.* for micrometres [(]mm[)]; got 1.0"),
+    "runout in micrometres": ({"runout": 1.5}, "runout must be <= 0.25; units.um"),
     "counts": ({"counts": -1}, "counts must be >= 0"),
     "skew": ({"skew": math.nan}, "skew must be finite [(]s[)]"),
     "dust": ({"dust": 1.5}, r"dust must be in \[0, 1\]"),
@@ -351,3 +372,13 @@ def test_bad_truth_turns_and_commands_refused():
         hwsim.Probe(RING).scan(turns=0.0)
     with pytest.raises(ValueError, match=r"spindle_speed must be > 0 \(rad/s\); got -1.0"):
         hwsim.run(hwsim.Probe(RING), Watch(speeds={3: -1.0}))
+    with pytest.raises(ValueError, match=r"spindle_speed must be <= 209.4 for 3 samples in a turn; .* got 250.0"):
+        hwsim.run(hwsim.Probe(RING), Watch(speeds={3: 250.0}))
+    with pytest.raises(ValueError, match=r"offset that the part is moved to must be < .* got 62.9"):
+        hwsim.Probe(hwsim.Ring(61.94), truth=lambda rng: hwsim.Ring(61.94, 2.9), moved=(1.0, 60.0, 0.0)).scan()
+
+
+def test_the_angle_triggers_at_speeds_that_a_clock_is_too_slow_for():
+    assert hwsim.Probe(RING, samples_per_turn=360, spindle_speed=250.0).scan().angle.size == 360
+    log = hwsim.run(hwsim.Probe(RING, samples_per_turn=360), Watch(speeds={3: 250.0}))
+    assert log.outcome.samples.values[0] == 361

@@ -164,7 +164,10 @@ REFUSED = {
     "beyond": ({"radius": 10.0, "offset": 10.0}, "offset must be < radius less amplitudes of lobes, 10: .* got 10.0"),
     "beyond with lobes": ({"radius": 10.0, "offset": 9.5, "lobes": {2: (0.5, 0.0)}}, "less amplitudes of lobes, 9.5"),
     "negative": ({"radius": 10.0, "offset": -1.0}, "offset must be >= 0"),
-    "degrees": ({"radius": 10.0, "offset_angle": 30.0}, "offset_angle must be in .* [(]rad[)]; got 30.0"),
+    "degrees": (
+        {"radius": 10.0, "offset_angle": 30.0},
+        "offset_angle must be within a turn; units.deg.90. for degrees [(]rad[)]; got 30.0",
+    ),
     "1 upr": ({"radius": 10.0, "lobes": {1: (0.1, 0.0)}}, "upr of lobes must be >= 2; got 1"),
     "upr not whole": ({"radius": 10.0, "lobes": {2.5: (0.1, 0.0)}}, "upr of lobes must be a whole number"),
     "amplitude alone": ({"radius": 10.0, "lobes": {2: 0.1}}, "must be a pair"),

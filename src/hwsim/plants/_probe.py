@@ -9,8 +9,9 @@ import numpy as np
 
 from hwsim._clock import Clock, exact
 from hwsim.plants import _probe_kernels as kernels
-from hwsim.plants._probe_machine import ProbePart
-from hwsim.plants._probe_ring import Ring
+from hwsim.plants._probe_errors import NO_ERRORS, ProbeErrors
+from hwsim.plants._probe_machine import ProbePart, checked_speed
+from hwsim.plants._probe_ring import Ring, moved_by, shape_of, within_a_turn
 from hwsim.plants._probe_scan import ProbeScan
 from sdpgrind.base import checks, units
 from sdpgrind.base.checks import Floats
@@ -20,69 +21,6 @@ from sdpgrind.base.rng import Seed, children
 Truth: TypeAlias = Ring | Callable[[np.random.Generator], Ring] | None
 _LATCH = 1e-6  # s: tick of a table that is triggered by its angle
 _UNEVEN = 1e-9  # of a sample: turns that were meant to be whole
-_LENGTHS = ("probe_quantum", "slide_quantum", "noise_sd", "runout", "dust_size")
-
-
-@dataclass(frozen=True)
-class ProbeErrors(Frozen):
-    """What a `Probe` does not tell truly.
-
-    Parameters
-    ----------
-    probe_quantum, slide_quantum : float
-        Steps of the encoders of probe and slide, mm; 0: none.
-    counts : int
-        Steps of the spindle's encoder in a turn, a whole number; 0: none.
-    noise_sd : float
-        Standard deviation of the reading, mm.
-    skew : float
-        How much later than probe and slide the spindle is read, s; it turns the part by speed times skew.
-    runout : float
-        Amplitude of the roller's runout, mm: ``runout*cos(R/tip_radius*(1 - slip)*beta - runout_phase)`` with the angle beta at
-        which the part is touched, so that it follows the length rolled.
-    runout_phase : float, optional
-        rad; None: drawn for each part.
-    slip : float
-        Share of the way that the roller slips, unit 1.
-    dust : float
-        Probability that dust lies under a sample; it only adds.
-    dust_size : float
-        Mean height of dust, mm; uniform within half of it on either side.
-
-    Raises
-    ------
-    ValueError
-        When a value is out of range.
-
-    Examples
-    --------
-    >>> ProbeErrors(dust=0.01).replace(noise_sd=1e-4).dust_size  # mm
-    0.01
-    """
-
-    probe_quantum: float = 5e-5
-    slide_quantum: float = 2e-5
-    counts: int = 4000
-    noise_sd: float = 3e-5
-    skew: float = 0.0
-    runout: float = 1.5e-3
-    runout_phase: float | None = None
-    slip: float = 0.0
-    dust: float = 0.0
-    dust_size: float = 0.01
-
-    def __post_init__(self) -> None:
-        for name in _LENGTHS:
-            checks.nonnegative(name, getattr(self, name), "mm")
-        checks.count("counts", self.counts, 0)
-        checks.number("skew", self.skew, "s")
-        checks.within("slip", self.slip, -1.0, 1.0)
-        checks.within("dust", self.dust, 0.0, 1.0)
-        if self.runout_phase is not None:
-            checks.number("runout_phase", self.runout_phase, "rad")
-
-
-NO_ERRORS = ProbeErrors(probe_quantum=0.0, slide_quantum=0.0, counts=0, noise_sd=0.0, runout=0.0)
 
 
 @dataclass(frozen=True)
@@ -109,9 +47,10 @@ class Probe(Frozen):
     tip_radius : float
         Of the tip or roller, mm; 0: a point, without runout.
     spindle_speed : float
-        At the start, rad/s.
+        At the start, rad/s: units.rpm(20); at least three samples in a turn.
     start_angle : float
-        Spindle angle of the first sample, rad; a table triggered by its angle starts at the nearest edge of the encoder.
+        Spindle angle of the first sample, rad, within a turn; a table triggered by its angle starts at the nearest edge of the
+        encoder.
     sample_time : float
         Between two samples, s.
     samples_per_turn : int, optional
@@ -124,14 +63,14 @@ class Probe(Frozen):
     stroke : float
         Of the probe, mm: half of it on either side of where the slide wants it.
     moved : tuple, optional
-        Time (s) at which the part is moved, and by how much along x and y of the table (mm).
+        Time (s) at which the part is moved, and by how much along x and y of the table (mm); the axis stays within the part.
     turns_max : float
         The part is broken off after so many turns.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or a command cannot be done.
+        When a value is out of range or smells of another unit, or a command cannot be done.
 
     Examples
     --------
@@ -162,12 +101,13 @@ class Probe(Frozen):
         checks.kind("ring", self.ring, Ring)
         if self.truth is not None and not callable(self.truth):
             checks.kind("truth", self.truth, Ring, ", a function of rng, or None")
-        for name, unit in {"spindle_speed": "rad/s", "sample_time": "s", "stroke": "mm", "turns_max": "turns"}.items():
+        for name, unit in {"sample_time": "s", "stroke": "mm", "turns_max": "turns"}.items():
             checks.positive(name, getattr(self, name), unit)
         checks.nonnegative("tip_radius", self.tip_radius, "mm")
-        checks.number("start_angle", self.start_angle, "rad")
+        within_a_turn("start_angle", self.start_angle)
         if self.samples_per_turn is not None:
             checks.count("samples_per_turn", self.samples_per_turn, 3)
+        checked_speed(self.spindle_speed, self.sample_time if self.samples_per_turn is None else None)
         if self.errors is not None:
             checks.kind("errors", self.errors, ProbeErrors, " or None")
             self._check_edges(self.errors.counts)
@@ -175,6 +115,8 @@ class Probe(Frozen):
             checks.positive("follow_time", self.follow_time, "s")
         if self.moved is not None:
             self._check_move(self.moved)
+            if not callable(self.truth):
+                moved_by(self.truth or self.ring, *self.moved[1:])
 
     def _check_edges(self, counts: int) -> None:
         if counts and self.samples_per_turn is not None and self.samples_per_turn > counts:
@@ -233,7 +175,7 @@ class Probe(Frozen):
         ring = truth if isinstance(truth, Ring) else checks.kind("truth(rng)", truth(of_truth), Ring)
         clock = Clock(exact("sample_time", self.tick))
         cell = self._settings(ring, clock, of_readings)
-        return ProbePart(ring, float(self.tip_radius), cell, self._begun(ring, cell), float(self.turns_max), clock, of_readings)
+        return ProbePart(ring, self._shape(ring), cell, self._begun(ring, cell), float(self.turns_max), clock, of_readings)
 
     def scan(self, turns: float = 1.0, *, rng: Seed = 0) -> ProbeScan:
         """Measure at once: the samples of so many turns, the last one not included, that `hwsim.run` would give one by one.
@@ -263,6 +205,14 @@ class Probe(Frozen):
         number = math.ceil(checks.positive("turns", turns) * per_turn - _UNEVEN)
         part = self.start(children(rng, 1)[0])
         return part.scan(number)
+
+    def _shape(self, ring: Ring) -> Floats:
+        """The ring under the tip, for the compiled core: as it lies, and as it lies once it is moved."""
+        shape = shape_of(ring, self.tip_radius)
+        if self.moved is not None:
+            there = shape_of(moved_by(ring, *self.moved[1:]), self.tip_radius)
+            shape[kernels.SCAN] = max(shape[kernels.SCAN], there[kernels.SCAN])
+        return shape
 
     def _settings(self, ring: Ring, clock: Clock, rng: np.random.Generator) -> Floats:
         """Settings of the compiled core."""

@@ -8,24 +8,36 @@ import numpy as np
 
 from hwsim._clock import Clock
 from hwsim.plants import _probe_kernels as kernels
-from hwsim.plants._probe_ring import Ring, lobes_of, shape_of
+from hwsim.plants._probe_ring import Ring, lobes_of
 from hwsim.plants._probe_scan import ProbeScan
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 _BLOCK = 512  # samples for which random numbers are drawn at once
+_FASTEST = 300.0  # rad/s: beyond it another unit is meant
+_FEWEST = 3  # samples in a turn
+
+
+def checked_speed(speed: object, sample_time: float | None) -> float:
+    """A speed of the spindle (rad/s) that leaves samples in a turn; None: the angle triggers, they do not depend on it."""
+    fastest = _FASTEST if sample_time is None else min(_FASTEST, 2 * math.pi / (_FEWEST * sample_time))
+    checked = checks.positive("spindle_speed", speed, "rad/s")
+    if checked > fastest:
+        why = "" if fastest == _FASTEST else f" for {_FEWEST} samples in a turn"
+        raise checks.refuse("spindle_speed", f"<= {fastest:.4g}{why}; units.rpm(20) for rev/min", checked, "rad/s")
+    return checked
 
 
 class ProbePart:
-    """A live part; see `hwsim.protocols.Machine`. Its compiled core has settings `cell` and starts from `state`."""
+    """A live part; see `hwsim.protocols.Machine`. Its compiled core has a `shape`, settings `cell`, and starts from `state`."""
 
     def __init__(
-        self, ring: Ring, tip_radius: float, cell: Floats, state: Floats, turns_max: float, clock: Clock, rng: np.random.Generator
+        self, ring: Ring, shape: Floats, cell: Floats, state: Floats, turns_max: float, clock: Clock, rng: np.random.Generator
     ) -> None:
         self.done, self.event, self.time = False, False, 0
         self._ring, self._cell, self._state, self._clock, self._rng = ring, cell, state, clock, rng
-        self._shape, self._lobes = shape_of(ring, tip_radius), lobes_of(ring)
+        self._shape, self._lobes = shape, lobes_of(ring)
         self._begun, self._angle_max = float(state[kernels.ANGLE]), 2 * math.pi * turns_max
         self._normals, self._uniforms = np.empty(0), np.empty((0, 2))
         self._timed_out = False
@@ -78,7 +90,8 @@ class ProbePart:
             self.done = True
             return
         if "spindle_speed" in command:
-            speed = checks.positive("spindle_speed", command["spindle_speed"], "rad/s")
+            triggered = self._cell[kernels.PER_TURN] != 0
+            speed = checked_speed(command["spindle_speed"], None if triggered else self._clock.seconds(1))
             state, now = self._state, self._clock.seconds(self.time)
             state[kernels.ANGLE] += state[kernels.SPEED] * (now - state[kernels.SINCE])
             state[kernels.SINCE], state[kernels.SPEED] = now, speed

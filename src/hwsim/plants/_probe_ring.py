@@ -63,12 +63,9 @@ class Ring(Frozen):
     def __post_init__(self) -> None:
         radius = checks.positive("radius", self.radius, "mm")
         offset = checks.nonnegative("offset", self.offset, "mm")
-        checks.within("offset_angle", self.offset_angle, -2 * math.pi, 2 * math.pi, "rad")
+        within_a_turn("offset_angle", self.offset_angle)
         object.__setattr__(self, "lobes", _checked(self.lobes))
-        reach = sum(amplitude for amplitude, _ in self.lobes.values())
-        if offset + reach >= radius:
-            rule = f"< radius less amplitudes of lobes, {radius - reach:g}: else there is no part at the axis"
-            raise checks.refuse("offset", rule, offset, "mm")
+        _about_the_axis("offset", offset, self)
         steep = sum(upr * amplitude for upr, (amplitude, _) in self.lobes.items())
         if steep > _STEEP * radius:
             raise checks.refuse("lobes", f"of upr times amplitude <= {_STEEP * radius:g} together", steep, "mm")
@@ -162,6 +159,29 @@ class Ring(Frozen):
         shape = shape_of(self, checks.nonnegative("tip_radius", tip_radius, "mm"))
         kernels.contacts(shape, lobes_of(self), self.center_x, self.center_y, angles.ravel(), reading, part_angle)
         return reading.reshape(angles.shape), part_angle.reshape(angles.shape)
+
+
+def within_a_turn(name: str, angle: object) -> float:
+    """An angle of at most a turn either way, rad."""
+    checked = checks.number(name, angle, "rad")
+    if abs(checked) > 2 * math.pi:
+        raise checks.refuse(name, "within a turn; units.deg(90) for degrees", checked, "rad")
+    return checked
+
+
+def _about_the_axis(name: str, offset: float, ring: Ring) -> None:
+    """Refuse a ring whose centre is so far from the spindle's axis that the axis may be outside."""
+    nearest = ring.radius - sum(amplitude for amplitude, _ in ring.lobes.values())
+    if offset >= nearest:
+        rule = f"< radius less amplitudes of lobes, {nearest:g}: else there is no part at the axis"
+        raise checks.refuse(name, rule, offset, "mm")
+
+
+def moved_by(ring: Ring, x: float, y: float) -> Ring:
+    """The ring after it has been moved on the table, by mm."""
+    x, y = ring.center_x + x, ring.center_y + y
+    _about_the_axis("offset that the part is moved to", math.hypot(x, y), ring)
+    return ring.replace(offset=math.hypot(x, y), offset_angle=math.atan2(y, x))
 
 
 def lobes_of(ring: Ring) -> Floats:
