@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, floor, pi, sin, sqrt
+from math import ceil, floor, hypot, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,8 +33,8 @@ class ChatterBand(NamedTuple):
     center : float
         Where it is met exactly, rad/s.
     gain : float
-        At the work's rotation, unit 1: of a resonance the deflection over that of a slow force; of the wheel the share of its
-        waves that adds up on the part.
+        The largest that the speeds' error allows at the work's rotation, unit 1: of a resonance the deflection over that of a
+        slow force; of the wheel the share of its waves that adds up on the undulation, 0 where it is half a wave away or more.
     """
 
     cause: str
@@ -49,8 +49,8 @@ class ChatterBand(NamedTuple):
     def __str__(self) -> str:
         what = f"{self.upr:g} upr of {1e3 * self.amplitude:.3g} um"
         if self.order:
-            return f"{what} in step with {self.order} waves a turn of the wheel: {100 * self.gain:.0f} % of them add up"
-        return f"{what} at the {self.cause}, which magnifies {self.gain:.3g} times"
+            return f"{what} in step with {self.order} waves a turn of the wheel: up to {100 * self.gain:.0f} % of them add up"
+        return f"{what} at the {self.cause}, which magnifies up to {self.gain:.3g} times"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -149,8 +149,9 @@ def chatter_check(
     * Wheel. Waves of the wheel, m a turn of it, come to the part at ``m wheel_rotation``, which is ``m q`` upr with the ratio
       ``q = wheel_rotation/work_rotation``. From turn to turn of the part they shift by the distance s of ``m q`` from a whole
       number. Where that is 0 they fall on the same places again and again, and what they find there, an undulation of n = m q, is
-      ground in instead of ground away. Over N turns ``|sin(pi N s)/(N sin(pi s))|`` of the waves adds up; an undulation counts
-      where ``N |n - m q| < 1/2``, that is where more than 64 % adds up.
+      ground in instead of ground away. Over N turns ``|sin(pi N s)/(N sin(pi s))|`` of the waves adds up on the nearest
+      undulation; it counts where ``N |n - m q| < 1/2`` for a ratio of the speeds within their error, that is where more than
+      2/pi = 64 % may add up.
 
     The modes are taken as linear, their frequencies as those with wheel and part in contact; amplitudes must be those of the part
     that comes to the grinder. Whether a cut is stable (whether waves grow that nobody brought) is another question: that takes
@@ -176,7 +177,8 @@ def chatter_check(
     reach : float
         How far the work's rotation may be changed, as a share of it, within 0 and 1, unit 1.
     speed_error : float
-        By what share the ratio of speed to resonance, or of both speeds, may be off, unit 1: each band is widened by it.
+        By what share the ratio of speed to resonance, or of both speeds, may be off, unit 1: each band is
+        widened by it, and gains are the largest within it.
 
     Returns
     -------
@@ -196,8 +198,8 @@ def chatter_check(
     >>> from sdpgrind import units
     >>> form = SimpleNamespace(upr=[2, 3, 43], amplitude=[0.155e-3, 0.206e-3, 0.235e-3])
     >>> speeds = {"wheel_rotation": units.rpm(4210), "work_rotation": units.rpm(300)}
-    >>> chatter_check(form, **speeds, resonances={"tailstock": units.hz(218)})
-    ChatterCheck(at 300 rev/min 43 upr of 0.235 um at the tailstock, which magnifies 15.3 times; free: 291.9 or 314.5 rev/min)
+    >>> chatter_check(form, **speeds, resonances={"head": units.hz(218)})
+    ChatterCheck(at 300 rev/min 43 upr of 0.235 um at the head, which magnifies up to 16.1 times; free: 291.9 or 314.5 rev/min)
     """
     wheel, work = (
         checks.positive("wheel_rotation", wheel_rotation, "rad/s"),
@@ -209,13 +211,13 @@ def chatter_check(
     speeds = (work * part, work * (2 - part))
     modes = _modes(resonances, damping)
     orders, turns = checks.count("wheel_orders", wheel_orders, 0), checks.count("turns", turns)
-    bands = []
+    near, bands = (work / (1 + error), work / (1 - error)), []
     for n, size in zip(upr[counted].tolist(), amplitude[counted].tolist(), strict=True):
-        bands += [_resonant(name, w, z, n, size, work) for name, (w, z) in modes.items()]
-        bands += list(_in_step(wheel, n, size, work, orders, turns, speeds))
+        bands += [_resonant(name, w, z, n, size, near) for name, (w, z) in modes.items()]
+        bands += list(_in_step(wheel, n, size, near, orders, turns, speeds))
     wider = [band._replace(low=band.low * (1 - error), high=band.high * (1 + error)) for band in bands]
-    near = tuple(band for band in wider if band.low < speeds[1] and band.high > speeds[0])
-    return ChatterCheck(near, work, wheel, speeds, upr, amplitude, counted)
+    reached = tuple(band for band in wider if band.low < speeds[1] and band.high > speeds[0])
+    return ChatterCheck(reached, work, wheel, speeds, upr, amplitude, counted)
 
 
 def _waves(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bools]:
@@ -243,28 +245,31 @@ def _modes(resonances: Mapping[str, float], damping: float | Mapping[str, float]
     }
 
 
-def _resonant(name: str, w: float, damping: float, upr: float, amplitude: float, work: float) -> ChatterBand:
-    """Half-power band of a mode, as rotations of the work."""
+def _resonant(name: str, w: float, damping: float, upr: float, amplitude: float, work: tuple[float, float]) -> ChatterBand:
+    """Half-power band of a mode, as rotations of the work; it gains most at the rotation of these that is nearest to its peak."""
     middle, half = 1 - 2 * damping**2, 2 * damping * sqrt(1 - damping**2)
-    ratio = (upr * work / w) ** 2
-    gain = 1 / sqrt((1 - ratio) ** 2 + 4 * damping**2 * ratio)
+    low, high = ((upr * speed / w) ** 2 for speed in work)
+    ratio = min(max(middle, low), high)
+    gain = 1 / hypot(1 - ratio, 2 * damping * sqrt(ratio))
     return ChatterBand(
         name, 0, upr, amplitude, sqrt(middle - half) * w / upr, sqrt(middle + half) * w / upr, sqrt(middle) * w / upr, gain
     )
 
 
 def _in_step(
-    wheel: float, upr: float, amplitude: float, work: float, orders: int, turns: int, speeds: Sequence[float]
+    wheel: float, upr: float, amplitude: float, work: tuple[float, float], orders: int, turns: int, speeds: Sequence[float]
 ) -> Iterator[ChatterBand]:
     """Rotations of the work at which waves of the wheel stay on an undulation."""
     last = min(orders, ceil(upr * speeds[1] / wheel))
     for order in range(max(1, floor(upr * speeds[0] / wheel)), last + 1):
-        shift = abs(upr - order * wheel / work)
+        fewest, most = (order * wheel / speed for speed in reversed(work))
+        shift = max(fewest - upr, upr - most, 0.0)
         low, high = (order * wheel / (upr + side * 0.5 / turns) for side in (1, -1))
         yield ChatterBand("wheel", order, upr, amplitude, low, high, order * wheel / upr, _adding_up(shift, turns))
 
 
 def _adding_up(shift: float, turns: int) -> float:
-    """Share of waves that adds up over so many turns, each shifted by so much of a wave."""
-    beside = shift - round(shift)
-    return 1.0 if abs(beside) < 1e-12 else abs(sin(pi * turns * beside) / (turns * sin(pi * beside)))
+    """Share of waves that adds up over so many turns, each shifted by so much of a wave; farther they belong to another wave."""
+    if shift < 1e-12:
+        return 1.0
+    return abs(sin(pi * turns * shift) / (turns * sin(pi * shift))) if shift < 0.5 else 0.0
