@@ -114,7 +114,7 @@ def test_summary_for_the_machine_upstream():
 
 def test_missing_values_are_passed_over():
     made = chart()
-    for value in (0.15, np.nan, 0.16):
+    for value in (0.15, np.nan, np.float32("nan"), 0.16):
         assert made.update(stock=value) == ()
     assert made.summary["quantities"]["stock"]["last"] == 0.16 and made.summary["quantities"]["roundness"]["last"] is None
 

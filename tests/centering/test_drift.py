@@ -16,8 +16,9 @@ from centering._handover.sequential import (
     cusum_run_length,
     ewma_run_length,
     ewma_sd,
+    learned_widening,
 )
-from centering._handover.tracked import ALLOWANCE
+from centering._handover.tracked import ALLOWANCE, FEWEST
 from sdpgrind.identify import random_walk_gain
 
 BOTH = {"closing_gap": 0.002, "friction": 0.004}
@@ -252,34 +253,97 @@ def test_likely_step_against_least_squares():
 # Noise that is not known ---------------------------------------------------------------------------------------------
 
 
-def test_learned_noise_alarms_no_oftener_than_known_noise():
-    """12 tracks of 500 parts, one alarm in 200 expected."""
-    rng, alarms, parts = np.random.default_rng(12), 0, 0
-    for _ in range(12):
-        track = DriftTrack({"friction": None}, parts_per_false_alarm=200.0)
-        for reading in 0.1 + 0.01 * rng.standard_normal(500):
-            alarms += len(track.update(friction=reading))
+def learned_alarms(readings, walk, limit, widening):
+    """Alarms of many series, (parts, series): filter, Student's law, held-back learning and sum in plain steps."""
+    parts, n = readings.shape
+    level, variance, square, count = np.zeros(n), np.full(n, np.inf), np.zeros(n), np.zeros(n)
+    up, down, held, waiting = np.zeros(n), np.zeros(n), np.zeros((n, 10)), np.zeros(n, dtype=int)
+    alarms = np.zeros((parts, n), dtype=bool)
+    for part, reading in enumerate(readings):
+        seen = np.isfinite(variance)
+        before = np.where(seen, variance, 0.0) + walk**2
+        shock = np.where(seen, (reading - level) / np.sqrt(before + 1), 0.0)
+        level = np.where(seen, level + before / (before + 1) * (reading - level), reading)
+        variance = np.where(seen, before / (before + 1), 1.0)
+        ready = seen & (count >= 20)
+        sd, free = np.sqrt(square / np.maximum(count, 1)), np.maximum(count, 1)
+        score = np.zeros(n)
+        score[ready] = -np.sign(shock[ready]) * ndtri(stdtr(free[ready], -np.abs(shock / np.where(sd > 0, sd, 1))[ready]))
+        up, down = (np.where(seen, np.maximum(0, s + sign * score - ALLOWANCE), s) for s, sign in ((up, 1), (down, -1)))
+        out = ready & (np.maximum(up, down) > limit + widening / free)
+        alarms[part] = out
+        learn = seen & ~out
+        full, place = learn & (waiting >= 10), waiting % 10
+        square += np.where(full, held[np.arange(n), place] ** 2, 0.0)
+        count += full
+        held[learn, place[learn]] = shock[learn]
+        waiting = np.where(out, 0, waiting + learn)
+        up[out] = down[out] = 0.0
+        variance[out] = np.inf
+    return alarms
+
+
+def test_learned_noise_against_plain_steps():
+    """The same alarms from the same readings, each acknowledged at once."""
+    readings = np.random.default_rng(12).standard_normal((300, 6))
+    limit, widening = cusum_limit(ALLOWANCE, 50.0), learned_widening(ALLOWANCE, 50.0, FEWEST)
+    twin = learned_alarms(readings, 0.03, limit, widening)
+    for series, column in enumerate(readings.T):
+        track, alarms = DriftTrack({"friction": None}, parts_per_false_alarm=50.0), []
+        for reading in column:
+            alarms.append(bool(track.update(friction=0.1 + 0.01 * reading)))
             track.acknowledge()
-            parts += 1
-    assert 0.5 * parts / 200 <= alarms <= 1.5 * parts / 200
+        assert alarms == twin[:, series].tolist()
+    assert twin.sum() > 15
 
 
-def test_learned_noise_by_drawing_many_series():
-    """Student's law, part by part exact; what a sum makes of a noise that is the same too small for all of them is little."""
-    rng, n, limit = np.random.default_rng(1), 2000, DriftTrack(BOTH).limit
-    up, down, square, alarms = np.zeros(n), np.zeros(n), np.zeros(n), 0
-    z = rng.standard_normal((1000, n))
-    for part in range(1000):
-        free = max(part - 10, 0)
-        square += z[part - 11] ** 2 if free > 0 else 0.0
-        if free < 20:
-            continue
-        score = -np.sign(z[part]) * ndtri(stdtr(free, -np.abs(z[part]) / np.sqrt(square / free)))
+def test_learned_noise_alarms_no_oftener_than_known_noise():
+    """From the first part on which it may: Student's law alone would alarm 1.5 times as often in the first thirty."""
+    limit, widening = cusum_limit(ALLOWANCE, 500.0), learned_widening(ALLOWANCE, 500.0, FEWEST)
+    rng, n = np.random.default_rng(1), 5000
+    readings = rng.standard_normal((300, n)) + np.cumsum(0.03 * rng.standard_normal((300, n)), axis=0)
+    alarms = learned_alarms(readings, 0.03, limit, widening).sum(axis=1)
+    assert alarms[:31].sum() == 0
+    for first, last in ((31, 60), (60, 100), (100, 200), (200, 300)):
+        expected = n * (last - first) / 500.0
+        assert abs(alarms[first:last].sum() - expected) < 4 * np.sqrt(expected) + 0.05 * expected
+
+
+@pytest.mark.parametrize("freedom", [20, 60, 300])
+def test_widened_limits_by_drawing_what_was_learned(freedom):
+    """Sums of values over a standard deviation that came from so many others, each sum with its own."""
+    limit = cusum_limit(ALLOWANCE, 100.0) + learned_widening(ALLOWANCE, 100.0, 20) / freedom
+    rng, series = np.random.default_rng(9), 20_000
+    sd = np.sqrt(rng.chisquare(freedom, series) / freedom)
+    up, down, alarms = np.zeros(series), np.zeros(series), 0
+    for part in range(60):
+        value = rng.standard_normal(series) / sd
+        score = -np.sign(value) * ndtri(stdtr(freedom, -np.abs(value)))
         up, down = np.maximum(0, up + score - ALLOWANCE), np.maximum(0, down - score - ALLOWANCE)
         out = np.maximum(up, down) > limit
-        alarms += out.sum()
+        alarms += out.sum() if part >= 20 else 0  # the first ones come later, as sums start at 0
         up[out] = down[out] = 0.0
-    assert 0.9 * n * 1000 / 4000 < alarms < 1.2 * n * 1000 / 4000
+    expected = series * 40 / 100.0
+    assert abs(alarms - expected) < 4 * np.sqrt(expected) + 0.03 * expected
+
+
+def test_a_step_after_readings_all_alike_is_found():
+    """The first change may be one step of what rounds the readings; that it stays is news."""
+    for step in (0.001, 0.03, -0.03):
+        track, found = DriftTrack({"friction": None}), []
+        for part in range(64):
+            found += track.update(friction=0.13 + (step if part >= 60 else 0.0))
+        assert [alarm.since for alarm in found] == [60] and found[0].part <= 62
+    track = DriftTrack({"friction": None})
+    for part in range(300):  # now and then by one step up, as rounded readings are
+        assert track.update(friction=0.131 if part % 20 == 7 else 0.13) == ()
+
+
+@pytest.mark.parametrize("missing", [float("nan"), np.float64("nan"), np.float32("nan"), np.float16("nan")])
+def test_nan_of_any_kind_was_not_read(missing):
+    track = DriftTrack({"friction": 0.004})
+    assert track.update(friction=0.1) == track.update(friction=missing) == ()
+    assert track.count == 2 and np.isnan(track.dataset["friction"].values[1])
 
 
 def test_readings_that_do_not_scatter_do_not_alarm():

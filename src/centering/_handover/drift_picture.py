@@ -30,8 +30,9 @@ def plot(track: "DriftTrack") -> Any:
     for (top, low), name in zip(axes.T, names, strict=True):
         _levels(top, part, data[name].values, data[f"{name}_level"].values, _labelled(name))
         low.step(part, data[f"{name}_sum"].values, where="mid", color=LEVEL, lw=1.0)
+        limit = data[f"{name}_limit"].values
         for sign in (1, -1):
-            low.axhline(sign * track.limit, color=ALARM, lw=0.8, ls="--")
+            low.step(part, sign * np.where(np.isfinite(limit), limit, np.nan), where="mid", color=ALARM, lw=0.8, ls="--")
         low.set(xlabel="part", ylabel="sum [sd]" if low is axes[1, 0] else "")
         for alarm in track.history:
             if alarm.quantity == name:

@@ -6,16 +6,23 @@ and Legendre's quadrature, which is exact to all digits that matter here, as the
 
 from collections.abc import Sequence
 from functools import lru_cache
-from math import log, pi, sqrt
+from math import isnan, log, pi, sqrt
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ndtr
+from scipy.special import gammaln, ndtr, roots_genlaguerre, stdtrit
 
 from sdpgrind.base.checks import Floats
 
 NODES = 48
 """Of the quadrature: twice as many change no run length below 1e6 by 1e-9."""
+_VARIANCES = 12
+"""Nodes over what a variance may have been learned as: twice as many change the rate of alarms by 1e-4."""
+
+
+def not_read(value: object) -> bool:
+    """Whether a value says that there is none: NaN of any kind of float."""
+    return isinstance(value, float | np.floating) and isnan(value)
 
 
 class Cusum:
@@ -53,6 +60,44 @@ def cusum_limit(allowance: float, run_length: float) -> float:
     siegmund = log(4 * allowance**2 * run_length) / (2 * allowance) - 1.166  # near it, where the run is long
     found = brentq(lambda limit: log(cusum_run_length(allowance, limit) / run_length), 0.0, max(siegmund, 0.0) + 1.0, xtol=1e-10)
     return float(found)
+
+
+@lru_cache(maxsize=64)
+def learned_widening(allowance: float, run_length: float, freedom: int) -> float:
+    """How much higher the limit must be while the noise is learned, times the number of values that it rests on.
+
+    A standard deviation that came out too small makes all scores of a sum too large together, though Student's law is right for
+    each: the rate of alarms is its mean over what may have been learned. The limit that keeps it exceeds that for a known noise
+    as one over the number of values, to a few per cent from 20 on; `freedom`, the least number, gives the largest product.
+    """
+    known = cusum_limit(allowance, run_length)
+
+    def excess(more: float) -> float:
+        return log(_learned_rate(allowance, known + more / freedom, freedom) * run_length)
+
+    most = 1.0
+    while excess(most) > 0:
+        most *= 2
+    return float(brentq(excess, 0.0, most, xtol=1e-3))
+
+
+def _learned_rate(allowance: float, limit: float, freedom: int) -> float:
+    """Alarms by value of a two-sided sum of values over a standard deviation that so many others gave, by Student's law."""
+    half_square, weights = roots_genlaguerre(_VARIANCES, freedom / 2 - 1)
+    nodes, lengths = _nodes(0.0, limit)
+    score = np.concatenate([[0.0], nodes]) - np.concatenate([[0.0], nodes])[:, None] + allowance
+    value = -np.sign(score) * stdtrit(freedom, np.maximum(ndtr(-np.abs(score)), 1e-300))
+    slope = _density(score) / _student_density(value, freedom)
+    rates = []
+    for found in np.sqrt(2 * half_square / freedom):  # the standard deviation over the true one
+        stay = np.hstack([ndtr(found * value[:, :1]), lengths * found * (slope * _density(found * value))[:, 1:]])
+        rates.append(2 / _run_length(stay)[0])
+    return float(np.array(rates) @ weights / weights.sum())
+
+
+def _student_density(value: Floats, freedom: int) -> Floats:
+    constant = gammaln((freedom + 1) / 2) - gammaln(freedom / 2) - log(freedom * pi) / 2
+    return np.asarray(np.exp(constant - (freedom + 1) / 2 * np.log1p(value**2 / freedom)))
 
 
 def cusum_detection(allowance: float, limit: float, means: Sequence[float]) -> float:

@@ -13,7 +13,9 @@ from sdpgrind.identify import RandomWalk
 ALLOWANCE = 0.9
 """Standard deviations: finds a step of 3 sd within 5 parts most often of all, at run lengths of some 1000 to 1e4."""
 _HELD = 10  # parts that are watched before their scatter counts as noise, so that a step does not hide itself
-_FEWEST = 20  # innovations that a standard deviation rests on at least: with fewer, false alarms come oftener at first
+FEWEST = 20
+"""Innovations that a standard deviation rests on at least: with fewer, limits are so high that little is found."""
+_ROUNDED = sqrt(12)  # readings that are rounded to steps are off by one over that of a step, as a standard deviation
 _RECENT = 60  # parts back to which the beginning of a step is looked for
 _FARTHEST = 37.0  # standard deviations; beyond, probabilities are 0 in floating point
 
@@ -21,12 +23,13 @@ _FARTHEST = 37.0  # standard deviations; beyond, probabilities are 0 in floating
 class Tracked:
     """One quantity: its filter (for noise of sd 1, so that a noise still unknown only scales), its sum, its alarm."""
 
-    def __init__(self, name: str, noise_sd: float | None, walk: float, limit: float) -> None:
+    def __init__(self, name: str, noise_sd: float | None, walk: float, limit: float, widening: float) -> None:
         self._name, self._given = name, noise_sd
         self._filter = RandomWalk((name,), walk_variance=walk**2, noise_variance=1.0)
-        self._sum = Cusum(ALLOWANCE, limit)
+        self._sum, self._limit, self._widening = Cusum(ALLOWANCE, limit), limit, widening
         self._square, self._learned = 0.0, 0
-        self.rows: list[tuple[float, float, float]] = []
+        self._last, self._step = np.nan, np.inf
+        self.rows: list[tuple[float, float, float, float]] = []
         self.restart()
 
     def restart(self) -> None:
@@ -43,7 +46,10 @@ class Tracked:
         """As given, or as learned so far."""
         if self._given is not None:
             return self._given
-        return sqrt(self._square / self._learned) if self._learned >= _FEWEST else np.inf
+        if self._learned < FEWEST:
+            return np.inf
+        steps = self._step / _ROUNDED if self._step < np.inf else 0.0
+        return max(sqrt(self._square / self._learned), steps)
 
     @property
     def level(self) -> tuple[float, float]:
@@ -54,12 +60,27 @@ class Tracked:
     def update(self, part: int, reading: float) -> DriftAlarm | None:
         self._filter.update(reading)
         self._readings.append((part, reading))
+        self._see_steps(reading)
+        self._sum.limit = self.limit
         side = 0 if self.alarm is not None else self._watch(part)
         found = self._filter.estimate
         level = float(found.value[0]) if found.ok else np.nan
         greater = self._sum.up if self._sum.up >= self._sum.down else -self._sum.down
-        self.rows.append((reading, level, greater))
+        self.rows.append((reading, level, greater, self._sum.limit))
         return self._raise(part, side) if side else None
+
+    @property
+    def limit(self) -> float:
+        """Of the sum, standard deviations: higher where the noise is learned; infinite as long as it is not."""
+        if self._given is not None:
+            return self._limit
+        return self._limit + self._widening / self._learned if self._learned >= FEWEST else np.inf
+
+    def _see_steps(self, reading: float) -> None:
+        """Keep the smallest change from one reading to the next: they may be rounded to steps of that size."""
+        if reading != self._last and not isnan(reading + self._last):
+            self._step = min(self._step, abs(reading - self._last))
+        self._last = self._last if isnan(reading) else reading
 
     def _watch(self, part: int) -> int:
         """Take the last innovation into the sum, where there is one."""
@@ -77,7 +98,7 @@ class Tracked:
         """Value of a standard normal number as far out: of what is known, or by Student's law of what was learned."""
         if self._given is not None:
             return value / self._given
-        if self._learned < _FEWEST or self._square == 0:
+        if not 0 < self.noise_sd < np.inf:
             return 0.0
         tail = float(ndtri(stdtr(self._learned, -abs(value) / self.noise_sd)))
         return float(np.copysign(min(-tail, _FARTHEST), value))
