@@ -104,6 +104,7 @@ def test_samples_as_they_lie(lost):
         assert abs(vector(found, upr) - 0.5 ** ((upr / 30) ** 2) * amplitude * np.exp(1j * phase)) < 1e-9
 
 
+@pytest.mark.filterwarnings("ignore:Gaussian low-pass, 50 upr. a gap")
 def test_a_gap_takes_fewer_harmonics():
     angle = turn(1, 720)
     angle = angle[(angle < 1.0) | (angle > 1.12)]
@@ -112,7 +113,57 @@ def test_a_gap_takes_fewer_harmonics():
     found = clean.spectrum(50)
     for upr, (amplitude, phase) in lobes.items():
         assert abs(vector(found, upr) - 0.5 ** ((upr / 50) ** 2) * amplitude * np.exp(1j * phase)) < 1e-9
-    assert "100 harmonics by least squares of 706 samples" in clean.steps[0]
+    assert "50 harmonics by least squares of 706 samples" in clean.steps[0]
+    assert "a gap of 7.61 degrees is bridged, not measured" in clean.steps[0]
+
+
+def over_an_arc(degrees, cut_off, seed, lobes=None):
+    angle = np.radians(np.arange(0.0, degrees))
+    reading = measured(angle, offset=1.0, lobes=lobes or {3: (1e-3, 0.4)}, noise=1e-5, rng=seed)
+    return Profile(angle, reading, tip_radius=TIP).filter(upr=cut_off)
+
+
+def test_nothing_is_invented_over_a_gap():
+    """An arc of 320 degrees, 15 harmonics: condition 63; a form of 2 um would come out as 3 to 7."""
+    with pytest.raises(ValueError, match=r"condition <= 10; got 62.8 for 15 upr with a gap of 41.3 degrees: 4 upr are sure"):
+        over_an_arc(320, 15, 0)
+
+
+@pytest.mark.filterwarnings("ignore:Gaussian low-pass, 15 upr. a gap")
+@pytest.mark.parametrize("arc", [345, 335])
+def test_a_bridged_gap_says_how_sure_it_is(arc):
+    """The sd of each deviation, and that of the roundness, are the scatter; even in the gap."""
+    found = [over_an_arc(arc, 15, seed) for seed in range(40)]
+    scatter = np.std([profile.deviation for profile in found], axis=0)
+    told = np.mean([profile.deviation_sd for profile in found], axis=0)
+    assert np.sqrt(np.mean((scatter / told) ** 2)) == pytest.approx(1.0, abs=0.15)
+    gap = np.argmax(told)
+    assert scatter[gap] == pytest.approx(told[gap], rel=4 / np.sqrt(2 * 40))
+    assert told[gap] > 5 * np.median(told)
+    assert arc < np.degrees(found[0].part_angle[gap]) < 360
+    for kind in ("LSC", "MZC"):
+        values = [profile.roundness(kind) for profile in found]
+        heights = np.array([circle.value for circle in values])
+        assert heights == pytest.approx(1.95e-3, abs=5e-5)
+        assert heights.std() <= 1.4 * np.mean([circle.value_sd for circle in values])
+
+
+@pytest.mark.filterwarnings("ignore:Gaussian low-pass, 15 upr. a gap")
+def test_a_peak_in_a_gap_is_unsure():
+    """Of a roundness with its peak where nothing was measured the sd is that of the gap."""
+    lobes = {3: (1e-3, 3 * np.radians(348.0))}
+    found = [over_an_arc(335, 15, seed, lobes).roundness("LSC") for seed in range(40)]
+    scatter = np.std([circle.value for circle in found])
+    assert np.mean([circle.value_sd for circle in found]) > 0.5 * scatter
+    assert scatter > 8e-6
+
+
+def test_a_gap_is_told_and_warned_of():
+    with pytest.warns(UserWarning, match=r"15 upr: a gap of 21.2 degrees is bridged, .* to ± 0.02 um \(sd\), elsewhere"):
+        clean = over_an_arc(340, 15, 0)
+    assert "19 harmonics" in clean.steps[0] and "is bridged" in clean.steps[0]
+    assert clean.filter(upr=5).deviation_sd.max() < clean.deviation_sd.max()
+    assert "is bridged" not in over_an_arc(360, 15, 0).steps[0]
 
 
 def test_what_a_filter_takes_away():
@@ -156,5 +207,5 @@ def test_samples_that_do_not_allow_a_filter():
     with pytest.raises(ValueError, match="reading must have at least 101 samples for a cut-off at 50 upr; got 90"):
         Profile(angle, measured(angle)).filter(upr=50)
     half = turn(0.5, 720)
-    with pytest.raises(ValueError, match=r"upr must leave the samples a condition <= 1000; got .* for 50 upr with a gap of 18"):
+    with pytest.raises(ValueError, match=r"upr must leave the samples a condition <= 10; got .* for 50 upr with a gap of 18"):
         Profile(half, measured(half)).filter(upr=50)

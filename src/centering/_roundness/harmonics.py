@@ -19,6 +19,7 @@ from sdpgrind.base.checks import Complex, Floats
 _STEPS = 2000  # of conjugate gradients: many more than any condition that is accepted needs
 _RESIDUAL = 1e-14
 _PIECE = 512  # samples
+_BLOCK = 1 << 18  # numbers: what is turned at once
 _FLAT = 1e-11  # of the number of samples: an eigenvalue of T that is nothing but rounding
 
 
@@ -164,19 +165,43 @@ def _condition(steps: list[tuple[float, float]]) -> float:
 
 
 def _inverse(density: Complex, cosine: Complex) -> tuple[Floats, Complex]:
-    """Elements (k, k) and (k, -k) of the inverse of T, k = 0..n, from its first column (Gohberg and Semencul).
+    """Elements (k, k) and (k, -k) of the inverse of T, k = 0..n."""
+    n = density.size // 2
+    first, mirrored = _generators(density, cosine)
+    diagonal = np.cumsum(np.abs(first) ** 2 - np.abs(mirrored) ** 2)[n:]
+    crossed = [_lagged(first, n, k) - _lagged(mirrored, n, k) for k in range(n + 1)]
+    return np.asarray(diagonal), np.array(crossed)
 
-    That column, for k = -n..n, is put together of what the inverse makes of a cosine (given) and of a sine.
+
+def _generators(density: Complex, cosine: Complex) -> tuple[Complex, Complex]:
+    """First columns of triangular Toeplitz L and M: the inverse of T is L L' - M M' (Gohberg and Semencul).
+
+    They are the inverse's own first column for k = -n..n, which is put together of what it makes of a cosine (given) and of a
+    sine, over the root of its first element, and that column backwards.
     """
     n = density.size // 2
     sine = 1j * _solved(density, 1j * _edge(n))[0]
     first = np.asarray(np.concatenate([(cosine - sine).conj()[:0:-1], cosine + sine]) / 2, dtype=complex)
     mirrored = np.zeros_like(first)
     mirrored[1:] = first[:0:-1].conj()
-    size = first[0].real
-    diagonal = np.cumsum(np.abs(first) ** 2 - np.abs(mirrored) ** 2)[n:] / size
-    crossed = [_lagged(first, n, k) - _lagged(mirrored, n, k) for k in range(n + 1)]
-    return np.asarray(diagonal), np.array(crossed) / size
+    size = sqrt(first[0].real)
+    return first / size, mirrored / size
+
+
+def value_spread(fit: HarmonicFit, passed: Floats, angle: Floats) -> Floats:
+    """Sd at any angles of the sum of the fit's harmonics, of each of which so much passes, for values of sd 1."""
+    first, mirrored = _generators(fit.density, fit.cosine)
+    share = np.concatenate([passed[:0:-1], passed])
+    size = next_fast_len(2 * share.size)
+    left, right = np.fft.fft(first, size).conj(), np.fft.fft(mirrored, size).conj()
+    variance = np.empty(angle.size)
+    step = max(_BLOCK // size, 1)
+    for begin in range(0, angle.size, step):
+        piece = slice(begin, begin + step)
+        waves = np.fft.fft(share * np.exp(-1j * np.outer(angle[piece], np.arange(share.size))), size)
+        told, lost = (np.fft.ifft(waves * side)[:, : share.size] for side in (left, right))
+        variance[piece] = np.sum(np.abs(told) ** 2, axis=1) - np.sum(np.abs(lost) ** 2, axis=1)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
 def _lagged(column: Complex, n: int, k: int) -> complex:

@@ -7,6 +7,7 @@ import numpy as np
 from centering._geometry.estimate import CircleEstimate
 from centering._roundness.form import Form
 from centering._roundness.runout import Runout
+from centering._roundness.sampling import widest_gap
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.stored import stored
 
@@ -26,10 +27,12 @@ class Origin:
 
 MEASURED = Origin()
 
+_UNEVEN = 2.0  # times the usual sd: a gap that is told
+
 
 @dataclasses.dataclass(frozen=True)
 class Made:
-    """What a step makes: samples of the same ring, tip radius, circle, how, what is left of each sample that went in; a bore?"""
+    """What a step makes: samples of the same ring, how, what is left of each that went in; a bore? sd of each deviation."""
 
     angle: Floats
     reading: Floats
@@ -38,6 +41,7 @@ class Made:
     origin: Origin
     left: Floats | None
     internal: bool
+    sd: Floats | None = None
 
 
 def told_runout(runout: Runout) -> str:
@@ -51,7 +55,19 @@ def told_runout(runout: Runout) -> str:
 
 def told_form(form: Form) -> str:
     """How the harmonics of a filter came about."""
-    return f"{form.coef.size - 1} harmonics by least squares of {form.residual.size} samples, condition {form.condition:.3g}"
+    fit = form.fit
+    return f"{form.coef.size - 1} harmonics by least squares of {fit.residual.size} samples, condition {fit.condition:.3g}"
+
+
+def told_gap(sd: Floats, part_angle: Floats) -> str:
+    """What a filter makes of a gap, where it is less sure there than elsewhere; else nothing."""
+    usual, worst = float(np.median(sd)), float(sd.max())
+    if not worst > _UNEVEN * usual:
+        return ""
+    return (
+        f"a gap of {np.degrees(widest_gap(part_angle)):.3g} degrees is bridged, not measured: the form there is known to"
+        f" ± {1e3 * worst:.2g} um (sd), elsewhere to ± {1e3 * usual:.2g} um"
+    )
 
 
 def scattered(sd: Floats) -> float:

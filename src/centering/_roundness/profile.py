@@ -14,7 +14,6 @@ from centering._geometry.estimate import CircleEstimate
 from centering._geometry.fit import readings
 from centering._roundness import profile_record
 from centering._roundness import profile_steps as steps_of
-from centering._roundness.circles import reference_circle
 from centering._roundness.filters import warn_if_sparse
 from centering._roundness.form import largest_between
 from centering._roundness.harmonics import even_harmonics
@@ -80,6 +79,7 @@ class Profile:
     circle: CircleEstimate = dataclasses.field(init=False)
     _origin: Origin = dataclasses.field(default=MEASURED, init=False)
     _left: Floats | None = dataclasses.field(default=None, init=False)
+    _sd: Floats | None = dataclasses.field(default=None, init=False)
 
     def __post_init__(self) -> None:
         angle, reading = readings(self.angle, self.reading)
@@ -163,6 +163,11 @@ class Profile:
         return steps_of.noise_sd(self)
 
     @property
+    def deviation_sd(self) -> Floats:
+        """Standard deviation of each deviation, (n,), mm: `noise_sd` as measured; filtered, more where samples are missing."""
+        return np.full(self.angle.size, self.noise_sd) if self._sd is None else self._sd
+
+    @property
     def _scan(self) -> Scan:
         return Scan(self.angle, self.reading, self._tip, self.circle.value, self.runout, self._origin.noise_sd)
 
@@ -210,8 +215,8 @@ class Profile:
         """Low-pass the form with the Gaussian filter for closed profiles, ISO 16610-21: one half passes at the cut-off.
 
         A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give their harmonics by
-        least squares, without interpolation, up to five cut-offs as far as they allow; several turns are averaged. The
-        eccentricity is taken out exactly before.
+        least squares, without interpolation, up to five cut-offs, over a gap to two or as few as one; several turns are
+        averaged. The eccentricity is taken out exactly before.
 
         Parameters
         ----------
@@ -228,13 +233,14 @@ class Profile:
         Raises
         ------
         ValueError
-            For a cut-off beyond half of the points of a turn, fewer than 2 upr + 1 samples, or gaps that leave the harmonics
-            undetermined (a condition above 1000).
+            For a cut-off beyond half of the points of a turn, fewer than 2 upr + 1 samples, or gaps in which noise and form
+            would grow (a condition above 10).
 
         Warns
         -----
         UserWarning
-            Where a turn has fewer than 7 points for each undulation at the cut-off.
+            Where a turn has fewer than 7 points for each undulation at the cut-off; where a gap is bridged in which the form
+            is known less well than by two readings' sd.
         """
         checks.one_of("kind", kind, ("gaussian",))
         cut_off = checks.positive("upr", upr, "upr")
@@ -293,8 +299,7 @@ class Profile:
         ValueError
             When the samples cover less than half a turn, or nothing fixes the circle.
         """
-        noise = self.noise_sd if 0 < self.noise_sd < inf else None
-        return reference_circle(self.points, kind, tip_radius=self._tip, noise_sd=noise, filter=self._origin.filter)
+        return steps_of.roundness(self, kind)
 
     def largest_radius(self, about: tuple[float, float] = (0.0, 0.0), *, upr: float | None = None) -> float:
         """Give the largest radius of the part about an axis, mm: of the spindle, or another's.
@@ -393,8 +398,8 @@ def _profile(made: Made) -> Profile:
     """The profile that a step makes."""
     profile = Profile.__new__(Profile)
     fields = {"angle": _lasting(made.angle), "reading": _lasting(made.reading), "tip_radius": made.tip_radius}
-    left = None if made.left is None else _lasting(made.left)
-    found = {"internal": made.internal, "circle": made.circle, "_origin": made.origin, "_left": left}
+    left, sd = (None if each is None else _lasting(each) for each in (made.left, made.sd))
+    found = {"internal": made.internal, "circle": made.circle, "_origin": made.origin, "_left": left, "_sd": sd}
     for name, value in {**fields, **found}.items():
         object.__setattr__(profile, name, value)
     return profile

@@ -23,6 +23,8 @@ def dataset_of(profile: "Profile") -> xr.Dataset:
     columns = {name: ("sample", getattr(profile, name), _label(*told)) for name, told in _COLUMNS.items()}
     if profile._left is not None:
         columns["residuals"] = ("measured", profile._left, _label("mm", "what the last step left of each reading"))
+    if profile._sd is not None:
+        columns["deviation_sd"] = ("sample", profile._sd, _label("mm", "sd of the deviation"))
     told = {"tip_radius": profile.tip_radius, "tip_radius_unit": "mm", "internal": int(profile.internal)}
     return xr.Dataset(columns, attrs=told | {"circle": stored.encode(profile.circle), "origin": stored.encode(profile._origin)})
 
@@ -30,9 +32,9 @@ def dataset_of(profile: "Profile") -> xr.Dataset:
 def made_from(data: xr.Dataset) -> Made:
     """What a profile is made from again."""
     circle, origin = (stored.decode(data.attrs[name]) for name in ("circle", "origin"))
-    left = data["residuals"].values if "residuals" in data else None
+    left, sd = (data[name].values if name in data else None for name in ("residuals", "deviation_sd"))
     tip_radius, internal = float(data.attrs["tip_radius"]), bool(data.attrs.get("internal", 0))
-    return Made(data["angle"].values, data["reading"].values, tip_radius, circle, origin, left, internal)
+    return Made(data["angle"].values, data["reading"].values, tip_radius, circle, origin, left, internal, sd)
 
 
 def _label(unit: str, name: str) -> dict[str, str]:

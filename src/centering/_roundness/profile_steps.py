@@ -1,16 +1,20 @@
 """What can be done to a profile: runout taken off, a filter; each makes samples of the same ring at the same offset."""
 
 import dataclasses
+import warnings
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from centering._roundness.certainty import averaged_sd
+from centering._roundness.circles import reference_circle
 from centering._roundness.filters import CUT_OFFS, filter_even, transmission
 from centering._roundness.form import ENOUGH, broad_form, form_of
 from centering._roundness.harmonics import even_harmonics, even_values, values_at
-from centering._roundness.origin import Made, Origin, scattered, told_form, told_runout
+from centering._roundness.origin import Made, Origin, scattered, told_form, told_gap, told_runout
 from centering._roundness.part_frame import from_part, into_part
+from centering._roundness.roundness import Roundness
 from centering._roundness.sampling import even_turn, highest_degree, supported, widest_gap
 from centering._roundness.scan import Scan
 from centering._roundness.separation import separate
@@ -21,6 +25,8 @@ from sdpgrind.base.parallel import one_blas_thread
 
 if TYPE_CHECKING:
     from centering._roundness.profile import Profile
+
+_BRIDGE = 2.0  # sd of one reading: a form that is less sure than that in a gap is warned of
 
 
 def without_runout(profile: "Profile", task: Task) -> Made:
@@ -43,8 +49,8 @@ def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
     deviation = filter_even(profile.deviation, cut_off)
     passed = transmission(np.arange((profile.angle.size + 1) // 2), cut_off)
     sd = _thinned(_even_sd(profile, passed.size), passed)
-    name = f"Gaussian low-pass, {cut_off:g} upr"
-    return _even(profile, profile.circle.value, deviation, sd, name, "by FFT", profile.deviation - deviation)
+    made = _even(profile, profile.circle.value, deviation, sd, _named(cut_off), "by FFT", profile.deviation - deviation)
+    return dataclasses.replace(made, sd=averaged_sd(profile.deviation_sd, passed, scattered(sd[2:]), profile.noise_sd))
 
 
 def filtered(profile: "Profile", cut_off: float) -> Made:
@@ -55,9 +61,18 @@ def filtered(profile: "Profile", cut_off: float) -> Made:
     coef = form.coef * passed
     deviation = even_values(coef, max(round(profile.points_per_turn), 2 * coef.size + 1))
     with one_blas_thread():
-        left = form.residual + values_at(form.coef - coef, form.part_angle)
-    name = f"Gaussian low-pass, {cut_off:g} upr"
-    return _even(profile, form.circle, deviation, _thinned(form.sd, passed), name, told_form(form), left)
+        left = form.fit.residual + values_at(form.coef - coef, form.part_angle)
+        each = form.deviation_sd(passed, deviation.size)
+    gap = told_gap(each, form.part_angle)
+    how = "; ".join(filter(None, (told_form(form), gap)))
+    if gap and float(each.max()) > _BRIDGE * form.noise_sd:
+        warnings.warn(f"{_named(cut_off)}: {gap}", stacklevel=3)
+    made = _even(profile, form.circle, deviation, _thinned(form.sd, passed), _named(cut_off), how, left)
+    return dataclasses.replace(made, sd=each)
+
+
+def _named(cut_off: float) -> str:
+    return f"Gaussian low-pass, {cut_off:g} upr"
 
 
 def _scan(profile: "Profile", degree: int) -> Scan:
@@ -81,7 +96,7 @@ def _even(profile: "Profile", circle: Floats, deviation: Floats, sd: Floats, nam
         runout=profile.runout,
         filter=f"{profile._origin.filter}; {name}".lstrip("; "),
         sd=tuple(sd.tolist()),
-        noise_sd=scattered(sd),
+        noise_sd=scattered(sd[2:]),
         nyquist=profile.nyquist,
     )
     return Made(angle, reading, profile.tip_radius, profile.circle.replace(value=circle), origin, left, profile.internal)
@@ -123,3 +138,12 @@ def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
         coef, sd = form.coef, form.sd
     upr = np.arange(1.0, coef.size)
     return Spectrum(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)
+
+
+def roundness(profile: "Profile", kind: str) -> Roundness:
+    """A reference circle; the sd of its value from those of the deviations at the points that make it."""
+    name = profile._origin.filter
+    found = reference_circle(profile.points, kind, tip_radius=profile._tip, noise_sd=1.0, filter=name)
+    extremes = (int(np.argmax(found.deviation)), int(np.argmin(found.deviation)))
+    noise = float(np.sqrt(np.mean(profile.deviation_sd[np.union1d(found.contacts, extremes)] ** 2)))
+    return found.replace(value_sd=(found.value_sd or 0.0) * noise if 0 < noise < inf else None)
