@@ -21,13 +21,31 @@ def scan(turns=4.0, *, points=360, offset=3.6, seed=0, noise=1e-4, tip=TIP, ampl
 
 @pytest.mark.parametrize("offset", [0.0, 0.3, 3.6])
 def test_harmonics_and_runout_of_four_turns(offset):
-    """The bar: 15 nm at noise of 0.1 um, the amplitude of every harmonic and that of the runout."""
-    for seed in range(4):
+    """At noise of 0.1 um 99.7 % of all amplitudes, each harmonic's and the runout's, are within 15 nm.
+
+    No estimate can do better than a sd of 0.1 um sqrt(2/1440) = 3.7 nm: of 50 harmonics one is beyond 15 nm in two scans of 100.
+    """
+    errors = []
+    for seed in range(16):
         clean = scan(offset=offset, seed=seed).remove_runout()
-        found = clean.spectrum(50).amplitude
-        assert found == pytest.approx([LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=15e-6)
-        assert clean.runout.amplitude == pytest.approx(TONE, abs=15e-6)
-        assert clean.runout.upr_max == 50
+        errors.extend(np.abs(clean.spectrum(50).amplitude[1:] - [LOBES.get(upr, 0.0) for upr in range(2, 51)]))
+        errors.append(abs(clean.runout.amplitude - TONE))
+    assert np.quantile(errors, 0.997) < 15e-6
+    assert np.sqrt(np.mean(np.square(errors))) < 1.1 * np.sqrt(2) * 1e-4 * np.sqrt(
+        2 / 1440
+    )  # of two parts where there is no lobe
+
+
+@pytest.mark.parametrize("lobe", [{80: (5e-3, 0.4)}, {95: (1e-3, 0.4), 160: (2e-3, 1.0)}])
+def test_fast_form_is_no_noise(lobe):
+    angle = turn(4, 360)
+    reading = measured(angle, offset=3.6, lobes=phases(0) | lobe, runout=(TONE, RATIO, 0.6), noise=1e-4)
+    profile = Profile(angle, reading, tip_radius=TIP)
+    clean = profile.remove_runout()
+    assert clean.runout.upr_max == 170  # an offset ring has its points unevenly
+    assert clean.noise_sd == pytest.approx(1e-4, rel=0.07)
+    assert clean.runout.amplitude_sd == pytest.approx(1e-4 * np.sqrt(2 / 1440), rel=0.1)
+    assert profile.remove_runout(upr_max=50).noise_sd > 6e-4
 
 
 @pytest.mark.parametrize(("offset", "tip"), [(0.0, 3.75), (3.6, 3.75), (3.6, 3.765), (-3.6, 3.735), (30.0, 3.75)])
@@ -49,7 +67,7 @@ def test_without_noise_all_is_exact(offset, tip):
 def test_conditions(ratio, turns, told):
     angle = turn(turns, 360)
     profile = Profile(angle, measured(angle, runout=(TONE, ratio, 0.0)), tip_radius=TIP)
-    found = profile.remove_runout(ratio, refine=False).runout
+    found = profile.remove_runout(ratio, refine=False, upr_max=50).runout
     assert found.condition == pytest.approx(told, rel=0.01)
     waves = [wave(k * angle) for k in range(1, 51) for wave in (np.cos, np.sin)]
     columns = np.column_stack([np.ones_like(angle), *waves, np.cos(ratio * angle), np.sin(ratio * angle)])
@@ -190,7 +208,9 @@ def test_an_encoder_that_starts_again():
 def test_as_many_harmonics_as_samples_allow():
     assert scan(points=72).remove_runout().runout.upr_max == 35
     wide = Profile(turn(3, 360), measured(turn(3, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1)
-    assert wide.remove_runout().runout.upr_max == 67
+    assert wide.remove_runout().runout.upr_max == 179
+    once = Profile(turn(1, 360), measured(turn(1, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1)
+    assert once.remove_runout(refine=False).runout.upr_max == 67
     assert wide.remove_runout().runout.amplitude == pytest.approx(TONE, abs=1e-9)
 
 

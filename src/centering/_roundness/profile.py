@@ -156,7 +156,9 @@ class Profile:
     def noise_sd(self) -> float:
         """Standard deviation of one deviation that is not form, mm; infinite where too few samples are left to tell.
 
-        As measured: about harmonics up to a half of what the points of a turn can tell. Filtered: what the filter leaves.
+        As measured, over several turns: about all harmonics that the samples tell surely. Over one turn, of which those leave
+        nothing: from the median of the faster half of them, which a few lobes do not move. A gap, or form that is faster than
+        the points of a turn tell, makes it an upper bound. Filtered: what the filter leaves.
         """
         if self._origin.noise_sd is not None:
             return self._origin.noise_sd
@@ -188,8 +190,8 @@ class Profile:
         ratio : float, optional
             Turns of the roller for one of the part, unit 1; by default radius over tip radius.
         upr_max : int, optional
-            Highest harmonic of the part in the fit, upr; by default 50, more where the ratio is above 40, and no more than the
-            points of a turn allow.
+            Highest harmonic of the part in the fit, upr. By default over several turns all that samples tell surely, to 200;
+            else 50, more where the ratio is above 40, and no more than the points of a turn allow.
         refine : bool
             Whether the ratio is looked for within 0.5 %.
         near_integer : bool

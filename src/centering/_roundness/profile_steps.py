@@ -2,7 +2,7 @@
 
 import dataclasses
 import warnings
-from math import inf, sqrt
+from math import inf, log, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,7 @@ from centering._roundness.certainty import averaged_sd
 from centering._roundness.circles import reference_circle
 from centering._roundness.filters import CUT_OFFS, filter_even, transmission
 from centering._roundness.form import ENOUGH, broad_form, form_of
-from centering._roundness.harmonics import even_harmonics, even_values, values_at
+from centering._roundness.harmonics import HarmonicFit, even_harmonics, even_values, values_at
 from centering._roundness.origin import Made, Origin, scattered, told_form, told_gap, told_runout
 from centering._roundness.part_frame import from_part, into_part
 from centering._roundness.roundness import Roundness
@@ -26,6 +26,7 @@ from sdpgrind.base.parallel import one_blas_thread
 if TYPE_CHECKING:
     from centering._roundness.profile import Profile
 
+_LEFT = 0.25  # of the samples: with that many degrees of freedom what a fit leaves is noise
 _BRIDGE = 2.0  # sd of one reading: a form that is less sure than that in a gap is warned of
 
 
@@ -122,9 +123,19 @@ def _sure(profile: "Profile") -> int:
 
 
 def noise_sd(profile: "Profile") -> float:
-    """What half of the harmonics leave, that are sure."""
-    degree = _sure(profile) // 2
-    return form_of(profile._scan, degree).noise_sd if degree else inf
+    """What all sure harmonics leave; of hardly more than one turn, which leaves nothing, what most of the upper half have."""
+    degree = _sure(profile)
+    form = form_of(profile._scan, degree) if degree else None
+    if form is None:
+        return inf
+    return form.fit.noise_sd if form.fit.freedom > _LEFT * profile.angle.size else _floor(form.fit)
+
+
+def _floor(fit: HarmonicFit) -> float:
+    """Noise from the median of the upper half of the harmonics: a few high lobes do not move it. Infinite for too few."""
+    upper = slice(fit.coef.size // 2 + 1, None)
+    power = (2 * np.abs(fit.coef[upper]) / fit.amplitude_spread[upper]) ** 2
+    return sqrt(float(np.median(power)) / (2 * log(2))) if 2 * power.size >= ENOUGH else inf
 
 
 def spectrum(profile: "Profile", degree: int | None) -> Spectrum:

@@ -120,9 +120,10 @@ def _seen(task: Task, state: _State) -> tuple[Floats, Floats]:
 def harmonic_rows(part_angle: Floats, upr_max: int) -> Floats:
     """Rows 1, cos, sin, cos 2, sin 2, ... of the part's angle, (2 upr_max + 1, n)."""
     waves = powers(np.exp(1j * part_angle), upr_max + 1)
-    rows = np.empty((2 * upr_max + 2, part_angle.size))
-    rows[0::2], rows[1::2] = waves.real, waves.imag
-    return np.asarray(np.delete(rows, 1, axis=0))
+    rows = np.empty((2 * upr_max + 1, part_angle.size))
+    rows[0] = 1.0
+    rows[2::2], rows[1::2] = waves.imag[1:], waves.real[1:]
+    return rows
 
 
 def _rows(part_angle: Floats, upr_max: int, state: _State, refine: bool) -> Floats:

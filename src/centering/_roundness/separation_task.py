@@ -3,13 +3,17 @@
 import dataclasses
 from math import ceil
 
-from centering._roundness.sampling import checked_degree, highest_degree, turns_of
+from centering._roundness.part_frame import into_part
+from centering._roundness.sampling import checked_degree, highest_degree, supported, turns_of, widest_gap
 from centering._roundness.scan import Scan
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 INTEGER = 0.02
 """A ratio as near as that to a whole number is refused unless told."""
+
+_USUAL, _BROAD = 50, 200
+_LEFT = 0.25  # of the samples: degrees of freedom that all harmonics must leave
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,20 +40,29 @@ def task_of(scan: Scan, *, ratio: float | None, upr_max: int | None, refine: boo
     turned = float(scan.circle[0]) / abs(tip_radius) if ratio is None else checks.positive("ratio", ratio, "1")
     refuse_integer(turned, near_integer)
     turns = turns_of(angle)
-    degree = _degree(turned, angle.size, angle.size / turns, upr_max)
+    degree = _degree(turned, scan, angle.size / turns, upr_max)
     return Task(angle, scan.reading, tip_radius, ratio, degree, bool(refine), bool(near_integer), turns)
 
 
-def _degree(ratio: float, samples: int, points: float, upr_max: int | None) -> int:
-    """The harmonics that are asked for; by default 50, or 10 beyond the runout's own place, if the samples allow that."""
+def _degree(ratio: float, scan: Scan, points: float, upr_max: int | None) -> int:
+    """The harmonics that are asked for; by default all that are sure: form that is left out would count as noise."""
+    samples = scan.angle.size
     if upr_max is None:
-        return max(min(max(50, ceil(ratio) + 10), highest_degree(points), (samples - 4) // 2), 1)
+        usual = max(min(max(_USUAL, ceil(ratio) + 10), highest_degree(points), (samples - 4) // 2), 1)
+        sure = min(_sure(scan, points), _BROAD)
+        return max(usual, sure) if samples - 2 * sure - 4 >= _LEFT * samples else usual
     degree = checked_degree("upr_max", upr_max, points)
     if samples < 2 * degree + 3:
         raise ValueError(
             f"reading must have at least {2 * degree + 3} samples for {degree} harmonics and the runout; got {samples}"
         )
     return degree
+
+
+def _sure(scan: Scan, points: float) -> int:
+    """Highest harmonic that points and gaps of a turn leave sure."""
+    part_angle = into_part(scan.angle, scan.reading, scan.tip_radius, scan.circle[1:])[0]
+    return min(highest_degree(points), supported(widest_gap(part_angle)))
 
 
 def refuse_integer(ratio: float, near_integer: bool) -> None:
