@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
+from centering._geometry.estimator_noise_kernels import back, block
 from centering._geometry.estimator_row_kernels import write_row
 from centering._geometry.estimator_travel_kernels import (
     PIVOT,
@@ -16,7 +17,8 @@ from centering._geometry.estimator_travel_kernels import (
     travel,
     way_of,
 )
-from centering._geometry.validity_kernels import back, block, judge, valid_now
+from centering._geometry.estimator_turn_kernels import gather
+from centering._geometry.validity_kernels import judge, valid_now
 from sdpgrind.identify.kernels import rotate
 
 _WILD = 5.0  # standard deviations from which on a reading is refused
@@ -52,8 +54,9 @@ def _wild(freedom):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fold(state, array, row, weight):
-    """Rotate a row in; keep what it leaves, the difference to the row before, and the centre."""
+def _fold(state, array, row, weight, way):
+    """Rotate a row in; keep what it leaves, the difference to the row before, its block, and the centre."""
+    gather(state, row, way)
     previous = at.PREVIOUS
     if state[at.LAGGED] != 0.0:
         for i in range(4):
@@ -100,6 +103,7 @@ def _clear_fit(state):
     state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
     state[at.RATIO] = 1.0
     state[at.LAG : at.NEW_BIAS] = 0.0
+    state[at.BLOCK_BEGIN : at.RADIUS] = 0.0
     array = block(state, 0, 3)
     array[:] = 0.0
     for i in range(3):
@@ -147,7 +151,7 @@ def _take(state, array, row, angle, reading):
         _restart(state)
         return RESTARTED
     state[at.IN_A_ROW] = 0.0
-    _fold(state, array, row, 1.0)
+    _fold(state, array, row, 1.0, state[at.TRAVEL])
     if state[at.SEEN] == at.RING:
         _screen(state)
         return SCREENED if state[at.BAD] > 0.0 else TAKEN
@@ -171,7 +175,8 @@ def _replay(state, wanted):
     for i in range(int(state[at.SEEN])):
         if wanted[i] and cells[i, 2] == 0.0:
             write_row(state, cells[i, 0], cells[i, 1], row)
-            _fold(state, array, row, np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - cells[i, 3])))
+            weight = np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - cells[i, 3]))
+            _fold(state, array, row, weight, cells[i, 3])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -190,7 +195,7 @@ def _screen(state):
                 cells[i, 2] = 1.0
                 state[at.BAD] += 1.0
             else:
-                _fold(state, array, row, 1.0)
+                _fold(state, array, row, 1.0, cells[i, 3])
     _replay(state, np.ones(at.RING, dtype=np.bool_))
 
 

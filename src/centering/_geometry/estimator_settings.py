@@ -17,6 +17,9 @@ def empty_state(lobes: Floats, known: Floats) -> Floats:
     state = np.zeros(arrays + at.ARRAYS * at.width(len(lobes)))
     state[begin:middle], state[middle:arrays] = lobes.ravel(), known.ravel()
     state[at.FORMS], state[at.KNOWN] = len(lobes), len(known)
+    named = set(lobes[:, 0])
+    above = [n for n in range(6, 10 + len(named)) if n not in named]
+    state[at.WAVES_AT : at.WAVES_AT + at.WAVES] = [2, 3, 4, 5, *above[:4]]
     state[at.FORM_GATE] = 2.0 * lobes[:, 1].sum()  # of the lobe itself and of what it bends the estimate by
     return state
 

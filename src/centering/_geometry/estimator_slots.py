@@ -37,18 +37,38 @@ BIAS, NEW_BIAS = PREVIOUS + 4, PREVIOUS + 9
 """What noise of variance 1 adds to the normal equations of the rows so far, and of a new row: (q, x, y) over the square of the
 ratio, (x, y) over the ratio."""
 
-_RESULT = NEW_BIAS + 5
+_FORM = NEW_BIAS + 5
 (
-    RADIUS, FIT_X, FIT_Y, FIT_NOISE, FREEDOM, INFLATION, SPREAD, FORM_BOUND, REACH, BAND, TOLERANCE, SCALE, SCALE_FREEDOM,
-) = range(_RESULT, _RESULT + 13)  # fmt: skip
+    BLOCK_BEGIN, TURN_BEGIN, BLOCK_COUNT, TURN_COUNT, TURNS, LOW_SQUARES, FORM_SQUARES, TOLD_COUNT,
+) = range(_FORM, _FORM + 8)  # fmt: skip
+"""Way by which the block and the turn of now began (rad), their readings, turns that told form from noise, their squares of the
+waves above form and of the differences from reading to reading that form makes (mm^2), readings of these turns."""
+BLOCK_SUM = TOLD_COUNT + 1
+"""Sum of the rows and targets of the block (4)."""
+WAVES, ABOVE = 8, 8
+"""Waves fitted to a turn: four of form (2 to 5 upr) and four above; cosines and sines of the latter."""
+CIRCLE_AND_FORM = 11
+"""Columns of circle and form; those of the waves above follow, then the target."""
+SIDE = 20
+"""Columns of the normal equations of a turn."""
+TURN = BLOCK_SUM + 4
+TOTAL = TURN + SIDE * SIDE
+"""Normal equations of the turn of now and of those before (SIDE, SIDE); their upper triangles."""
+
+_RESULT = TOTAL + SIDE * SIDE
+(
+    RADIUS, FIT_X, FIT_Y, FIT_NOISE, FREEDOM, INFLATION, SPREAD, FORM_BOUND, REACH, BAND, TOLERANCE, SCALE, SCALE_FREEDOM, FREED,
+) = range(_RESULT, _RESULT + 14)  # fmt: skip
 """Of the latest fit: radius and centre (mm), sd of a reading (mm), degrees of freedom, inflation, sd of the centre in its worst
 direction for noise 1, bound on form (mm), quantile times noise (mm), band and tolerance (mm), the noise that made the band (mm),
-and its degrees of freedom (0: known)."""
-SHAPE = SCALE_FREEDOM + 1
+its degrees of freedom (0: known), and whether form was told from noise."""
+SHAPE = FREED + 1
 """Covariance of (radius, x, y) for noise 1 (3, 3)."""
 STUDENT = SHAPE + 9
 """Quantiles of Student's law."""
-RING_AT = STUDENT + TABLE
+WAVES_AT = STUDENT + TABLE
+"""Undulations per revolution of the waves that are fitted to a turn (WAVES)."""
+RING_AT = WAVES_AT + WAVES
 """The latest readings: rows of angle (rad), reading (mm), whether refused, way travelled (rad), number (RING, 5)."""
 CELL = 5
 """Columns of the ring."""

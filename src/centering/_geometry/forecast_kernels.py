@@ -4,12 +4,16 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
+from centering._geometry.estimator_noise_kernels import block, freedom_of, known_quantile, quantile
 from centering._geometry.estimator_row_kernels import write_lobes
-from centering._geometry.validity_kernels import block, conclude, form_bound, judge, known_quantile, quantile, ratio_of, worst
+from centering._geometry.validity_kernels import conclude, form_bound, judge, ratio_of, worst
 from sdpgrind.identify.kernels import rotate
 
-_STEPS = 180  # of a turn
+_STEPS = 90  # of a turn,
+_STRIDE = 15  # of which so many are looked ahead at once
 _TURNS = 1e6  # as many as are looked ahead
+_TRIES = 12  # secants
+_CLOSE = 2e-3  # of the square of the band
 _TURN = 2.0 * np.pi
 
 
@@ -19,65 +23,75 @@ def arc_needed(state):
     if judge(state):
         return 0.0
     if state[at.MOVES] == 0.0 or state[at.USED] < 4.0 or not (state[at.FREEDOM] > 0.0 or state[at.NOISE] > 0.0):
-        return np.inf
+        return turn_needed(state)
     each = _TURN / _STEPS
     usual = state[at.PATH] / state[at.MOVES]
     count = each / usual * state[at.USED] / state[at.SEEN]
-    array, turn, row = block(state, 0, 3).copy(), np.zeros_like(block(state, 0, 3)), np.empty(block(state, 0, 3).shape[1])
+    ahead, row = np.zeros((3, block(state, 0, 3).shape[1])), np.empty(block(state, 0, 3).shape[1])
     back_to_edge = state[at.HIGH] - state[at.POSITION] if state[at.DIRECTION] > 0.0 else state[at.POSITION] - state[at.LOW]
-    covered = state[at.COVERED] - back_to_edge
-    for n in range(1, _STEPS + 1):
-        _expected_row(state, state[at.LAST_ANGLE] + state[at.DIRECTION] * each * n, row)
-        row *= np.sqrt(count)
-        rotate(turn, row.copy())
-        rotate(array, row)
-        if _will_do(state, array, state[at.WEIGHT] + count * n, covered + each * n):
-            return each * n
-    return _further_turns(state, turn, count * _STEPS)
+    covered, before, stride, n = state[at.COVERED] - back_to_edge, ahead.copy(), _STRIDE, 0
+    while n < _STEPS:
+        for k in range(n + 1, n + stride + 1):
+            _expected_row(state, state[at.LAST_ANGLE] + state[at.DIRECTION] * each * k, row)
+            row *= np.sqrt(count)
+            rotate(ahead, row)
+        enough = covered + each * (n + stride) >= state[at.ARC_MIN]
+        if enough and _closeness(state, ahead, 1.0, count * (n + stride)) >= 1.0:
+            if stride == 1:
+                return min(each * (n + 1), turn_needed(state))
+            ahead[:] = before
+            stride = stride // 3 if stride > 5 else 1
+            continue
+        n += stride
+        before[:] = ahead
+    return min(_further_turns(state, ahead, count * _STEPS), turn_needed(state))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turn_needed(state):
+    """Arc until a whole turn tells form from noise, where one or the other is what is in the way; else inf."""
+    unknown = state[at.TURNS] == 0.0 and state[at.INFLATION] > 1.0
+    bent = state[at.FREED] != 0.0 and state[at.BAND] - state[at.FORM_BOUND] <= state[at.TOLERANCE]
+    if (unknown or bent) and state[at.MOVES] > 0.0:
+        return max(_TURN - (state[at.TRAVEL] - state[at.TURN_BEGIN]), state[at.PATH] / state[at.MOVES])
+    return np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _further_turns(state, turn, count):
-    """The same for more than a turn: the number of turns by halving."""
-    few, many = 1.0, 2.0
-    while not _after_turns(state, turn, count, many):
-        few, many = many, 2.0 * many
-        if many > _TURNS:
+    """The same for more than a turn: secants of the inverse square of the band, which grows about as the turns."""
+    last, turns = 0.0, 1.0
+    before, now = _closeness(state, turn, last, 0.0), _closeness(state, turn, turns, count)
+    for _ in range(_TRIES):
+        if not now > before:
             return np.inf
-    while many - few > 1e-3 * many:
-        middle = 0.5 * (few + many)
-        if _after_turns(state, turn, count, middle):
-            many = middle
-        else:
-            few = middle
-    return many * _TURN
+        last, turns, before = turns, turns + (1.0 - now) * (turns - last) / (now - before), now
+        if turns > _TURNS:
+            return np.inf
+        now = _closeness(state, turn, turns, count * turns)
+        if abs(now - 1.0) < _CLOSE:
+            break
+    return turns * _TURN
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _after_turns(state, turn, count, turns):
-    """Whether the estimate is sure enough after some turns more."""
-    array, row = block(state, 0, 3).copy(), np.empty(turn.shape[1])
+def _closeness(state, ahead, turns, count):
+    """Square of tolerance over band, at the noise and correlation of now, after `count` readings that are `turns` times ahead."""
+    array, row = block(state, 0, 3).copy(), np.empty(ahead.shape[1])
     for i in range(3):
-        row[:] = turn[i]
+        row[:] = ahead[i]
         row[:i] = 0.0
         row *= np.sqrt(turns)
         rotate(array, row)
-    return _will_do(state, array, state[at.WEIGHT] + count * turns, state[at.COVERED] + turns * _TURN)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _will_do(state, array, weight, covered):
-    """Whether a triangle of readings, which stays, is sure enough at the noise and correlation of now."""
-    if covered < state[at.ARC_MIN]:
-        return False
     value, information = np.empty(3), np.empty((3, 3))
-    room = array.copy()
-    conclude(state, room, array.copy(), value, information)
-    inflation = state[at.INFLATION]
-    seen = quantile(state, weight / inflation**2 - 3.0) * state[at.FIT_NOISE] if state[at.FREEDOM] > 0.0 else 0.0
-    reach = max(seen, known_quantile(state) * state[at.NOISE])
-    band = reach * worst(information[1, 1], information[1, 2], information[2, 2]) * inflation + form_bound(state, room)
-    return band * ratio_of(state, value) <= state[at.TOLERANCE]
+    conclude(state, array, array.copy(), value, information)
+    inflation, freedom = state[at.INFLATION], state[at.FREEDOM]
+    if state[at.FREED] == 0.0:
+        freedom = freedom_of(state[at.WEIGHT] + count, inflation)
+    seen = quantile(state, freedom) * state[at.FIT_NOISE] * inflation if state[at.FREEDOM] > 0.0 else 0.0
+    reach = max(seen, known_quantile(state) * state[at.NOISE] * max(inflation, 1.0))
+    band = reach * worst(information[1, 1], information[1, 2], information[2, 2]) + form_bound(state, array)
+    return (state[at.TOLERANCE] / (band * ratio_of(state, value))) ** 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

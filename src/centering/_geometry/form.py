@@ -1,6 +1,7 @@
 """What the form of a part does to its centre: lobes look like an offset as long as less than a turn has been seen."""
 
 from collections.abc import Mapping
+from math import pi, sin
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,15 @@ def form_gain(angle: npt.ArrayLike, upr: int) -> float:
     if rank < 3:
         raise checks.refuse("angle", "at least 3 different angles that determine a circle", int(np.unique(theta).size), "rad")
     return float(np.linalg.norm(shift[1:], 2))
+
+
+def gain_of_two(arc: float) -> float:
+    """Gain of 2 upr over an arc that is evenly read, in closed form; at least 0.1 rad (4 in the limit of none)."""
+    h = max(arc, 0.1) / 2
+    one, two, three = sin(h), sin(2 * h), sin(3 * h) / 3
+    even = 2 * (h * (one + three) - one * two) / (2 * h * (h + two / 2) - 4 * one**2) if h < pi else 0.0
+    odd = (one - three) / (h - two / 2)
+    return max(abs(even), abs(odd))
 
 
 def assumed_lobes(form: Mapping[int, float] | None) -> Floats:

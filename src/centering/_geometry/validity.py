@@ -5,11 +5,11 @@ from math import degrees, inf, isfinite, pi
 import numpy as np
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.form import form_gain
+from centering._geometry.forecast_kernels import turn_needed
+from centering._geometry.form import gain_of_two
 from sdpgrind.base.checks import Floats
 
 _FULL = 0.97 * 2 * pi  # rad: as good as a turn
-_LOBE = 2  # undulations per revolution that the warning speaks of
 
 
 def limited_by(state: Floats) -> str:
@@ -23,7 +23,7 @@ def limited_by(state: Floats) -> str:
         return "noise" if state[at.IN_A_ROW] >= at.DOUBTFUL else ""
     if band - form <= tolerance:
         return "form"
-    if (band - form) / state[at.INFLATION] <= tolerance:
+    if state[at.INFLATION] > 1 and (band - form) / state[at.INFLATION] <= tolerance:
         return "correlation"
     even_turn = state[at.REACH] * (2 / state[at.WEIGHT]) ** 0.5  # the same readings, spread over a turn
     return "arc" if state[at.COVERED] < _FULL and even_turn <= 0.7 * state[at.REACH] * state[at.SPREAD] else "noise"
@@ -32,21 +32,21 @@ def limited_by(state: Floats) -> str:
 def sentence(state: Floats, limit: str, arc: float) -> str:
     """Say how sure a judged state is, what limits it and what would help."""
     if limit == "samples":
-        return f"{int(state[at.USED])} readings are too few to tell" + _further(arc)
+        return f"{int(state[at.USED])} readings are too few to tell" + _further(state, arc)
     band, tolerance = _um(state[at.BAND]), _um(state[at.TOLERANCE])
     head = f"centre within {band}, {tolerance} asked"
     if state[at.IN_A_ROW] >= at.DOUBTFUL:
         return f"{head}, by readings before; the latest {int(state[at.IN_A_ROW])} disagree: dust, or the part has moved"
     if not limit:
         return head + _form_warning(state)
-    return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(arc)}{_form_warning(state)}"
+    return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(state, arc)}{_form_warning(state)}"
 
 
 _REASONS = {
     "arc": "the arc of {covered:.0f} deg",
     "noise": "noise of {noise} a reading",
     "correlation": "correlation from reading to reading (band times {inflation:.2g})",
-    "form": "the form that the part may have ({form})",
+    "form": "the form of the part ({form})",
 }
 
 
@@ -59,9 +59,11 @@ def _numbers(state: Floats) -> dict[str, float | str]:
     }
 
 
-def _further(arc: float) -> str:
+def _further(state: Floats, arc: float) -> str:
     if not isfinite(arc):
         return "; turn on" if arc == inf else ""
+    if arc > 0 and arc == turn_needed(state):
+        return f"; a whole turn tells form from noise, after {np.ceil(degrees(arc)):.0f} deg more"
     return f"; valid after {np.ceil(degrees(arc)):.0f} deg more at this noise" if arc > 0 else ""
 
 
@@ -69,8 +71,8 @@ def _form_warning(state: Floats) -> str:
     """A warning where form is not accounted for and less than a turn has been seen."""
     if state[at.FORMS] or state[at.KNOWN] or state[at.COVERED] >= _FULL or state[at.COVERED] <= 0:
         return ""
-    gain = form_gain(np.linspace(0.0, float(state[at.COVERED]), 91), _LOBE)
-    return f"; no form given: lobes of {_LOBE} upr would shift the centre by up to {gain:.2g} times their amplitude"
+    gain = gain_of_two(float(state[at.COVERED]))
+    return f"; no form given: lobes of 2 upr would shift the centre by up to {gain:.2g} times their amplitude"
 
 
 def _um(value: float) -> str:

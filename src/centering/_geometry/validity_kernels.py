@@ -4,12 +4,11 @@ The values of the triangle are (q, x, y): the centre, and q = (R^2 - d^2 - r0^2)
 in which the exact curve is linear; for the limacon q = R - r0.
 """
 
-from math import inf
-
 import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
+from centering._geometry.estimator_noise_kernels import back, block, known_quantile, quantile, write_noise
 from sdpgrind.identify.kernels import inverse, rotate
 
 _FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
@@ -19,90 +18,7 @@ LEAST_RATIO, MOST_RATIO = 0.5, 20.0
 _STEPS = 12  # Gauss-Newton, where the radius is known
 _ENOUGH = 8.0  # readings from which on the bias by noise is taken off
 _CLOSE = 1e-14  # of the largest reading
-_TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
-_SIGNIFICANT = 2.33  # standard deviations from which on a correlation of residuals is believed
 _TURN = 2.0 * np.pi
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def block(state, first, rows):
-    """Some rows of the arrays at the end of the state."""
-    forms = int(state[at.FORMS])
-    wide = 4 + 2 * forms
-    begin = at.TAIL + 2 * forms + 3 * int(state[at.KNOWN]) + first * wide
-    return state[begin : begin + rows * wide].reshape((rows, wide))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def back(array, column, out):
-    """Back-substitution of any column."""
-    for i in range(2, -1, -1):
-        rest = array[i, column]
-        for j in range(i + 1, 3):
-            rest -= array[i, j] * out[j]
-        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def student(state, freedom):
-    """Quantile of Student's law: from the table, or expanded about the normal law (1e-8 from 64 on)."""
-    if freedom < 1.0:
-        return inf
-    if freedom < at.TABLE:
-        return state[at.STUDENT + int(freedom) - 1]
-    z, n = state[at.NORMAL], freedom
-    y = z * z
-    first = (y + 1.0) / (4.0 * n)
-    second = ((5.0 * y + 16.0) * y + 3.0) / (96.0 * n * n)
-    third = (((3.0 * y + 19.0) * y + 17.0) * y - 15.0) / (384.0 * n**3)
-    fourth = ((((79.0 * y + 776.0) * y + 1482.0) * y - 1920.0) * y - 945.0) / (92160.0 * n**4)
-    return z * (1.0 + first + second + third + fourth)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def quantile(state, freedom):
-    """Standard deviations within which the centre lies: t, or sqrt(2 F) of both coordinates, in closed form."""
-    if state[at.JOINT] == 0.0:
-        return student(state, freedom)
-    return np.sqrt(freedom * np.expm1(-2.0 * state[at.BEYOND] / freedom)) if freedom >= 1.0 else inf
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def known_quantile(state):
-    """The same where the noise is known."""
-    return np.sqrt(-2.0 * state[at.BEYOND]) if state[at.JOINT] != 0.0 else state[at.NORMAL]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _correlation(state, value):
-    """Correlation of successive residuals of the fit of the readings alone, freed of its bias; 0 unless it is significant."""
-    lagged = 0.0
-    for i in range(4):
-        left = 1.0 if i == 3 else -value[i]
-        lagged += left * left * state[at.LAG + 5 * i]
-        for j in range(i + 1, 4):
-            lagged += 2.0 * left * (1.0 if j == 3 else -value[j]) * state[at.LAG + 4 * i + j]
-    squares, weight = state[at.SQUARES], state[at.WEIGHT]
-    if squares <= 0.0:
-        return 0.0
-    plain = 1.0 - 0.5 * lagged / squares
-    rho = plain + (2.0 + 5.0 * plain) / weight
-    return min(rho, 0.9999) if rho > _SIGNIFICANT / np.sqrt(weight) else 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def noise(state):
-    """Sd of the triangle's noise, its degrees of freedom and the inflation; correlated readings count for fewer."""
-    value = np.empty(3)
-    back(block(state, 0, 3), 3, value)
-    weight = state[at.WEIGHT]
-    least = _TELLING * state[at.NOISE] * state[at.RATIO]
-    telling = weight > 4.0 and state[at.SQUARES] > weight * least * least
-    rho = _correlation(state, value) if telling else 0.0
-    inflation = np.sqrt((1.0 + rho) / (1.0 - rho))
-    freedom = weight / inflation**2 - 3.0
-    sd = np.sqrt(state[at.SQUARES] / (weight - 3.0 * inflation**2)) if freedom > 0.0 else inf
-    return sd, freedom, inflation
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -233,11 +149,9 @@ def judge(state):
     array[:] = block(state, 0, 3)
     value, information = np.empty(3), np.empty((3, 3))
     conclude(state, array, room, value, information)
-    sd, freedom, inflation = noise(state)
     ratio = ratio_of(state, value)
     _write_fit(state, value, information, ratio)
-    state[at.FIT_NOISE], state[at.FREEDOM], state[at.INFLATION] = sd / ratio, freedom, inflation
-    state[at.FORM_BOUND] = form_bound(state, array) * ratio
+    write_noise(state, ratio, form_bound(state, array))
     return _write_band(state)
 
 
@@ -263,6 +177,8 @@ def _write_fit(state, value, information, ratio):
 def _write_band(state):
     """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
     seen, least = quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE], known_quantile(state) * state[at.NOISE]
+    if state[at.FREED] != 0.0 and seen * state[at.INFLATION] < least:
+        state[at.INFLATION], seen = 1.0, 0.0
     measured = seen >= least
     state[at.SCALE] = state[at.FIT_NOISE] if measured else state[at.NOISE]
     state[at.SCALE_FREEDOM] = state[at.FREEDOM] if measured else 0.0

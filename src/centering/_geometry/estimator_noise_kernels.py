@@ -1,0 +1,129 @@
+"""How noisy readings are: their standard deviation, what correlation makes of it, quantiles of their law. Compiled."""
+
+from math import inf
+
+import numpy as np
+from numba import njit
+
+from centering._geometry import estimator_slots as at
+from centering._geometry.estimator_turn_kernels import long_noise, moved_by_form
+
+_TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
+_SIGNIFICANT = 2.0  # standard deviations from which on a correlation of residuals is believed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def block(state, first, rows):
+    """Some rows of the arrays at the end of the state."""
+    forms = int(state[at.FORMS])
+    wide = 4 + 2 * forms
+    begin = at.TAIL + 2 * forms + 3 * int(state[at.KNOWN]) + first * wide
+    return state[begin : begin + rows * wide].reshape((rows, wide))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def back(array, column, out):
+    """Back-substitution of any column."""
+    for i in range(2, -1, -1):
+        rest = array[i, column]
+        for j in range(i + 1, 3):
+            rest -= array[i, j] * out[j]
+        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def student(state, freedom):
+    """Quantile of Student's law: from the table, or expanded about the normal law (1e-8 from 64 on)."""
+    if freedom < 1.0:
+        return inf
+    if freedom < at.TABLE:
+        return state[at.STUDENT + int(freedom) - 1]
+    z, n = state[at.NORMAL], freedom
+    y = z * z
+    first = (y + 1.0) / (4.0 * n)
+    second = ((5.0 * y + 16.0) * y + 3.0) / (96.0 * n * n)
+    third = (((3.0 * y + 19.0) * y + 17.0) * y - 15.0) / (384.0 * n**3)
+    fourth = ((((79.0 * y + 776.0) * y + 1482.0) * y - 1920.0) * y - 945.0) / (92160.0 * n**4)
+    return z * (1.0 + first + second + third + fourth)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def quantile(state, freedom):
+    """Standard deviations within which the centre lies: t, or sqrt(2 F) of both coordinates, in closed form."""
+    if state[at.JOINT] == 0.0:
+        return student(state, freedom)
+    return np.sqrt(freedom * np.expm1(-2.0 * state[at.BEYOND] / freedom)) if freedom >= 1.0 else inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def known_quantile(state):
+    """The same where the noise is known."""
+    return np.sqrt(-2.0 * state[at.BEYOND]) if state[at.JOINT] != 0.0 else state[at.NORMAL]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _differences(state, value):
+    """Sum of squared differences of successive residuals of the fit of the readings alone."""
+    lagged = 0.0
+    for i in range(4):
+        left = 1.0 if i == 3 else -value[i]
+        lagged += left * left * state[at.LAG + 5 * i]
+        for j in range(i + 1, 4):
+            lagged += 2.0 * left * (1.0 if j == 3 else -value[j]) * state[at.LAG + 4 * i + j]
+    return lagged
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _correlation(state, lagged):
+    """Correlation of successive residuals, freed of its bias; 0 unless it is significant."""
+    squares, weight = state[at.SQUARES], state[at.WEIGHT]
+    if squares <= 0.0:
+        return 0.0
+    plain = 1.0 - 0.5 * lagged / squares
+    rho = plain + (2.0 + 5.0 * plain) / weight
+    return min(rho, 0.9999) if rho > _SIGNIFICANT / np.sqrt(weight) else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def freedom_of(weight, inflation):
+    """Degrees of freedom of the noise, inflated: with an estimated correlation its logarithm has the variance 2/these (AR(1))."""
+    return weight / (1.0 + 2.0 * inflation * inflation) - 3.0 if inflation > 1.0 else weight - 3.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def noise(state):
+    """Sd of the triangle's noise, its degrees of freedom, the inflation, and the squared differences of residuals.
+
+    Readings that are correlated count for fewer.
+    """
+    value = np.empty(3)
+    back(block(state, 0, 3), 3, value)
+    lagged = _differences(state, value)
+    weight = state[at.WEIGHT]
+    least = _TELLING * state[at.NOISE] * state[at.RATIO]
+    telling = weight > 4.0 and state[at.SQUARES] > weight * least * least
+    rho = _correlation(state, lagged) if telling else 0.0
+    inflation = np.sqrt((1.0 + rho) / (1.0 - rho))
+    freedom = freedom_of(weight, inflation)
+    sd = np.sqrt(state[at.SQUARES] / (weight - 3.0 * inflation**2)) if freedom > 0.0 else inf
+    return sd, freedom, inflation, lagged
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_noise(state, ratio, form):
+    """Write noise, freedom, inflation and the bound on form (over the ratio), as they make the least band.
+
+    Where the correlation is significant and whole turns have told form from noise, that is noise freed of form, and what form
+    does to the centre. The inflation is less than 1 then where form does no harm.
+    """
+    sd, freedom, inflation, lagged = noise(state)
+    state[at.FREED] = 0.0
+    if inflation > 1.0 and state[at.TURNS] > 0.0:
+        long, free = long_noise(state, 0.5 * lagged / state[at.WEIGHT]), at.ABOVE * state[at.TURNS]
+        if quantile(state, free) * long < quantile(state, freedom) * sd * inflation:
+            state[at.FREED] = 1.0
+            sd, freedom = np.sqrt(state[at.SQUARES] / (state[at.WEIGHT] - 3.0)), free
+            inflation = long / sd
+            form = max(form, moved_by_form(state))
+    state[at.FIT_NOISE], state[at.FREEDOM], state[at.INFLATION] = sd / ratio, freedom, inflation
+    state[at.FORM_BOUND] = form * ratio
