@@ -1,4 +1,19 @@
-"""Measuring an off-centre ring while it turns: geometry with its confidence, roundness, what the grinder is told (Mears 2006)."""
+"""Measuring an off-centre ring while it turns: geometry with its confidence, roundness, what the grinder is told (Mears 2006).
+
+Begin with `GeometryEstimator` (reading by reading, sure or not yet) or `identify` (a batch); with `Profile` for roundness, free of
+the roller's runout; with `plan_changeover` for the grinder. `DriftTrack` and `ControlChart` watch parts over weeks. Readings are in
+mm, outward; angles in rad. `hwsim.Probe` simulates the measuring head. The first call of a kind compiles it, for up to half a
+minute, once on a machine.
+
+Examples
+--------
+>>> import centering
+>>> import hwsim
+>>> scan = hwsim.Probe(hwsim.Ring(radius=62.0, offset=2.0, offset_angle=0.5), samples_per_turn=360).scan(turns=1.0, rng=0)
+>>> circle = centering.identify((scan.angle, scan.reading), "circle", tip_radius=3.75)
+>>> bool(abs(circle.radius - 62.0) < 1e-3), bool(abs(circle.offset - 2.0) < 1e-3)  # mm
+(True, True)
+"""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
