@@ -25,9 +25,10 @@ def test_harmonics_and_runout_of_four_turns(offset):
 
     No estimate can do better than a sd of 0.1 um sqrt(2/1440) = 3.7 nm: of 50 harmonics one is beyond 15 nm in two scans of 100.
     """
-    errors = []
-    for seed in range(16):
-        clean = scan(offset=offset, seed=seed).remove_runout()
+    profile, errors = scan(offset=offset, noise=0.0), []
+    for seed in range(10):
+        noise = 1e-4 * np.random.default_rng(seed).normal(size=profile.angle.size)
+        clean = Profile(profile.angle, profile.reading + noise, tip_radius=TIP).remove_runout()
         errors.extend(np.abs(clean.spectrum(50).amplitude[1:] - [LOBES.get(upr, 0.0) for upr in range(2, 51)]))
         errors.append(abs(clean.runout.amplitude - TONE))
     assert np.quantile(errors, 0.997) < 15e-6
@@ -150,6 +151,33 @@ def test_a_roller_that_slips(slid):
     assert "the roller slipped" in clean.steps[0]
     assert "SLIPPED" in repr(clean.runout)
     assert Profile(angle, reading, tip_radius=TIP).remove_runout(RATIO, refine=False).runout.slipped
+
+
+@pytest.mark.parametrize(
+    ("turns", "points", "offset", "told"),
+    [(2, 130, 1.0, {}), (1.5, 130, 1.0, {}), (1.5, 180, 3.6, {"refine": False}), (3, 90, 3.6, {})],
+)
+def test_without_slip_its_probability_is_uniform(turns, points, offset, told):
+    angle = turn(turns, points)
+    clean = measured(angle, offset=offset, lobes=phases(0), runout=(TONE, RATIO, 0.6))
+    noise = [1e-4 * np.random.default_rng(seed).normal(size=angle.size) for seed in range(100)]
+    found = [Profile(angle, clean + each, tip_radius=TIP).remove_runout(**told).runout.slip_probability for each in noise]
+    assert kstest(found, "uniform").pvalue > 1e-3
+    assert min(found) > 1e-4
+
+
+def test_one_turn_tells_no_slip():
+    """What is read once the harmonics take for form."""
+    assert scan(1.0).remove_runout(RATIO, refine=False).runout.slip_probability == 1.0
+
+
+def test_an_offset_ring_needs_the_tip_radius():
+    """Without it the phase of a roller would be wrong by offset over radius: it would seem to slip."""
+    angle = turn(4, 360)
+    reading = measured(angle, offset=3.6, lobes=phases(0), runout=(TONE, RATIO, 0.6))
+    with pytest.raises(ValueError, match=r"tip_radius must be > 0 \(mm\) for a ring that is 3.6 mm off the spindle, .* 0.002"):
+        Profile(angle, reading).remove_runout(RATIO)
+    assert not Profile(angle, reading, tip_radius=TIP).remove_runout(RATIO).runout.slipped
 
 
 def test_a_round_roller_loses_nothing():

@@ -205,8 +205,9 @@ class Profile:
         Raises
         ------
         ValueError
-            Without tip radius and ratio; for a ratio near a whole number; for more harmonics than samples allow; where the
-            turns do not tell runout and form apart (the message says how many more do); for a filtered profile.
+            Without tip radius and ratio, or of an offset ring without tip radius; for a ratio near a whole number; for more
+            harmonics than samples allow; where the turns do not tell runout and form apart (the message says how many more
+            do); for a filtered profile.
         """
         if self._origin.filter:
             raise ValueError(f"remove_runout must come before a filter, which keeps no turns; got {self._origin.filter}")

@@ -42,7 +42,7 @@ class Runout(Frozen):
     slip : float
         How far the roller slipped along the part, mm: the spread of its phase from one piece of a turn to the next.
     slip_probability : float
-        Probability that noise alone spreads the phase as much, unit 1.
+        Probability that noise alone spreads the phase as much, unit 1; uniform without slip. 1 where the turns do not tell.
 
     Examples
     --------

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.special import chdtrc
+from scipy.special import fdtrc
 
 from centering._roundness.harmonics import powers
 from centering._roundness.part_frame import into_part
@@ -29,6 +29,7 @@ _SEEN = 5.0  # sd of the amplitude: a smaller runout has no frequency of its own
 _TELLING = 0.3  # of the reach: a ratio is refined if its sd is less
 _APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
 _PIECES = 4  # of a turn, in which the roller's phase is looked at
+_KEPT = 0.01  # of the variance of a phase: where the fit leaves less, the readings tell no slip
 _ROUNDING = 1e-12  # of the radius: what is left without any noise
 _LATER = (0, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 
@@ -198,24 +199,39 @@ def _separation(task: Task, state: _State, fit: _Fit, part_angle: Floats, refine
         noise_sd=fit.noise_sd,
     )
     if runout.amplitude > _SEEN * runout.amplitude_sd:
-        slip, probability = _slip(state, part_angle, fit)
+        slip, probability = _slip(state, part_angle, _rows(part_angle, task.upr_max, state, refine), fit)
         runout = runout.replace(slip=slip, slip_probability=probability)
     return Separation(state.circle, of_circle, state.tip_radius, runout, fit.residual)
 
 
-def _slip(state: _State, part_angle: Floats, fit: _Fit) -> tuple[float, float]:
-    """Spread of the roller's phase over pieces of a turn as a way along the part, mm; probability of as much by noise."""
-    turned = np.exp(1j * state.ratio * part_angle)
-    tone = complex(state.tone[0], -state.tone[1])
-    span = part_angle - part_angle.min()
-    piece = (span * (_PIECES / (2 * np.pi))).astype(int)
+def _slip(state: _State, part_angle: Floats, rows: Floats, fit: _Fit) -> tuple[float, float]:
+    """Spread of the roller's phase over pieces of a turn as a way along the part, mm; probability of as much by noise.
+
+    What the fit has taken off the residual is taken off the covariance of the phases, too: of the pieces that were read once it
+    leaves next to nothing.
+    """
+    waves = np.exp(-1j * state.ratio * part_angle) / complex(state.tone[0], -state.tone[1])
+    piece = ((part_angle - part_angle.min()) * (_PIECES / (2 * np.pi))).astype(int)
     size = np.bincount(piece)
-    whole = size >= size.max() / 2
-    around = fit.residual * (turned * tone).conj()
-    phase = (np.bincount(piece, 2 * around.imag) / np.maximum(size, 1))[whole] / abs(tone) ** 2
-    noise = max(fit.noise_sd, _ROUNDING * state.circle[0])
-    squares = float(np.sum(phase**2 * size[whole])) * abs(tone) ** 2 / (2 * noise**2)
-    return float(np.ptp(phase)) * state.circle[0] / state.ratio, float(chdtrc(max(phase.size - 2, 1), squares))
+    whole = np.flatnonzero(size >= size.max() / 2)
+    mean = 2 * waves.imag * (piece == whole[:, np.newaxis]) / size[whole, np.newaxis]
+    phase, taken = mean @ fit.residual, mean @ rows.T
+    own = np.sum(mean**2, axis=1)
+    left = (np.diag(own) - taken @ np.linalg.solve(fit.gram, taken.T)) / np.sqrt(np.outer(own, own))
+    share, directions = np.linalg.eigh(left)
+    kept = share > _KEPT
+    squares = float(np.sum((directions.T @ (phase / np.sqrt(own)))[kept] ** 2 / share[kept]))
+    noise, count = max(fit.noise_sd, _ROUNDING * float(state.circle[0])), int(np.sum(kept))
+    freedom = fit.residual.size - fit.solution.size - count
+    chance = float(fdtrc(count, freedom, _ratio(squares, noise**2, count, fit))) if count and freedom > 0 else 1.0
+    return float(np.ptp(phase)) * float(state.circle[0]) / state.ratio, chance
+
+
+def _ratio(squares: float, variance: float, count: int, fit: _Fit) -> float:
+    """Mean square of the phases over that of the residual without them: Fisher's ratio."""
+    whole = variance * (fit.residual.size - fit.solution.size)
+    others = max(whole - squares, 1e-12 * whole) / (fit.residual.size - fit.solution.size - count)
+    return squares / count / others
 
 
 def _refuse_edge(ratio: float, nominal: float) -> None:

@@ -3,6 +3,8 @@
 import dataclasses
 from math import ceil
 
+import numpy as np
+
 from centering._roundness.part_frame import into_part
 from centering._roundness.sampling import checked_degree, highest_degree, supported, turns_of, widest_gap
 from centering._roundness.scan import Scan
@@ -12,6 +14,7 @@ from sdpgrind.base.checks import Floats
 INTEGER = 0.02
 """A ratio as near as that to a whole number is refused unless told."""
 
+_CENTRED = 2e-3  # offset over radius: rad by which the phase of a roller is wrong whose radius is not known
 _USUAL, _BROAD = 50, 200
 _LEFT = 0.25  # of the samples: degrees of freedom that all harmonics must leave
 
@@ -37,6 +40,7 @@ def task_of(scan: Scan, *, ratio: float | None, upr_max: int | None, refine: boo
         raise ValueError(
             "tip_radius must be > 0 (mm) to know how fast the roller turns; got 0.0: give Profile its tip_radius, or the ratio"
         )
+    _refuse_offset(scan)
     turned = float(scan.circle[0]) / abs(tip_radius) if ratio is None else checks.positive("ratio", ratio, "1")
     refuse_integer(turned, near_integer)
     turns = turns_of(angle)
@@ -63,6 +67,16 @@ def _sure(scan: Scan, points: float) -> int:
     """Highest harmonic that points and gaps of a turn leave sure."""
     part_angle = into_part(scan.angle, scan.reading, scan.tip_radius, scan.circle[1:])[0]
     return min(highest_degree(points), supported(widest_gap(part_angle)))
+
+
+def _refuse_offset(scan: Scan) -> None:
+    """Refuse an offset ring without tip radius: the phase of a roller would be wrong by offset over radius, to and fro."""
+    offset = float(np.hypot(*scan.circle[1:]))
+    if scan.tip_radius == 0 and offset > _CENTRED * scan.circle[0]:
+        raise ValueError(
+            f"tip_radius must be > 0 (mm) for a ring that is {offset:.3g} mm off the spindle, more than {_CENTRED:g} of its"
+            " radius: the roller's phase follows its centre about the part; got 0.0"
+        )
 
 
 def refuse_integer(ratio: float, near_integer: bool) -> None:
