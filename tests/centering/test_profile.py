@@ -79,6 +79,37 @@ def test_angles_that_start_again():
         assert going_on(kept) is kept
 
 
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("tremble", [2e-3, 2e-2])
+def test_an_encoder_that_trembles(way, tremble):
+    """Some steps go backwards, also across the zero: four turns are four turns all the same."""
+    angle = way * (turn(4, 360) + tremble * np.random.default_rng(0).normal(size=1440))
+    assert np.any(way * np.diff(angle) < 0) or tremble < 1e-2
+    once = np.array([*turn(3, 100)[:150], turn(3, 100)[148], *turn(3, 100)[150:]])  # a single step back
+    for true in (angle, once):
+        profile = Profile(np.mod(true, 2 * np.pi), measured(true))
+        assert profile.turns == pytest.approx(np.ptp(true) / (2 * np.pi), rel=0.01)
+        assert np.diff(profile.angle) == pytest.approx(np.diff(true), abs=1e-12)
+
+
+def test_shuffled_readings_stay_as_they_are():
+    for seed in range(50):
+        rng = np.random.default_rng(seed)
+        angle = rng.uniform(0, 2 * np.pi, rng.integers(8, 400))
+        assert np.ptp(going_on(angle)) < 2 * np.pi
+    tremble = turn(1, 90) + 0.1 * np.random.default_rng(0).normal(size=90)
+    assert going_on(tremble) is tremble
+
+
+def test_turns_of_what_steps_have_made(profiles):
+    _, second, third = profiles
+    assert second.nyquist != 180.0  # by rounding
+    with pytest.raises(ValueError, match=r"upr_max must leave the samples a condition .* 180 upr .*: 170 upr are sure"):
+        second.spectrum(180)  # not that it must be <= 180
+    assert third.turns == pytest.approx(1.0, abs=1e-12)
+    assert third.points_per_turn == pytest.approx(360, abs=1e-9)
+
+
 def test_unsorted_and_repeated_angles_are_legal():
     angle = np.random.default_rng(0).permutation(np.concatenate([turn(2, 180), turn(2, 180)[:40]]))
     profile = Profile(angle, measured(angle, offset=2.0), tip_radius=TIP)

@@ -122,7 +122,7 @@ class Profile:
     @cached_property
     def turns(self) -> float:
         """Turns that the angles cover, unit 1; the last step is counted."""
-        return turns_of(self.angle)
+        return turns_of(self.part_angle if self._origin.filter else self.angle)
 
     @property
     def points_per_turn(self) -> float:

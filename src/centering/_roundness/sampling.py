@@ -8,6 +8,11 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 _EVEN = 1e-9  # of a step
+_WRAPPED = 2.02 * pi  # that angles span which start again at each turn, rad
+_ROUND = 3 * pi  # a turn and a half: readings of one turn that are put on end cannot go so far
+_SMALL = pi / 4  # steps of readings in order; of shuffled ones half are larger
+_NET = 0.5  # of the way: shuffled readings go to and fro
+_ROUNDING = 1e-6  # of the points of a turn, which samples that a step has moved tell no better
 
 
 def even_turn(size: int) -> Floats:
@@ -18,12 +23,21 @@ def even_turn(size: int) -> Floats:
 def going_on(angle: Floats) -> Floats:
     """Angles put on end where they start again at each turn while the spindle turns one way; else as they are."""
     unwrapped = np.unwrap(angle)
-    return unwrapped if _one_way(unwrapped) and not _one_way(angle) else angle
+    if _one_way(angle):
+        return angle
+    return unwrapped if _one_way(unwrapped) or _mostly_one_way(unwrapped) and np.ptp(angle) <= _WRAPPED else angle
 
 
 def _one_way(angle: Floats) -> bool:
     step = np.diff(angle)
     return bool(np.all(step >= 0) or np.all(step <= 0))
+
+
+def _mostly_one_way(angle: Floats) -> bool:
+    """Whether small steps, some of them backwards as of an encoder that trembles, go round more than once."""
+    step = np.diff(angle)
+    small = np.median(np.abs(step)) < _SMALL
+    return bool(small and np.abs(step.sum()) > max(_ROUND, _NET * np.abs(step).sum()))
 
 
 def turns_of(angle: Floats) -> float:
@@ -57,12 +71,12 @@ def is_even(part_angle: Floats) -> bool:
 
 def highest_degree(points: float) -> int:
     """Highest harmonic below half of the points of a turn."""
-    return max(ceil(points / 2 * (1 - 1e-9)) - 1, 0)
+    return max(ceil(points / 2 * (1 - _ROUNDING)) - 1, 0)
 
 
 def checked_degree(name: str, upr_max: object, points: float) -> int:
     """A harmonic that was asked for, which the points of a turn must allow."""
     degree = checks.count(name, upr_max)
-    if degree > points / 2 * (1 + 1e-9):
+    if degree > points / 2 * (1 + _ROUNDING):
         raise checks.refuse(name, f"<= {points / 2:.6g}, half of the points of one turn: beyond, waves look like others", degree)
     return degree
