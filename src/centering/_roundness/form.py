@@ -107,12 +107,20 @@ def extreme_between(coef: Complex, circle: Floats, tip_radius: float, about: Flo
     """Part angle (rad) and distance (mm) of the point of a form that is farthest from an axis; nearest to it for side -1."""
     size = 16 * max(coef.size, 8)
     part_angle = even_turn(size)
-    best = float(part_angle[np.argmax(side * _distance(coef, circle, tip_radius, about, part_angle))])
+    best = float(part_angle[_highest(side * _distance(coef, circle, tip_radius, about, part_angle))])
     step = 2 * pi / size
     for _ in range(4):  # each finds the best of 33 points between the neighbours of the last
         near = np.asarray(best + step * np.linspace(-1, 1, 33), dtype=float)
         best, step = float(near[np.argmax(side * _distance(coef, circle, tip_radius, about, near))]), step / 16
     return best, float(_distance(coef, circle, tip_radius, about, np.array([best]))[0]) - tip_radius
+
+
+def _highest(values: Floats) -> int:
+    """Where on an even turn the highest peak is: of parabolas, as a lower one may have a point nearer to its top."""
+    left, right = np.roll(values, 1), np.roll(values, -1)
+    bend = 2 * values - left - right
+    top = values + np.where(bend > 0, (right - left) ** 2 / (8 * np.where(bend > 0, bend, 1.0)), 0.0)
+    return int(np.argmax(np.where((values >= left) & (values >= right), top, -inf)))
 
 
 def _distance(coef: Complex, circle: Floats, tip_radius: float, about: Floats, part_angle: Floats) -> Floats:
