@@ -98,6 +98,7 @@ def test_file_picture_and_words(tmp_path):
     assert Changeover.from_file(tmp_path / "changeover.nc") == EXAMPLE
     data = EXAMPLE.dataset
     assert data["position"].attrs["units"] == "mm" and float(data["time_saved"]) == EXAMPLE.time_saved
+    assert data["contact_probability"].attrs["long_name"].endswith("at most")
     assert float(data["contact_probability"].sel(rule="population")) == EXAMPLE.contact_probability.population
     assert (
         repr(EXAMPLE) == "Changeover(rapid feed to 35.1715 mm, 70.5 um beyond the population's 35.2420 mm: 2.71 s of air saved)"
@@ -114,6 +115,7 @@ def test_picture(tmp_path):
     dashed = sorted(line.get_xdata()[0] for line in axis.lines if line.get_linestyle() == "--")
     assert dashed == [EXAMPLE.position, EXAMPLE.population_position]
     assert axis.get_title().startswith("saved 70.5 um = 2.71 s of air; contact of the population's rule: 208 ppm")
+    assert axis.get_legend().get_texts()[1].get_text() == "this part, ± 3 sd: beyond in 1.35e+03 ppm at most"
     assert EXAMPLE.replace(internal=True, largest_radius=34.84).plot(axis) is axis.figure
     pyplot.close("all")
 
@@ -158,6 +160,7 @@ def test_a_changeover_by_cost():
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
+        ({"gap": 10.0}, r"gap must be < 3; units.um\(...\) for micrometres \(mm\); got 10.0"),
         ({"gap": -0.01}, r"gap must be >= 0 \(mm\); got -0.01"),
         ({"approach_rate": 0.0}, r"approach_rate must be > 0 \(mm/s\); got 0.0"),
         ({"approach_rate": -1.0}, r"approach_rate must be > 0 \(mm/s\); got -1.0"),
@@ -179,6 +182,12 @@ def test_refusals(changes, said):
 def test_a_population_of_negative_numbers_is_refused(name):
     with pytest.raises(ValueError, match=rf"^{name} must be >= 0 \(mm\); got -0.01$"):
         STOCK.replace(**{name: -0.01})
+
+
+@pytest.mark.parametrize(("name", "value"), [("mean", 150.0), ("sd", 20.0), ("roundness", 10.0), ("roundness_sd", 4.0)])
+def test_micrometres_are_refused(name, value):
+    with pytest.raises(ValueError, match=rf"^{name} must be < (10|3); units.um\(...\) for micrometres \(mm\); got {value}$"):
+        STOCK.replace(**{name: value})
 
 
 def test_other_refusals():

@@ -8,10 +8,12 @@ import xarray as xr
 from scipy.special import ndtr
 
 from centering._handover.allowance import CUSTOM, best_allowance
-from centering._handover.stock import COMBINE, Stock
+from centering._handover.stock import COMBINE, Stock, in_millimetres
 from sdpgrind.base import checks, records
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import decode, encode, stored
+
+_FAR = 3.0  # mm: no gap or uncertainty is as large
 
 
 class BothRules(NamedTuple):
@@ -20,7 +22,7 @@ class BothRules(NamedTuple):
     Attributes
     ----------
     part : float
-        By what was measured of this part; a probability in all uses here.
+        By what was measured of this part; a probability in all uses here, at most that of a plan from a profile.
     population : float
         By the scatter of all parts.
     """
@@ -52,7 +54,8 @@ class Changeover(Frozen):
     largest_radius : float
         Of this part about the grinder's axis, mm; of a bore the smallest.
     radius_sd : float
-        Its uncertainty u as a standard deviation, mm.
+        Its uncertainty u as a standard deviation, mm. Where the radius is that of a measured form, noise that makes another place
+        the highest only adds to it: what follows from u is then said with "at most".
     combine : {"linear", "rss"}
         How the population's two scatters are put together, see `Stock.allowance`.
     internal : bool
@@ -60,12 +63,14 @@ class Changeover(Frozen):
     sigmas : float, optional
         z: standard deviations of `radius_sd` that are allowed for, unit 1; 3 by default.
     crash_time : float, optional
-        What a crash costs, s: z is then that of least cost, see `best_allowance`.
+        What a crash costs, s: z is then that of least cost, see `best_allowance`; more than that of least cost where u is said
+        with "at most".
 
     Raises
     ------
     ValueError
-        When a radius or a rate is not > 0, the gap or an uncertainty is negative, or both z and `crash_time` are given.
+        When a radius or a rate is not > 0, the gap or an uncertainty is negative or smells of micrometres, or both z and
+        `crash_time` are given.
 
     Examples
     --------
@@ -96,7 +101,7 @@ class Changeover(Frozen):
         for name in ("finish_radius", "largest_radius"):
             object.__setattr__(self, name, checks.positive(name, getattr(self, name), "mm"))
         for name in ("gap", "radius_sd"):
-            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), "mm"))
+            object.__setattr__(self, name, in_millimetres(name, getattr(self, name), _FAR))
         object.__setattr__(self, "approach_rate", checks.positive("approach_rate", self.approach_rate, "mm/s"))
         self._check_allowance()
 
@@ -145,12 +150,18 @@ class Changeover(Frozen):
 
     @property
     def mean_time_saved(self) -> float:
-        """What the rule of the part saves on average over the population, s: ``(k (sd + roundness_sd) - z u)/approach_rate``."""
+        """What the rule of the part saves at most on average over the population, s.
+
+        ``(k (sd + roundness_sd) - z u)/approach_rate``; where noise lifts the measured radius on average, by as much less.
+        """
         return (self.stock.allowance(self.combine) - self.part_sigmas * self.radius_sd) / self.approach_rate
 
     @property
     def contact_probability(self) -> BothRules:
-        """Probability that the part reaches farther than was allowed for, into the gap, by each rule.
+        """Probability that the part reaches farther than was allowed for, into the gap, by each rule; by the part's at most.
+
+        Of a plan from a profile that is the probability itself where one place is highest by more than noise, as of a part off
+        its axis or of few lobes; where many places are as high within the noise, the largest of them is seldom too low.
 
         The gap is not counted, as it is kept for other things; see `through_gap_probability`. The linear sum of two scatters of
         3 sd each stands for z = 3 (sd + roundness_sd)/hypot(sd, roundness_sd) of the height: 4.24 where they are equal.
@@ -159,7 +170,10 @@ class Changeover(Frozen):
 
     @property
     def through_gap_probability(self) -> BothRules:
-        """Probability that the part reaches through all of the gap too, by each rule: contact, if nothing else uses the gap."""
+        """Probability that the part reaches through all of the gap too, by each rule: contact, if nothing else uses the gap.
+
+        That of the part's rule is told as in `contact_probability`, at most.
+        """
         return self._beyond(self.gap)
 
     def _beyond(self, gap: float) -> BothRules:
@@ -188,7 +202,8 @@ class Changeover(Frozen):
         """What the machine needs, labelled: radii in mm, times in s, probabilities; the whole plan in its attributes."""
         units = {"position": "mm", "population_position": "mm", "largest_radius": "mm", "radius_sd": "mm", "time_saved": "s"}
         data = {name: ((), getattr(self, name), {"units": unit}) for name, unit in units.items()}
-        chance = ("rule", list(self.contact_probability), {"units": "1"})
+        told = {"units": "1", "long_name": "probability of reaching into the gap, at most"}
+        chance = ("rule", list(self.contact_probability), told)
         return xr.Dataset(data | {"contact_probability": chance}, {"rule": list(BothRules._fields)}, {"changeover": encode(self)})
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -47,7 +47,12 @@ def _part(ax: Any, change: "Changeover") -> None:
     """Draw this part's radius, with what is allowed for its uncertainty."""
     half = change.part_sigmas * change.radius_sd
     ax.axvspan(change.largest_radius - half, change.largest_radius + half, color=PART, alpha=0.25, lw=0)
-    ax.axvline(change.largest_radius, color=PART, lw=1.5, label=f"this part, ± {change.part_sigmas:.3g} sd")
+    ax.axvline(change.largest_radius, color=PART, lw=1.5, label=_part_told(change))
+
+
+def _part_told(change: "Changeover") -> str:
+    beyond = 1e6 * change.contact_probability.part
+    return f"this part, ± {change.part_sigmas:.3g} sd: beyond in {beyond:.3g} ppm at most"
 
 
 def _rule(ax: Any, at: float, height: float, name: str) -> None:

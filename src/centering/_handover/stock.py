@@ -8,6 +8,15 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
 COMBINE = ("linear", "rss")
+_MOST = {"mean": 10.0, "sd": 3.0, "roundness": 3.0, "roundness_sd": 3.0}  # mm
+
+
+def in_millimetres(name: str, value: object, most: float) -> float:
+    """Return a small length as a float >= 0; one that smells of micrometres is refused (private to this package)."""
+    length = checks.nonnegative(name, value, "mm")
+    if length >= most:
+        raise checks.refuse(name, f"< {most:g}; units.um(...) for micrometres", length, "mm")
+    return length
 
 
 @stored("centering.stock")
@@ -35,7 +44,7 @@ class Stock(Frozen):
     Raises
     ------
     ValueError
-        When a value is negative.
+        When a value is negative, or smells of micrometres.
 
     Examples
     --------
@@ -51,8 +60,8 @@ class Stock(Frozen):
     sigmas: float = 3.0
 
     def __post_init__(self) -> None:
-        for name in ("mean", "sd", "roundness", "roundness_sd"):
-            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), "mm"))
+        for name, most in _MOST.items():
+            object.__setattr__(self, name, in_millimetres(name, getattr(self, name), most))
         object.__setattr__(self, "sigmas", checks.nonnegative("sigmas", self.sigmas, "1"))
 
     @property
