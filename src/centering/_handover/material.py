@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from centering._roundness.form import ENOUGH, Form, extreme_between, form_of
-from centering._roundness.harmonics import values_at
+from centering._roundness.harmonics import even_harmonics, values_at
 from centering._roundness.part_frame import into_part
 from centering._roundness.profile import Profile
 from centering._roundness.sampling import supported, widest_gap
@@ -35,14 +35,23 @@ def most_material(profile: Profile, axis: tuple[float, float], upr: float) -> Ma
     """The extreme of the form as fitted; or of the samples that stand out of it, where they reach farther."""
     profile.rise_between_samples(upr)  # refuses samples that do not bound the form
     outward, noise = -1 if profile.internal else 1, profile.noise_sd
+    if profile._origin.filter:
+        return _filtered(profile, axis, outward)
     with one_blas_thread():
         form = form_of(dataclasses.replace(profile._scan, noise_sd=noise if noise < inf else None), _degree(profile, upr))
         place, radius = extreme_between(form.coef, form.circle, profile._tip, np.array(axis), outward)
-        sd = noise if profile._origin.filter else _spread(profile, form, place)
+        sd = _spread(profile, form, place)
     standing_out = _standing_out(profile, form, axis, upr, outward)
     if outward * (standing_out.radius - radius) > 0:
         return standing_out
     return Material(radius, max(sd, _rounding(profile)))
+
+
+def _filtered(profile: Profile, axis: tuple[float, float], outward: int) -> Material:
+    """Of a filtered profile: its harmonics are all that there is."""
+    coef = even_harmonics(profile.deviation)[: len(profile._origin.sd)]
+    radius = extreme_between(coef, profile.circle.value, profile._tip, np.array(axis), outward)[1]
+    return Material(radius, float(profile.deviation_sd.max()))
 
 
 def _degree(profile: Profile, upr: float) -> int:
