@@ -279,6 +279,19 @@ def test_pictures(profiles):
     assert "roller runout removed: 1.5" in spectrum.texts[-1].get_text()
 
 
+@pytest.mark.parametrize(("offset", "arc"), [(40.0, 360), (3.6, 220)])
+def test_the_title_is_the_roundness(offset, arc):
+    """About the circle of the points, not that of the readings; the two differ where points lie unevenly about the part."""
+    angle = np.radians(np.arange(0.0, arc))
+    lobes = {2: (5e-3, 0.2), 3: (2e-3, 0.4), 4: (1e-3, 1.0)}
+    profile = Profile(angle, measured(angle, offset=offset, lobes=lobes), tip_radius=TIP)
+    told = float(profile.plot().get_suptitle().split("RONt (LSC) ")[1].split()[0])
+    assert told == pytest.approx(1e3 * profile.roundness("LSC").value, rel=5e-3)
+    assert offset < 40 or told != pytest.approx(1e3 * np.ptp(profile.deviation), rel=5e-3)
+    short = Profile(angle[:100], measured(angle[:100], lobes=lobes), tip_radius=TIP)
+    assert "from peak to valley of an arc" in short.plot().get_suptitle()
+
+
 @pytest.mark.parametrize(
     ("angle", "reading", "tip", "said"),
     [

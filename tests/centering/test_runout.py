@@ -224,6 +224,32 @@ def test_an_oval_roller_is_taken_off_in_two():
     assert clean.spectrum(50).amplitude == pytest.approx([LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=1e-6)
 
 
+def test_a_second_wave_near_a_whole_number_keeps_its_ratio():
+    """33.03 upr: refined, its amplitude would be 8 times less sure, and drift."""
+    angle = turn(4, 360)
+    second = 4e-4 * np.cos(2 * RATIO * angle - 1.0)
+    clean = measured(angle, lobes=phases(0), runout=(TONE, RATIO, 0.6)) + second
+    for seed in range(4):
+        reading = clean + 1e-4 * np.random.default_rng(seed).normal(size=angle.size)
+        once = Profile(angle, reading, tip_radius=TIP).remove_runout()
+        twice = once.remove_runout(2 * once.runout.ratio)
+        assert twice.runout.ratio == 2 * once.runout.ratio
+        assert twice.runout.amplitude == pytest.approx(4e-4, abs=5 * 1.6e-5)
+        assert twice.runout.amplitude_sd < 2e-5
+        assert abs(twice.spectrum(50).amplitude[32]) < 8e-5
+
+
+@pytest.mark.parametrize("ratio", [0.01, 7.3, None])
+def test_a_runout_that_is_not_seen_is_left(ratio):
+    profile = scan(amplitude=0.0, offset=0.0, seed=1)
+    clean = profile.remove_runout(ratio)
+    assert not clean.runout.seen
+    assert np.array_equal(clean.reading, profile.reading) and clean.circle == profile.circle
+    assert "is not told from noise: the readings are left as they are" in clean.steps[0]
+    assert clean.noise_sd == pytest.approx(1e-4, rel=0.06)
+    assert all("removed" not in text.get_text() for text in clean.plot().axes[1].texts)
+
+
 def test_an_encoder_that_starts_again():
     profile = scan()
     wrapped = Profile(np.mod(profile.angle, 2 * np.pi), profile.reading, tip_radius=TIP)
@@ -293,13 +319,13 @@ def test_a_ratio_near_a_whole_number_where_that_is_told():
     profile = Profile(angle, measured(angle, runout=(TONE, 16.01, 0.3)), tip_radius=TIP)
     found = profile.remove_runout(16.01, near_integer=True, upr_max=30).runout
     assert found.amplitude == pytest.approx(TONE, rel=1e-6)
-    with pytest.raises(ValueError, match=r"ratio must be at least 0.02 from a whole number; got 16.01"):
-        profile.remove_runout(16.03)  # found near it
+    with pytest.raises(ValueError, match=r"from a whole number; got 16.01, found near 16.03: runout"):
+        profile.remove_runout(16.03)
 
 
 def test_another_roller_than_told():
     with pytest.raises(
-        ValueError, match=r"ratio must be within 0.5 % of that of the roller; got 16.5173, and the runout is strongest"
+        ValueError, match=r"got 16.5173 \(61.94 mm over a tip_radius of 3.75 mm\), and the runout is strongest at the edge"
     ):
         scan(tip=3.72).remove_runout()
 

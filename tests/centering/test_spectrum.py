@@ -177,3 +177,27 @@ def test_what_samples_cannot_tell():
     half = Profile(angle[:70], measured(angle[:70]))
     with pytest.raises(ValueError, match=r"upr_max must leave the samples a condition <= 1000; got .* with a gap of 112 degrees"):
         half.spectrum(20)
+
+
+@pytest.mark.parametrize("arc", [200, 270])
+def test_an_arc_has_no_spectrum(arc):
+    angle = np.radians(np.arange(0.0, arc))
+    profile = Profile(angle, measured(angle, offset=1.0, lobes={3: (1e-3, 0.4)}), tip_radius=TIP)
+    with pytest.raises(ValueError, match=r"angle must leave no gap above 90 degrees for a spectrum, .* 2 upr are sure; got \d+"):
+        profile.spectrum()
+    figure = profile.plot()
+    assert not figure.axes[1].axison
+    assert "upr sure" in figure.axes[1].get_title()
+
+
+def test_a_gap_in_a_spectrum_is_warned_of():
+    angle = np.radians(np.arange(0.0, 300.0))
+    profile = Profile(angle, measured(angle, offset=1.0, lobes={20: (2e-3, 0.4)}), tip_radius=TIP)
+    with pytest.warns(UserWarning, match=r"a gap of 61.\d degrees leaves 2 upr sure: faster form is taken for noise"):
+        found = profile.spectrum()
+    assert found.upr.tolist() == [1, 2]
+    assert profile.spectrum(2) == found  # asked for, it is given without a word
+    assert "leaves 2 upr sure" in profile.plot().axes[1].get_title()
+    whole = turn(1, 360)
+    for offset in (0.0, 3.6, 20.0):
+        assert Profile(whole, measured(whole, offset=offset), tip_radius=TIP).plot().axes[1].get_title() == ""

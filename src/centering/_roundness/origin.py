@@ -46,6 +46,11 @@ class Made:
 
 def told_runout(runout: Runout) -> str:
     """The sentence on a runout."""
+    if not runout.seen:
+        return (
+            f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} um at {runout.ratio:.6g} upr is not"
+            f" told from noise: the readings are left as they are (condition {runout.condition:.3g})"
+        )
     slipped = f"; the roller slipped by {runout.slip:.2g} mm" if runout.slipped else ""
     return (
         f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} um at {runout.ratio:.6g} upr removed,"

@@ -141,7 +141,7 @@ class Profile:
 
     @property
     def runout(self) -> Runout | None:
-        """Runout of the roller (mm, rad) that was taken off; None before `remove_runout`."""
+        """Runout of the roller (mm, rad) that was taken off, or not `seen`; None before `remove_runout`."""
         return self._origin.runout
 
     @cached_property
@@ -181,9 +181,9 @@ class Profile:
         A roller that does not slip turns R/tip_radius times as fast as the part and follows the arc along it, so that an
         offset modulates its phase. Runout and the part's harmonics come out of one least-squares fit over all turns, with the
         centre and, unless told otherwise, the roller's radius within 0.5 %: where no ratio is given, that becomes the
-        `tip_radius` of the profile. A runout that drowns in noise, or of which one turn does not tell the ratio, is taken off
-        at the ratio as it is. A steady slip cannot be told from another radius. Several calls take off several waves, as of an
-        oval roller.
+        `tip_radius` of the profile. A runout of which noise, one turn or a whole number nearby does not let the ratio be told
+        is taken off at the ratio as it is; one that is not told from noise at all is left in the readings, and `steps` say so.
+        A steady slip cannot be told from another radius. Several calls take off several waves, as of an oval roller.
 
         Parameters
         ----------
@@ -277,7 +277,12 @@ class Profile:
         ------
         ValueError
             For more than half of the points of a turn, fewer than 2 upr_max + 1 samples, or gaps that leave the harmonics
-            undetermined (a condition above 1000).
+            undetermined (a condition above 1000); where `upr_max` is not given and not even 2 upr are sure.
+
+        Warns
+        -----
+        UserWarning
+            Where `upr_max` is not given and a gap leaves less than half as many harmonics sure as the points of a turn would.
         """
         degree = None if upr_max is None else checked_degree("upr_max", upr_max, 2 * self.nyquist)
         if degree is not None and self.angle.size < 2 * degree + 1:

@@ -26,22 +26,26 @@ from sdpgrind.base.parallel import one_blas_thread
 if TYPE_CHECKING:
     from centering._roundness.profile import Profile
 
+_LEAST = 2  # upr: 1 upr is the offset
 _LEFT = 0.25  # of the samples: with that many degrees of freedom what a fit leaves is noise
 _BRIDGE = 2.0  # sd of one reading: a form that is less sure than that in a gap is warned of
 
 
 def without_runout(profile: "Profile", task: Task) -> Made:
-    """The same samples without the roller's runout."""
+    """The same samples without the roller's runout; as they are where that is not told from noise."""
     with one_blas_thread():
         found = separate(task, profile.circle.value)
     runout, center = found.runout, found.circle[1:]
+    steps = (*profile.steps, told_runout(runout))
+    origin = dataclasses.replace(profile._origin, steps=steps, runout=runout, noise_sd=runout.noise_sd)
+    if not runout.seen:
+        circle = profile.circle
+        return Made(profile.angle, profile.reading, profile.tip_radius, circle, origin, found.residual, profile.internal)
     part_angle, distance = into_part(profile.angle, profile.reading, found.tip_radius, center)
     angle, reading = from_part(part_angle, distance - runout.deviation(part_angle), found.tip_radius, center)
     freedom = max(found.residual.size - 2 * task.upr_max - 3 - (runout.ratio_sd > 0), 1)
     known = {"noise_sd": runout.noise_sd, "freedom": float(freedom), "tip_radius": found.tip_radius}
     circle = profile.circle.replace(value=found.circle, covariance=found.covariance, **known)
-    steps = (*profile.steps, told_runout(runout))
-    origin = dataclasses.replace(profile._origin, steps=steps, runout=runout, noise_sd=runout.noise_sd)
     return Made(angle, reading, abs(found.tip_radius), circle, origin, found.residual, profile.internal)
 
 
@@ -122,6 +126,29 @@ def _sure(profile: "Profile") -> int:
     return min(_most(profile), supported(widest_gap(profile.part_angle)), CUT_OFFS[-1])
 
 
+def limits(profile: "Profile") -> str:
+    """What a gap keeps out of a spectrum that goes as far as is sure; nothing where the points of a turn are the limit."""
+    sure, most = _sure(profile), min(_most(profile), CUT_OFFS[-1])
+    if 2 * sure >= most:
+        return ""
+    gap = np.degrees(widest_gap(profile.part_angle))
+    return f"a gap of {gap:.3g} degrees leaves {sure} upr sure: faster form is taken for noise, or for these"
+
+
+def _sure_told(profile: "Profile") -> int:
+    """The highest harmonic of a spectrum where none is asked for: refused where there is none, and told where few are."""
+    sure, told = _sure(profile), limits(profile)
+    if sure < _LEAST:
+        gap = np.degrees(widest_gap(profile.part_angle))
+        raise ValueError(
+            f"angle must leave no gap above 90 degrees for a spectrum, so that {_LEAST} upr are sure; got {gap:.3g} degrees"
+            " without a sample (upr_max asks for harmonics all the same)"
+        )
+    if told:
+        warnings.warn(told, stacklevel=4)
+    return sure
+
+
 def noise_sd(profile: "Profile") -> float:
     """What all sure harmonics leave; of hardly more than one turn, which leaves nothing, what most of the upper half have."""
     degree = _sure(profile)
@@ -144,7 +171,7 @@ def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
         coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
         sd = _even_sd(profile, coef.size)
     else:
-        wanted = degree or max(_sure(profile), 1)
+        wanted = degree or _sure_told(profile)
         form = form_of(_scan(profile, wanted), wanted)
         coef, sd = form.coef, form.sd
     upr = np.arange(1.0, coef.size)

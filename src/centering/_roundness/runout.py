@@ -13,6 +13,8 @@ from sdpgrind.base.stored import stored
 
 SURE = 1e-3
 """A roller that does not slip seems to slip once in a thousand profiles."""
+SEEN = 2.448
+"""Standard deviations of an amplitude, sqrt(2 ln 20): those of noise follow Rayleigh's law."""
 
 
 @stored("centering.runout")
@@ -86,6 +88,11 @@ class Runout(Frozen):
     def amplitude_sd(self) -> float:
         """Standard deviation of the amplitude, mm."""
         return self._sd(np.array([np.cos(self.phase), np.sin(self.phase)]))
+
+    @property
+    def seen(self) -> bool:
+        """Whether noise alone would make the amplitude (mm) as large in less than one profile of twenty; else it is left."""
+        return self.amplitude > SEEN * self.amplitude_sd
 
     @property
     def phase(self) -> float:

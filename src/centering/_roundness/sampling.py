@@ -25,7 +25,7 @@ def going_on(angle: Floats) -> Floats:
     unwrapped = np.unwrap(angle)
     if _one_way(angle):
         return angle
-    return unwrapped if _one_way(unwrapped) or _mostly_one_way(unwrapped) and np.ptp(angle) <= _WRAPPED else angle
+    return unwrapped if _one_way(unwrapped) or (_mostly_one_way(unwrapped) and np.ptp(angle) <= _WRAPPED) else angle
 
 
 def _one_way(angle: Floats) -> bool:

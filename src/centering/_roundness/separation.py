@@ -27,6 +27,7 @@ _STEPS = 20
 _STILL = 1e-9  # of the radius, and of the ratio: then one more step changes nothing
 _SEEN = 5.0  # sd of the amplitude: a smaller runout has no frequency of its own
 _TELLING = 0.3  # of the reach: a ratio is refined if its sd is less
+_UNSURE, _INFLATED = 0.1, 4.0  # of the amplitude, and times its sd at the ratio as it is: then the ratio is kept
 _APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
 _PIECES = 4  # of a turn, in which the roller's phase is looked at
 _KEPT = 0.01  # of the variance of a phase: where the fit leaves less, the readings tell no slip
@@ -85,8 +86,8 @@ def separate(task: Task, circle: Floats) -> Separation:
         before, state = state, _moved(task, state, fit, nominal, refine)
         if _still(before, state):
             break
-    _refuse_edge(state.ratio, nominal)
-    refuse_integer(state.ratio, task.near_integer)
+    _refuse_edge(state.ratio, nominal, task.origin)
+    refuse_integer(state.ratio, f", found near {nominal:.6g}{task.origin}", task.near_integer)
     return _separation(task, state, fit, part_angle, refine)
 
 
@@ -99,17 +100,34 @@ def _start(task: Task, circle: Floats, nominal: float) -> tuple[_State, bool]:
     if found is None:
         return state, False
     better = dataclasses.replace(state, ratio=found[0], tone=found[1])
-    return (better, True) if _told(task, better, part_angle, deviation) else (state, False)
+    return (better, True) if _told(task, better, part_angle, deviation, nominal) else (state, False)
 
 
-def _told(task: Task, state: _State, part_angle: Floats, deviation: Floats) -> bool:
-    """Whether the samples tell the ratio better than its reach does: hardly so over one turn, where harmonics make up for it."""
+def _told(task: Task, state: _State, part_angle: Floats, deviation: Floats, nominal: float) -> bool:
+    """Whether the samples tell the ratio better than its reach does: hardly so over one turn, where harmonics make up for it.
+
+    Nor is it looked for where that would make the amplitude unsure which is known at the ratio as it is: near a whole number
+    the two grow together.
+    """
     rows = _rows(part_angle, task.upr_max, state, True)
     gram = rows @ rows.T
     if condition(gram / np.sqrt(np.outer(gram.diagonal(), gram.diagonal()))) == inf:
         return False
-    (variance,) = _fitted(rows, deviation).covariance(slice(-1, None))
-    return bool(sqrt(variance[0, 0]) < _TELLING * REACH * state.ratio)
+    fit = _fitted(rows, deviation)
+    (variance,) = fit.covariance(slice(-1, None))
+    if sqrt(variance[0, 0]) >= _TELLING * REACH * state.ratio:
+        return False
+    at_nominal = _rows(part_angle, task.upr_max, dataclasses.replace(state, ratio=nominal), True)
+    return not any(_unsettled(each, state.tone, fit.noise_sd) for each in (gram, at_nominal @ at_nominal.T))
+
+
+def _unsettled(gram: Floats, tone: Floats, noise_sd: float) -> bool:
+    """Whether an amplitude becomes unsure, and much less sure, where the ratio is looked for, whose row is the last."""
+    amplitude, own = float(np.hypot(*tone)), slice(-3, -1)
+    refined = noise_sd**2 * np.linalg.inv(gram)[own, own]
+    kept = noise_sd**2 * np.linalg.inv(gram[:-1, :-1])[-2:, -2:]
+    sure, unsure = (sqrt(max(float(tone @ spread @ tone), 0.0)) / amplitude for spread in (kept, refined))
+    return unsure > max(_UNSURE * amplitude, _INFLATED * sure)
 
 
 def _seen(task: Task, state: _State) -> tuple[Floats, Floats]:
@@ -234,11 +252,11 @@ def _ratio(squares: float, variance: float, count: int, fit: _Fit) -> float:
     return squares / count / others
 
 
-def _refuse_edge(ratio: float, nominal: float) -> None:
+def _refuse_edge(ratio: float, nominal: float, origin: str) -> None:
     if abs(ratio / nominal - 1) > REACH * (1 - 1e-6):
         raise ValueError(
-            f"ratio must be within {100 * REACH:g} % of that of the roller; got {nominal:.6g}, and the runout is strongest at"
-            f" the edge, {ratio:.6g}: another tip_radius, or give the ratio"
+            f"ratio must be within {100 * REACH:g} % of that of the roller; got {nominal:.6g}{origin}, and the runout is"
+            f" strongest at the edge, {ratio:.6g}: another tip_radius, or give the ratio"
         )
 
 

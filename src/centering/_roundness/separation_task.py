@@ -21,7 +21,7 @@ _LEFT = 0.25  # of the samples: degrees of freedom that all harmonics must leave
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """What is to be separated: the ratio belongs to the tip radius where none is given; a ratio is refined or kept."""
+    """What is to be separated: the ratio belongs to the tip radius where none is given, as `origin` tells; refined or kept."""
 
     angle: Floats
     reading: Floats
@@ -31,6 +31,7 @@ class Task:
     refine: bool
     near_integer: bool
     turns: float
+    origin: str
 
 
 def task_of(scan: Scan, *, ratio: float | None, upr_max: int | None, refine: bool, near_integer: bool) -> Task:
@@ -42,10 +43,11 @@ def task_of(scan: Scan, *, ratio: float | None, upr_max: int | None, refine: boo
         )
     _refuse_offset(scan)
     turned = float(scan.circle[0]) / abs(tip_radius) if ratio is None else checks.positive("ratio", ratio, "1")
-    refuse_integer(turned, near_integer)
+    origin = "" if ratio is not None else f" ({scan.circle[0]:.6g} mm over a tip_radius of {abs(tip_radius):.6g} mm)"
+    refuse_integer(turned, origin, near_integer)
     turns = turns_of(angle)
     degree = _degree(turned, scan, angle.size / turns, upr_max)
-    return Task(angle, scan.reading, tip_radius, ratio, degree, bool(refine), bool(near_integer), turns)
+    return Task(angle, scan.reading, tip_radius, ratio, degree, bool(refine), bool(near_integer), turns, origin)
 
 
 def _degree(ratio: float, scan: Scan, points: float, upr_max: int | None) -> int:
@@ -79,11 +81,11 @@ def _refuse_offset(scan: Scan) -> None:
         )
 
 
-def refuse_integer(ratio: float, near_integer: bool) -> None:
+def refuse_integer(ratio: float, origin: str, near_integer: bool) -> None:
     """Refuse a ratio near a whole number unless told."""
     near = round(ratio)
     if not near_integer and near >= 1 and abs(ratio - near) < INTEGER:
         raise ValueError(
-            f"ratio must be at least {INTEGER:g} from a whole number; got {ratio:.6g}: runout of the roller looks like form of"
-            f" {near} upr however many turns are read (near_integer=True tries all the same)"
+            f"ratio must be at least {INTEGER:g} from a whole number; got {ratio:.6g}{origin}: runout of the roller looks like"
+            f" form of {near} upr however many turns are read (near_integer=True tries all the same)"
         )

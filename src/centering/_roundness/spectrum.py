@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from centering._roundness.harmonics import values_at
+from centering._roundness.runout import SEEN
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
@@ -122,7 +123,7 @@ class Spectrum(Frozen):
         if ax is None:
             ax = need("matplotlib.pyplot", "plot").figure(figsize=(7, 3.5), layout="constrained").add_subplot()
         sd = np.where(np.isfinite(self.sd), self.sd, 0.0)
-        ax.fill_between(self.upr, 0, 1e3 * _NOISE * sd, color="0.82", lw=0, step="mid")
+        ax.fill_between(self.upr, 0, 1e3 * SEEN * sd, color="0.82", lw=0, step="mid")
         ax.vlines(self.upr, 0, 1e3 * self.amplitude, color="#2a6f97", lw=1.4)
         for upr, amplitude in self.largest(_NAMED):
             if amplitude > 0:
@@ -146,7 +147,6 @@ class Spectrum(Frozen):
 
 
 _NAMED = 5
-_NOISE = 2.448  # sqrt(2 ln 20): amplitudes of noise follow Rayleigh's law
 
 
 def _lasting(array: Floats) -> Floats:
