@@ -40,10 +40,10 @@ if TYPE_CHECKING:
     from centering._handover.alarm import DriftAlarm
     from centering._handover.allowance import Allowance, best_allowance
     from centering._handover.changeover import BothRules, Changeover
+    from centering._handover.changeover_plan import plan_changeover
     from centering._handover.chart import ChartLimits, ChartSignal, ControlChart
     from centering._handover.chatter import ChatterBand, ChatterCheck, chatter_check
     from centering._handover.drift import DriftTrack
-    from centering._handover.plan import plan_changeover
     from centering._handover.stock import Stock
     from centering._roundness.circles import reference_circle
     from centering._roundness.profile import Profile
@@ -119,6 +119,7 @@ _MODULES = {
     "best_allowance": "_handover.allowance",
     "BothRules": "_handover.changeover",
     "Changeover": "_handover.changeover",
+    "plan_changeover": "_handover.changeover_plan",
     "ChartLimits": "_handover.chart",
     "ChartSignal": "_handover.chart",
     "ControlChart": "_handover.chart",
@@ -126,7 +127,6 @@ _MODULES = {
     "ChatterCheck": "_handover.chatter",
     "chatter_check": "_handover.chatter",
     "DriftTrack": "_handover.drift",
-    "plan_changeover": "_handover.plan",
     "Stock": "_handover.stock",
     "reference_circle": "_roundness.circles",
     "Profile": "_roundness.profile",

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import norm
 
-from centering._handover.plan import plan_changeover
+from centering._handover.changeover_plan import plan_changeover
 from centering._handover.stock import Stock
 from centering._roundness.profile import Profile
 from hwsim import Probe, ProbeErrors

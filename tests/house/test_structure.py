@@ -95,7 +95,10 @@ def test_floors_of_centering(name):
 def test_every_folder_of_centering_has_its_floor():
     assert {path.name for path in (SOURCE / "centering").iterdir() if (path / "__init__.py").exists()} == set(FLOORS)
     assert (
-        floor("centering._handover.plan") > floor("centering._roundness.profile.Profile") > floor("centering._geometry.fit") >= 0
+        floor("centering._handover.changeover_plan")
+        > floor("centering._roundness.profile.Profile")
+        > floor("centering._geometry.fit")
+        >= 0
     )
 
 
