@@ -203,6 +203,18 @@ def test_knows_nothing_before_the_first_reading():
     assert estimator.estimate == estimate
 
 
+@pytest.mark.parametrize("known", [{}, {"noise_sd": 0.001}, {"radius_prior": (RADIUS, 0.1)}, {"form": {2: 0.01}}])
+def test_a_few_readings_give_no_nonsense(known):
+    """Warnings are errors: nothing endless is multiplied by 0."""
+    estimator = GeometryEstimator(**known)
+    for k in range(3):
+        estimator.update(angle=0.01 * k, reading=RADIUS + 0.001 * (k % 2))
+        circle = estimator.estimate
+        assert not np.any(np.isnan(circle.covariance)) and not estimator.valid
+        assert circle.samples == k + 1 and "too few" in circle.message
+        assert circle.offset_sd >= 0 and circle.center_sd >= 0 and circle.radius_sd > 0
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [

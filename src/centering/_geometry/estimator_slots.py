@@ -55,7 +55,10 @@ TURN = BLOCK_SUM + 4
 TOTAL = TURN + SIDE * SIDE
 """Normal equations of the turn of now and of those before (SIDE, SIDE); their upper triangles."""
 
-_RESULT = TOTAL + SIDE * SIDE
+VECTOR = TOTAL + SIDE * SIDE
+"""Room for one row of these."""
+
+_RESULT = VECTOR + SIDE
 (
     RADIUS, FIT_X, FIT_Y, FIT_NOISE, FREEDOM, INFLATION, SPREAD, FORM_BOUND, REACH, BAND, TOLERANCE, SCALE, SCALE_FREEDOM, FREED,
 ) = range(_RESULT, _RESULT + 14)  # fmt: skip
