@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 
 from centering._roundness.direction_kernels import four_about, gaps, ranked
 from centering._roundness.distance_kernels import crossing, extremes, parting, standing
-from centering._roundness.proof_kernels import ball, cell_bound, empty_reach, height, steepness, zone_reach
+from centering._roundness.proof_kernels import across, ball, cell_bound, empty_reach, height, steepness, zone_reach
 
 RNG = np.random.default_rng(11)
 
@@ -97,6 +97,19 @@ def test_no_centre_in_the_ball_of_contacts_is_better(zone):
     away = distances(np.column_stack([x, y]), centers)
     values = away[:, :2].max(axis=1) - away[:, 2:].min(axis=1) if zone else -away.min(axis=1)
     assert values.min() >= height(x, y, 0.0, 0.0, zone) - 1e-12
+
+
+@pytest.mark.parametrize("n", [3, 12, 100])
+def test_the_nearest_point_across(n):
+    for _ in range(20):
+        points = random_profile(RNG, n, "uneven", 0.05)
+        x, y = arrays(points)
+        near = int(RNG.integers(n))
+        away = points - [3, -2]
+        direction = away / np.hypot(*away.T)[:, np.newaxis]
+        behind = np.flatnonzero(direction @ direction[near] < -0.5)
+        nearest = behind[np.hypot(*away[behind].T).argmin()] if behind.size else near
+        assert across(x, y, 3.0, -2.0, near) == nearest
 
 
 @pytest.mark.parametrize("zone", [True, False])

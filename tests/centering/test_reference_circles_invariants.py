@@ -65,7 +65,7 @@ def test_contacts_of_the_circumscribed_circle_prove_it(points):
     assert np.hypot(*contacts.T) == pytest.approx(found.radius, abs=1e-11)
     weights, rest, *_ = np.linalg.lstsq(np.vstack([contacts.T / 50, np.ones(len(contacts))]), [0, 0, 1], rcond=None)
     assert weights.min() > -1e-9 and np.all(rest < 1e-18)
-    assert found.lower_bound == pytest.approx(found.radius, abs=1e-12) and found.outer.all()
+    assert found.bound == pytest.approx(found.radius, abs=1e-12) and found.outer.all()
 
 
 @given(profiles())
@@ -75,7 +75,7 @@ def test_contacts_of_the_inscribed_circle_hold_it(points):
     assert away(points, found)[found.contacts] == pytest.approx(found.radius, abs=1e-11)
     gaps = np.diff(np.sort(found.contact_angles), append=np.min(found.contact_angles) + 2 * np.pi)
     assert gaps.max() <= np.pi + 1e-9 and not found.outer.any()
-    assert found.radius <= found.lower_bound <= found.radius + 1e-9
+    assert found.radius <= found.bound <= found.radius + 1e-9
 
 
 @given(profiles())
@@ -87,7 +87,7 @@ def test_contacts_of_the_minimum_zone_alternate(points):
     assert distance[~found.outer] == pytest.approx(found.radius - found.value / 2, abs=1e-11)
     order = found.outer[np.argsort(found.contact_angles)]
     assert order[0] == order[2] != order[1] == order[3]
-    assert found.value - 1e-9 <= found.lower_bound <= found.value + 1e-12
+    assert found.value - 1e-9 <= found.bound <= found.value + 1e-12
 
 
 @given(profiles(), st.sampled_from(KINDS), st.floats(-np.pi, np.pi), PLACES, st.floats(0.2, 2), st.booleans())
@@ -119,7 +119,7 @@ def test_a_tip_changes_the_radius_alone(points, tip):
         assert felt.value == pytest.approx(bare.value, abs=1e-12)
         assert felt.deviation == pytest.approx(bare.deviation, abs=1e-12)
         shift = tip if kind in ("MCC", "MIC") else 0.0
-        assert felt.lower_bound == pytest.approx(bare.lower_bound - shift, abs=1e-12)
+        assert felt.bound == pytest.approx(bare.bound - shift, abs=1e-12)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -127,8 +127,11 @@ def test_a_tip_changes_the_radius_alone(points, tip):
 def test_uncertainty_is_that_of_small_noise(kind, seed):
     """Against the change of the value as readings change one by one, by far less than what makes other points contacts."""
     points = random_profile(np.random.default_rng(seed), 16, "uneven", 1e-4)
-    found = reference_circle(points, kind, noise_sd=1.0)
+    found = reference_circle(points, kind, noise_sd=1e-7)
     out = (points - found.center) / away(points, found)[:, np.newaxis]
     changes = 1e-7 * np.eye(len(points))[:, :, np.newaxis] * out
     slopes = [(reference_circle(points + e, kind).value - reference_circle(points - e, kind).value) / 2e-7 for e in changes]
-    assert np.linalg.norm(slopes) == pytest.approx(found.value_sd, rel=1e-3)
+    assert 1e-7 * np.linalg.norm(slopes) == pytest.approx(
+        found.value_sd, rel=0.2
+    )  # of 64 draws each slope is exact, their sum is not
+    assert abs(found.value_bias) < 1e-3 * found.value_sd

@@ -19,22 +19,28 @@ _BALLS = 64
 """Optima whose balls are kept."""
 _FREE = 30
 """Cuts after which an empty circle that no exchange has come to hold is one that nothing holds."""
-_COARSE = 1e6
-"""Slacks by which a held circle must be larger than one that can leave."""
+_LOOSE = 1e-6
+"""Of the radius, by which a held circle must be larger than one that can leave."""
+ALIKE = 1e-7
+"""Of the radius, within which optima count as equally good: 3 nm of 30 mm."""
 _CELL = 20
 """Points that are looked at in the time that a square takes by itself."""
 
 
 @njit(**_OPTIONS)
 def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
-    """Best centre within reach (mm) of a start (x, y, height, held): those of the best, a bound below, the least height not held.
+    """Best centre within reach (mm) of a start (x, y, height, held, size of the circle).
+
+    Returns x, y and height of the best, a bound below, the least height not held, whether the best is held, and the box (least
+    and largest x, least and largest y) of the optima found that are as good.
 
     Squares are given up when no centre in them is better by more than `slack` (mm), or when they lie within the balls of optima;
     points that can be neither farthest nor nearest in a square are left out in its quarters, of which the best
-    goes first. It ends after `work` points looked at.
+    goes first. It ends after `work` points looked at. With a slack of more than what is as good, no optima are looked for.
     Centres outside the `hull` (m, 3), of normals and offsets (mm), are left out.
     """
-    found = np.array([start[0], start[1], start[2], start[2], np.inf, start[3]])
+    found = np.array([start[0], start[1], start[2], start[2], np.inf, start[3], start[0], start[0], start[1], start[1]])
+    alike = ALIKE * start[4]
     balls, known = np.zeros((_BALLS, 3)), 0
     lists, sizes = np.empty((_LEVELS + 1, x.size), dtype=np.int32), np.zeros(_LEVELS + 1, dtype=np.int64)
     for k in range(x.size):
@@ -48,7 +54,7 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
         around = half * _ROOT_2
         if np.hypot(cx - start[0], cy - start[1]) - around > reach or _covered(cx, cy, around, balls, min(known, _BALLS)):
             continue
-        least = found[2] - slack if found[2] <= found[4] else found[4] - _COARSE * slack
+        least = found[2] - slack if found[2] <= found[4] else found[4] - _LOOSE * start[4]
         if below >= least or done >= work or level == _LEVELS:
             found[3] = min(found[3], below)
             continue
@@ -58,8 +64,8 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
             found[3], found[4] = min(found[3], below), min(found[4], height(x, y, cx, cy, zone))
             continue
         done += sizes[level] + _CELL
-        if level % 3 == 0:
-            known = _climb(x, y, lists[level], sizes[level], zone, cx, cy, tolerance, slack, found, basis, balls, known)
+        if level % 3 == 0 and slack < alike:
+            known = _climb(x, y, lists[level], sizes[level], zone, cx, cy, tolerance, slack, alike, found, basis, balls, known)
         sizes[level + 1] = _keep(x, y, lists[level], sizes[level], cx, cy, around, zone, lists[level + 1])
         depth = _quarter(x, y, lists[level + 1], sizes[level + 1], zone, stack, depth, found, basis)
     return found
@@ -108,7 +114,7 @@ def _note(x, y, cx, cy, found):
 
 
 @njit(**_OPTIONS)
-def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, found, basis, balls, known):
+def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, alike, found, basis, balls, known):
     """Exchange from a centre on the points that matter near it; note a better optimum, and the ball of one that is not better."""
     trial, xs, ys = np.zeros(4, dtype=np.int64), _part(x, here, size), _part(y, here, size)
     if zone:
@@ -121,6 +127,7 @@ def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, found, basis, balls
     for k in range(4):
         trial[k] = here[trial[k]]
     whole = height(x, y, cx, cy, zone)
+    _box(cx, cy, whole, alike, found)
     if whole < found[2]:
         found[0], found[1], found[2], found[5] = cx, cy, whole, 1.0
         found[3] = min(found[3], whole)
@@ -133,6 +140,16 @@ def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, found, basis, balls
     balls[last, 2] = ball(steepness(x, y, cx, cy, trial, zone), np.hypot(x[trial[2]] - cx, y[trial[2]] - cy))
     found[3] = min(found[3], value)
     return known + 1
+
+
+@njit(**_OPTIONS)
+def _box(cx, cy, value, alike, found):
+    """Widen the box of the optima that are as good as the best by one, or begin it anew with one that is better than they."""
+    if value < found[2] - alike:
+        found[6], found[7], found[8], found[9] = cx, cx, cy, cy
+    elif value <= found[2] + alike:
+        found[6], found[7] = min(found[6], cx), max(found[7], cx)
+        found[8], found[9] = min(found[8], cy), max(found[9], cy)
 
 
 @njit(**_OPTIONS)

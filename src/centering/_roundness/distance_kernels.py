@@ -8,6 +8,8 @@ from numba import njit
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _PARALLEL = 1e-14
 """Sine of the angle between two chords below which their bisectors do not cross."""
+_NEAREST = 1e-300
+"""Distance, mm, to divide by where a point lies on a centre."""
 _EVEN = 1e-15
 """Of an area between directions that is nothing but rounding."""
 
@@ -33,9 +35,9 @@ def distance(x, y, cx, cy, k):
 
 @njit(**_OPTIONS)
 def towards(x, y, cx, cy, k):
-    """Unit vector from a centre to a point."""
+    """Unit vector from a centre to a point; none where that lies on it."""
     dx, dy = x[k] - cx, y[k] - cy
-    length = np.sqrt(dx * dx + dy * dy)
+    length = max(np.sqrt(dx * dx + dy * dy), _NEAREST)
     return dx / length, dy / length
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from centering._roundness.distance_kernels import crossing, distance, extremes, standing
+from centering._roundness.distance_kernels import crossing, distance, extremes, standing, towards
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _STEPS = 300
@@ -49,9 +49,9 @@ def _three_about(x, y, cx, cy, basis):
 def _against(x, y, cx, cy, ex, ey, basis):
     """Take the point most along a direction as the second and one against both as the third; whether they hold the centre."""
     basis[1] = _most_along(x, y, cx, cy, ex, ey)
-    ax, ay, bx, by = x[basis[0]] - cx, y[basis[0]] - cy, x[basis[1]] - cx, y[basis[1]] - cy
-    a, b = np.hypot(ax, ay), np.hypot(bx, by)
-    sx, sy = ax / a + bx / b, ay / a + by / b
+    ax, ay = towards(x, y, cx, cy, basis[0])
+    bx, by = towards(x, y, cx, cy, basis[1])
+    sx, sy = ax + bx, ay + by
     if np.hypot(sx, sy) < 1e-9:  # opposite each other: any third does
         sx, sy = ay, -ax
     basis[2] = _most_along(x, y, cx, cy, -sx, -sy)
@@ -63,8 +63,8 @@ def _most_along(x, y, cx, cy, ex, ey):
     """Point that lies most in a direction of a centre."""
     best, most = 0, -np.inf
     for k in range(x.size):
-        dx, dy = x[k] - cx, y[k] - cy
-        along = (dx * ex + dy * ey) / np.sqrt(dx * dx + dy * dy)
+        dx, dy = towards(x, y, cx, cy, k)
+        along = dx * ex + dy * ey
         if along > most:
             best, most = k, along
     return best

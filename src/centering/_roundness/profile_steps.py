@@ -179,9 +179,8 @@ def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
 
 
 def roundness(profile: "Profile", kind: str) -> Roundness:
-    """A reference circle; the sd of its value from those of the deviations at the points that make it."""
-    name = profile._origin.filter
-    found = reference_circle(profile.points, kind, tip_radius=profile._tip, noise_sd=1.0, filter=name)
-    extremes = (int(np.argmax(found.deviation)), int(np.argmin(found.deviation)))
-    noise = float(np.sqrt(np.mean(profile.deviation_sd[np.union1d(found.contacts, extremes)] ** 2)))
-    return found.replace(value_sd=(found.value_sd or 0.0) * noise if 0 < noise < inf else None)
+    """A reference circle, told how sure each deviation is and which undulations its noise has."""
+    sd, upr, name = profile.deviation_sd, np.array(profile._origin.sd), profile._origin.filter
+    noise = sd if np.all(np.isfinite(sd)) and np.any(sd > 0) else None
+    upr = np.where(np.isfinite(upr), upr, 0.0)
+    return reference_circle(profile.points, kind, tip_radius=profile._tip, noise_sd=noise, noise_upr=upr, filter=name)

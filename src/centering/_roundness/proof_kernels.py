@@ -87,17 +87,21 @@ def cell_bound(x, y, cx, cy, around, zone, px, py):
     """Height at a centre, and what it is at least within a distance `around` (mm) of it.
 
     Bounds come from the farthest and the nearest point and from known contacts `px`, `py` (4,), of a zone two outer, two inner:
-    from differences of distances of one outer and one inner point each, and from weighted means of two of those.
+    from differences of distances of one outer and one inner point each, and from weighted means of two of those. Without a zone
+    the nearest point across is taken in too: between two flats it and the nearest hold a circle, wherever along them it lies.
     """
     far, most, near, least = extremes(x, y, cx, cy)
     high = most - least if zone else -least
     if least <= 2.0 * around:
         return high, high - 2.0 * around
     rise, gx, gy = np.empty(5), np.empty(5), np.empty(5)
-    size = 5 if zone else 4
+    last = 4 if zone else 3
     below, bend = -np.inf, 0.5 * around * around / (least - around)
-    for k in range(size):
-        new = k == size - 1
+    if not zone:
+        opposite = across(x, y, cx, cy, near)
+        rise[4], gx[4], gy[4] = _rise(x[opposite], y[opposite], cx, cy, -1.0)
+    for k in range(last + 1):
+        new = k == last
         nx, ny = (x[near], y[near]) if new else (px[2 + k // 2 if zone else k], py[2 + k // 2 if zone else k])
         rise[k], gx[k], gy[k] = _rise(nx, ny, cx, cy, -1.0)
         if zone:
@@ -105,7 +109,20 @@ def cell_bound(x, y, cx, cy, around, zone, px, py):
             below = max(below, _pair_bound(fx, fy, nx, ny, cx, cy, around))
             up, ux, uy = _rise(fx, fy, cx, cy, 1.0)
             rise[k], gx[k], gy[k] = rise[k] + up, gx[k] + ux, gy[k] + uy
-    return high, max(below, _mean_bound(rise[:size], gx[:size], gy[:size], around) - bend)
+    return high, max(below, _mean_bound(rise, gx, gy, around) - bend)
+
+
+@njit(**_OPTIONS)
+def across(x, y, cx, cy, near):
+    """Nearest of the points that a centre sees more than 120 deg off a given one; that one itself where there are none."""
+    dx, dy = x[near] - cx, y[near] - cy
+    square, best, least = dx * dx + dy * dy, near, np.inf
+    for k in range(x.size):
+        ex, ey = x[k] - cx, y[k] - cy
+        along, away = dx * ex + dy * ey, ex * ex + ey * ey
+        if along < 0.0 and 4.0 * along * along > square * away and away < least:
+            best, least = k, away
+    return best
 
 
 @njit(**_OPTIONS)
