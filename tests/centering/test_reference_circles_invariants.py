@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from circle_twins import on_rays, random_profile
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from centering import reference_circle
@@ -37,6 +37,7 @@ def away(points, found):
     return np.hypot(*(points - found.center).T)
 
 
+@settings(deadline=None)  # the first call loads the kernels
 @given(profiles())
 def test_the_minimum_zone_is_the_narrowest(points):
     least = reference_circle(points, "MZC").value
@@ -44,6 +45,7 @@ def test_the_minimum_zone_is_the_narrowest(points):
         assert least <= held(points, kind).value + ROUNDING
 
 
+@settings(deadline=None)  # the first call loads the kernels
 @given(profiles(), st.sampled_from(KINDS))
 def test_values_are_those_of_the_points(points, kind):
     found = held(points, kind)
@@ -56,6 +58,7 @@ def test_values_are_those_of_the_points(points, kind):
     assert nothing.get(kind, 0.0) == pytest.approx(0, abs=1e-12)
 
 
+@settings(deadline=None)  # the first call loads the kernels
 @given(profiles())
 def test_contacts_of_the_circumscribed_circle_prove_it(points):
     """On the circle, none outside, and the center in their hull: so no smaller circle holds them."""
@@ -68,6 +71,7 @@ def test_contacts_of_the_circumscribed_circle_prove_it(points):
     assert found.bound == pytest.approx(found.radius, abs=1e-12) and found.outer.all()
 
 
+@settings(deadline=None)  # the first call loads the kernels
 @given(profiles())
 def test_contacts_of_the_inscribed_circle_hold_it(points):
     found = held(points, "MIC")
@@ -78,6 +82,7 @@ def test_contacts_of_the_inscribed_circle_hold_it(points):
     assert found.radius <= found.bound <= found.radius + 1e-9
 
 
+@settings(deadline=None)  # the first call loads the kernels
 @given(profiles())
 def test_contacts_of_the_minimum_zone_alternate(points):
     found = reference_circle(points, "MZC")
@@ -90,6 +95,7 @@ def test_contacts_of_the_minimum_zone_alternate(points):
     assert found.value - 1e-9 <= found.bound <= found.value + 1e-12
 
 
+@settings(deadline=None)  # the first call loads the kernels
 @given(profiles(), st.sampled_from(KINDS), st.floats(-np.pi, np.pi), PLACES, st.floats(0.2, 2), st.booleans())
 def test_moving_turning_scaling_and_mirroring_change_nothing_else(points, kind, turn, place, scale, mirror):
     found = held(points, kind)
@@ -99,6 +105,7 @@ def test_moving_turning_scaling_and_mirroring_change_nothing_else(points, kind, 
     assert moved.radius == pytest.approx(scale * found.radius, abs=100 * ROUNDING)  # about a flat optimum the centre is looser
 
 
+@settings(deadline=None)  # the first call loads the kernels
 @given(profiles(), st.sampled_from(KINDS[1:]), st.randoms(use_true_random=False))
 def test_order_copies_and_points_between_change_nothing(points, kind, random):
     found = held(points, kind)
@@ -111,6 +118,7 @@ def test_order_copies_and_points_between_change_nothing(points, kind, random):
     assert again.radius == pytest.approx(found.radius, abs=100 * ROUNDING)
 
 
+@settings(deadline=None)  # the first call loads the kernels
 @given(profiles(), st.floats(0, 10))
 def test_a_tip_changes_the_radius_alone(points, tip):
     for kind in KINDS:
