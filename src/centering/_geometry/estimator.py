@@ -30,9 +30,9 @@ class GeometryEstimator:
 
     u_c is the standard deviation of the centre in its worst direction for noise 1, s that of the residuals, t Student's and z
     the normal quantile of `confidence`. The inflation is that of noise correlated from reading to reading (AR(1)), 1 unless the
-    correlation of the residuals is significant. Whole turns tell form (2 to 5 undulations) from noise: form that does no harm then
-    no longer counts as noise, the inflation may be below 1, and what form does in a broken turn joins the form bound. (Mears (4.49)-(4.52), which this replaces, take the error of a mean for that of
-    the offset.)
+    correlation of the residuals is significant. Whole turns tell form (2 to 5 undulations) from noise: form that does no harm
+    then no longer counts as noise, the inflation may be below 1, and what form does in a broken turn joins the form bound.
+    (Mears (4.49)-(4.52), which this replaces, take the error of a mean for that of the offset.)
 
     Readings more than 5 standard deviations from what is predicted are refused and kept in `rejected`; when that are more than
     half of the latest 30 the part has moved: the estimate begins anew with the latest ones, the radius being known. The first 30
