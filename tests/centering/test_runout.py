@@ -26,7 +26,7 @@ def test_harmonics_and_runout_of_four_turns(offset):
     No estimate can do better than a sd of 0.1 um sqrt(2/1440) = 3.7 nm: of 50 harmonics one is beyond 15 nm in two scans of 100.
     """
     profile, errors = scan(offset=offset, noise=0.0), []
-    for seed in range(10):
+    for seed in range(6):
         noise = 1e-4 * np.random.default_rng(seed).normal(size=profile.angle.size)
         clean = Profile(profile.angle, profile.reading + noise, tip_radius=TIP).remove_runout()
         errors.extend(np.abs(clean.spectrum(50).amplitude[1:] - [LOBES.get(upr, 0.0) for upr in range(2, 51)]))
@@ -95,7 +95,7 @@ def test_the_fit_equals_dense_least_squares():
 
 
 def test_it_is_as_sure_as_it_says():
-    found = [scan(2, points=180, seed=seed).remove_runout() for seed in range(80)]
+    found = [scan(2, points=180, seed=seed).remove_runout(upr_max=50) for seed in range(80)]
     errors = {
         "amplitude": [(p.runout.amplitude - TONE) / p.runout.amplitude_sd for p in found],
         "phase": [(p.runout.phase - 0.6) / p.runout.phase_sd for p in found],
@@ -229,7 +229,7 @@ def test_a_second_wave_near_a_whole_number_keeps_its_ratio():
     angle = turn(4, 360)
     second = 4e-4 * np.cos(2 * RATIO * angle - 1.0)
     clean = measured(angle, lobes=phases(0), runout=(TONE, RATIO, 0.6)) + second
-    for seed in range(4):
+    for seed in range(2):
         reading = clean + 1e-4 * np.random.default_rng(seed).normal(size=angle.size)
         once = Profile(angle, reading, tip_radius=TIP).remove_runout()
         twice = once.remove_runout(2 * once.runout.ratio)
