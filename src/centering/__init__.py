@@ -1,9 +1,9 @@
 """Measuring an off-centre ring while it turns: geometry with its confidence, roundness, what the grinder is told (Mears 2006).
 
-Begin with `GeometryEstimator` (reading by reading, sure or not yet) or `identify` (a batch); with `Profile` for roundness, free of
-the roller's runout; with `plan_changeover` for the grinder. `DriftTrack` and `ControlChart` watch parts over weeks. Readings are in
-mm, outward; angles in rad. `hwsim.Probe` simulates the measuring head. The first call of a kind compiles it, for up to half a
-minute, once on a machine.
+Begin with `GeometryEstimator` (reading by reading, sure or not yet) or `identify` (a batch); with `Profile` for roundness, free
+of the roller's runout; with `plan_changeover` for the grinder. `DriftTrack` and `ControlChart` watch parts over weeks. Readings
+are in mm, outward; angles in rad. `hwsim.Probe` simulates the measuring head. The first call of a kind compiles it, for up to
+half a minute, once on a machine.
 
 Examples
 --------

@@ -105,6 +105,7 @@ def test_summary_for_the_machine_upstream():
     stock = told["quantities"]["stock"]
     assert stock["unit"] == "mm" and stock["last"] == 0.25 and not stock["in_control"]
     assert stock["signals"][0].startswith("part 1: stock 0.25 is above 0.2") and "change of stock 0.101" in stock["signals"][1]
+    assert all(signal.endswith(" mm") for signal in stock["signals"])
     assert repr(made) == "ControlChart(roundness, stock over 2 parts: out of control: stock)"
     low = made.update(roundness=0.001)
     assert str(low[0]).startswith("part 2: roundness 0.001 is below 0.00")
@@ -143,6 +144,7 @@ def test_picture():
             r"batch\['stock'\] must be values that are not all alike \(mm\)",
         ),
         (lambda: ControlChart({"stock": [np.nan] * 30}), ValueError, r"stock\[0\] must be finite \(mm\); got nan"),
+        (lambda: chart(units={"stok": "mm"}), ValueError, "units must be one of roundness, stock; got 'stok'"),
         (lambda: chart(weight=0.0), ValueError, r"weight must be in \(0, 1\] \(1\); got 0.0"),
         (lambda: chart(sigmas=0.0), ValueError, r"sigmas must be > 0 \(1\); got 0.0"),
         (lambda: chart().update(stok=0.1), ValueError, "values must be one of roundness, stock; got 'stok'"),

@@ -18,18 +18,18 @@ from centering._handover.sequential import (
     ewma_sd,
     learned_widening,
 )
-from centering._handover.tracked import ALLOWANCE, FEWEST
+from centering._handover.tracked import FEWEST, REFERENCE
 from sdpgrind.identify import random_walk_gain
 
-BOTH = {"closing_gap": 0.002, "friction": 0.004}
+BOTH = {"stroke_offset": 0.002, "mu_kinetic": 0.004}
 
 
-def run_lengths(allowance, limit, series, rng, steps=20_000):
+def run_lengths(reference, limit, series, rng, steps=20_000):
     """Values until each of many sums alarms; the slow and obvious way."""
     up, down, left, lengths = np.zeros(series), np.zeros(series), np.full(series, True), np.zeros(series)
     for k in range(steps):
         z = rng.standard_normal(series)
-        up, down = np.maximum(0, up + z - allowance), np.maximum(0, down - z - allowance)
+        up, down = np.maximum(0, up + z - reference), np.maximum(0, down - z - reference)
         out = left & (np.maximum(up, down) > limit)
         lengths[out], left = k + 1, left & ~out
         if not left.any():
@@ -50,10 +50,10 @@ def innovations(readings, walk):
 # Run lengths ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("allowance", "limit", "published"), [(0.5, 4.0, 168.0), (0.5, 5.0, 465.0)])
-def test_run_lengths_of_the_books(allowance, limit, published):
+@pytest.mark.parametrize(("reference", "limit", "published"), [(0.5, 4.0, 168.0), (0.5, 5.0, 465.0)])
+def test_run_lengths_of_the_books(reference, limit, published):
     """Two-sided sums of Montgomery's table."""
-    assert cusum_run_length(allowance, limit) == pytest.approx(published, abs=0.9)
+    assert cusum_run_length(reference, limit) == pytest.approx(published, abs=0.9)
 
 
 @pytest.mark.parametrize(("weight", "sigmas", "published"), [(0.4, 3.054, 500.0), (0.2, 2.962, 500.0), (0.1, 2.814, 500.0)])
@@ -66,15 +66,15 @@ def test_a_sum_of_limit_zero_alarms_on_single_values():
     assert cusum_run_length(3.0, 1e-9) == pytest.approx(1 / (2 * norm.sf(3.0)), rel=1e-6)
 
 
-@given(allowance=st.floats(0.3, 2.0), length=st.floats(50.0, 1e6))
+@given(reference=st.floats(0.3, 2.0), length=st.floats(50.0, 1e6))
 @settings(max_examples=30, deadline=None)
-def test_limits_give_their_run_length(allowance, length):
-    assert cusum_run_length(allowance, cusum_limit(allowance, length)) == pytest.approx(length, rel=1e-6)
+def test_limits_give_their_run_length(reference, length):
+    assert cusum_run_length(reference, cusum_limit(reference, length)) == pytest.approx(length, rel=1e-6)
 
 
 def test_run_length_by_drawing():
-    limit = cusum_limit(ALLOWANCE, 300.0)
-    lengths = run_lengths(ALLOWANCE, limit, 8000, np.random.default_rng(3))
+    limit = cusum_limit(REFERENCE, 300.0)
+    lengths = run_lengths(REFERENCE, limit, 8000, np.random.default_rng(3))
     assert lengths.mean() == pytest.approx(300.0, abs=4 * 300 / np.sqrt(8000))
 
 
@@ -83,19 +83,19 @@ def test_detection_by_drawing_from_where_a_sum_starts():
     z = np.random.default_rng(4).standard_normal((n, 3)) + means
     up, found = np.zeros(n), np.zeros(n, dtype=bool)
     for column in z.T:
-        up = np.maximum(0, up + column - ALLOWANCE)
+        up = np.maximum(0, up + column - REFERENCE)
         found |= up > limit
-    probability = cusum_detection(ALLOWANCE, limit, means)
+    probability = cusum_detection(REFERENCE, limit, means)
     assert found.mean() == pytest.approx(probability, abs=4 * np.sqrt(probability * (1 - probability) / n))
 
 
-def test_this_allowance_finds_such_steps_most_often():
+def test_this_reference_finds_such_steps_most_often():
     walk = 0.03
     gain = random_walk_gain(walk**2, 1.0)
     means = 3 * np.sqrt(1 - gain) * (1 - gain) ** np.arange(5)
     for length in (1000.0, 4000.0, 1e4):
-        found = {k: cusum_detection(k, cusum_limit(k, length), means) for k in (0.6, 0.75, ALLOWANCE, 1.05, 1.2, 1.5)}
-        assert found[ALLOWANCE] >= max(found.values()) - 1e-4
+        found = {k: cusum_detection(k, cusum_limit(k, length), means) for k in (0.6, 0.75, REFERENCE, 1.05, 1.2, 1.5)}
+        assert found[REFERENCE] >= max(found.values()) - 1e-4
 
 
 # Steps of 3 sd -------------------------------------------------------------------------------------------------------
@@ -112,7 +112,7 @@ def test_a_step_of_three_sd_is_flagged_within_five_parts():
     z = innovations(readings, 0.03)
     up, down, early, found = np.zeros(n), np.zeros(n), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
     for k, column in enumerate(z.T):
-        up, down = np.maximum(0, up + column - ALLOWANCE), np.maximum(0, down - column - ALLOWANCE)
+        up, down = np.maximum(0, up + column - REFERENCE), np.maximum(0, down - column - REFERENCE)
         flagged = np.maximum(up, down) > track.limit
         early |= flagged & (k < 100)
         found |= flagged & (k >= 100)
@@ -123,8 +123,8 @@ def test_a_step_of_three_sd_is_flagged_within_five_parts():
 def test_false_alarms_are_fewer_than_one_in_a_thousand_parts():
     """Two quantities of one track, each half of the rate."""
     track = DriftTrack(BOTH)
-    assert cusum_run_length(ALLOWANCE, track.limit) == pytest.approx(4000.0, rel=1e-6)
-    lengths = run_lengths(ALLOWANCE, track.limit, 1000, np.random.default_rng(6), steps=60_000)
+    assert cusum_run_length(REFERENCE, track.limit) == pytest.approx(4000.0, rel=1e-6)
+    lengths = run_lengths(REFERENCE, track.limit, 1000, np.random.default_rng(6), steps=60_000)
     assert lengths.mean() / 2 == pytest.approx(2000.0, rel=4 / np.sqrt(1000))
 
 
@@ -140,19 +140,19 @@ def test_the_track_is_filter_and_sum():
     """The same numbers by the settled filter and the sum in plain steps."""
     rng = np.random.default_rng(8)
     readings = 0.15 + 0.002 * rng.standard_normal(400)
-    track = DriftTrack({"closing_gap": 0.002}, parts_per_false_alarm=1e6)
+    track = DriftTrack({"stroke_offset": 0.002}, parts_per_false_alarm=1e6)
     for reading in readings:
-        track.update(closing_gap=reading)
-    level = track.dataset["closing_gap_level"].values
+        track.update(stroke_offset=reading)
+    level = track.dataset["stroke_offset_level"].values
     gain = random_walk_gain(0.03**2, 1.0)
     np.testing.assert_allclose(level[300:], level[299:-1] + gain * (readings[300:] - level[299:-1]), rtol=1e-6)
-    cusum, sums = Cusum(ALLOWANCE, np.inf), []
+    cusum, sums = Cusum(REFERENCE, np.inf), []
     settled = (readings[1:] - level[:-1]) / 0.002
     for k, value in enumerate(settled):
         spread = np.sqrt(1 / (1 - gain)) if k > 250 else _spread(k + 1)
         cusum.update(value / spread)
         sums.append(cusum.up if cusum.up >= cusum.down else -cusum.down)
-    np.testing.assert_allclose(track.dataset["closing_gap_sum"].values[1:], sums, atol=1e-6)
+    np.testing.assert_allclose(track.dataset["stroke_offset_sum"].values[1:], sums, atol=1e-6)
 
 
 def _spread(count):
@@ -169,12 +169,12 @@ def _spread(count):
 def stepped(size, *, noise_sd=None, parts=120, rng=11):
     """Friction that steps at `parts`, until the alarm."""
     draw = np.random.default_rng(rng)
-    track = DriftTrack({"friction": noise_sd})
+    track = DriftTrack({"mu_kinetic": noise_sd})
     for _ in range(parts):
-        track.update(friction=0.135 + 0.004 * draw.standard_normal())
+        track.update(mu_kinetic=0.135 + 0.004 * draw.standard_normal())
     assert not track.history
     while not track.alarms:
-        track.update(friction=0.135 + size + 0.004 * draw.standard_normal())
+        track.update(mu_kinetic=0.135 + size + 0.004 * draw.standard_normal())
     return track
 
 
@@ -183,44 +183,49 @@ def stepped(size, *, noise_sd=None, parts=120, rng=11):
 def test_alarm(sign, noise_sd):
     track = stepped(sign * 0.016, noise_sd=noise_sd)
     (alarm,) = track.alarms
-    assert alarm.quantity == "friction" and alarm.since == 120 and 120 <= alarm.part <= 124
+    assert alarm.quantity == "mu_kinetic" and alarm.since == 120 and 120 <= alarm.part <= 124
     assert alarm.upward == (sign > 0) and abs(alarm.size - sign * 0.016) < 3 * alarm.size_sd < 0.01
     way = "up" if sign > 0 else "down"
-    assert str(alarm).startswith(f"friction stepped {way} by 0.01") and "since part 120" in str(alarm)
+    assert str(alarm).startswith(f"mu kinetic stepped {way} by 0.01") and "since part 120" in str(alarm)
     assert "material or lubricant changed" in str(alarm) and str(alarm) in repr(track)
-    assert abs(track.estimate["friction"] - (0.135 + sign * 0.016)) < 3 * track.estimate.sd[0] < 0.012
+    assert str(alarm).endswith(f"(not watched since part {alarm.part}; acknowledge() goes on)")
+    assert abs(track.estimate["mu_kinetic"] - (0.135 + sign * 0.016)) < 3 * track.estimate.sd[0] < 0.012
 
 
 def test_steps_are_flagged_by_the_track_itself():
     """100 tracks, a step of 3 sd after 40 parts: within 5 parts in all but one or two."""
     rng, found = np.random.default_rng(15), 0
     for _ in range(100):
-        track = DriftTrack({"closing_gap": 0.002}, parts_per_false_alarm=4000.0)
+        track = DriftTrack({"stroke_offset": 0.002}, parts_per_false_alarm=4000.0)
         for reading in rng.standard_normal(40):
-            track.update(closing_gap=0.15 + 0.002 * reading)
+            track.update(stroke_offset=0.15 + 0.002 * reading)
         for reading in rng.standard_normal(5):
-            track.update(closing_gap=0.156 + 0.002 * reading)
+            track.update(stroke_offset=0.156 + 0.002 * reading)
         found += bool(track.alarms)
     assert found >= 97
 
 
 def test_one_stray_reading_is_told_as_such():
-    track = DriftTrack({"friction": 0.004})
+    track = DriftTrack({"mu_kinetic": 0.004})
     for reading in 10 * [0.135] + [0.165]:
-        found = track.update(friction=reading)
+        found = track.update(mu_kinetic=reading)
     assert "since part 10, by one reading so far" in str(found[0])
 
 
 def test_acknowledged_alarms_are_over():
     track = stepped(0.016, noise_sd=0.004)
     for _ in range(20):
-        assert track.update(friction=0.5) == ()  # not watched
+        assert track.update(mu_kinetic=0.5) == ()  # not watched
     assert len(track.alarms) == 1
-    track.acknowledge("friction")
+    unwatched, since = np.isnan(track.dataset["mu_kinetic_sum"].values), track.alarms[0].part
+    assert unwatched[since + 1 :].all() and not unwatched[: since + 1].any()
+    track.acknowledge("mu_kinetic")
+    assert "acknowledge" not in repr(track)
     assert track.alarms == () and len(track.history) == 1 and not track.estimate.ok
     for _ in range(10):
-        assert track.update(friction=0.135) == ()  # a new level, whatever it is
-    assert track.estimate["friction"] == pytest.approx(0.135)
+        assert track.update(mu_kinetic=0.135) == ()  # a new level, whatever it is
+    assert track.estimate["mu_kinetic"] == pytest.approx(0.135)
+    assert np.isfinite(track.dataset["mu_kinetic_sum"].values[-10:]).all()
     track.reset()
     assert track.count == 0 and track.history == ()
 
@@ -250,6 +255,25 @@ def test_likely_step_against_least_squares():
     np.testing.assert_allclose(likely_step(shocks, 1), best[1:], rtol=1e-12)
 
 
+def test_units_of_own_quantities():
+    track = DriftTrack({"push_force": 1.0, "gap": 0.002, "mu_kinetic": 0.004}, units={"push_force": "N"})
+    for force in 10 * [80.0] + 3 * [95.0]:
+        track.update(push_force=force)
+    assert str(track.history[0]).startswith("push force stepped up by 15 ± ") and " N since part 10" in str(track.history[0])
+    assert track.estimate.units == ("N", "mm", "1") and track.dataset["push_force_level"].attrs["units"] == "N"
+
+
+def test_a_trend_alarms_after_as_many_parts_as_is_said():
+    """Of 0.02 sd a part: 130 parts on average, by 60 tracks."""
+    rng, waits = np.random.default_rng(16), []
+    for _ in range(60):
+        track = DriftTrack({"gap": 1.0})
+        while not track.alarms:
+            track.update(gap=0.02 * track.count + rng.standard_normal())
+        waits.append(track.count)
+    assert np.mean(waits) == pytest.approx(130, abs=4 * np.std(waits) / np.sqrt(len(waits)) + 5)
+
+
 # Noise that is not known ---------------------------------------------------------------------------------------------
 
 
@@ -269,7 +293,7 @@ def learned_alarms(readings, walk, limit, widening):
         sd, free = np.sqrt(square / np.maximum(count, 1)), np.maximum(count, 1)
         score = np.zeros(n)
         score[ready] = -np.sign(shock[ready]) * ndtri(stdtr(free[ready], -np.abs(shock / np.where(sd > 0, sd, 1))[ready]))
-        up, down = (np.where(seen, np.maximum(0, s + sign * score - ALLOWANCE), s) for s, sign in ((up, 1), (down, -1)))
+        up, down = (np.where(seen, np.maximum(0, s + sign * score - REFERENCE), s) for s, sign in ((up, 1), (down, -1)))
         out = ready & (np.maximum(up, down) > limit + widening / free)
         alarms[part] = out
         learn = seen & ~out
@@ -286,12 +310,12 @@ def learned_alarms(readings, walk, limit, widening):
 def test_learned_noise_against_plain_steps():
     """The same alarms from the same readings, each acknowledged at once."""
     readings = np.random.default_rng(12).standard_normal((300, 6))
-    limit, widening = cusum_limit(ALLOWANCE, 50.0), learned_widening(ALLOWANCE, 50.0, FEWEST)
+    limit, widening = cusum_limit(REFERENCE, 50.0), learned_widening(REFERENCE, 50.0, FEWEST)
     twin = learned_alarms(readings, 0.03, limit, widening)
     for series, column in enumerate(readings.T):
-        track, alarms = DriftTrack({"friction": None}, parts_per_false_alarm=50.0), []
+        track, alarms = DriftTrack({"mu_kinetic": None}, parts_per_false_alarm=50.0), []
         for reading in column:
-            alarms.append(bool(track.update(friction=0.1 + 0.01 * reading)))
+            alarms.append(bool(track.update(mu_kinetic=0.1 + 0.01 * reading)))
             track.acknowledge()
         assert alarms == twin[:, series].tolist()
     assert twin.sum() > 15
@@ -299,7 +323,7 @@ def test_learned_noise_against_plain_steps():
 
 def test_learned_noise_alarms_no_oftener_than_known_noise():
     """From the first part on which it may: Student's law alone would alarm 1.5 times as often in the first thirty."""
-    limit, widening = cusum_limit(ALLOWANCE, 500.0), learned_widening(ALLOWANCE, 500.0, FEWEST)
+    limit, widening = cusum_limit(REFERENCE, 500.0), learned_widening(REFERENCE, 500.0, FEWEST)
     rng, n = np.random.default_rng(1), 5000
     readings = rng.standard_normal((300, n)) + np.cumsum(0.03 * rng.standard_normal((300, n)), axis=0)
     alarms = learned_alarms(readings, 0.03, limit, widening).sum(axis=1)
@@ -312,14 +336,14 @@ def test_learned_noise_alarms_no_oftener_than_known_noise():
 @pytest.mark.parametrize("freedom", [20, 60, 300])
 def test_widened_limits_by_drawing_what_was_learned(freedom):
     """Sums of values over a standard deviation that came from so many others, each sum with its own."""
-    limit = cusum_limit(ALLOWANCE, 100.0) + learned_widening(ALLOWANCE, 100.0, 20) / freedom
+    limit = cusum_limit(REFERENCE, 100.0) + learned_widening(REFERENCE, 100.0, 20) / freedom
     rng, series = np.random.default_rng(9), 20_000
     sd = np.sqrt(rng.chisquare(freedom, series) / freedom)
     up, down, alarms = np.zeros(series), np.zeros(series), 0
     for part in range(60):
         value = rng.standard_normal(series) / sd
         score = -np.sign(value) * ndtri(stdtr(freedom, -np.abs(value)))
-        up, down = np.maximum(0, up + score - ALLOWANCE), np.maximum(0, down - score - ALLOWANCE)
+        up, down = np.maximum(0, up + score - REFERENCE), np.maximum(0, down - score - REFERENCE)
         out = np.maximum(up, down) > limit
         alarms += out.sum() if part >= 20 else 0  # the first ones come later, as sums start at 0
         up[out] = down[out] = 0.0
@@ -330,37 +354,37 @@ def test_widened_limits_by_drawing_what_was_learned(freedom):
 def test_a_step_after_readings_all_alike_is_found():
     """The first change may be one step of what rounds the readings; that it stays is news."""
     for step in (0.001, 0.03, -0.03):
-        track, found = DriftTrack({"friction": None}), []
+        track, found = DriftTrack({"mu_kinetic": None}), []
         for part in range(64):
-            found += track.update(friction=0.13 + (step if part >= 60 else 0.0))
+            found += track.update(mu_kinetic=0.13 + (step if part >= 60 else 0.0))
         assert [alarm.since for alarm in found] == [60] and found[0].part <= 62
-    track = DriftTrack({"friction": None})
+    track = DriftTrack({"mu_kinetic": None})
     for part in range(300):  # now and then by one step up, as rounded readings are
-        assert track.update(friction=0.131 if part % 20 == 7 else 0.13) == ()
+        assert track.update(mu_kinetic=0.131 if part % 20 == 7 else 0.13) == ()
 
 
 @pytest.mark.parametrize("missing", [float("nan"), np.float64("nan"), np.float32("nan"), np.float16("nan")])
 def test_nan_of_any_kind_was_not_read(missing):
-    track = DriftTrack({"friction": 0.004})
-    assert track.update(friction=0.1) == track.update(friction=missing) == ()
-    assert track.count == 2 and np.isnan(track.dataset["friction"].values[1])
+    track = DriftTrack({"mu_kinetic": 0.004})
+    assert track.update(mu_kinetic=0.1) == track.update(mu_kinetic=missing) == ()
+    assert track.count == 2 and np.isnan(track.dataset["mu_kinetic"].values[1])
 
 
 def test_readings_that_do_not_scatter_do_not_alarm():
     track = DriftTrack()
     for _ in range(100):
-        assert track.update(closing_gap=0.15, friction=0.1) == ()
-    assert track.estimate["closing_gap"] == 0.15
+        assert track.update(stroke_offset=0.15, mu_kinetic=0.1) == ()
+    assert track.estimate["stroke_offset"] == 0.15
 
 
 def test_missing_readings_are_passed_over():
-    draw, track = np.random.default_rng(13), DriftTrack({"friction": 0.004, "closing_gap": None})
+    draw, track = np.random.default_rng(13), DriftTrack({"mu_kinetic": 0.004, "stroke_offset": None})
     for part in range(60):
-        track.update(friction=np.nan if part % 3 == 0 else 0.135 + 0.004 * draw.standard_normal())
+        track.update(mu_kinetic=np.nan if part % 3 == 0 else 0.135 + 0.004 * draw.standard_normal())
     assert track.alarms == () and track.estimate.sd[0] < 0.002 and np.isinf(track.estimate.sd[1])
     data = track.dataset
-    assert data.sizes["part"] == 60 and np.isnan(data["friction"].values[::3]).all()
-    assert data["friction_level"].attrs["units"] == "1" and data["closing_gap"].attrs["units"] == "mm"
+    assert data.sizes["part"] == 60 and np.isnan(data["mu_kinetic"].values[::3]).all()
+    assert data["mu_kinetic_level"].attrs["units"] == "1" and data["stroke_offset"].attrs["units"] == "mm"
 
 
 def test_picture():
@@ -368,8 +392,12 @@ def test_picture():
     pyplot.switch_backend("agg")
     track = stepped(0.016, noise_sd=0.004)
     top, low = track.plot().axes
-    assert top.get_ylabel() == "friction" and low.get_xlabel() == "part"
+    assert top.get_ylabel() == "mu kinetic" and low.get_xlabel() == "part"
     assert [text.get_text() for text in top.texts] == ["since 120"]
+    since = track.alarms[0].part
+    assert [text.get_text() for text in low.texts] == [f"not watched since part {since}; acknowledge() goes on"]
+    track.acknowledge()
+    assert not track.plot().axes[1].texts
     assert len(DriftTrack().plot().axes) == 4
     pyplot.close("all")
 
@@ -381,14 +409,22 @@ def test_picture():
     ("call", "error", "said"),
     [
         (lambda: DriftTrack({}), TypeError, "noise_sd must be a mapping of names to numbers or None"),
-        (lambda: DriftTrack({"friction": 0.0}), ValueError, r"noise_sd\['friction'\] must be > 0 \(1\); got 0.0"),
-        (lambda: DriftTrack({"closing_gap": -1.0}), ValueError, r"noise_sd\['closing_gap'\] must be > 0 \(mm\); got -1.0"),
+        (lambda: DriftTrack({"mu_kinetic": 0.0}), ValueError, r"noise_sd\['mu_kinetic'\] must be > 0 \(1\); got 0.0"),
+        (lambda: DriftTrack({"stroke_offset": -1.0}), ValueError, r"noise_sd\['stroke_offset'\] must be > 0 \(mm\); got -1.0"),
+        (lambda: DriftTrack({"force": -1.0}, units={"force": "N"}), ValueError, r"noise_sd\['force'\] must be > 0 \(N\)"),
+        (lambda: DriftTrack(units={"force": "N"}), ValueError, "units must be one of stroke_offset, mu_kinetic; got 'force'"),
+        (lambda: DriftTrack(units={"mu_kinetic": 1}), TypeError, r"units\['mu_kinetic'\] must be a str; got 1"),
+        (lambda: DriftTrack(units="mm"), TypeError, "units must be a mapping of names to units; got 'mm'"),
         (lambda: DriftTrack(walk=0.0), ValueError, r"walk must be > 0 \(1\); got 0.0"),
         (lambda: DriftTrack(parts_per_false_alarm=1.0), ValueError, r"parts_per_false_alarm must be in \[10, 1e\+08\]"),
-        (lambda: DriftTrack().update(frction=0.1), ValueError, "readings must be one of closing_gap, friction; got 'frction'"),
-        (lambda: DriftTrack().update(friction="low"), TypeError, r"friction must be a number \(1\); got 'low'"),
-        (lambda: DriftTrack().update(friction=np.inf), ValueError, r"friction must be finite \(1\); got inf"),
-        (lambda: DriftTrack().acknowledge("force"), ValueError, "names must be one of closing_gap, friction; got 'force'"),
+        (
+            lambda: DriftTrack().update(mu=0.1),
+            ValueError,
+            "readings must be one of stroke_offset, mu_kinetic; got 'mu'",
+        ),
+        (lambda: DriftTrack().update(mu_kinetic="low"), TypeError, r"mu_kinetic must be a number \(1\); got 'low'"),
+        (lambda: DriftTrack().update(mu_kinetic=np.inf), ValueError, r"mu_kinetic must be finite \(1\); got inf"),
+        (lambda: DriftTrack().acknowledge("force"), ValueError, "names must be one of stroke_offset, mu_kinetic; got 'force'"),
         (lambda: DriftTrack().detection_probability(within=0), ValueError, "within must be >= 1; got 0"),
     ],
 )

@@ -1,21 +1,23 @@
-"""What a track says when a quantity has stepped: which, since when, by how much, and where to look."""
+"""What a track says when a quantity has stepped: which, since when, by how much, where to look; units of what is tracked."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-UNITS = {"closing_gap": "mm", "friction": "1"}
+from sdpgrind.base import checks
+
+UNITS = {"stroke_offset": "mm", "mu_kinetic": "1"}
 ADVICE = {
-    "closing_gap": "clean the locating faces and look for a shifted pusher, probe or zero",
-    "friction": "ask whether material or lubricant changed, and clean the table",
+    "stroke_offset": "clean the locating faces and look for a shifted pusher, probe or zero",
+    "mu_kinetic": "ask whether material or lubricant changed, and clean the table",
 }
 
 
 @dataclass(frozen=True, repr=False)
 class DriftAlarm:
-    """A step of a tracked quantity.
+    """A step of a tracked quantity, as it was told at its part: from there on the quantity is not watched until acknowledged.
 
     Attributes
     ----------
@@ -48,16 +50,35 @@ class DriftAlarm:
         """What to look at; dimensionless words."""
         return ADVICE.get(self.quantity, "look for what changed")
 
+    @property
+    def unwatched(self) -> str:
+        """Since which part the quantity is not watched, and what ends that; dimensionless words."""
+        return f"not watched since part {self.part}; acknowledge() goes on"
+
     def __str__(self) -> str:
-        unit = "" if self.unit in ("", "1") else f" {self.unit}"
         way = "up" if self.upward else "down"
-        size = f"{abs(self.size):.3g} ± {self.size_sd:.2g}{unit}"
+        size = f"{abs(self.size):.3g} ± {self.size_sd:.2g}{with_space(self.unit)}"
         name = self.quantity.replace("_", " ")
         noticed = f"noticed at part {self.part}" if self.part > self.since else "by one reading so far"
-        return f"{name} stepped {way} by {size} since part {self.since}, {noticed}: {self.advice}"
+        told = f"{name} stepped {way} by {size} since part {self.since}, {noticed}: {self.advice}"
+        return f"{told} ({self.unwatched})"
 
     def __repr__(self) -> str:
         return f"DriftAlarm({self})"
+
+
+def units_of(names: Iterable[str], units: Mapping[str, str] | None) -> dict[str, str]:
+    """Units of quantities: as given, else those of quantities that are known here, else mm."""
+    known = {name: UNITS.get(name, "mm") for name in names}
+    if not isinstance(units, Mapping | None):
+        raise TypeError(f"units must be a mapping of names to units; got {checks.shown(units)}")
+    given = {checks.one_of("units", name, known): unit for name, unit in (units or {}).items()}
+    return known | {name: checks.kind(f"units[{name!r}]", unit, str) for name, unit in given.items()}
+
+
+def with_space(unit: str) -> str:
+    """The unit as it follows a number."""
+    return "" if unit in ("", "1") else f" {unit}"
 
 
 class Shock(NamedTuple):

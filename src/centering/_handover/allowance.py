@@ -11,6 +11,7 @@ from sdpgrind.base.stored import stored
 
 CUSTOM = 3.0
 """Standard deviations that custom allows for."""
+_RARE = 999.5e-6  # what rounds to 1000 ppm is told in per cent
 
 
 @stored("centering.allowance")
@@ -89,11 +90,11 @@ class Allowance(Frozen):
         more = self.cost(CUSTOM) - self.cost()
         return (
             f"Allowance({self.sigmas:.4g} sd = {self.length:.4g} mm: {self.cost():.4g} s a part,"
-            f" contact in {1e6 * self.contact_probability:.3g} ppm; {CUSTOM:g} sd cost {more:.3g} s more)"
+            f" contact in {told_chance(self.contact_probability)}; {CUSTOM:g} sd cost {more:.3g} s more)"
         )
 
 
-def best_allowance(sd: float, approach_rate: float, crash_time: float) -> Allowance:
+def best_allowance(sd: float, *, approach_rate: float, crash_time: float) -> Allowance:
     """Choose by cost how far over the mean of the parts controlled feed begins.
 
     Parameters
@@ -122,3 +123,8 @@ def best_allowance(sd: float, approach_rate: float, crash_time: float) -> Allowa
     Allowance(3.171 sd = 0.06468 mm: 2.715 s a part, contact in 760 ppm; 3 sd cost 0.043 s more)
     """
     return Allowance(sd, approach_rate, crash_time)
+
+
+def told_chance(probability: float) -> str:
+    """Three digits of a probability: in ppm where it is below 1000 ppm, else in per cent."""
+    return f"{1e6 * probability:.3g} ppm" if probability < _RARE else f"{100 * probability:.3g} %"

@@ -121,7 +121,7 @@ class Changeover(Frozen):
             return CUSTOM if self.sigmas is None else self.sigmas
         if self.radius_sd == 0:
             return 0.0
-        return best_allowance(self.radius_sd, self.approach_rate, self.crash_time).sigmas
+        return best_allowance(self.radius_sd, approach_rate=self.approach_rate, crash_time=self.crash_time).sigmas
 
     @property
     def position(self) -> float:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from centering._handover.allowance import told_chance
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
@@ -51,8 +52,8 @@ def _part(ax: Any, change: "Changeover") -> None:
 
 
 def _part_told(change: "Changeover") -> str:
-    beyond = 1e6 * change.contact_probability.part
-    return f"this part, ± {change.part_sigmas:.3g} sd: beyond in {beyond:.3g} ppm at most"
+    beyond = told_chance(change.contact_probability.part)
+    return f"this part, ± {change.part_sigmas:.3g} sd: beyond in {beyond} at most"
 
 
 def _rule(ax: Any, at: float, height: float, name: str) -> None:
@@ -62,4 +63,4 @@ def _rule(ax: Any, at: float, height: float, name: str) -> None:
 
 def _told(change: "Changeover") -> str:
     saved = f"saved {1e3 * change.length_saved:.4g} um = {change.time_saved:.3g} s of air"
-    return f"{saved}; contact of the population's rule: {1e6 * change.contact_probability.population:.3g} ppm"
+    return f"{saved}; contact of the population's rule: {told_chance(change.contact_probability.population)}"

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
 
+from centering._handover.alarm import units_of, with_space
 from centering._handover.sequential import ewma_run_length, ewma_sd, not_read
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -56,6 +57,8 @@ class ChartSignal(NamedTuple):
         Which of the three charts.
     value, limit : float
         In the unit of the quantity.
+    unit : str
+        That unit.
     """
 
     quantity: str
@@ -63,11 +66,12 @@ class ChartSignal(NamedTuple):
     rule: str
     value: float
     limit: float
+    unit: str
 
     def __str__(self) -> str:
         beyond = "above" if self.value > self.limit else "below"
         what = {"value": "", "range": "change of ", "average": "average of "}[self.rule]
-        return f"part {self.part}: {what}{self.quantity} {self.value:.4g} is {beyond} {self.limit:.4g}"
+        return f"part {self.part}: {what}{self.quantity} {self.value:.4g} is {beyond} {self.limit:.4g}{with_space(self.unit)}"
 
 
 class ControlChart:
@@ -89,7 +93,7 @@ class ControlChart:
         First values of each quantity, of 20 parts or more, each in its unit: "roundness" (mm), "stock" (mm), amplitudes (mm) and
         whatever else is measured of each part.
     units : mapping of str to str, optional
-        Units; mm by default.
+        Units; mm by default ("mu_kinetic": 1).
     sigmas : float
         How many standard deviations the limits lie away, unit 1.
     weight : float
@@ -108,7 +112,7 @@ class ControlChart:
     >>> chart.update(roundness=0.0101, stock=0.149)
     ()
     >>> print(*chart.update(roundness=0.0102, stock=0.230), sep="; ")
-    part 1: stock 0.23 is above 0.2043; part 1: change of stock 0.081 is above 0.07988
+    part 1: stock 0.23 is above 0.2043 mm; part 1: change of stock 0.081 is above 0.07988 mm
     >>> chart.summary["quantities"]["stock"]["in_control"]
     False
     """
@@ -123,7 +127,7 @@ class ControlChart:
     ) -> None:
         if not isinstance(batch, Mapping) or not batch:
             raise TypeError(f"batch must be a mapping of names to values; got {checks.shown(batch)}")
-        self._units = {name: (units or {}).get(name, "mm") for name in batch}
+        self._units = units_of(batch, units)
         self._sigmas, self._weight = checks.positive("sigmas", sigmas, "1"), checks.share("weight", weight, "1")
         self._batch = {name: _batch(name, values, self._units[name]) for name, values in batch.items()}
         self._limits = {name: self._limited(values) for name, values in self._batch.items()}
@@ -212,7 +216,7 @@ class ControlChart:
             ("average", average, limits.average_low, limits.average_high),
         )
         return [
-            ChartSignal(name, self._count, rule, seen, low if seen < low else high)
+            ChartSignal(name, self._count, rule, seen, low if seen < low else high, self._units[name])
             for rule, seen, low, high in ranges
             if seen < low or seen > high
         ]

@@ -1,4 +1,4 @@
-"""Closing gap and friction over the parts: a Kalman track of each, with alarms that say when it stepped."""
+"""Stroke correction and friction over the parts: a Kalman track of each, with alarms that say when it stepped."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from centering._handover.alarm import UNITS, DriftAlarm
+from centering._handover.alarm import UNITS, DriftAlarm, units_of
 from centering._handover.sequential import cusum_detection, cusum_limit, learned_widening, not_read
-from centering._handover.tracked import ALLOWANCE, FEWEST, Tracked
+from centering._handover.tracked import FEWEST, REFERENCE, Tracked
 from sdpgrind.base import checks
 from sdpgrind.identify import Estimate, RandomWalk, Status
 
@@ -23,7 +23,9 @@ class DriftTrack:
     `parts_per_false_alarm` parts on average. After a step the filter follows it, but the alarm is sooner: see
     `detection_probability`.
 
-    After an alarm the level rests on the readings since the step alone, and the quantity is not watched until `acknowledge`.
+    After an alarm the level rests on the readings since the step alone, and the quantity is not watched until `acknowledge`: the
+    alarm, the representation and the picture say so. Every alarm is told as a step, that of a steady trend too: one of 0.02 sd a
+    part alarms after some 130 parts, and "since" is then only where it stood out of the noise.
 
     Parameters
     ----------
@@ -33,12 +35,14 @@ class DriftTrack:
         come from the 32nd part on, as seldom as with a known one: the limit stands higher by as much as that takes. So a step of
         3 sd is flagged within 5 parts with 0.96 after 40 parts, 0.988 after 100, 0.992 after 200 (0.993 with a known one). Where
         readings are all alike, their rounding is taken to be the first change: a change that stays is flagged with the second or
-        third part. By default "closing_gap" (mm: the running correction of Mears (6.16) with which a part was centred) and
-        "friction" (unit 1), both None.
+        third part. By default "stroke_offset" (mm: P of Mears (6.16), the running correction of the push, which corrects the
+        closing gap of probe and part and what the stroke fell short) and "mu_kinetic" (1: sliding friction), both None.
     walk : float
         Standard deviation of the walk per part over that of a reading, unit 1. Given too small it makes alarms: at 0.03, with a
         true one of 0.06 once in 790 parts where 2000 were asked for, of 0.1 once in 260. A steady drift is no walk: of 0.02 sd a
-        part it alarms after 130 parts on average, of 0.05 sd after 45.
+        part it alarms after 130 parts on average, of 0.05 sd after 45, as a step.
+    units : mapping of str to str, optional
+        Units; mm by default ("mu_kinetic": 1).
     parts_per_false_alarm : float
         Parts between false alarms on average, unit 1, over all quantities.
 
@@ -47,19 +51,19 @@ class DriftTrack:
     ValueError
         When a number is not > 0, or the parts between false alarms are not within 10 and 1e8.
     TypeError
-        When there is no quantity.
+        When there is no quantity, or a unit is no text.
 
     Examples
     --------
-    >>> track = DriftTrack({"closing_gap": 0.002, "friction": 0.004})
-    >>> quiet = [track.update(closing_gap=0.150, friction=0.135) for part in range(30)]
+    >>> track = DriftTrack({"stroke_offset": 0.002, "mu_kinetic": 0.004})
+    >>> quiet = [track.update(stroke_offset=0.150, mu_kinetic=0.135) for part in range(30)]
     >>> for part in range(2):
-    ...     alarms = track.update(closing_gap=0.157, friction=0.135)
+    ...     alarms = track.update(stroke_offset=0.157, mu_kinetic=0.135)
     >>> alarms[0].quantity, alarms[0].since, alarms[0].part
-    ('closing_gap', 30, 31)
+    ('stroke_offset', 30, 31)
     >>> alarms[0].advice
     'clean the locating faces and look for a shifted pusher, probe or zero'
-    >>> round(track.estimate["closing_gap"], 4), round(track.detection_probability(), 4)
+    >>> round(track.estimate["stroke_offset"], 4), round(track.detection_probability(), 4)
     (0.157, 0.993)
     >>> track.acknowledge()
     >>> track.alarms
@@ -70,22 +74,25 @@ class DriftTrack:
         self,
         noise_sd: Mapping[str, float | None] | None = None,
         *,
+        units: Mapping[str, str] | None = None,
         walk: float = 0.03,
         parts_per_false_alarm: float = 2000.0,
     ) -> None:
-        given = dict.fromkeys(UNITS) if noise_sd is None else _quantities(noise_sd)
+        given = dict.fromkeys(UNITS) if noise_sd is None else _quantities(noise_sd, units)
+        self._units = units_of(given, units)
         self._walk = checks.positive("walk", walk, "1")
         parts = checks.within("parts_per_false_alarm", parts_per_false_alarm, 10.0, 1e8, "1")
-        self._limit = cusum_limit(ALLOWANCE, parts * len(given))
+        self._limit = cusum_limit(REFERENCE, parts * len(given))
         unknown = any(sd is None for sd in given.values())
-        self._widening = learned_widening(ALLOWANCE, parts * len(given), FEWEST) if unknown else 0.0
+        self._widening = learned_widening(REFERENCE, parts * len(given), FEWEST) if unknown else 0.0
         self._given = given
         self.reset()
 
     def reset(self) -> None:
         """Forget every part."""
         self._tracks = {
-            name: Tracked(name, sd, self._walk, self._limit, 0.0 if sd else self._widening) for name, sd in self._given.items()
+            name: Tracked(name, self._units[name], sd, walk=self._walk, limit=self._limit, widening=0.0 if sd else self._widening)
+            for name, sd in self._given.items()
         }
         self._past: list[DriftAlarm] = []
         self._count = 0
@@ -121,7 +128,7 @@ class DriftTrack:
         for name, reading in readings.items():
             checks.one_of("readings", name, self._tracks)
             if not not_read(reading):
-                checks.number(name, reading, UNITS.get(name, ""))
+                checks.number(name, reading, self._units[name])
         found = [track.update(self._count, float(readings.get(name, np.nan))) for name, track in self._tracks.items()]
         new = tuple(alarm for alarm in found if alarm is not None)
         self._past.extend(new)
@@ -160,8 +167,7 @@ class DriftTrack:
         levels = [track.level for track in self._tracks.values()]
         values, sds = (np.array(column) for column in zip(*levels, strict=True))
         status = Status.OK if np.all(np.isfinite(sds)) else Status.UNDETERMINED
-        units = [UNITS.get(name, "") for name in self._tracks]
-        return Estimate(tuple(self._tracks), values, np.diag(sds**2), status, units=tuple(units))
+        return Estimate(tuple(self._tracks), values, np.diag(sds**2), status, units=tuple(self._units.values()))
 
     def detection_probability(self, step: float = 3.0, within: int = 5, after: int = 100) -> float:
         """Return how sure a step of one quantity is to be flagged in time, for a known `noise_sd`.
@@ -182,18 +188,19 @@ class DriftTrack:
         for reading in [0.0] * before + [abs(size)] * parts:
             walk.update(reading)
             means.append(float(walk.innovation[0] / walk.innovation_sd[0]))
-        return cusum_detection(ALLOWANCE, self._limit, means[before:])
+        return cusum_detection(REFERENCE, self._limit, means[before:])
 
     @property
     def dataset(self) -> xr.Dataset:
         """Readings, levels, sums (the greater side, signed, unit 1) and their limits over the parts; NaN where none was read.
 
-        A limit is infinite as long as too little is known of a noise that is learned.
+        A limit is infinite as long as too little is known of a noise that is learned. A sum is NaN where the quantity is not
+        watched, after an alarm until `acknowledge`.
         """
         data = {}
         for name, track in self._tracks.items():
             rows = np.array(track.rows).reshape(-1, 4)
-            units = (UNITS.get(name, ""), UNITS.get(name, ""), "1", "1")
+            units = (self._units[name], self._units[name], "1", "1")
             for column, suffix, unit in zip(rows.T, ("", "_level", "_sum", "_limit"), units, strict=True):
                 data[name + suffix] = ("part", column, {"units": unit})
         return xr.Dataset(data, {"part": np.arange(self._count)}, {"limit": self._limit})
@@ -209,11 +216,9 @@ class DriftTrack:
         return f"DriftTrack({', '.join(self._tracks)} over {self._count} parts: {told})"
 
 
-def _quantities(noise_sd: Mapping[str, float | None]) -> dict[str, float | None]:
+def _quantities(noise_sd: Mapping[str, float | None], units: Mapping[str, str] | None) -> dict[str, float | None]:
     """Names, and what is known of the noise of each."""
     if not isinstance(noise_sd, Mapping) or not noise_sd:
         raise TypeError(f"noise_sd must be a mapping of names to numbers or None; got {checks.shown(noise_sd)}")
-    name_it = "noise_sd[{!r}]".format
-    return {
-        name: None if sd is None else checks.positive(name_it(name), sd, UNITS.get(name, "")) for name, sd in noise_sd.items()
-    }
+    unit = units_of(noise_sd, units)
+    return {name: None if sd is None else checks.positive(f"noise_sd[{name!r}]", sd, unit[name]) for name, sd in noise_sd.items()}

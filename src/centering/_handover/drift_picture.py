@@ -4,10 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from centering._handover.alarm import UNITS
+from centering._handover.alarm import with_space
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
+    from centering._handover.alarm import DriftAlarm
     from centering._handover.drift import DriftTrack
 
 READ, LEVEL, ALARM = "0.6", "#31527a", "#b4462d"
@@ -28,7 +29,7 @@ def plot(track: "DriftTrack") -> Any:
     )
     part = data["part"].values
     for (top, low), name in zip(axes.T, names, strict=True):
-        _levels(top, part, data[name].values, data[f"{name}_level"].values, _labelled(name))
+        _levels(top, part, data[name].values, data[f"{name}_level"].values, _labelled(name, data[name].attrs["units"]))
         low.step(part, data[f"{name}_sum"].values, where="mid", color=LEVEL, lw=1.0)
         limit = data[f"{name}_limit"].values
         for sign in (1, -1):
@@ -37,12 +38,14 @@ def plot(track: "DriftTrack") -> Any:
         for alarm in track.history:
             if alarm.quantity == name:
                 _alarm(top, low, alarm.since, alarm.part)
+        for alarm in track.alarms:
+            if alarm.quantity == name:
+                _unwatched(low, alarm, track.count)
     return figure
 
 
-def _labelled(name: str) -> str:
-    unit = UNITS.get(name, "")
-    return name.replace("_", " ") + (f" [{unit}]" if unit not in ("", "1") else "")
+def _labelled(name: str, unit: str) -> str:
+    return name.replace("_", " ") + (f" [{unit}]" if with_space(unit) else "")
 
 
 def _levels(ax: Any, part: Any, reading: Any, level: Any, label: str) -> None:
@@ -58,3 +61,9 @@ def _alarm(top: Any, low: Any, since: int, part: int) -> None:
     for ax in (top, low):
         ax.axvspan(since - 0.5, part + 0.5, color=ALARM, alpha=0.15, lw=0)
     top.annotate(f"since {since}", (since, 1.0), xycoords=("data", "axes fraction"), va="bottom", ha="center", fontsize=8)
+
+
+def _unwatched(ax: Any, alarm: "DriftAlarm", count: int) -> None:
+    """Parts since an alarm that waits for its acknowledgement."""
+    ax.axvspan(alarm.part + 0.5, max(count, alarm.part + 1) - 0.5, color=READ, alpha=0.25, lw=0)
+    ax.annotate(alarm.unwatched, (0.5, 0.03), xycoords="axes fraction", ha="center", va="bottom", fontsize=8)

@@ -26,13 +26,13 @@ def not_read(value: object) -> bool:
 
 
 class Cusum:
-    """Two-sided cumulative sum of standardised values: each side adds what exceeds `allowance`, and forgets at 0.
+    """Two-sided cumulative sum of standardised values: each side adds what exceeds `reference` (k), and forgets at 0.
 
-    ``up <- max(0, up + z - allowance)``, and the same of ``-z`` for `down`; more than `limit` is an alarm (Page 1954).
+    ``up <- max(0, up + z - reference)``, and the same of ``-z`` for `down`; more than `limit` is an alarm (Page 1954).
     """
 
-    def __init__(self, allowance: float, limit: float) -> None:
-        self.allowance, self.limit = allowance, limit
+    def __init__(self, reference: float, limit: float) -> None:
+        self.reference, self.limit = reference, limit
         self.reset()
 
     def reset(self) -> None:
@@ -41,39 +41,39 @@ class Cusum:
 
     def update(self, value: float) -> int:
         """Take in one value; 1 or -1 is an alarm, and says which way, 0 is none."""
-        self.up = max(0.0, self.up + value - self.allowance)
-        self.down = max(0.0, self.down - value - self.allowance)
+        self.up = max(0.0, self.up + value - self.reference)
+        self.down = max(0.0, self.down - value - self.reference)
         if max(self.up, self.down) <= self.limit:
             return 0
         return 1 if self.up >= self.down else -1
 
 
-def cusum_run_length(allowance: float, limit: float) -> float:
+def cusum_run_length(reference: float, limit: float) -> float:
     """Mean number of values until a two-sided sum alarms by mistake: both sides are alike, and their rates add (Kemp 1961)."""
-    stay = _cusum_step(allowance, limit, 0.0)
+    stay = _cusum_step(reference, limit, 0.0)
     return float(_run_length(stay)[0]) / 2
 
 
 @lru_cache(maxsize=64)
-def cusum_limit(allowance: float, run_length: float) -> float:
+def cusum_limit(reference: float, run_length: float) -> float:
     """Limit of a two-sided sum that alarms by mistake once in `run_length` values on average."""
-    siegmund = log(4 * allowance**2 * run_length) / (2 * allowance) - 1.166  # near it, where the run is long
-    found = brentq(lambda limit: log(cusum_run_length(allowance, limit) / run_length), 0.0, max(siegmund, 0.0) + 1.0, xtol=1e-10)
+    siegmund = log(4 * reference**2 * run_length) / (2 * reference) - 1.166  # near it, where the run is long
+    found = brentq(lambda limit: log(cusum_run_length(reference, limit) / run_length), 0.0, max(siegmund, 0.0) + 1.0, xtol=1e-10)
     return float(found)
 
 
 @lru_cache(maxsize=64)
-def learned_widening(allowance: float, run_length: float, freedom: int) -> float:
+def learned_widening(reference: float, run_length: float, freedom: int) -> float:
     """How much higher the limit must be while the noise is learned, times the number of values that it rests on.
 
     A standard deviation that came out too small makes all scores of a sum too large together, though Student's law is right for
     each: the rate of alarms is its mean over what may have been learned. The limit that keeps it exceeds that for a known noise
     as one over the number of values, to a few per cent from 20 on; `freedom`, the least number, gives the largest product.
     """
-    known = cusum_limit(allowance, run_length)
+    known = cusum_limit(reference, run_length)
 
     def excess(more: float) -> float:
-        return log(_learned_rate(allowance, known + more / freedom, freedom) * run_length)
+        return log(_learned_rate(reference, known + more / freedom, freedom) * run_length)
 
     most = 1.0
     while excess(most) > 0:
@@ -81,11 +81,11 @@ def learned_widening(allowance: float, run_length: float, freedom: int) -> float
     return float(brentq(excess, 0.0, most, xtol=1e-3))
 
 
-def _learned_rate(allowance: float, limit: float, freedom: int) -> float:
+def _learned_rate(reference: float, limit: float, freedom: int) -> float:
     """Alarms by value of a two-sided sum of values over a standard deviation that so many others gave, by Student's law."""
     half_square, weights = roots_genlaguerre(_VARIANCES, freedom / 2 - 1)
     nodes, lengths = _nodes(0.0, limit)
-    score = np.concatenate([[0.0], nodes]) - np.concatenate([[0.0], nodes])[:, None] + allowance
+    score = np.concatenate([[0.0], nodes]) - np.concatenate([[0.0], nodes])[:, None] + reference
     value = -np.sign(score) * stdtrit(freedom, np.maximum(ndtr(-np.abs(score)), 1e-300))
     slope = _density(score) / _student_density(value, freedom)
     rates = []
@@ -100,7 +100,7 @@ def _student_density(value: Floats, freedom: int) -> Floats:
     return np.asarray(np.exp(constant - (freedom + 1) / 2 * np.log1p(value**2 / freedom)))
 
 
-def cusum_detection(allowance: float, limit: float, means: Sequence[float]) -> float:
+def cusum_detection(reference: float, limit: float, means: Sequence[float]) -> float:
     """Probability that a sum that stands at 0 alarms while values of these means come in, on the side where they are.
 
     A sum that stands higher when the change comes alarms sooner: this is the least probability.
@@ -108,16 +108,16 @@ def cusum_detection(allowance: float, limit: float, means: Sequence[float]) -> f
     density = np.zeros(NODES + 1)
     density[0] = 1.0
     for mean in means:
-        density = density @ _cusum_step(allowance, limit, mean)
+        density = density @ _cusum_step(reference, limit, mean)
     return float(1 - density.sum())
 
 
-def _cusum_step(allowance: float, limit: float, mean: float) -> Floats:
+def _cusum_step(reference: float, limit: float, mean: float) -> Floats:
     """Probabilities that one side goes from node to node without alarm; the first node is 0 itself, where it may stay."""
     nodes, weights = _nodes(0.0, limit)
     start = np.concatenate([[0.0], nodes])[:, None]
-    back = ndtr(allowance - mean - start)
-    return np.hstack([back, weights * _density(nodes - start + allowance - mean)])
+    back = ndtr(reference - mean - start)
+    return np.hstack([back, weights * _density(nodes - start + reference - mean)])
 
 
 def ewma_run_length(weight: float, limit: float) -> float:

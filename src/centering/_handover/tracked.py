@@ -6,11 +6,11 @@ from math import isnan, sqrt
 import numpy as np
 from scipy.special import ndtri, stdtr
 
-from centering._handover.alarm import UNITS, DriftAlarm, Shock, likely_step
+from centering._handover.alarm import DriftAlarm, Shock, likely_step
 from centering._handover.sequential import Cusum
 from sdpgrind.identify import RandomWalk
 
-ALLOWANCE = 0.9
+REFERENCE = 0.9
 """Standard deviations: finds a step of 3 sd within 5 parts most often of all, at run lengths of some 1000 to 1e4."""
 _HELD = 10  # parts that are watched before their scatter counts as noise, so that a step does not hide itself
 FEWEST = 20
@@ -23,10 +23,10 @@ _FARTHEST = 37.0  # standard deviations; beyond, probabilities are 0 in floating
 class Tracked:
     """One quantity: its filter (for noise of sd 1, so that a noise still unknown only scales), its sum, its alarm."""
 
-    def __init__(self, name: str, noise_sd: float | None, walk: float, limit: float, widening: float) -> None:
-        self._name, self._given = name, noise_sd
+    def __init__(self, name: str, unit: str, noise_sd: float | None, *, walk: float, limit: float, widening: float) -> None:
+        self._name, self._unit, self._given = name, unit, noise_sd
         self._filter = RandomWalk((name,), walk_variance=walk**2, noise_variance=1.0)
-        self._sum, self._limit, self._widening = Cusum(ALLOWANCE, limit), limit, widening
+        self._sum, self._limit, self._widening = Cusum(REFERENCE, limit), limit, widening
         self._square, self._learned = 0.0, 0
         self._last, self._step = np.nan, np.inf
         self.rows: list[tuple[float, float, float, float]] = []
@@ -62,11 +62,12 @@ class Tracked:
         self._readings.append((part, reading))
         self._see_steps(reading)
         self._sum.limit = self.limit
-        side = 0 if self.alarm is not None else self._watch(part)
+        watched = self.alarm is None
+        side = self._watch(part) if watched else 0
         found = self._filter.estimate
         level = float(found.value[0]) if found.ok else np.nan
         greater = self._sum.up if self._sum.up >= self._sum.down else -self._sum.down
-        self.rows.append((reading, level, greater, self._sum.limit))
+        self.rows.append((reading, level, greater if watched else np.nan, self._sum.limit))
         return self._raise(part, side) if side else None
 
     @property
@@ -117,6 +118,5 @@ class Tracked:
         for number, reading in self._readings:
             if number >= found.since:
                 self._filter.update(reading)
-        unit = UNITS.get(self._name, "")
-        self.alarm = DriftAlarm(self._name, unit, part, found.since, found.size, noise * found.size_sd)
+        self.alarm = DriftAlarm(self._name, self._unit, part, found.since, found.size, noise * found.size_sd)
         return self.alarm
