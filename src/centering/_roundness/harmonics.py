@@ -185,7 +185,7 @@ def _generators(density: Complex, cosine: Complex) -> tuple[Complex, Complex]:
     mirrored = np.zeros_like(first)
     mirrored[1:] = first[:0:-1].conj()
     size = sqrt(first[0].real)
-    return first / size, mirrored / size
+    return np.asarray(first / size), np.asarray(mirrored / size)
 
 
 def value_spread(fit: HarmonicFit, passed: Floats, angle: Floats) -> Floats:
