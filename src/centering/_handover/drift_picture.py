@@ -66,4 +66,4 @@ def _alarm(top: Any, low: Any, since: int, part: int) -> None:
 def _unwatched(ax: Any, alarm: "DriftAlarm", count: int) -> None:
     """Parts since an alarm that waits for its acknowledgement."""
     ax.axvspan(alarm.part + 0.5, max(count, alarm.part + 1) - 0.5, color=READ, alpha=0.25, lw=0)
-    ax.annotate(alarm.unwatched, (0.5, 0.03), xycoords="axes fraction", ha="center", va="bottom", fontsize=8)
+    ax.annotate(alarm.unwatched, (0.5, 0.12), xycoords="axes fraction", ha="center", va="bottom", fontsize=8)
