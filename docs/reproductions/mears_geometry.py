@@ -237,7 +237,7 @@ for degrees, alone, known in ((30, 664, 46.4), (60, 124, 17.1), (90, 46.7, 9.74)
     reading = centering.circle_reading(arc, 61.94, 0.01, 0.0)
     circle = centering.fit_circle(arc, reading, noise_sd=0.04)
     row(f"{degrees} degrees, noise 40 um: sd of the centre [um]", "-", alone, 1e3 * circle.center_sd, 4e-3 * alone)
-    circle = centering.fit_circle(arc, reading, noise_sd=0.04, prior=(61.94, 0.04 / np.sqrt(360)))
+    circle = centering.fit_circle(arc, reading, noise_sd=0.04, radius_prior=(61.94, 0.04 / np.sqrt(360)))
     row(f"{degrees} degrees, radius from a full turn: the same [um]", "-", known, 1e3 * circle.center_sd, 4e-3 * known)
 for upr, gains in ((2, (3.94, 3.49, 2.24)), (3, (8.65, 6.22, 1.426)), (5, (22.2, 7.24, 0.856))):
     for degrees, correct in zip((30, 90, 180), gains, strict=True):

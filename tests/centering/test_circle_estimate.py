@@ -58,8 +58,8 @@ def test_uncertainty(freedom, confidence):
     circle = CIRCLE.replace(freedom=freedom, inflation=2.0, form_bound=0.003)
     one = stats.t.ppf((1 + confidence) / 2, freedom) if np.isfinite(freedom) else stats.norm.ppf((1 + confidence) / 2)
     both = np.sqrt(2 * stats.f.ppf(confidence, 2, freedom)) if np.isfinite(freedom) else np.sqrt(stats.chi2.ppf(confidence, 2))
-    assert circle.uncertainty(confidence) == pytest.approx(one * 2 * circle.center_sd + 0.003, rel=1e-9)
-    assert circle.uncertainty(confidence, joint=True) == pytest.approx(both * 2 * circle.center_sd + 0.003, rel=1e-9)
+    assert circle.uncertainty(confidence) == pytest.approx(one * circle.center_sd + 0.003, rel=1e-9)
+    assert circle.uncertainty(confidence, joint=True) == pytest.approx(both * circle.center_sd + 0.003, rel=1e-9)
 
 
 def test_one_axis_holds_less_than_both():

@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
+import hwsim
 from centering._geometry.curve import circle_reading
 from centering._geometry.identify import identify
 from centering._geometry.limacon import corrected_radius, limacon_radius, limacon_reading
@@ -45,6 +46,20 @@ def test_kinds_of_data(data):
     circle = identify(data, tip_radius=3.75)
     assert circle.value == pytest.approx([RADIUS, OFFSET * np.cos(PHI), OFFSET * np.sin(PHI)], abs=1e-9)
     assert circle.samples == (359 if hasattr(type(data), "__getitem__") and type(data).__name__ == "Log" else 360)
+
+
+def test_a_scan():
+    """As the simulated probe gives it; what was not read is left out."""
+    scan = hwsim.Probe(hwsim.Ring(RADIUS, 3.6, PHI), errors=None, tip_radius=3.75).scan(turns=1.0)
+    circle = identify(scan, tip_radius=3.75)
+    assert circle.value == pytest.approx([RADIUS, 3.6 * np.cos(PHI), 3.6 * np.sin(PHI)], abs=1e-6)
+    missing = type("Scan", (), {"angle": TURN, "reading": np.where(TURN < 0.1, np.nan, READ)})()
+    assert identify(missing, tip_radius=3.75).samples == 354
+
+
+def test_complex_readings_are_no_readings():
+    with pytest.raises(TypeError, match=r"reading must be real numbers \(mm\); got complex ones"):
+        identify((TURN, READ + 0.0j))
 
 
 def test_parts_of_a_log():
@@ -131,7 +146,10 @@ def test_status_instead_of_an_error():
         (lambda: identify((TURN, READ), "sphere"), r"what must be one of circle; got 'sphere'"),
         (lambda: identify((TURN, READ), method="taubin"), r"method must be one of exact, limacon, printed; got 'taubin'"),
         (lambda: identify((TURN, READ), method="limacon", loss="huber"), r"loss must be 'linear' for method 'limacon'; got"),
-        (lambda: identify((TURN, READ), method="printed", prior=(61.9, 0.1)), r"prior must be None for method 'printed'; got"),
+        (
+            lambda: identify((TURN, READ), method="printed", radius_prior=(61.9, 0.1)),
+            r"radius_prior must be None for method",
+        ),
         (lambda: identify((TURN[:300], READ[:300]), method="printed"), r"readings even over whole turns.*got 300 .*'exact'"),
         (lambda: identify((TURN, 0.1 + np.cos(TURN)), method="limacon"), r"offset must be <= pi/2 radius \(mm\).*got 1 and 0\.1"),
         (lambda: identify((TURN, READ, READ)), r"data must be the pair \(angle, reading\) \(rad, mm\); got 3 entries"),

@@ -87,3 +87,9 @@ def test_without_an_offset_all_readings_are_the_radius():
 def test_bad_input(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_slide_and_probe_of_different_lengths():
+    with pytest.raises(ValueError, match=r"slide and probe must be of one shape; got \(3,\) and \(2,\)"):
+        radial_position([1.0, 2.0, 3.0], [1.0, 2.0], 50.0)
+    assert radial_position(1.0, [1.0, 2.0], 50.0).tolist() == [52.0, 53.0]

@@ -23,15 +23,17 @@ def radial_position(slide: npt.ArrayLike, probe: npt.ArrayLike, calibration: flo
     Raises
     ------
     ValueError, TypeError
-        For what is not finite.
+        For what is not finite, and arrays of different shapes.
 
     Examples
     --------
     >>> radial_position([10.0, 12.0], [1.5, -0.5], 50.0).tolist()
     [61.5, 61.5]
     """
-    moved = checks.finite_array("slide", slide, "mm") + checks.finite_array("probe", probe, "mm")
-    return np.asarray(checks.number("calibration", calibration, "mm") + moved)
+    carried, shown = checks.finite_array("slide", slide, "mm"), checks.finite_array("probe", probe, "mm")
+    if carried.ndim and shown.ndim and carried.shape != shown.shape:
+        raise ValueError(f"slide and probe must be of one shape; got {carried.shape} and {shown.shape}")
+    return np.asarray(checks.number("calibration", calibration, "mm") + (carried + shown))
 
 
 def circle_reading(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float = 0.0) -> Floats:

@@ -33,7 +33,7 @@ class CircleEstimate(Estimate):
     value : array, shape (3,)
         Radius and centre (x, y), mm.
     covariance : array, shape (3, 3)
-        Their covariance for independent noise, mm^2; infinite where the data do not determine them.
+        Their covariance, mm^2, inflated where noise is correlated; infinite where the data do not determine them.
     status : Status
         How it ended.
     message : str
@@ -51,11 +51,11 @@ class CircleEstimate(Estimate):
     swept : float
         Angle that the readings cover, gaps not counted, rad; more than 2 pi for several turns.
     noise_sd : float
-        Standard deviation of one reading about the fitted curve, mm.
+        Standard deviation of one reading about the fitted curve, mm; of noise only, where whole turns told form from it.
     inflation : float
-        Factor on standard deviations for noise that is correlated from reading to reading, unit 1.
+        What correlation of the noise from reading to reading makes of standard deviations, unit 1; told only, as they hold it.
     form_bound : float
-        Greatest error of the centre from form that the part may have, mm.
+        Greatest error of the centre from form that the part may have, mm; `uncertainty` adds it, no standard deviation holds it.
     tip_radius : float
         Radius of the probe's tip, mm; less than 0 where a bore was read from within.
     model : {"exact", "limacon", "printed"}
@@ -174,8 +174,7 @@ class CircleEstimate(Estimate):
     def uncertainty(self, confidence: float = 0.95, joint: bool = False) -> float:
         """Return how far the true centre may lie from the estimate, mm.
 
-        Student's t times the standard deviation of the centre in its worst direction, inflated for correlated noise, and
-        the bound on the part's form.
+        Student's t times the standard deviation of the centre in its worst direction, and the bound on the part's form.
 
         Parameters
         ----------
@@ -190,7 +189,7 @@ class CircleEstimate(Estimate):
             For a probability outside (0, 1).
         """
         share = checks.probability("confidence", confidence)
-        return _reach(share, self.freedom, joint) * self.center_sd * self.inflation + self.form_bound
+        return _reach(share, self.freedom, joint) * self.center_sd + self.form_bound
 
     def reading(self, angle: npt.ArrayLike) -> Floats:
         """Return what the model predicts that the probe reads, mm, of the shape of `angle`.

@@ -208,7 +208,7 @@ class GeometryEstimator:
         value, message = state[[at.RADIUS, at.FIT_X, at.FIT_Y]], sentence(state, limit, arc)
         if not np.isfinite(state[at.SCALE]):
             return _unknown(value, message, common)
-        covariance = state[at.SCALE] ** 2 * state[at.SHAPE : at.SHAPE + 9].reshape(3, 3)
+        covariance = (state[at.SCALE] * state[at.INFLATION]) ** 2 * state[at.SHAPE : at.SHAPE + 9].reshape(3, 3)
         freedom = float(state[at.SCALE_FREEDOM]) or inf
         status = Status.OK if valid else Status.UNDETERMINED if limit == "samples" else Status.UNSURE
         return CircleEstimate(value, 0.5 * (covariance + covariance.T), status, message, freedom=freedom, **common)

@@ -1,14 +1,17 @@
 """A circle fitted to a batch of readings: the exact curve, by least squares or robustly."""
 
-from collections.abc import Mapping
-from math import inf, nan, pi
+from math import inf, isfinite, pi
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from centering._geometry import fit_kernels as at
+from centering._geometry.angles import smell_of_degrees
 from centering._geometry.estimate import NAMES, CircleEstimate
+from centering._geometry.estimator_settings import radius_and_sd
+from centering._geometry.fit_noise import Seen, seen_noise, step_noise, travel_of
+from centering._geometry.form import known_harmonics
 from centering._geometry.robust import LOSSES, triples
 from centering._geometry.robust_kernels import fit_robust
 from sdpgrind.base import checks
@@ -19,6 +22,8 @@ CONDITION = 1e8
 ROBUST = 6
 ROUNDS = 10
 """Fits in which the part's known form is laid about the centre found."""
+WEIGHINGS, ALIKE = 4, 1e-3
+"""Fits in which a radius prior is weighed with noise as it shows, and how near the last two noises come."""
 
 
 def fit_circle(
@@ -27,7 +32,7 @@ def fit_circle(
     *,
     tip_radius: float = 0.0,
     loss: str = "linear",
-    prior: tuple[float, float] | None = None,
+    radius_prior: tuple[float, float] | None = None,
     noise_sd: float | None = None,
     harmonics: Any = None,
     turns: float | None = None,
@@ -50,13 +55,16 @@ def fit_circle(
         Squares; or beyond 1.345 scales the absolute value, for readings of which up to 30 % are far off. The start is that of
         100 circles through three readings, always the same, which has half of the readings nearest. Then readings beyond 6
         scales are left out, as dust only adds; the scale is that of the median absolute residual of the others.
-    prior : (mean, sd), optional
-        What is known of the radius, mm, both > 0.
+    radius_prior : (mean, sd), optional
+        Radius and its standard deviation, mm, both > 0, where they are known.
     noise_sd : float, optional
-        Standard deviation of one reading, mm, > 0; by default what the fit leaves.
-    harmonics : spectrum or mapping, optional
+        Least standard deviation of one reading, mm, > 0: the covariance is never made of less. By default what the fit leaves,
+        and that of the probe's steps (step/sqrt(12)) where many readings share few values; a probe whose steps hide the noise
+        wholly wants it told.
+    harmonics : Spectrum or mapping, optional
         The part's known form, which adds to its radius: an object with arrays upr, amplitude (mm) and phase (rad), or a mapping
-        upr -> (amplitude, phase); amplitude cos(upr beta - phase) at the polar angle beta about the part's centre.
+        upr -> (amplitude, phase); amplitude cos(upr beta - phase) at the polar angle beta about the part's centre. Whole upr from
+        2 on.
     turns : float, optional
         Turns that the readings span at most, unit 1; guards against angles in degrees.
     throw : bool
@@ -65,8 +73,9 @@ def fit_circle(
     Returns
     -------
     CircleEstimate
-        Radius and centre, mm, with the covariance s^2 (J'J)^-1; of a robust fit that of Huber, which counts what the
-        weights cost. Its `down_weighted` readings count for less than half.
+        Radius and centre, mm, with the covariance s^2 (J'J)^-1, s inflated where noise is correlated; of a robust fit that of
+        Huber, which counts what the weights cost. Its `down_weighted` readings count for less than half. `freedom` is inf where
+        the noise is that which was given.
 
     Raises
     ------
@@ -87,46 +96,64 @@ def fit_circle(
     if line.min() <= 0:
         raise checks.refuse(f"reading[{line.argmin()}]", "> 0", float(line.min()), "mm")
     tip, known = checks.nonnegative("tip_radius", tip_radius, "mm"), noise_of(noise_sd)
-    mean, sd = radius_prior(prior)
-    enough_angles(turned, 4 - np.isfinite(known) - np.isfinite(sd))
+    mean, sd = (0.0, inf) if radius_prior is None else radius_and_sd(radius_prior, tip)
+    enough_angles(turned, 4 - (known > 0) - isfinite(sd))
     kind = LOSSES[checks.one_of("loss", loss, LOSSES)]
     if kind and line.size < ROBUST:
         raise checks.refuse("reading", f"at least {ROBUST} readings for loss {loss!r}", line.size)
-    options = (mean + tip, sd, known) if kind == 0 else (mean + tip, sd, known, kind, triples(turned))
-    ended, result = _fitted(turned, line + tip, options, form_of(harmonics))
+    form = form_of(harmonics, float(line.min()) + tip)
+    robust = () if kind == 0 else (kind, triples(turned))
+    ended, result, seen = _weighed((turned, line + tip), (mean, sd, known), robust, form)
     result[at.RADIUS] -= tip
-    circle = _estimate(ended, result, known, samples=line.size, swept=at.swept(np.sort(turned)), tip_radius=tip)
+    circle = _estimate(ended, result, seen, samples=line.size, tip_radius=tip)
     if throw and not circle.ok:
         raise ValueError(circle.message)
     return circle
 
 
-def _fitted(angle: Floats, reading: Floats, options: tuple[Any, ...], form: tuple[Floats, Floats, Floats]) -> tuple[int, Floats]:
-    """How the fit ended and its slots; the known form is laid about the centre found until that stays."""
-    result, added = np.zeros(at.RESULT), np.zeros(angle.size)
+def _weighed(data: tuple[Floats, Floats], known: Any, robust: Any, form: Floats) -> tuple[int, Floats, tuple[Seen, float]]:
+    """How the fit ended, its slots, the noise and the angle covered; a radius prior is weighed with all of the noise."""
+    mean, sd, noise_sd = known
+    travel, step = travel_of(data[0]), step_noise(data[1])
+    told = sd
+    for _ in range(1 if sd == inf else WEIGHINGS):
+        ended, result, left = _fitted(data, (mean, told, noise_sd, *robust), form)
+        shown = float(result[at.SEEN]), float(result[at.NOISE]), float(result[at.FREEDOM])
+        seen = seen_noise(travel, data, result[:3], left, shown, noise_sd, step)
+        before, told = told, sd * float(result[at.UNIT]) / seen.scale if seen.scale > 0 and result[at.UNIT] > 0 else sd
+        if ended != at.FITTED or abs(told - before) <= ALIKE * before:
+            break
+    return ended, result, (seen, travel.swept)
+
+
+def _fitted(data: tuple[Floats, Floats], options: tuple[Any, ...], form: Floats) -> tuple[int, Floats, Floats]:
+    """How the fit ended, its slots, and residuals; the known form is laid about the centre found until that stays."""
+    angle, reading = data
+    result, added, left = np.zeros(at.RESULT), np.zeros(angle.size), np.zeros(angle.size + 1)
     fit = at.fit_exact if len(options) == 3 else fit_robust
-    ended = fit(angle, reading, added, *options, result)
-    for _ in range(ROUNDS if form[0].size else 0):
+    ended = fit(angle, reading, added, *options, left, result)
+    for _ in range(ROUNDS if len(form) else 0):
         before = result[:3].copy()
         added = formed(angle, reading, before, form)
-        ended = fit(angle, reading, added, *options, result)
+        ended = fit(angle, reading, added, *options, left, result)
         if ended != at.FITTED or np.abs(result[:3] - before).max() <= 1e-13 * before[0]:
             break
-    return ended, result
+    return ended, result, left[:-1]
 
 
-def formed(angle: Floats, reading: Floats, circle: Floats, form: tuple[Floats, Floats, Floats]) -> Floats:
+def formed(angle: Floats, reading: Floats, circle: Floats, form: Floats) -> Floats:
     """What the part's form adds to its radius where it was read (private to this package)."""
     part_angle = np.arctan2(reading * np.sin(angle) - circle[2], reading * np.cos(angle) - circle[1])
-    upr, amplitude, phase = form
-    return np.asarray(amplitude @ np.cos(np.outer(upr, part_angle) - phase[:, None]))
+    upr, cosine, sine = form.T
+    turned = np.outer(upr, part_angle)
+    return np.asarray(cosine @ np.cos(turned) + sine @ np.sin(turned))
 
 
-def _estimate(ended: int, result: Floats, known: float, **told: Any) -> CircleEstimate:
+def _estimate(ended: int, result: Floats, found: tuple[Seen, float], **told: Any) -> CircleEstimate:
     """The estimate in words and numbers."""
     status, message = _judged(ended, result)
-    unit, freedom = result[at.UNIT], inf if np.isfinite(known) else float(result[at.FREEDOM])
-    covariance = unit**2 * result[at.INVERSE :].reshape(3, 3)
+    seen, covered = found
+    covariance, freedom = seen.scale**2 * result[at.INVERSE :].reshape(3, 3), seen.freedom
     if status is not Status.OK:
         covariance, freedom = np.diag([inf, inf, inf]), 1.0
     return CircleEstimate(
@@ -135,8 +162,11 @@ def _estimate(ended: int, result: Floats, known: float, **told: Any) -> CircleEs
         status,
         message,
         freedom=freedom,
-        noise_sd=float(result[at.NOISE]),
+        noise_sd=seen.noise_sd,
+        inflation=seen.inflation,
+        form_bound=seen.form_bound,
         down_weighted=int(result[at.AWAY]),
+        swept=covered,
         **told,
     )
 
@@ -161,7 +191,7 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
 def readings(angle: npt.ArrayLike, reading: npt.ArrayLike, turns: float | None = None) -> tuple[Floats, Floats]:
     """Return angles (rad) and readings (mm) as arrays of one length, checked (private to this package)."""
     # Copies: compiled code would be compiled anew for arrays that are read-only or strided.
-    turned, line = checks.finite_array("angle", angle, "rad").copy(), checks.finite_array("reading", reading, "mm").copy()
+    turned, line = (_real(name, given, unit) for name, given, unit in (("angle", angle, "rad"), ("reading", reading, "mm")))
     if turned.ndim != 1 or line.shape != turned.shape:
         raise ValueError(f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}")
     if turned.size < 3:
@@ -169,10 +199,17 @@ def readings(angle: npt.ArrayLike, reading: npt.ArrayLike, turns: float | None =
     span = float(turned.max() - turned.min())
     if turns is not None and span > 2 * pi * checks.positive("turns", turns, "1") * (1 + 1e-9):
         raise ValueError(f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad; got {span:.6g}: is it in degrees?")
-    if turns is None and span > 4 * pi and 0.9 < span / (turned.size - 1) < 1.1:
-        step = span / (turned.size - 1)
-        raise ValueError(f"angle must be in rad; a mean step of {step:.4g} smells of degrees (units.deg), else give turns")
+    smell = "" if turns is not None else smell_of_degrees(turned, line)
+    if smell:
+        raise ValueError(f"angle must be in rad; {smell} smells of degrees: give units.deg(angle), or say how many turns")
     return turned, line
+
+
+def _real(name: str, given: npt.ArrayLike, unit: str) -> Floats:
+    """A new array of finite real numbers."""
+    if np.iscomplexobj(given):
+        raise TypeError(f"{name} must be real numbers ({unit}); got complex ones")
+    return checks.finite_array(name, given, unit).copy()
 
 
 def enough_angles(angle: Floats, wanted: int) -> None:
@@ -183,34 +220,14 @@ def enough_angles(angle: Floats, wanted: int) -> None:
 
 
 def noise_of(noise_sd: float | None) -> float:
-    """Checked noise, mm; NaN where it is not known (private to this package)."""
-    return nan if noise_sd is None else checks.positive("noise_sd", noise_sd, "mm")
+    """Checked least noise, mm; 0 where it is not known (private to this package)."""
+    return 0.0 if noise_sd is None else checks.positive("noise_sd", noise_sd, "mm")
 
 
-def radius_prior(prior: tuple[float, float] | None) -> tuple[float, float]:
-    """Checked mean and sd of the radius, mm; an infinite sd where nothing is known (private to this package)."""
-    if prior is None:
-        return 0.0, inf
-    try:
-        mean, sd = prior
-    except (TypeError, ValueError):
-        raise TypeError(f"prior must be (mean, sd) of the radius (mm); got {checks.shown(prior)}") from None
-    return checks.positive("prior mean", mean, "mm"), checks.positive("prior sd", sd, "mm")
-
-
-def form_of(harmonics: Any) -> tuple[Floats, Floats, Floats]:
-    """Undulations per revolution, amplitudes (mm) and phases (rad) of a known form (private to this package)."""
-    if harmonics is None:
-        return np.empty(0), np.empty(0), np.empty(0)
-    if isinstance(harmonics, Mapping):
-        upr = checks.finite_array("harmonics upr", list(harmonics), "1")
-        pairs = checks.finite_array("harmonics", list(harmonics.values()), "mm, rad")
-        if upr.size and pairs.shape != (upr.size, 2):
-            raise checks.refuse("harmonics", "upr -> (amplitude, phase)", harmonics, "mm, rad")
-        amplitude, phase = pairs.reshape(-1, 2).T
-        return upr, amplitude, phase
-    names = {"upr": "1", "amplitude": "mm", "phase": "rad"}
-    if not all(hasattr(harmonics, name) for name in names):
-        raise TypeError(f"harmonics must be a spectrum or upr -> (amplitude, phase); got {checks.shown(harmonics)}")
-    upr, amplitude, phase = (checks.finite_array(name, getattr(harmonics, name), unit) for name, unit in names.items())
-    return upr, amplitude, phase
+def form_of(harmonics: Any, least: float) -> Floats:
+    """Rows of upr, cosine and sine (mm) of a known form, less than the least reading (private to this package)."""
+    form = known_harmonics(harmonics)
+    largest = float(np.hypot(form[:, 1], form[:, 2]).max(initial=0.0))
+    if largest >= least:
+        raise checks.refuse("harmonics amplitude", f"< {least:.6g}, the least reading", largest, "mm")
+    return form

@@ -14,12 +14,28 @@ _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 STEPS, HALVINGS = 60, 25
 SETTLED = 1e-8  # square of a step over that of a standard deviation
 ROUNDING = 4e-15  # of a residual, over the radius
+SAME = 1e-6  # rad: readings of several turns at one place
 GAP = 10.0  # median steps between neighbours from which on nothing is covered
 FITTED, SINGULAR, OUTSIDE, ENDLESS = 0, 1, 2, 3
 """How a fit ends: well; readings that do not tell three quantities; the axis outside of the circle; not settled."""
-RADIUS, X, Y, NOISE, UNIT, FREEDOM, CONDITION, WORST, TAKEN, AWAY, INVERSE, RESULT = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 19
-"""Slots of a result: circle, sd of a reading, the sd that scales the covariance, degrees of freedom, how many times the others
-widen the sd of a quantity at worst, of which, steps taken, readings that count for less than half, and (J'J)^-1 by rows."""
+RADIUS, X, Y, NOISE, SEEN, UNIT, FREEDOM, CONDITION, WORST, TAKEN, AWAY, INVERSE, RESULT = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+    11,
+    20,
+)
+"""Slots of a result: circle, sd of a reading, the sd that scales the covariance, the same not below the least that was given,
+degrees of freedom, how many times the others widen the sd of a quantity at worst, of which, steps taken, readings that count for
+less than half, and (J'J)^-1 by rows."""
 
 
 @njit(**_OPTIONS)
@@ -181,7 +197,7 @@ def improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
     """Go one Gauss-Newton step from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
     m, step, before = data.shape[1], np.empty(3), result[UNIT]
     square = dot(left[:m], left[:m])
-    result[UNIT] = np.sqrt(square / max(result[FREEDOM], 1.0)) if np.isnan(noise_sd) else noise_sd
+    result[UNIT] = max(np.sqrt(square / max(result[FREEDOM], 1.0)), noise_sd)
     weight = result[UNIT] / prior_sd
     gain = direction(data, result, even, left, weight, rows, step, result)
     if gain < 0.0:
@@ -197,13 +213,13 @@ def improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
 
 
 @njit(**_OPTIONS)
-def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, result):
-    """Fit the exact curve by least squares; write the slots of `result`, return how it ended.
+def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result):
+    """Fit the exact curve by least squares; write residuals (m + 1) and the slots of `result`, return how it ended.
 
-    A radius prior of an infinite sd is none; a noise of sd NaN is that which the fit leaves.
+    A radius prior of an infinite sd is none; the noise is that which the fit leaves, at least `noise_sd`.
     """
     m, data = angle.size, prepared(angle, reading, form)
-    rows, left, even = np.empty((4, m + 1)), np.empty(m + 1), np.ones(m)
+    rows, even = np.empty((4, m + 1)), np.ones(m)
     ended = started(data, rows, result)
     if ended != FITTED or not residuals(data, result, left):
         return max(ended, SINGULAR)
@@ -212,8 +228,8 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, result):
     while ended == ENDLESS and result[TAKEN] < STEPS:
         result[TAKEN] += 1.0
         ended = improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result)
-    result[NOISE] = np.sqrt(dot(left[:m], left[:m]) / max(result[FREEDOM], 1.0))
-    result[UNIT] = result[NOISE] if np.isnan(noise_sd) else noise_sd
+    result[NOISE] = result[SEEN] = np.sqrt(dot(left[:m], left[:m]) / max(result[FREEDOM], 1.0))
+    result[UNIT] = max(result[NOISE], noise_sd)
     return ended
 
 
@@ -262,7 +278,7 @@ def swept(line):
     """Angle that sorted angles cover, without gaps: steps between neighbours that are more than 10 times the median step."""
     steps, count, total = np.empty(line.size), 0, 0.0
     for i in range(1, line.size):
-        if line[i] > line[i - 1]:
+        if line[i] > line[i - 1] + SAME:
             steps[count] = line[i] - line[i - 1]
             count += 1
     widest = GAP * ranked(steps[:count], count // 2) if count > 0 else 0.0

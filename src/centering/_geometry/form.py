@@ -70,15 +70,39 @@ def assumed_lobes(form: Mapping[int, float] | None) -> Floats:
 
 
 def known_harmonics(harmonics: Any) -> Floats:
-    """Undulations per revolution, cosine and sine (mm) of a known spectrum, shape (k, 3); without mean and offset."""
+    """Undulations per revolution, cosine and sine (mm) of a known form, shape (k, 3); those of amplitude 0 are left out."""
     if harmonics is None:
         return np.zeros((0, 3))
-    for name in ("upr", "amplitude", "phase"):
-        if not hasattr(harmonics, name):
-            raise TypeError(
-                f"harmonics must be a spectrum with upr, amplitude (mm) and phase (rad); got {checks.shown(harmonics)}"
-            )
-    upr, amplitude, phase = (checks.finite_array(f"harmonics.{k}", getattr(harmonics, k)) for k in ("upr", "amplitude", "phase"))
-    kept = (upr >= 2) & (upr == np.round(upr)) & (amplitude != 0)
+    upr, amplitude, phase = _pairs(harmonics) if isinstance(harmonics, Mapping) else _arrays(harmonics)
+    kept = amplitude != 0
+    wrong = kept & ((upr < 2) | (upr != np.round(upr)))
+    if wrong.any():
+        raise checks.refuse("harmonics upr", "a whole number >= 2", float(upr[wrong][0]), "1")
     rows = np.column_stack([upr, amplitude * np.cos(phase), amplitude * np.sin(phase)])
     return np.ascontiguousarray(rows[kept])
+
+
+def _pairs(harmonics: Mapping[Any, Any]) -> tuple[Floats, ...]:
+    """Arrays of a mapping upr -> (amplitude, phase)."""
+    upr = checks.finite_array("harmonics upr", list(harmonics), "1")
+    try:
+        pairs = checks.finite_array("harmonics", list(harmonics.values()), "mm, rad")
+    except TypeError:
+        pairs = np.empty(0)
+    if upr.size and pairs.shape != (upr.size, 2):
+        raise checks.refuse("harmonics", "upr -> (amplitude, phase)", harmonics, "mm, rad")
+    return upr, *pairs.reshape(-1, 2).T
+
+
+def _arrays(harmonics: Any) -> tuple[Floats, ...]:
+    """Arrays of a spectrum."""
+    names = {"upr": "1", "amplitude": "mm", "phase": "rad"}
+    if not all(hasattr(harmonics, name) for name in names):
+        raise TypeError(
+            f"harmonics must be a spectrum with upr, amplitude (mm) and phase (rad), or upr -> (amplitude, phase); got"
+            f" {checks.shown(harmonics)}"
+        )
+    arrays = tuple(checks.finite_array(f"harmonics.{k}", getattr(harmonics, k), unit) for k, unit in names.items())
+    if any(array.shape != (arrays[0].size,) for array in arrays):
+        raise ValueError(f"harmonics must hold arrays of one length; got shapes {[array.shape for array in arrays]}")
+    return arrays

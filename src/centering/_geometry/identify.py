@@ -9,7 +9,7 @@ import numpy as np
 
 from centering._geometry import fit as fits
 from centering._geometry.estimate import NAMES, CircleEstimate
-from centering._geometry.fit_kernels import swept
+from centering._geometry.fit_noise import Seen, Travel, seen_noise, step_noise, travel_of
 from centering._geometry.limacon import MEARS, corrected_radius, limacon_bias, limacon_columns, whole_turns
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
@@ -30,7 +30,8 @@ def identify(
     loss: str = "linear",
     method: str = "exact",
     noise_sd: float | None = None,
-    prior: tuple[float, float] | None = None,
+    radius_prior: tuple[float, float] | None = None,
+    harmonics: Any = None,
     turns: float | None = None,
     part: int | None = None,
     throw: bool = True,
@@ -48,9 +49,9 @@ def identify(
 
     Parameters
     ----------
-    data : pair of arrays, mapping of arrays, or log
-        Spindle angle (rad) and reading (mm): (angle, reading), or by these names, or a log whose table "probe" has them (rows
-        without a reading are left out).
+    data : pair of arrays, mapping of arrays, scan, or log
+        Spindle angle (rad) and reading (mm): (angle, reading), or by these names (also attributes, as of a scan), or a log whose
+        table "probe" has them. Of scans and logs rows without a reading are left out.
     what : {"circle"}
         What is wanted.
     tip_radius : float
@@ -60,9 +61,12 @@ def identify(
     method : {"exact", "limacon", "printed"}
         See above.
     noise_sd : float, optional
-        Standard deviation of one reading, mm; by default what the fit leaves.
-    prior : (mean, sd), optional
-        What is known of the radius, mm; for the exact curve only.
+        Least standard deviation of one reading, mm: the covariance is never made of less. By default what the fit leaves; see
+        `fit_circle`.
+    radius_prior : (mean, sd), optional
+        Radius and its standard deviation, mm, where they are known; for the exact curve only.
+    harmonics : Spectrum or mapping, optional
+        Known form of the part, see `fit_circle`; for the exact curve only.
     turns : float, optional
         Turns that the readings span at most, unit 1; guards against angles in degrees.
     part : int, optional
@@ -100,11 +104,10 @@ def identify(
     checks.one_of("what", what, ("circle",))
     angle, reading = _pair(data, part)
     if checks.one_of("method", method, METHODS) == "exact":
-        return fits.fit_circle(
-            angle, reading, tip_radius=tip_radius, loss=loss, prior=prior, noise_sd=noise_sd, turns=turns, throw=throw
-        )
-    for name, given, taken in (("loss", loss, "linear"), ("prior", prior, None)):
-        if given != taken:
+        known: dict[str, Any] = {"radius_prior": radius_prior, "noise_sd": noise_sd, "harmonics": harmonics}
+        return fits.fit_circle(angle, reading, tip_radius=tip_radius, loss=loss, turns=turns, throw=throw, **known)
+    for name, given, taken in (("loss", loss, "linear"), ("radius_prior", radius_prior, None), ("harmonics", harmonics, None)):
+        if given is not taken and given != taken:
             raise ValueError(f"{name} must be {taken!r} for method {method!r}; got {checks.shown(given)}")
     turned, line = fits.readings(angle, reading, turns)
     fitted = _limacon(turned, line, checks.nonnegative("tip_radius", tip_radius, "mm"), fits.noise_of(noise_sd))
@@ -127,20 +130,27 @@ def _pair(data: Any, part: int | None) -> tuple[Any, Any]:
         wanted = {name: data[name] for name in _UNITS if name in data}  # not a column "probe" for a table of that name
         table = idf.readings(wanted, _UNITS, tier="probe", each="readings")
         return table["angle"], table["reading"]
+    if hasattr(data, "angle") and hasattr(data, "reading"):
+        return _read(data.angle, data.reading)
     of_parts = idf.series(data, _UNITS, tier="probe", part=part)
     if len(of_parts) != 1:
         raise ValueError(f"part must say which part (unit 1); data hold {', '.join(one.label for one in of_parts) or 'none'}")
-    angle, reading = of_parts[0]["angle"], of_parts[0]["reading"]
+    return _read(of_parts[0]["angle"], of_parts[0]["reading"])
+
+
+def _read(angle: Any, reading: Any) -> tuple[Any, Any]:
+    """The rows with a reading."""
     kept = np.isfinite(angle) & np.isfinite(reading)
     return angle[kept], reading[kept]
 
 
 def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) -> CircleEstimate:
     """Least squares on [1, cos, sin], Mears (4.5)-(4.7) in this order."""
-    fits.enough_angles(angle, 4 - np.isfinite(known))
+    fits.enough_angles(angle, 4 - (known > 0))
+    travel = travel_of(angle)
     q, upper = np.linalg.qr(limacon_columns(angle))
     length = np.sqrt(np.sum(upper**2, axis=0))
-    told: dict[str, Any] = {"samples": angle.size, "swept": swept(np.sort(angle)), "tip_radius": tip_radius, "model": "limacon"}
+    told: dict[str, Any] = {"samples": angle.size, "swept": travel.swept, "tip_radius": tip_radius, "model": "limacon"}
     if np.abs(np.diag(upper)).min() * fits.CONDITION <= length.max():
         name = NAMES[int(np.argmin(np.abs(np.diag(upper))))]
         message = f"the readings do not tell {name} from the others: turn the part further"
@@ -149,9 +159,7 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
     back = np.linalg.inv(upper)
     value = back @ (q.T @ reading)
     left = reading - limacon_columns(angle) @ value
-    freedom = float(angle.size - 3)
-    sd = float(np.sqrt(left @ left / max(freedom, 1.0)))
-    scale, freedom = (known, inf) if np.isfinite(known) else (sd, freedom)
+    seen = _noise(travel, angle, left, known, step_noise(reading))
     status, message = Status.OK, ""
     if not hypot(value[1], value[2]) <= pi / 2 * value[0]:
         status = Status.IMPOSSIBLE
@@ -159,7 +167,15 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
             f"offset must be <= pi/2 radius (mm), as the spindle's axis lies in the part; got {hypot(value[1], value[2]):.6g}"
             f" and {value[0]:.6g}"
         )
-    return CircleEstimate(value, scale**2 * back @ back.T, status, message, freedom=freedom, noise_sd=sd, **told)
+    told |= {"noise_sd": seen.noise_sd, "inflation": seen.inflation, "form_bound": seen.form_bound}
+    return CircleEstimate(value, seen.scale**2 * back @ back.T, status, message, freedom=seen.freedom, **told)
+
+
+def _noise(travel: Travel, angle: Floats, left: Floats, known: float, step: float) -> Seen:
+    """The noise of a limacon: its columns are those of a circle about the axis."""
+    freedom = float(angle.size - 3)
+    sd = float(np.sqrt(left @ left / max(freedom, 1.0)))
+    return seen_noise(travel, (angle, np.ones_like(angle)), np.array([1.0, 0.0, 0.0]), left, (sd, sd, freedom), known, step)
 
 
 def _corrected(fitted: CircleEstimate, angle: Floats) -> CircleEstimate:

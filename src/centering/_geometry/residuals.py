@@ -1,12 +1,12 @@
 """What a fit leaves: is it normal, and is it independent? The estimates rest on the second."""
 
 import dataclasses
-from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import chdtrc, log_ndtr
 
+from centering._geometry.fit_noise_kernels import factor
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
@@ -71,8 +71,7 @@ class ResidualChecks(Frozen):
     @property
     def inflation(self) -> float:
         """Factor on standard deviations if the correlation fades by `lag_1` from reading to reading, unit 1, >= 1."""
-        held = min(max(self.lag_1, 0.0), 1.0 - 1.0 / self.samples)
-        return sqrt((1.0 + held) / (1.0 - held))
+        return float(factor(min(max(self.lag_1, 0.0), 1.0 - 1.0 / self.samples)))
 
 
 def residual_checks(residual: npt.ArrayLike, *, lags: int | None = None) -> ResidualChecks:

@@ -16,6 +16,7 @@ HUBER, SOFT_L1 = 1, 2
 BEND = 1.345  # residual over the scale from which on it counts for less: 95 % efficient on normal noise
 NORMAL = 1.4826022185056018  # sd of a normal quantity over the median of its absolute values
 FAR = 6.0  # scales from which on a reading is left out: dust only adds, and would push the radius
+FEW = 20  # readings up to which none is left out: a circle through three of them would have the others taken for dust
 LEAST, CHANGING = 4, 15  # steps taken at least; in which the scale and what is left out may still change
 
 
@@ -59,14 +60,15 @@ def least_median(data, triples, circle):
 
 @njit(**_OPTIONS)
 def sifted(left, scale, kept):
-    """Mark the readings that are not far off; return the sd that the median of theirs tells."""
+    """Mark the readings that are not far off; return the sd that the median of theirs tells. Of few readings all are kept."""
     m, near, count = kept.size, np.empty(kept.size), 0
     for i in range(m):
-        kept[i] = abs(left[i]) <= FAR * scale
+        kept[i] = m < FEW or abs(left[i]) <= FAR * scale
         if kept[i]:
             near[count] = abs(left[i])
             count += 1
-    if count < 4:
+    if count < m // 2 + 3:
+        kept[:] = True
         return scale
     return NORMAL * fit.ranked(near[:count], count // 2) * np.sqrt(count / (count - 3.0))
 
@@ -91,7 +93,7 @@ def weigh(left, scale, loss, kept, weight, result):
         weight[i] = np.sqrt(share)
     mean = max(slope / count, 1e-3)
     more = 1.0 + 3.0 / count * (1.0 - mean) / mean  # Huber's correction of small samples, for a slope that is 0 or 1
-    result[fit.UNIT] = more * scale * np.sqrt(square / max(count - 3.0, 1.0)) / mean
+    result[fit.SEEN] = more * scale * np.sqrt(square / max(count - 3.0, 1.0)) / mean
     result[fit.FREEDOM], result[fit.AWAY] = max(slope - 3.0, 1.0), away
     return mean
 
@@ -110,10 +112,11 @@ def advanced(data, circle, step, left):
 
 
 @njit(**_OPTIONS)
-def reweighted(data, scale, loss, kept, prior_mean, prior_sd, rows, left, weight, result):
+def reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result):
     """Go one step of the weighted problem from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
     m, step = data.shape[1], np.empty(3)
     mean = weigh(left, scale, loss, kept, weight, result)
+    result[fit.UNIT] = max(result[fit.SEEN], noise_sd)
     left[m] = prior_mean - result[fit.RADIUS]
     held = np.sqrt(mean) * result[fit.UNIT] / prior_sd
     gain = fit.direction(data, result, weight, left, held, rows, step, result)
@@ -126,13 +129,15 @@ def reweighted(data, scale, loss, kept, prior_mean, prior_sd, rows, left, weight
 
 
 @njit(**_OPTIONS)
-def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, triples, result):
+def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, triples, left, result):
     """Fit the exact curve with a loss that grows slower than the square; write the slots of `result`, return how it ended.
+
+    What the residuals (m + 1) count for is written to `left`; NaN where they are left out.
 
     The covariance is Huber's: scale^2 times mean of the squared score over the squared mean of its slope, times (J'J)^-1.
     """
     m, data = angle.size, fit.prepared(angle, reading, form)
-    rows, left, weight, kept = np.empty((4, m + 1)), np.empty(m + 1), np.empty(m), np.empty(m, dtype=np.bool_)
+    rows, weight, kept = np.empty((4, m + 1)), np.empty(m), np.empty(m, dtype=np.bool_)
     near = least_median(data, triples, result)
     if near == np.inf and fit.started(data, rows, result) != fit.FITTED:
         return fit.SINGULAR
@@ -144,13 +149,17 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
         if result[fit.TAKEN] <= CHANGING:
             least = fit.ROUNDING * result[fit.RADIUS]
             width = max(sifted(left, max(width, least), kept), least)
-            scale = width if np.isnan(noise_sd) else noise_sd
-        ended = reweighted(data, scale, loss, kept, prior_mean, prior_sd, rows, left, weight, result)
+            scale = max(width, noise_sd)
+        ended = reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result)
         if ended == fit.SINGULAR or ended == fit.OUTSIDE:
             return ended
     weigh(left, scale, loss, kept, weight, result)
+    result[fit.UNIT] = max(result[fit.SEEN], noise_sd)
+    counted = np.empty(m)
     for i in range(m):
+        counted[i] = weight[i] ** 2 * left[i] if kept[i] else np.nan
         weight[i] = 1.0 if kept[i] else 0.0
     fit.direction(data, result, weight, left, result[fit.UNIT] / prior_sd, rows, np.empty(3), result)
+    left[:m] = counted
     result[fit.NOISE] = scale
     return ended
