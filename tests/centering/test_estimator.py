@@ -228,7 +228,7 @@ def test_a_few_readings_give_no_nonsense(known):
         ({"model": "circle"}, "model must be one of exact, limacon"),
         ({"arc_min": 30.0}, "arc_min must be in \\[0, 6.28319\\] \\(rad\\)"),
         ({"radius_prior": (61.9, 0.0)}, "radius_prior\\[1\\] must be > 0 \\(mm\\)"),
-        ({"form": {1: 0.1}}, "form must be >= 2"),
+        ({"form": {1: 0.1}}, "upr of form must be >= 2; got 1"),
         ({"form": {2: -0.1}}, "form\\[2\\] must be >= 0 \\(mm\\)"),
     ],
 )
@@ -263,3 +263,18 @@ def test_refuses_degrees():
 def test_refuses_unequal_lengths():
     with pytest.raises(ValueError, match=r"one length; got \(3,\) and \(2,\)"):
         GeometryEstimator().extend([0.0, 0.1, 0.2], [1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda e: e.update(angle="a", reading=60.0), r"angle must be a number \(rad\); got 'a'"),
+        (lambda e: e.update(angle=0.0, reading=None), r"reading must be a number \(mm\); got None"),
+        (lambda e: e.extend(["a"], [60.0]), r"angle must be numbers \(rad\); got \['a'\]"),
+        (lambda e: e.extend([0.0], ["b"]), r"reading must be numbers \(mm\); got \['b'\]"),
+        (lambda e: GeometryEstimator(joint="no"), r"joint must be True or False; got 'no'"),
+    ],
+)
+def test_refuses_what_is_no_number(call, message):
+    with pytest.raises(TypeError, match=message):
+        call(GeometryEstimator())

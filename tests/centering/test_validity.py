@@ -312,3 +312,57 @@ def test_band_is_that_of_the_estimate():
             estimator = GeometryEstimator(noise_sd=noise_sd, joint=joint, confidence=0.99, form={2: 1e-4})
             estimator.extend(angle, clean(angle, 1.0, "exact") + np.random.default_rng(0).normal(0.0, SIGMA, 150))
             assert_allclose(estimator.band, estimator.estimate.uncertainty(0.99, joint=joint), rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("step", "sigma", "noise_sd"), [(10, 0.001, 0.001), (5, 0.001, 0.001), (10, 0.01, None), (5, 0.01, None)]
+)
+def test_a_kept_radius_is_not_claimed_too_surely(step, sigma, noise_sd):
+    """Over four pushes, each after as few readings as make the estimate valid."""
+    rng, angle, missed, count = np.random.default_rng(step), np.radians(np.arange(0.0, 1080.0, step)), 0, 0
+    estimator = GeometryEstimator(noise_sd=noise_sd, joint=True)
+    for _ in range(300):
+        estimator.reset()
+        for push in range(5):
+            if push:
+                estimator.reset(keep_radius=True)
+            phi, seen = rng.uniform(-np.pi, np.pi), angle + rng.uniform(-np.pi, np.pi)
+            reading = circle_reading(seen, RADIUS, 3.6, phi) + rng.normal(0.0, sigma, angle.size)
+            if estimator.first_valid(seen, reading) is None:
+                continue
+            value, count = estimator.estimate.value, count + (push > 0)
+            missed += push > 0 and np.hypot(value[1] - 3.6 * np.cos(phi), value[2] - 3.6 * np.sin(phi)) > estimator.band
+    assert count > 1100
+    assert missed <= allowed_misses(count)
+
+
+@pytest.mark.parametrize("joint", [False, True])
+def test_no_surer_than_the_given_noise(joint):
+    angle = turned(40)
+    for seed in range(20):
+        reading = clean(angle, 3.6, "exact") + np.random.default_rng(seed).normal(0.0, SIGMA, 40)
+        for count in (6, 8, 12, 40):
+            told, exact = (GeometryEstimator(noise_sd=n, joint=joint, confidence=0.99) for n in (SIGMA, None))
+            told.extend(angle[:count], reading[:count])
+            exact.extend(angle[:count], reading[:count])
+            a, b = told.estimate, exact.estimate
+            if b.noise_sd == 0.0:  # correlated: nothing is known of the noise
+                continue
+            share = 0.99 * (SIGMA * a.inflation) / (b.noise_sd * b.inflation)
+            assert a.center_sd >= share * b.center_sd
+            assert a.radius_sd >= share * b.radius_sd
+            assert_allclose(told.band, a.uncertainty(0.99, joint=joint), rtol=1e-8)
+
+
+@pytest.mark.parametrize(("step", "sigma", "offset"), [(2e-3, 1e-4, 0.02), (2e-3, 1e-4, 5e-4), (1e-3, 1e-4, 3.6)])
+def test_rounding_of_the_probe_is_in_the_band(step, sigma, offset):
+    """Readings of a nearly centred part repeat: their residuals say nothing of the error of rounding."""
+    angle = turned(720)
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        phi, exact = rng.uniform(-np.pi, np.pi), RADIUS + rng.uniform(0.0, step)
+        reading = np.round((circle_reading(angle, exact, offset, phi) + rng.normal(0.0, sigma, 720)) / step) * step
+        estimator = GeometryEstimator(joint=True, confidence=0.99)
+        if estimator.first_valid(angle, reading) is not None:
+            value = estimator.estimate.value
+            assert np.hypot(value[1] - offset * np.cos(phi), value[2] - offset * np.sin(phi)) <= 1.2 * estimator.band

@@ -189,7 +189,7 @@ class CircleEstimate(Estimate):
             For a probability outside (0, 1).
         """
         share = checks.probability("confidence", confidence)
-        return _reach(share, self.freedom, joint) * self.center_sd + self.form_bound
+        return reach(share, self.freedom, joint) * self.center_sd + self.form_bound
 
     def reading(self, angle: npt.ArrayLike) -> Floats:
         """Return what the model predicts that the probe reads, mm, of the shape of `angle`.
@@ -244,7 +244,7 @@ class CircleEstimate(Estimate):
         )
 
 
-def _reach(share: float, freedom: float, joint: bool) -> float:
+def reach(share: float, freedom: float, joint: bool) -> float:
     """Standard deviations within which a share of the errors lies: Student's t, or sqrt(2 F) with 2 and `freedom`."""
     if joint:
         beyond = -log1p(-share)

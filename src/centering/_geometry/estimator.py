@@ -1,20 +1,21 @@
 """The streaming estimator: radius and centre from every reading, how sure they are, and when that is enough."""
 
 from collections.abc import Mapping
-from math import inf, log, pi
+from math import exp, expm1, inf, log, pi
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import brentq
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.estimate import CircleEstimate
+from centering._geometry.estimate import CircleEstimate, reach
 from centering._geometry.estimator_kernels import carry_radius, clear, ring, run, take
 from centering._geometry.estimator_settings import empty_state, radius_and_sd, refusal, write_quantiles
 from centering._geometry.forecast_kernels import arc_needed
 from centering._geometry.form import assumed_lobes, known_harmonics
 from centering._geometry.validity import limited_by, sentence
-from centering._geometry.validity_kernels import judge, valid_now
+from centering._geometry.validity_kernels import holds_axis, judge, valid_now
 from sdpgrind.base import checks, units
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Status
@@ -41,7 +42,8 @@ class GeometryEstimator:
     Parameters
     ----------
     noise_sd : float, optional
-        Least standard deviation of one reading, mm: the band is never made of less. By default that of the residuals only.
+        Least standard deviation of one reading, mm: the band is never made of less. By default that of the residuals only. The
+        probe's step counts: where many readings repeat the one before, no less than that of rounding to the least step seen.
     confidence : float
         Probability in (0, 1) that the true centre lies within the band, unit 1.
     rel_tol : float
@@ -109,7 +111,7 @@ class GeometryEstimator:
         state[at.ABS_TOL] = checks.positive("abs_tol", abs_tol, "mm")
         state[at.ARC_MIN] = checks.within("arc_min", arc_min, 0.0, 2 * pi, "rad")
         state[at.LOG_FORGETTING] = log(checks.share("forgetting", forgetting, "1")) / (2 * pi)
-        state[at.JOINT] = bool(joint)
+        state[at.JOINT] = _flag("joint", joint)
         write_quantiles(state, checks.probability("confidence", confidence))
         self._prior = (0.0, 0.0) if radius_prior is None else radius_and_sd(radius_prior, float(tip_radius))
         self._rejected: dict[int, tuple[float, float]] = {}
@@ -150,7 +152,10 @@ class GeometryEstimator:
             For NaN, a step of more than a turn or coarse steps as of degrees, or a reading <= 0 (exact curve); then nothing has
             changed.
         """
-        code = take(self._state, float(angle), float(reading))
+        try:
+            code = take(self._state, float(angle + 0.0), float(reading + 0.0))
+        except TypeError:
+            code = take(self._state, checks.number("angle", angle, "rad"), checks.number("reading", reading, "mm"))
         if code != 0:
             self._note(code, float(angle), float(reading))
 
@@ -208,9 +213,11 @@ class GeometryEstimator:
         value, message = state[[at.RADIUS, at.FIT_X, at.FIT_Y]], sentence(state, limit, arc)
         if not np.isfinite(state[at.SCALE]):
             return _unknown(value, message, common)
-        covariance = (state[at.SCALE] * state[at.INFLATION]) ** 2 * state[at.SHAPE : at.SHAPE + 9].reshape(3, 3)
-        freedom = float(state[at.SCALE_FREEDOM]) or inf
+        scale, freedom = _scale(state)
+        covariance = (scale * state[at.INFLATION]) ** 2 * state[at.SHAPE : at.SHAPE + 9].reshape(3, 3)
         status = Status.OK if valid else Status.UNDETERMINED if limit == "samples" else Status.UNSURE
+        if limit == "noise" and not holds_axis(state):
+            status = Status.IMPOSSIBLE
         return CircleEstimate(value, 0.5 * (covariance + covariance.T), status, message, freedom=freedom, **common)
 
     @property
@@ -256,10 +263,36 @@ class GeometryEstimator:
 
 def _pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Float arrays of one length; what is in them the kernels check."""
-    angles, readings = (np.ascontiguousarray(values, dtype=float) for values in (angle, reading))
+    angles, readings = _floats("angle", angle, "rad"), _floats("reading", reading, "mm")
     if angles.ndim != 1 or angles.shape != readings.shape:
         raise ValueError(f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}")
     return angles, readings
+
+
+def _floats(name: str, values: npt.ArrayLike, unit: str) -> Floats:
+    """A float array, which may hold NaN."""
+    try:
+        return np.ascontiguousarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be numbers ({unit}); got {checks.shown(values)}") from None
+
+
+def _flag(name: str, value: object) -> bool:
+    """A value that must be True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be True or False; got {checks.shown(value)}")
+    return bool(value)
+
+
+def _scale(state: Floats) -> tuple[float, float]:
+    """Sd of a reading, not below the noise that was given, and the degrees of freedom with which it makes the band."""
+    sd, freedom, least = float(state[at.SCALE]), float(state[at.SCALE_FREEDOM]) or inf, float(state[at.NOISE])
+    if sd >= least or not np.isfinite(sd):
+        return sd, freedom
+    share, joint, wanted = -expm1(state[at.BEYOND]), bool(state[at.JOINT]), float(state[at.REACH]) / least
+    if wanted <= reach(share, 1e9, joint) or freedom < 1:
+        return least, inf if freedom >= 1 else freedom
+    return least, exp(brentq(lambda n: reach(share, exp(n), joint) - wanted, 0.0, log(1e9), xtol=1e-12))
 
 
 def _told(state: Floats, limit: str, arc: float) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.estimator_noise_kernels import back, block
+from centering._geometry.estimator_noise_kernels import back, block, known_quantile
 from centering._geometry.estimator_row_kernels import write_row
 from centering._geometry.estimator_travel_kernels import (
     PIVOT,
@@ -18,18 +18,25 @@ from centering._geometry.estimator_travel_kernels import (
     way_of,
 )
 from centering._geometry.estimator_turn_kernels import gather
-from centering._geometry.validity_kernels import judge, valid_now
+from centering._geometry.validity_kernels import holds_axis, judge, valid_now
 from sdpgrind.identify.kernels import rotate
 
 _WILD = 5.0  # standard deviations from which on a reading is refused
 _QUIET = 1e-11  # least noise of the gate, in largest readings
+_SAME = 1e-12  # of the largest reading: rounding of sums
+_CLOSER = 1.5  # times nearer that the readings must lie to a circle through neighbours
 _FEW = 8  # readings before the centre is used to weigh
 _CORE = 2.5  # standard deviations about the screened start within which readings are taken first
+_SHORT = 720.0  # fourth power of an arc (rad) over which noise s in the rows tells as much of R as they do, over (s/R)^2
+_LONG = 0.5  # rad: arc over which it does not in any case
+_OWN_NOISE = 0.1  # largest root of what noise in the rows may add to the information of the radius, in that information
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _is_wild(state, array, row):
     """Whether a reading lies too far from what those before predict, at the noise that they show."""
+    if state[at.COVERED] < state[at.GATE_FROM]:
+        return False
     spread, error = 1.0, row[3]
     first = row[0] / array[0, 0]
     second = (row[1] - array[0, 1] * first) / array[1, 1]
@@ -119,8 +126,21 @@ def _remember(state, angle, reading):
     state[cell + 4] = state[at.INDEX]
     if state[at.SEEN] == 0.0:
         state[at.REFERENCE] = reading + state[at.TIP]
+    else:
+        _see_step(state, reading)
+    state[at.LATEST] = reading
     state[at.LARGEST] = max(state[at.LARGEST], abs(reading + state[at.TIP]))
     return cell
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _see_step(state, reading):
+    """Keep the least step from reading to reading, and how many readings repeat the one before."""
+    step = abs(reading - state[at.LATEST])
+    if step <= _SAME * state[at.LARGEST]:
+        state[at.REPEATS] += 1.0
+    elif state[at.QUANTUM] == 0.0 or step < state[at.QUANTUM]:
+        state[at.QUANTUM] = step
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -153,7 +173,7 @@ def _take(state, array, row, angle, reading):
     state[at.IN_A_ROW] = 0.0
     _fold(state, array, row, 1.0, state[at.TRAVEL])
     if state[at.SEEN] == at.RING:
-        _screen(state)
+        _end_start(state)
         return SCREENED if state[at.BAD] > 0.0 else TAKEN
     return TAKEN
 
@@ -180,13 +200,27 @@ def _replay(state, wanted):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _end_start(state):
+    """Screen the start, if it is turned so far that the rows tell more than the noise of the readings in them.
+
+    The rows of a spindle that stands explain any reading: none can be refused before the arc GATE_FROM.
+    """
+    if state[at.LIMACON] == 0.0:
+        readings = ring(state)[:, 1]
+        noise = max(np.median(np.abs(readings[1:] - readings[:-1])) / 0.954, state[at.NOISE])
+        state[at.GATE_FROM] = min(np.sqrt(np.sqrt(_SHORT) * noise / state[at.REFERENCE]), _LONG)
+    if state[at.COVERED] >= state[at.GATE_FROM]:
+        _screen(state)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _screen(state):
     """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
     cells, array, row = ring(state), block(state, 0, 3), block(state, 15, 1)[0]
     error = _agreed_errors(state)
-    least = max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
+    least = max(state[at.NOISE], _QUIET * state[at.LARGEST])
     scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * np.median(error), least)
-    core = error <= _CORE * scale + state[at.FORM_GATE] * state[at.RATIO]
+    core = error <= _CORE * scale + state[at.FORM_GATE]
     _replay(state, core)
     for i in range(at.RING):
         if not core[i]:
@@ -200,26 +234,39 @@ def _screen(state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _triple(n):
+    """Places in the ring of three readings: one of each third, or neighbours."""
+    if n < 60:
+        first, turn = n % 10, n // 10
+        return first, 10 + (3 * first + turn) % 10, 20 + (7 * first + 2 * turn) % 10
+    first, second, third = 13 * n, 3 + n % 9, 7 + n % 9 + (n // 9) % 5
+    return first % at.RING, (first + second) % at.RING, (first + third) % at.RING
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _agreed_errors(state):
-    """Errors of the readings about that circle through three of them whose median error is least (60 well spread triples)."""
+    """Errors (mm) of the readings about that circle through three of them whose median error is least.
+
+    Of 60 triples each reading is of another third; those of 60 more are 3 to 15 readings apart, so that some miss any 14
+    neighbours that are dusty. These are believed if they agree much better: form would else be told from a circle by them.
+    """
     cells, least, best = ring(state), np.inf, np.zeros(at.RING)
     center_x, center_y = state[at.CENTER_X], state[at.CENTER_Y]
     value, error = np.empty(3), np.empty(at.RING)
-    for n in range(60):
-        first, turn = n % 10, n // 10
+    for n in range(120):
         _clear_fit(state)
         array, row = block(state, 0, 3), block(state, 15, 1)[0]
-        for i in (first, 10 + (3 * first + turn) % 10, 20 + (7 * first + 2 * turn) % 10):
+        for i in _triple(n):
             write_row(state, cells[i, 0], cells[i, 1], row)
             rotate(array, row)
         back(array, 3, value)
         state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
         for i in range(at.RING):
             write_row(state, cells[i, 0], cells[i, 1], row)
-            error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2])
+            error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2]) / state[at.RATIO]
         median = np.median(error)
-        if median < least:
-            least = median
+        if median < least if n < 60 else _CLOSER * median < least:
+            least = median if n < 60 else _CLOSER * median
             best[:] = error
             center_x, center_y = value[1], value[2]
     state[at.CENTER_X], state[at.CENTER_Y] = center_x, center_y
@@ -241,7 +288,7 @@ def _restart(state):
         _again(state, latest[i], latest[i - 1] if i > 0 else latest[i])
     state[at.INDEX] = number
     if state[at.SEEN] == at.RING:
-        _screen(state)
+        _end_start(state)
     else:
         _replay(state, np.ones(at.RING, dtype=np.bool_))
 
@@ -278,11 +325,26 @@ def carry_radius(state, moved):
             return
         block(state, 0, 3)[:] = block(state, 6, 3)
     judge(state)
-    sd = state[at.SCALE] * np.sqrt(state[at.SHAPE]) * state[at.INFLATION] + state[at.FORM_BOUND]
-    if state[at.FREEDOM] < 1.0 or not sd > 0.0:
+    # the quantile is in it: what is told by few readings would else be used as if the noise were known
+    reach = state[at.REACH] / known_quantile(state)
+    sd = reach * np.sqrt(state[at.SHAPE]) * state[at.INFLATION] + state[at.FORM_BOUND]
+    if state[at.FREEDOM] < 1.0 or not sd > 0.0 or not _tells_radius(state):
         return
     state[at.PRIOR_RADIUS], state[at.PRIOR_SD] = state[at.RADIUS] + state[at.TIP], sd
     state[at.PRIOR_NOISE], state[at.PRIOR_FREEDOM] = state[at.FIT_NOISE], min(state[at.FREEDOM], 10.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _tells_radius(state):
+    """Whether a judged radius comes of the way turned: rows hold the readings, and those of a spindle that stands differ too.
+
+    Noise s in m rows adds m (s/R)^2 to the information 1/shape of the radius. Differences of readings bound s from above.
+    """
+    if not holds_axis(state):
+        return False
+    radius = state[at.RADIUS] + state[at.TIP]
+    noise = np.sqrt(0.5 * state[at.LAG + 15] * state[at.SHAPE]) * state[at.REFERENCE] / radius
+    return state[at.LIMACON] != 0.0 or state[at.COVERED] >= np.pi or noise <= _OWN_NOISE * radius
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -2,8 +2,8 @@
 
 RING = 30
 """Latest readings that are kept: a start is screened over them, a part that has moved is recognised in them."""
-DOUBTFUL = 3
-"""Refused readings in a row from which on the estimate is in doubt: dust is not as likely as a part that has moved."""
+DOUBTFUL = 1
+"""Refused readings in a row from which on the estimate is in doubt: whether it was dust the next one tells."""
 TABLE = 64
 """Quantiles of Student's law that are kept, for 1, 2, ... degrees of freedom."""
 
@@ -28,7 +28,11 @@ seen and how much of it is covered (rad), steps that widened it, way and number 
 (rad), even coarse steps in a row, readings refused in the ring and in a row, whether there is a row before, radius over the first
 reading."""
 
-LAG = RATIO + 1
+QUANTUM, REPEATS, LATEST, GATE_FROM = range(RATIO + 1, RATIO + 5)
+"""Least step from reading to reading (mm; 0: none), readings equal to the one before, the latest (mm), and the arc from which on
+wild ones are refused (rad)."""
+
+LAG = GATE_FROM + 1
 """Sums of products of differences of successive rows and targets (4, 4); its upper triangle."""
 PREVIOUS = LAG + 16
 """The row before, with its target (4)."""

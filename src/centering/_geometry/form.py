@@ -65,7 +65,7 @@ def assumed_lobes(form: Mapping[int, float] | None) -> Floats:
         return np.zeros((0, 2))
     if not isinstance(form, Mapping):
         raise TypeError(f"form must be a mapping of undulations per revolution to amplitudes (mm); got {checks.shown(form)}")
-    rows = [(checks.count("form", n, 2), checks.nonnegative(f"form[{n}]", a, "mm")) for n, a in form.items()]
+    rows = [(checks.count("upr of form", n, 2), checks.nonnegative(f"form[{n}]", a, "mm")) for n, a in form.items()]
     return np.array(rows, dtype=float).reshape(-1, 2)
 
 

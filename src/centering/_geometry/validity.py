@@ -7,6 +7,7 @@ import numpy as np
 from centering._geometry import estimator_slots as at
 from centering._geometry.forecast_kernels import turn_needed
 from centering._geometry.form import gain_of_two
+from centering._geometry.validity_kernels import holds_axis, never_changed
 from sdpgrind.base.checks import Floats
 
 _FULL = 0.97 * 2 * pi  # rad: as good as a turn
@@ -18,6 +19,8 @@ def limited_by(state: Floats) -> str:
         return "correlation" if state[at.INFLATION] > 1 and state[at.WEIGHT] - 3 >= 1 else "samples"
     if state[at.COVERED] < state[at.ARC_MIN]:
         return "arc"
+    if never_changed(state) or not holds_axis(state):
+        return "noise"
     band, tolerance, form = state[at.BAND], state[at.TOLERANCE], state[at.FORM_BOUND]
     if band <= tolerance:
         return "noise" if state[at.IN_A_ROW] >= at.DOUBTFUL else ""
@@ -37,6 +40,10 @@ def sentence(state: Floats, limit: str, arc: float) -> str:
     head = f"centre within {band}, {tolerance} asked"
     if state[at.IN_A_ROW] >= at.DOUBTFUL:
         return f"{head}, by readings before; the latest {int(state[at.IN_A_ROW])} disagree: dust, or the part has moved"
+    if limit == "noise" and not holds_axis(state):
+        return "the centre lies outside the part that is found: look for bad readings or a wrong unit"
+    if never_changed(state):
+        return "all readings are the same: give noise_sd, which is to hold half of the probe's step"
     if not limit:
         return head + _form_warning(state)
     return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(state, arc)}{_form_warning(state)}"

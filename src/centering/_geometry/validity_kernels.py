@@ -17,6 +17,7 @@ LEAST_RATIO, MOST_RATIO = 0.5, 20.0
 """Radius over the first reading: offsets up to 0.95 radii. The triangle's noise is that of a reading times this ratio."""
 _STEPS = 12  # Gauss-Newton, where the radius is known
 _ENOUGH = 8.0  # readings from which on the bias by noise is taken off
+_REPEATED = 0.25  # share of readings that repeat the one before from which on their rounding matters
 _CLOSE = 1e-14  # of the largest reading
 _TURN = 2.0 * np.pi
 
@@ -174,8 +175,37 @@ def _write_fit(state, value, information, ratio):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def holds_axis(state):
+    """Whether the fitted circle holds the spindle axis; a limacon may be about a radius of 0."""
+    return state[at.LIMACON] != 0.0 or np.hypot(state[at.FIT_X], state[at.FIT_Y]) < state[at.RADIUS] + state[at.TIP]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def never_changed(state):
+    """Whether all readings are one and the same, so that nothing is known of their noise."""
+    return state[at.NOISE] == 0.0 and state[at.QUANTUM] == 0.0 and state[at.REPEATS] > 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_rounding(state):
+    """Where many readings repeat the one before, make noise that of their rounding q at least, and inflate it.
+
+    Without noise the errors of rounding hang together all over a turn; with noise s, q exp(-2 pi^2 s^2/q^2) of them does.
+    """
+    step = state[at.QUANTUM]
+    if step <= 0.0 or state[at.REPEATS] < _REPEATED * state[at.SEEN]:
+        return
+    rounding = step / np.sqrt(12.0)
+    state[at.FIT_NOISE] = max(state[at.FIT_NOISE], rounding)
+    free = max((state[at.FIT_NOISE] / step) ** 2 - 1.0 / 12.0, 0.0)
+    together = rounding * np.sqrt(state[at.WEIGHT]) * np.exp(-2.0 * np.pi**2 * free)
+    state[at.INFLATION] = max(state[at.INFLATION], together / (quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _write_band(state):
     """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
+    _write_rounding(state)
     seen, least = quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE], known_quantile(state) * state[at.NOISE]
     if state[at.FREED] != 0.0 and seen * state[at.INFLATION] < least:
         state[at.INFLATION], seen = 1.0, 0.0
@@ -186,7 +216,7 @@ def _write_band(state):
     state[at.BAND] = state[at.REACH] * state[at.SPREAD] * state[at.INFLATION] + state[at.FORM_BOUND]
     offset = np.hypot(state[at.FIT_X], state[at.FIT_Y])
     state[at.TOLERANCE] = max(state[at.REL_TOL] * offset, state[at.ABS_TOL])
-    if state[at.IN_A_ROW] >= at.DOUBTFUL:
+    if state[at.IN_A_ROW] >= at.DOUBTFUL or never_changed(state) or not holds_axis(state):
         return False
     # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
     return state[at.COVERED] >= state[at.ARC_MIN] and state[at.FREEDOM] >= 1.0 and state[at.BAND] <= state[at.TOLERANCE]
