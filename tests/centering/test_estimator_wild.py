@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+import hwsim
 from centering._geometry.curve import circle_derivatives, circle_reading
 from centering._geometry.estimator import GeometryEstimator
 from sdpgrind import units
@@ -142,7 +143,7 @@ def test_is_not_valid_while_the_newest_reading_is_refused():
     assert estimator.valid
     estimator.update(angle=angle[180], reading=reading[180] + 1.0)
     assert not estimator.valid
-    assert "the latest 1 disagree" in estimator.estimate.message
+    assert "1 of the latest 30 readings disagree" in estimator.estimate.message
     estimator.update(angle=angle[181], reading=reading[181])
     assert estimator.valid
 
@@ -256,3 +257,17 @@ def test_swept_counts_what_is_seen():
     assert_allclose(fitted(turned(90), reading).estimate.swept, units.deg(89.0))
     assert_allclose(fitted(there_and_back, np.concatenate([reading, reading[::-1]])).estimate.swept, units.deg(89.0))
     assert_allclose(fitted(with_gap, circle_reading(with_gap, RADIUS, OFFSET, PHI)).estimate.swept, units.deg(39.0))
+
+
+def test_one_reading_that_fits_does_not_settle_a_move():
+    """Two circles cross: there a reading of the moved part fits the old one."""
+    ring = hwsim.Ring(62.0, offset=2.0, offset_angle=np.pi / 6)
+    scan = hwsim.Probe(ring, moved=(0.3, 0.3, -0.2)).scan(turns=3, rng=1)
+    estimator = GeometryEstimator(tip_radius=3.75, noise_sd=0.0015)
+    told = []
+    for angle, reading in zip(scan.angle[:50], scan.reading[:50], strict=True):
+        estimator.update(angle=angle, reading=reading)
+        told.append(estimator.estimate)
+        assert not estimator.valid
+    refused = estimator.rejected[0].size > 10 and any("of the latest 30 readings disagree" in one.message for one in told)
+    assert refused and {one.limited_by for one in told[-4:]} == {"outliers"}

@@ -18,7 +18,7 @@ from sdpgrind.identify import Estimate
 
 NAMES = ("radius", "center_x", "center_y")
 MODELS = ("exact", "limacon", "printed")
-LIMITS = ("", "samples", "arc", "noise", "correlation", "form")
+LIMITS = ("", "samples", "arc", "noise", "correlation", "form", "outliers")
 KNOWN = 2.0
 """Offsets below that many standard deviations of the centre have no direction."""
 
@@ -60,8 +60,9 @@ class CircleEstimate(Estimate):
         Radius of the probe's tip, mm; less than 0 where a bore was read from within.
     model : {"exact", "limacon", "printed"}
         The curve that was fitted; "printed" is the limacon with the radius corrected by Mears (4.22).
-    limited_by : {"", "samples", "arc", "noise", "correlation", "form"}
-        What keeps the estimate from being as sure as was asked; empty when nothing does.
+    limited_by : {"", "samples", "arc", "noise", "correlation", "form", "outliers"}
+        What keeps the estimate from being as sure as was asked; empty when nothing does; "outliers": the latest
+        readings disagree, by dust or because the part has moved.
     arc_needed : float
         Angle still to be turned until it is as sure as was asked, rad; inf when no angle will do.
 

@@ -2,8 +2,9 @@
 
 RING = 30
 """Latest readings that are kept: a start is screened over them, a part that has moved is recognised in them."""
-DOUBTFUL = 1
-"""Refused readings in a row from which on the estimate is in doubt: whether it was dust the next one tells."""
+DOUBTFUL = 7
+"""Refused readings among the latest 30 that may be dust (less than 1 % of windows with 10 % of dust have more); from more on, and
+while the newest is refused, the estimate is in doubt."""
 TABLE = 64
 """Quantiles of Student's law that are kept, for 1, 2, ... degrees of freedom."""
 

@@ -7,14 +7,16 @@ import numpy as np
 from centering._geometry import estimator_slots as at
 from centering._geometry.forecast_kernels import turn_needed
 from centering._geometry.form import gain_of_two
-from centering._geometry.validity_kernels import holds_axis, never_changed
+from centering._geometry.validity_kernels import holds_axis, in_doubt, never_changed
 from sdpgrind.base.checks import Floats
 
 _FULL = 0.97 * 2 * pi  # rad: as good as a turn
 
 
 def limited_by(state: Floats) -> str:
-    """What limits a judged state: "samples", "arc", "form", "correlation", "noise", or nothing."""
+    """What limits a judged state: "samples", "arc", "form", "correlation", "noise", "outliers", or nothing."""
+    if in_doubt(state):
+        return "outliers"
     if state[at.FREEDOM] < 1:
         return "correlation" if state[at.INFLATION] > 1 and state[at.WEIGHT] - 3 >= 1 else "samples"
     if state[at.COVERED] < state[at.ARC_MIN]:
@@ -23,7 +25,7 @@ def limited_by(state: Floats) -> str:
         return "noise"
     band, tolerance, form = state[at.BAND], state[at.TOLERANCE], state[at.FORM_BOUND]
     if band <= tolerance:
-        return "noise" if state[at.IN_A_ROW] >= at.DOUBTFUL else ""
+        return ""
     if band - form <= tolerance:
         return "form"
     if state[at.INFLATION] > 1 and (band - form) / state[at.INFLATION] <= tolerance:
@@ -38,8 +40,9 @@ def sentence(state: Floats, limit: str, arc: float) -> str:
         return f"{int(state[at.USED])} readings are too few to tell" + _further(state, arc)
     band, tolerance = _um(state[at.BAND]), _um(state[at.TOLERANCE])
     head = f"centre within {band}, {tolerance} asked"
-    if state[at.IN_A_ROW] >= at.DOUBTFUL:
-        return f"{head}, by readings before; the latest {int(state[at.IN_A_ROW])} disagree: dust, or the part has moved"
+    if in_doubt(state):
+        latest = f"{int(state[at.BAD])} of the latest {at.RING} readings disagree"
+        return f"{head}, by readings before; {latest}: dust, or the part has moved"
     if limit == "noise" and not holds_axis(state):
         return "the centre lies outside the part that is found: look for bad readings or a wrong unit"
     if never_changed(state):
@@ -68,7 +71,7 @@ def _numbers(state: Floats) -> dict[str, float | str]:
 
 def _further(state: Floats, arc: float) -> str:
     if not isfinite(arc):
-        return "; turn on" if arc == inf else ""
+        return "; keep turning" if arc == inf else ""
     if arc > 0 and arc == turn_needed(state):
         return f"; a whole turn tells form from noise, after {np.ceil(degrees(arc)):.0f} deg more"
     return f"; valid after {np.ceil(degrees(arc)):.0f} deg more at this noise" if arc > 0 else ""

@@ -203,6 +203,12 @@ def _write_rounding(state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def in_doubt(state):
+    """Whether the latest readings disagree: one that fits where the old circle and the new one cross does not settle it."""
+    return state[at.IN_A_ROW] >= 1.0 or state[at.BAD] > at.DOUBTFUL
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _write_band(state):
     """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
     _write_rounding(state)
@@ -216,7 +222,7 @@ def _write_band(state):
     state[at.BAND] = state[at.REACH] * state[at.SPREAD] * state[at.INFLATION] + state[at.FORM_BOUND]
     offset = np.hypot(state[at.FIT_X], state[at.FIT_Y])
     state[at.TOLERANCE] = max(state[at.REL_TOL] * offset, state[at.ABS_TOL])
-    if state[at.IN_A_ROW] >= at.DOUBTFUL or never_changed(state) or not holds_axis(state):
+    if in_doubt(state) or never_changed(state) or not holds_axis(state):
         return False
     # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
     return state[at.COVERED] >= state[at.ARC_MIN] and state[at.FREEDOM] >= 1.0 and state[at.BAND] <= state[at.TOLERANCE]

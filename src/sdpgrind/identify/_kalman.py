@@ -42,12 +42,12 @@ class RandomWalk:
     --------
     A closing gap over parts; of the third there is no reading:
 
-    >>> track = RandomWalk(("closing_gap",), walk_variance=1e-6, noise_variance=4e-6, units=("mm",))
+    >>> track = RandomWalk(("stroke_offset",), walk_variance=1e-6, noise_variance=4e-6, units=("mm",))
     >>> for gap in (0.120, 0.122, float("nan"), 0.131):
     ...     track.update(gap)
     >>> track.innovation.round(6).tolist(), track.innovation_sd.round(6).tolist()
     ([0.009889], [0.002867])
-    >>> round(track.estimate["closing_gap"], 6)
+    >>> round(track.estimate["stroke_offset"], 6)
     0.126189
     """
 
