@@ -16,16 +16,6 @@ from sdpgrind.identify import Status
 RADIUS, SIGMA = 61.94, 0.04
 
 
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """Kernels are compiled before the clock of the first test runs."""
-    estimator = GeometryEstimator()
-    estimator.extend(turned(40), np.full(40, RADIUS))
-    _ = estimator.valid, estimator.estimate
-    estimator.update(angle=0.7, reading=RADIUS)
-    estimator.reset(keep_radius=True)
-
-
 def turned(degrees, start=0.0):
     return np.radians(start + np.arange(float(degrees)))
 

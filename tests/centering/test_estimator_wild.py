@@ -14,16 +14,6 @@ RADIUS, SIGMA, OFFSET, PHI = 61.94, 0.01, 3.6, 0.7
 CENTER = OFFSET * np.array([np.cos(PHI), np.sin(PHI)])
 
 
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """Kernels are compiled before the clock of the first test runs."""
-    estimator = GeometryEstimator()
-    estimator.extend(turned(40), np.full(40, RADIUS))
-    _ = estimator.valid, estimator.estimate
-    estimator.update(angle=0.7, reading=RADIUS)
-    estimator.reset(keep_radius=True)
-
-
 def turned(degrees, start=0.0):
     return np.radians(start + np.arange(float(degrees)))
 

@@ -77,7 +77,7 @@ def test_every_package_has_its_arrows():
             assert f"sdpgrind.{folder.name}" in ALLOWED
 
 
-FLOORS = ("_geometry", "_roundness", "_handover")
+FLOORS = ("_geometry", "_roundness", "_handover", "_push", "_friction", "_cycle")
 """Folders of `centering`, from the ground up."""
 
 

@@ -30,7 +30,9 @@ class Frozen:
             inside: Any = changes.get(self._inside, getattr(self, self._inside, None))
             _refuse_unknown(type(self).__name__, further, own | _all_fields(inside))
             changes[self._inside] = inside.replace(**further)
-        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+        thing: Any = self  # a dataclass, which this base cannot promise
+        changed: Self = dataclasses.replace(thing, **changes)
+        return changed
 
 
 def _fields(thing: Any) -> set[str]:

@@ -1,0 +1,1 @@
+"""Friction under the ring: laws, and what pushes teach about it."""

@@ -1,0 +1,1 @@
+"""Pushing a ring: limits, timing, lead, direction, and what the contact does."""
