@@ -187,9 +187,11 @@ def free_directions(d, held, n, m, basis):
     rows, dependent = 0, False
     for j in range(1, f):
         if held[n + j - 1] == 1:
+            whole = 0.0  # the largest slope of all: what is rounding beside it is none
             for i in range(n):
                 basis[rows, i] = d[f + j * n + i] if held[i] == 0 else 0.0
-            if _orthonormal(basis, rows, n, 1e-9) and rows < n:
+                whole = max(whole, abs(d[f + j * n + i]))
+            if _length(basis, rows, n) > 1e-16 * whole and _orthonormal(basis, rows, n, 1e-9) and rows < n:
                 rows += 1
             else:
                 dependent = True
