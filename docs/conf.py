@@ -42,6 +42,7 @@ sphinx_gallery_conf = {
     "examples_dirs": GALLERIES,
     "gallery_dirs": [f"gallery/{name}" for name in GALLERIES],
     "filename_pattern": r"\.py$",
+    "ignore_pattern": r"published\.py$",  # the table of all reproductions
     "within_subsection_order": "FileNameSortKey",
     "abort_on_example_error": True,
     "download_all_examples": False,

@@ -19,45 +19,12 @@ What is correct is known beforehand; this page fails where it does not come out.
 
 import matplotlib.pyplot as plt
 import numpy as np
+from published import Published
 
 from sdpgrind import finishing, units
 
-ROWS = []
-
-
-def shown(value):
-    if isinstance(value, complex):
-        return f"{value.real:.2f}±{abs(value.imag):.2f}j"
-    return value if isinstance(value, str) else f"{round(value, 12):.6g}"
-
-
-def row(what, published, correct, ours, tolerance=0.0, why=""):
-    """One line: what is printed (a text, with its digits; "=" for an exact claim), what is correct, what comes out here."""
-    if isinstance(ours, str):
-        assert ours == correct, f"{what}: {ours} for {correct}"
-    else:
-        assert abs(ours - correct) <= tolerance, f"{what}: {ours} for {correct}"
-    if published == "-":
-        verdict = "ours"
-    elif agrees(published, ours):
-        verdict = "reproduced"
-    else:
-        assert why, f"{what}: {published} is not {ours}"
-        verdict = f"printed value wrong: {why}"
-    ROWS.append((what, published, shown(correct), shown(ours), verdict))
-
-
-def agrees(published, ours):
-    """Whether a number is what was printed, to the last digit."""
-    if isinstance(ours, str) or published == "empty":
-        return published == ours
-    digits = 9 if published[0] == "=" else len(published.partition(".")[2])
-    return abs(float(published.strip("= ")) - ours) <= 0.5001 * 10.0**-digits
-
-
-def missing(what, published, why):
-    ROWS.append((what, published, "-", "-", f"cannot be reproduced: {why}"))
-
+page = Published()
+row, missing = page.row, page.missing
 
 # %%
 # The experiment: Tables 2 and 3
@@ -272,11 +239,7 @@ for feed, correct in ((12.5, 0.56), (25.0, 0.28), (37.5, 0.19)):
     law = finishing.Trapezoid(0.2, speed_max=feed, acceleration=1000.0)
     row(f"0.2 mm from rest to rest: mean over {feed} mm/s", "-", correct, law.mean_share, 5e-3)
 
-width = [max(len(r[k]) for r in ROWS) for k in range(5)]
-heads = ("", "published", "correct", "ours", "")
-print("   ".join(h.ljust(w) for h, w in zip(heads, width, strict=True)))
-for entry in ROWS:
-    print("   ".join(text.ljust(w) for text, w in zip(entry, width, strict=True)).rstrip())
+page.show()
 
 # %%
 # The path as it is printed, and as it must be

@@ -7,7 +7,8 @@ import pytest
 from house_names import ROOT
 
 FOLDERS = ("docs/examples", "docs/reproductions")
-EXAMPLES = sorted(path for folder in FOLDERS for path in (ROOT / folder).glob("*.py"))
+SHARED = "published"  # the table of all reproductions
+EXAMPLES = sorted(path for folder in FOLDERS for path in (ROOT / folder).glob("*.py") if path.stem != SHARED)
 
 
 @pytest.fixture
@@ -21,7 +22,8 @@ def pyplot(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=[path.stem for path in EXAMPLES])
-def test_runs(path, pyplot, capfd, tmp_path):
+def test_runs(path, pyplot, capfd, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(path.parent)  # as where a script is run from the command line
     runpy.run_path(str(path), run_name="__main__")
     assert capfd.readouterr().out or pyplot.get_fignums()
     assert not list(tmp_path.iterdir()), "an example leaves files behind"
