@@ -183,7 +183,7 @@ class CenteringProblem(Frozen):
 
     @property
     def quantum_note(self) -> str:
-        """A sentence where the tolerance is below half the jump of stick and slip (both mm), else nothing; planners warn with it."""
+        """What planners warn of: a tolerance below half the jump of stick and slip (both mm), in a sentence; else nothing."""
         half = self.model.stick_slip_quantum / 2
         if self.tolerance >= half:
             return ""
