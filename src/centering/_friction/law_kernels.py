@@ -1,0 +1,87 @@
+"""A mass under a load with one of the friction laws, step by step; implicit where the law is stiff."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_FIRST_BRISTLE = 3
+"""Laws from that kind on deflect before they slide; 3 is Dahl's, 4 LuGre's, 5 the elasto-plastic one."""
+
+
+@njit(**_OPTIONS)
+def follow_load(kind, law, inertia, load, step, every, out):
+    """Write position (mm), velocity (mm/s), friction (N) and deflection (mm) after every `every` steps.
+
+    Parameters
+    ----------
+    kind : int
+        Which law.
+    law : array, (8,)
+        F_s, F_k, k_v, v_S, delta_S, s0, s1, z_ba.
+    inertia : float
+        M, N s^2/mm.
+    load : array, (n,)
+        Force held over each step, N; it begins anew where more steps are asked for.
+    step : float
+        s.
+    every : int
+        Steps from one row to the next.
+    out : array, (rows, 4)
+        What is written; its first row, the start, is not.
+    """
+    x, v, z, friction = out[0, 0], out[0, 1], out[0, 3], out[0, 2]
+    for k in range((out.shape[0] - 1) * every):
+        push = load[k % load.size]
+        before = v
+        if kind >= _FIRST_BRISTLE:
+            v, z, friction = _bristle_step(kind, law, inertia, push, step, v, z)
+        else:
+            v, friction = _steady_step(kind, law, inertia, push, step, v)
+        x += 0.5 * step * (before + v)
+        if (k + 1) % every == 0:
+            row = (k + 1) // every
+            out[row, 0], out[row, 1], out[row, 2], out[row, 3] = x, v, friction, z
+
+
+@njit(**_OPTIONS)
+def _stribeck(kind, law, v):
+    """Force of steady motion without its viscous share."""
+    if kind == 0 or kind == 1 or kind == _FIRST_BRISTLE:
+        return law[1]
+    return law[1] + (law[0] - law[1]) * np.exp(-(np.abs(v / law[3]) ** law[4]))
+
+
+@njit(**_OPTIONS)
+def _steady_step(kind, law, inertia, push, step, v):
+    """Velocity and friction after a step of a law that holds up to F_s and slides beyond."""
+    if v == 0.0 and np.abs(push) <= law[0]:
+        return 0.0, push
+    way = np.sign(v) if v != 0.0 else np.sign(push)
+    after = (inertia * v + step * (push - way * _stribeck(kind, law, v))) / (inertia + step * law[2])
+    if after * way <= 0.0:  # it stops within the step, and holds from the next one on if it can
+        return 0.0, push + inertia * v / step
+    return after, push - inertia * (after - v) / step
+
+
+@njit(**_OPTIONS)
+def _bristle_step(kind, law, inertia, push, step, v, z):
+    """Velocity, deflection and friction after an implicit step: linear in what is new, with g and alpha of before."""
+    g = _stribeck(kind, law, v)
+    decay = _yielding(kind, law, v, z, g) * law[5] * np.abs(v) / g
+    keep = 1.0 / (1.0 + step * decay)
+    drag = inertia + keep * step * (step * law[5] + law[6]) + step * law[2]
+    after = (inertia * v + step * push - keep * step * law[5] * z + (1.0 - keep) * law[6] * z) / drag
+    return after, keep * (z + step * after), push - inertia * (after - v) / step
+
+
+@njit(**_OPTIONS)
+def _yielding(kind, law, v, z, g):
+    """Share of the motion that the deflection gives way by."""
+    if kind != 5:
+        return 1.0
+    if v * z <= 0.0:
+        return 0.0
+    rise = (np.abs(z) - law[7]) / (g / law[5] - law[7])
+    return 0.5 + 0.5 * np.sin(np.pi * (min(max(rise, 0.0), 1.0) - 0.5))

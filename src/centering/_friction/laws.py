@@ -1,0 +1,201 @@
+"""Friction laws without memory, as small frozen objects: Coulomb's, with a viscous share, Stribeck's (Mears, chapter 2)."""
+
+import dataclasses
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+
+STRIBECK_SPEED = 1.0  # mm/s
+SLOTS = {
+    "breakaway_force": 0.0,
+    "coulomb_force": 0.0,
+    "viscous_coefficient": 0.0,
+    "stribeck_speed": STRIBECK_SPEED,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 0.0,
+    "bristle_damping": 0.0,
+    "elastic_limit": 0.0,
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class CoulombFriction(Frozen):
+    """Coulomb friction with a breakaway force, Mears (2.1), (2.3) and (2.4): F_k sgn v; at rest it balances up to F_s.
+
+    Parameters
+    ----------
+    breakaway_force, coulomb_force : float
+        F_s and F_k, N; 0 < F_k <= F_s.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> law = CoulombFriction(breakaway_force=37.0, coulomb_force=28.0)
+    >>> [float(law.force(v, applied=load)) for v, load in ((-2.0, 0.0), (0.0, 30.0), (0.0, 40.0))]  # N
+    [-28.0, 30.0, 37.0]
+    """
+
+    breakaway_force: float
+    coulomb_force: float
+    kind: ClassVar[int] = 0
+    states: ClassVar[int] = 0
+
+    def __post_init__(self) -> None:
+        check_law(self)
+
+    def force(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0, applied: npt.ArrayLike = 0.0) -> Floats:
+        """Return the friction force, N, against the motion: positive where `v` is, or where `applied` is at rest.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        state : array_like
+            Deflection of the laws that have one, mm; these have none.
+        applied : array_like
+            Force that the friction must balance at rest, N.
+        """
+        speed, load = np.asarray(v, dtype=float), np.asarray(applied, dtype=float)
+        held = np.clip(load, -self.breakaway_force, self.breakaway_force)
+        return np.asarray(np.where(speed == 0.0, held, np.sign(speed) * self.sliding_force(speed)))
+
+    def sliding_force(self, v: npt.ArrayLike) -> Floats:
+        """Return the size of the force in steady motion, N.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        """
+        return np.full(np.shape(v), self.coulomb_force)
+
+    def rate(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0) -> Floats:
+        """Return how fast the state changes, mm/s; 0, as these laws have none.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        state : array_like
+            Deflection, mm.
+        """
+        return np.zeros(np.broadcast_shapes(np.shape(v), np.shape(state)))
+
+    @property
+    def parameters(self) -> Floats:
+        """F_s, F_k (N), k_v (N s/mm), v_S (mm/s), delta_S (1), s0 (N/mm), s1 (N s/mm), z_ba (mm), (8,): for compiled loops."""
+        return np.array([float(getattr(self, name, default)) for name, default in SLOTS.items()])
+
+
+@dataclasses.dataclass(frozen=True)
+class ViscousFriction(CoulombFriction):
+    """Coulomb and viscous friction, Mears (2.2) with the sign that it lacks: (F_k + k_v ``|v|``) sgn v.
+
+    Parameters
+    ----------
+    breakaway_force, coulomb_force : float
+        F_s and F_k, N; 0 < F_k <= F_s.
+    viscous_coefficient : float
+        k_v, N s/mm.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> float(ViscousFriction(37.0, 28.0, viscous_coefficient=0.1).force(-20.0))  # N
+    -30.0
+    """
+
+    viscous_coefficient: float = 0.0
+    kind: ClassVar[int] = 1
+
+    def sliding_force(self, v: npt.ArrayLike) -> Floats:
+        """Return the size of the force in steady motion, N.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        """
+        return self.coulomb_force + self.viscous_coefficient * np.abs(v)
+
+
+@dataclasses.dataclass(frozen=True)
+class StribeckFriction(ViscousFriction):
+    """Friction that falls from F_s to F_k as the part gets going, Mears (2.5) with the sign that it lacks.
+
+    (F_k + (F_s - F_k) exp(-``|v/v_S|``^delta_S) + k_v ``|v|``) sgn v; at rest it balances up to F_s.
+
+    Parameters
+    ----------
+    breakaway_force, coulomb_force : float
+        F_s and F_k, N; 0 < F_k <= F_s.
+    viscous_coefficient : float
+        k_v, N s/mm.
+    stribeck_speed : float
+        v_S, mm/s.
+    stribeck_exponent : float
+        delta_S, dimensionless.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> law = StribeckFriction(37.0, 28.0, stribeck_speed=2.0)
+    >>> law.force([1e-9, 2.0, 20.0]).round(3).tolist()  # N
+    [37.0, 31.311, 28.0]
+    """
+
+    stribeck_speed: float = STRIBECK_SPEED
+    stribeck_exponent: float = 2.0
+    kind: ClassVar[int] = 2
+
+    def sliding_force(self, v: npt.ArrayLike) -> Floats:
+        """Return the size of the force in steady motion, N.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        """
+        return self.stribeck(v) + self.viscous_coefficient * np.abs(v)
+
+    def stribeck(self, v: npt.ArrayLike) -> Floats:
+        """Return g(v), the force in steady motion without its viscous share, N.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        """
+        fade = np.exp(-(np.abs(np.asarray(v, dtype=float) / self.stribeck_speed) ** self.stribeck_exponent))
+        return np.asarray(self.coulomb_force + (self.breakaway_force - self.coulomb_force) * fade)
+
+
+_POSITIVE = {"coulomb_force": "N", "stribeck_speed": "mm/s", "stribeck_exponent": "1", "bristle_stiffness": "N/mm"}
+
+
+def check_law(law: Any) -> None:
+    """Refuse values that are out of range."""
+    for name, unit in _POSITIVE.items():
+        if hasattr(law, name):
+            checks.positive(name, getattr(law, name), unit)
+    for name in ("viscous_coefficient", "bristle_damping"):
+        checks.nonnegative(name, getattr(law, name, 0.0), "N s/mm")
+    if hasattr(law, "breakaway_force") and checks.number("breakaway_force", law.breakaway_force, "N") < law.coulomb_force:
+        raise checks.refuse("breakaway_force", f">= coulomb_force = {law.coulomb_force:g}", law.breakaway_force, "N")
