@@ -1,0 +1,100 @@
+"""The source's running correction of the stroke, Mears (6.16)-(6.18)."""
+
+from math import cos, sqrt
+
+from sdpgrind.base import checks
+
+_MISSED = 0.05  # of the wanted push: a part that moved less was not touched
+
+
+def travelled(offset_before: float, angle_before: float, offset: float, angle: float) -> float:
+    """Return how far a part was moved, mm, from its offsets before and after: the law of cosines in Mears (6.18).
+
+    Parameters
+    ----------
+    offset_before, offset : float
+        Distance of its centre from the axis before and after, mm.
+    angle_before, angle : float
+        Directions of the centre on the table, rad.
+
+    Raises
+    ------
+    ValueError
+        When an offset is negative or a value is not finite.
+
+    Examples
+    --------
+    >>> from math import pi
+    >>> round(travelled(3.0, 0.0, 4.0, pi / 2), 12)  # mm
+    5.0
+    """
+    before = checks.nonnegative("offset_before", offset_before, "mm")
+    after = checks.nonnegative("offset", offset, "mm")
+    between = checks.number("angle", angle, "rad") - checks.number("angle_before", angle_before, "rad")
+    # The difference form keeps its digits where the two nearly agree.
+    return sqrt((before - after) ** 2 + 2.0 * before * after * (1.0 - cos(between)))
+
+
+class StrokeCorrection:
+    """What is added to each stroke: P + d_remain + d_stroke, Mears (6.16), within a limit.
+
+    A push that moved the part by less than 5 % of what was wanted has missed: then the gap that was left at the end of the
+    stroke is added, (6.17). Any other adds what it fell short of, wanted less travelled, (6.18); never both. The source has the two
+    positions in (6.17) the other way round in one of its places: here the gap is positive where the tip did not reach the part.
+
+    Parameters
+    ----------
+    limit : float
+        Greatest ``|P|``, mm.
+
+    Raises
+    ------
+    ValueError
+        When `limit` is not > 0.
+
+    Examples
+    --------
+    >>> correction = StrokeCorrection(limit=0.5)
+    >>> correction.update(wanted=1.0, travelled=0.98), correction.update(wanted=1.0, travelled=0.01, gap_left=0.2)  # mm
+    (0.020000000000000018, 0.22000000000000003)
+    >>> correction.update(wanted=2.0, travelled=1.0), correction.value
+    (0.5, 0.5)
+    """
+
+    def __init__(self, limit: float = 0.5) -> None:
+        self.limit = checks.positive("limit", limit, "mm")
+        self._value = 0.0
+
+    @property
+    def value(self) -> float:
+        """P, mm: add it to the next stroke."""
+        return self._value
+
+    def reset(self) -> None:
+        """Forget everything: at a new cycle, or when the part was moved by hand."""
+        self._value = 0.0
+
+    def update(self, *, wanted: float, travelled: float, gap_left: float = 0.0) -> float:
+        """Take in what a push did; return P for the next, mm.
+
+        Parameters
+        ----------
+        wanted : float
+            How far the part was to move, mm, > 0.
+        travelled : float
+            How far it moved, mm: `travelled`.
+        gap_left : float
+            From the tip to the part at the end of the stroke, mm; used where the push missed, negative counts as none.
+
+        Raises
+        ------
+        ValueError
+            When a value is out of range.
+        """
+        goal = checks.positive("wanted", wanted, "mm")
+        way = checks.nonnegative("travelled", travelled, "mm")
+        gap = checks.number("gap_left", gap_left, "mm")
+        missed = way < _MISSED * goal
+        step = max(gap, 0.0) if missed else goal - way
+        self._value = min(max(self._value + step, -self.limit), self.limit)
+        return self._value
