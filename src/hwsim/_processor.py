@@ -1,0 +1,283 @@
+"""One virtual processor on which tasks pre-empt each other: discrete events at whole nanoseconds.
+
+Order within one instant: what is complete ends; all releases, the most urgent first, then by their place among the tasks; the
+processor takes what is most urgent. A task whose job before is not complete at a release misses that release: it is an overrun
+and no job comes of it, so that the task keeps its phase and never runs on an old release.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from heapq import heapify, heappop, heappush
+from math import ceil, inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from hwsim._clock import simplest
+from hwsim._schedule import Kind, Schedule
+from hwsim._tasks import NANOSECONDS, Draw, Task, release_time
+from sdpgrind.base import checks
+
+
+class Event(NamedTuple):
+    """Something that happened on the processor.
+
+    Parameters
+    ----------
+    time : int
+        When, ns.
+    kind : Kind
+        What.
+    task : str
+        Of which task.
+    job : int
+        Number of the release, from 0; missed ones count.
+    """
+
+    time: int
+    kind: Kind
+    task: str
+    job: int
+
+
+class Job(NamedTuple):
+    """A job that is complete.
+
+    Parameters
+    ----------
+    task : str
+        Of which task.
+    number : int
+        Number of its release, from 0; missed ones count.
+    release, start, completion : int
+        When it was released, began (inputs are sampled) and was complete (outputs take effect), ns.
+    """
+
+    task: str
+    number: int
+    release: int
+    start: int
+    completion: int
+
+
+class _Own:
+    """What changes of one task."""
+
+    def __init__(self, task: Task, place: int, rng: np.random.Generator, angle: float) -> None:
+        self.task, self.place, self.rng, self.priority = task, place, rng, task.priority
+        self.period = None if task.period is None else simplest(task.period)
+        self.count = -1  # of the release to come
+        self.multiple = 0 if task.angle_step is None else ceil(angle / task.angle_step) - 1
+        self.nominal = inf  # ns, when it comes without jitter; inf: not as the spindle turns now
+        self.draw = Draw(0, 0)
+        self.open = False  # whether a job is not complete
+        self.number = self.release = self.start = self.remaining = 0  # of that job; ns but the first
+        self.begun = False
+
+    def next(self) -> None:
+        """Go on to the next release; each draws, also where it will be missed, so that a number always has its draw."""
+        self.count += 1
+        self.multiple += 1
+        self.draw = self.task.draw(self.rng)
+        self.nominal = inf if self.period is None else release_time(self.period, self.count)
+
+    def take(self, now: int) -> None:
+        """Make a job of a release."""
+        self.open, self.begun, self.number, self.release = True, False, self.count, now
+        self.remaining = self.draw.execution
+
+    def crossing(self, motion: "_Motion") -> float:
+        """When the spindle reaches the next multiple, ns; inf: never as it turns now."""
+        assert self.task.angle_step is not None
+        seconds = motion.until(self.multiple * self.task.angle_step)
+        return motion.time + round(seconds * NANOSECONDS) if seconds < inf else inf
+
+
+class _Motion(NamedTuple):
+    """How the spindle turns: from when (ns), rad, rad/s, rad/s^2."""
+
+    time: int
+    angle: float
+    speed: float
+    acceleration: float
+
+    def until(self, target: float) -> float:
+        """Time until an angle is reached for the first time, s; written so that nothing cancels."""
+        way = target - self.angle
+        if way <= 0.0:
+            return 0.0
+        square = self.speed * self.speed + 2.0 * self.acceleration * way
+        if square < 0.0:
+            return inf  # it turns back before
+        if self.speed >= 0.0:
+            total = self.speed + sqrt(square)
+            return 2.0 * way / total if total > 0.0 else inf
+        return (sqrt(square) - self.speed) / self.acceleration if self.acceleration > 0.0 else inf
+
+
+class Processor:
+    """Tasks on one processor, running; made by `Scheduler.start`.
+
+    A machine that has a scheduler goes from event to event with `next_event`, samples at a ``START`` and lets the command take
+    effect at the ``COMPLETE`` of the same job. Where only the jobs matter, `advance` gives those that became complete. Both say
+    how the spindle turns from ``now`` on, for tasks that its angle releases; how the time is cut changes nothing. Copies are
+    independent of each other.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        The tasks.
+    rngs : sequence of Generator
+        Random source of each.
+    angle : float
+        Of the spindle at the start, rad.
+
+    Examples
+    --------
+    >>> from hwsim._scheduler import Scheduler
+    >>> from hwsim._tasks import Task
+    >>> core = Scheduler([Task("control", 0.01, execution_time=0.002)]).start(0)
+    >>> core.next_event(5_000_000).kind.name, core.next_event(5_000_000).kind.name
+    ('RELEASE', 'START')
+    >>> for job in core.advance(12_000_000):  # ns
+    ...     print(job.start, job.completion)
+    0 2000000
+    10000000 12000000
+    """
+
+    def __init__(self, tasks: Sequence[Task], rngs: Sequence[np.random.Generator], angle: float) -> None:
+        self._own = [_Own(task, place, rng, angle) for place, (task, rng) in enumerate(zip(tasks, rngs, strict=True))]
+        self._angular = [place for place, own in enumerate(self._own) if own.period is None]
+        self._now = 0
+        self._motion = _Motion(0, angle, 0.0, 0.0)
+        self._releases: list[tuple[float, int, int]] = []  # heap of time (ns), priority, place
+        self._ready: list[tuple[int, int, int]] = []  # heap of priority, release, place
+        self._running: _Own | None = None
+        self._news: deque[tuple[Event, Job | None]] = deque()
+        self._trace: list[tuple[int, int, int, int]] = []
+        for own in self._own:
+            own.next()
+            self._expect(own)
+
+    @property
+    def now(self) -> int:
+        """Time that has been reached, ns."""
+        return self._now
+
+    @property
+    def schedule(self) -> Schedule:
+        """All that happened until now (ns)."""
+        trace = np.array(self._trace, dtype=np.int64).reshape(-1, 4)
+        return Schedule(tuple(own.task for own in self._own), self._now, trace)
+
+    def next_event(self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0) -> Event | None:
+        """Go on to the next event, at `to` at the latest, and return it; None: nothing more until then.
+
+        Parameters
+        ----------
+        to : int
+            Time, ns; an event at that very time is still told.
+        angle, speed, acceleration : float
+            Of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`. A task with an angle step is
+            released when a multiple of it is reached for the first time.
+
+        Raises
+        ------
+        ValueError
+            When `to` lies before ``now`` (ns).
+        """
+        self._turn(to, angle, speed, acceleration)
+        news = self._next(to)
+        return None if news is None else news[0]
+
+    def advance(self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0) -> list[Job]:
+        """Go on to a time and return the jobs that became complete on the way, that time included.
+
+        Parameters
+        ----------
+        to : int
+            Time, ns.
+        angle, speed, acceleration : float
+            Of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`.
+
+        Raises
+        ------
+        ValueError
+            When `to` lies before ``now`` (ns).
+        """
+        self._turn(to, angle, speed, acceleration)
+        jobs = []
+        while (news := self._next(to)) is not None:
+            if news[1] is not None:
+                jobs.append(news[1])
+        return jobs
+
+    def _turn(self, to: int, *motion: float) -> None:
+        """From now on the spindle turns like this; a multiple that was reached before stays reached."""
+        if checks.count("to", to, 0) < self._now:
+            raise checks.refuse("to", f">= now, {self._now}", to, "ns")
+        self._motion = _Motion(self._now, *motion)
+        moved = [place for place in self._angular if self._own[place].nominal > self._now]
+        if moved:
+            self._releases = [entry for entry in self._releases if entry[2] not in moved]
+            heapify(self._releases)
+            for place in moved:
+                self._expect(self._own[place])
+
+    def _expect(self, own: _Own) -> None:
+        """Put the next release of a task on the heap, if it is known when it comes."""
+        if own.period is None:
+            own.nominal = own.crossing(self._motion)
+        if own.nominal < inf:
+            heappush(self._releases, (max(own.nominal + own.draw.late, self._now), own.priority, own.place))
+
+    def _next(self, to: int) -> tuple[Event, Job | None] | None:
+        while not self._news:
+            time = self._releases[0][0] if self._releases else inf
+            if self._running is not None:
+                time = min(time, self._now + self._running.remaining)
+            self._spend(int(min(time, to)))
+            if time > to:
+                return None
+            self._happen()
+        return self._news.popleft()
+
+    def _spend(self, time: int) -> None:
+        if self._running is not None:
+            self._running.remaining -= time - self._now
+        self._now = time
+
+    def _happen(self) -> None:
+        """All that happens now, in its order."""
+        if self._running is not None and self._running.remaining == 0:
+            self._complete(self._running)
+        while self._releases and self._releases[0][0] == self._now:
+            self._release(self._own[heappop(self._releases)[2]])
+        if self._ready and (self._running is None or self._ready[0][0] < self._running.priority):
+            self._dispatch()
+
+    def _complete(self, own: _Own) -> None:
+        own.open, self._running = False, None
+        self._tell(Kind.COMPLETE, own, own.number, Job(own.task.name, own.number, own.release, own.start, self._now))
+
+    def _release(self, own: _Own) -> None:
+        self._tell(Kind.OVERRUN if own.open else Kind.RELEASE, own, own.count)
+        if not own.open:
+            own.take(self._now)
+            heappush(self._ready, (own.priority, self._now, own.place))
+        own.next()
+        self._expect(own)
+
+    def _dispatch(self) -> None:
+        """Give the processor to the most urgent job; one that was taken from it waits with what remains of it."""
+        if self._running is not None:
+            self._tell(Kind.PREEMPT, self._running, self._running.number)
+            heappush(self._ready, (self._running.priority, self._running.release, self._running.place))
+        own = self._running = self._own[heappop(self._ready)[2]]
+        self._tell(Kind.RESUME if own.begun else Kind.START, own, own.number)
+        if not own.begun:
+            own.begun, own.start = True, self._now
+
+    def _tell(self, kind: Kind, own: _Own, job: int, done: Job | None = None) -> None:
+        self._news.append((Event(self._now, kind, own.task.name, job), done))
+        self._trace.append((self._now, kind, own.place, job))
