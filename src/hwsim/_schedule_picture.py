@@ -44,18 +44,20 @@ def _window(schedule: Schedule, first: float, last: float | None) -> tuple[int, 
 def _row(axis: Any, schedule: Schedule, place: int, name: str, begin: int, end: int) -> None:
     """One task: a thin line from release to completion, bars where it works, marks above."""
     jobs, slices = schedule.jobs(name), schedule.slices
-    _bars(axis, place, jobs[:, [1, 3]], begin, end, height=_LINE, color=_WAIT)
-    _bars(axis, place, slices[slices[:, 0] == place, 2:], begin, end, height=_BAR, color=_WORK)
+    _bars(axis, place, jobs[:, [1, 3]], (begin, end), height=_LINE, color=_WAIT, label="from release to completion")
+    _bars(axis, place, slices[slices[:, 0] == place, 2:], (begin, end), height=_BAR, color=_WORK, label="has the processor")
     trace = schedule.trace[schedule.trace[:, 2] == place]
-    for kind, marker, color, size in ((Kind.RELEASE, "v", _RELEASE, 14), (Kind.OVERRUN, "x", _MISSED, 30)):
+    marks = (Kind.RELEASE, "v", _RELEASE, 14, 0.0, "release"), (Kind.OVERRUN, "x", _MISSED, 30, 1.2, "missed (overrun)")
+    for kind, marker, color, size, width, label in marks:
         times = trace[(trace[:, 1] == kind) & (trace[:, 0] >= begin) & (trace[:, 0] <= end), 0] / _MS
-        axis.scatter(times, np.full(times.size, place - 0.38), s=size, marker=marker, color=color, lw=1.2 if kind else 0)
+        axis.scatter(times, np.full(times.size, place - 0.38), s=size, marker=marker, color=color, lw=width, label=label)
 
 
-def _bars(axis: Any, place: int, spans: Any, begin: int, end: int, *, height: float, color: str) -> None:
+def _bars(axis: Any, place: int, spans: Any, window: tuple[int, int], *, height: float, color: str, label: str) -> None:
+    begin, end = window
     seen = np.clip(spans[(spans[:, 1] >= begin) & (spans[:, 0] <= end)], begin, end) / _MS
     bars = np.column_stack([seen[:, 0], seen[:, 1] - seen[:, 0]])
-    axis.broken_barh(bars, (place - height / 2, height), facecolor=color, edgecolor="none")
+    axis.broken_barh(bars, (place - height / 2, height), facecolor=color, edgecolor="none", label=label)
 
 
 def _finish(axis: Any, schedule: Schedule, begin: int, end: int) -> None:
@@ -68,6 +70,8 @@ def _finish(axis: Any, schedule: Schedule, begin: int, end: int) -> None:
     axis.set_ylim(len(lines) - 0.45, -0.6)
     axis.set_xlim(begin / _MS, max(end, begin + 1) / _MS)
     axis.set_xlabel("time [ms]")
+    handles, labels = axis.get_legend_handles_labels()
+    axis.legend(handles[:4], labels[:4], loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False, fontsize=8)
     axis.grid(axis="x", alpha=0.25, lw=0.5)
     axis.spines[["top", "right", "left"]].set_visible(False)
     axis.tick_params(axis="y", length=0)
