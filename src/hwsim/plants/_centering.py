@@ -1,0 +1,260 @@
+"""A centering machine: a ring on a turning table, a slide with a probe and a pusher that bring it to the axis."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import ClassVar, Self, TypeAlias
+
+import numpy as np
+
+from centering._push.model import PushModel
+from centering._push.problem import CenteringProblem, PushScatter
+from hwsim._clock import Clock, exact
+from hwsim.plants import _centering_measure_kernels as gauges
+from hwsim.plants import _centering_slide_kernels as slide
+from hwsim.plants._centering_lag import lag_time
+from hwsim.plants._centering_machine import CenteringPart, Rig
+from hwsim.plants._probe_errors import NO_ERRORS, ProbeErrors
+from hwsim.plants._probe_ring import Ring, lobes_of, shape_of
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+
+Truth: TypeAlias = PushModel | Callable[[np.random.Generator], PushModel] | None
+_BANDWIDTH = 2 * math.pi * 825.0  # rad/s, of the slide's velocity loop; with this damping it is its natural frequency, too
+_DAMPING = math.sqrt(0.5)
+_STROKE = 25.0  # mm, of the probe
+_FORCE_MAX = 446.0  # N
+_FORCE_QUANTUM = 2 * _FORCE_MAX / 4096  # N: 12 bits of the sensor's range
+_FINENESS = 0.04  # of the contact's own time sqrt(M/k)
+_LONGEST_STEP = 2.5e-4  # s
+
+
+@dataclass(frozen=True)
+class CenteringMachine(Frozen):
+    """A ring off the axis of a turning table; a slide follows its rim with a probe and pushes it: Mears (2006), chapters 3 and 5.
+
+    Measured, at each sample: ``time`` (s), ``angle`` of the spindle (rad, it goes on over turns; the rim stands out furthest
+    where it is that of the offset), ``slide`` (mm from the axis: where the tip of the pusher is), ``probe`` (mm from there out to
+    the rim: -follow_gap while following, 0 where the tip touches; NaN: beyond its stroke), ``force`` (N) and ``peak_force`` since
+    the sample before, ``spindle_speed`` (rad/s), ``pushing`` (1 while a profile runs). Slide and probe together are the reading.
+
+    Taken: ``velocity`` of the slide (mm/s, toward the axis; greater ones are cut), ``profile`` of its motion toward the axis
+    (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2) that begins at ``profile_angle`` (rad), inside
+    a tick, or at once where none is given or it has passed; a profile that waits is replaced by another, or taken back by one of
+    no rows, and one that comes while another runs is dropped. ``spindle_speed`` (rad/s) is reached at limited acceleration.
+    ``retract`` ends the part, given up unless ``finished`` is commanded; so does ``finished`` alone.
+
+    Between ticks slide and spindle move in closed form and the ring by the laws of its contact and friction, on the turning
+    table, centrifugal and Coriolis forces included. A tip that the rim runs into without a push (a collision) pushes it, too.
+
+    Outcome of a part: ``time`` (s), ``pushes``, the hidden ``offset`` (mm) once the ring lies still, ``said_finished``,
+    ``finished`` (1: said so, and within tolerance), ``timed_out``, ``slipped`` (1: the table threw the ring), ``lost`` (1: the
+    axis came out of the part), ``collisions``, ``peak_force`` (N), ``true_mu_static``, ``true_mu_kinetic`` of this part, and
+    ``center_x``, ``center_y`` (mm, on the table) before each push and at the end.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Part, friction, limits, scatter, tolerance.
+    truth : PushModel or callable, optional
+        What part and friction really are, or a function of a Generator that draws it. None: the problem's own model.
+    ring : Ring, optional
+        The ring as it lies at first, its form included, rather than a place by `start_offset`; its radius is that of the part.
+    start_offset : tuple or float
+        Offset at the start, mm: uniform between two, or always the same; its direction is uniform.
+    scatter : PushScatter, optional
+        How much parts and pushes differ; None: that of the problem.
+    errors : ProbeErrors, optional
+        What the gauges do not tell truly, beside ``scatter.measuring_sd`` of each reading; None: nothing, not even steps of
+        encoders.
+    tip_radius : float
+        Of the probe's roller, mm.
+    start_gap : float, optional
+        From the tip of the pusher to the rim at the start, mm; None: the problem's follow_gap.
+    gain_scheduling : bool
+        The drive knows the load: the slide then does not follow late (see `following_lag`).
+    tick : float
+        In which time is counted, s.
+    time_max : float
+        The part is broken off then, s.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or a command cannot be done.
+
+    Examples
+    --------
+    >>> import centering
+    >>> from hwsim.plants._centering import CenteringMachine
+    >>> from centering._push.presets import preset
+    >>> machine = CenteringMachine(preset("printed"), start_offset=2.0)
+    >>> sample = machine.start(np.random.default_rng(0)).step({}, 0)
+    >>> round(sample["probe"], 3), sample["force"]  # mm, N
+    (-7.928, 0.0)
+    """
+
+    problem: CenteringProblem
+    _: KW_ONLY
+    truth: Truth = None
+    ring: Ring | None = None
+    start_offset: tuple[float, float] | float = (1.0, 10.0)
+    scatter: PushScatter | None = None
+    errors: ProbeErrors | None = field(default_factory=lambda: ProbeErrors(noise_sd=0.0, runout=0.0))
+    tip_radius: float = 3.75
+    start_gap: float | None = None
+    gain_scheduling: bool = False
+    tick: float = 1e-3
+    time_max: float = 300.0
+
+    _inside: ClassVar[str] = "problem"
+
+    def __post_init__(self) -> None:
+        checks.kind("problem", self.problem, CenteringProblem, " (see centering.preset)")
+        if self.truth is not None and not callable(self.truth):
+            checks.kind("truth", self.truth, PushModel, ", a function of rng, or None")
+        if self.scatter is not None:
+            checks.kind("scatter", self.scatter, PushScatter, " or None")
+        if self.errors is not None:
+            checks.kind("errors", self.errors, ProbeErrors, " or None")
+        checks.nonnegative("tip_radius", self.tip_radius, "mm")
+        if self.start_gap is not None:
+            checks.positive("start_gap", self.start_gap, "mm")
+        checks.kind("gain_scheduling", self.gain_scheduling, bool)
+        checks.positive("tick", self.tick, "s")
+        checks.positive("time_max", self.time_max, "s")
+        self._check_start()
+
+    def _check_start(self) -> None:
+        """Where the ring lies at first: about the axis."""
+        radius = self.problem.model.part.radius
+        for name, offset in zip(("start_offset[0]", "start_offset[1]"), self._offsets, strict=True):
+            if checks.nonnegative(name, offset, "mm") >= radius:
+                raise checks.refuse(name, f"< the radius of the part = {radius:g}", offset, "mm")
+        if self._offsets[0] > self._offsets[1]:
+            raise checks.refuse("start_offset", "of a least and a greatest", self.start_offset, "mm")
+        if self.ring is not None and checks.kind("ring", self.ring, Ring, " or None").radius != radius:
+            raise checks.refuse("radius of ring", f"that of the part, {radius:g}", self.ring.radius, "mm")
+
+    @property
+    def _offsets(self) -> tuple[float, float]:
+        if isinstance(self.start_offset, tuple | list):
+            if len(self.start_offset) != 2:
+                raise checks.refuse("start_offset", "a number or a pair of them", self.start_offset, "mm")
+            return self.start_offset[0], self.start_offset[1]
+        return self.start_offset, self.start_offset
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of what is measured."""
+        lengths, forces = dict.fromkeys(("slide", "probe"), "mm"), dict.fromkeys(("force", "peak_force"), "N")
+        return {"time": "s", "angle": "rad", **lengths, **forces, "spindle_speed": "rad/s", "pushing": ""}
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of what can be commanded; of a profile see the class."""
+        motion = {"velocity": "mm/s", "profile": "s, mm/s, mm/s^2", "profile_angle": "rad"}
+        return {**motion, "retract": "", "spindle_speed": "rad/s", "finished": ""}
+
+    @property
+    def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
+        """Name -> unit of what became of a part, and the dimension of what is told push by push."""
+        ends = dict.fromkeys(("said_finished", "finished", "timed_out", "slipped", "lost", "collisions"), "")
+        true = {"true_mu_static": "", "true_mu_kinetic": ""}
+        places: dict[str, str | tuple[str, str]] = dict.fromkeys(("center_x", "center_y"), ("mm", "push"))
+        return {"time": "s", "pushes": "", "offset": "mm", **ends, "peak_force": "N", **true, **places}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Part (kg, mm), tolerance (mm) and radius of the roller (mm), for the log."""
+        part, tolerance = self.problem.model.part, self.problem.tolerance
+        known = {"mass": part.mass, "radius": part.radius, "tolerance": tolerance, "tip_radius": self.tip_radius}
+        return {name: float(value) for name, value in known.items()}
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part (kg, mm) and tolerance (mm) of the problem; `truth` may differ, as nobody knows it."""
+        part = self.problem.model.part
+        return {"mass": (part.mass, "kg"), "radius": (part.radius, "mm"), "tolerance": (self.problem.tolerance, "mm")}
+
+    def with_tick(self, tick: float) -> Self:
+        """Return the same plant with another tick.
+
+        Parameters
+        ----------
+        tick : float
+            In which time is counted, s.
+        """
+        return self.replace(tick=tick)
+
+    def start(self, rng: np.random.Generator) -> CenteringPart:
+        """Draw the truth of the next part and return it, at time 0, the table at rest.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Random source of this part: the truth, the pushes and the gauges draw from a child each.
+
+        Returns
+        -------
+        Machine
+            See `hwsim.protocols.Machine`; its time is in ticks.
+        """
+        of_truth, of_pushes, of_gauges = rng.spawn(3)
+        model, ring = self._model(of_truth), self._ring(of_truth)
+        scatter = self.problem.scatter if self.scatter is None else self.scatter
+        friction = 1.0 + scatter.friction_part_sd * float(of_truth.standard_normal())
+        phase = float(of_truth.uniform(-math.pi, math.pi))
+        rig = Rig(
+            self.problem,
+            scatter,
+            model,
+            friction,
+            ring.radius,
+            shape_of(ring, self.tip_radius),
+            lobes_of(ring),
+            self._gauges(ring, scatter, phase),
+            self._settings(model, ring),
+            Clock(exact("tick", self.tick)),
+            float(self.time_max),
+        )
+        gap = self.problem.limits.follow_gap if self.start_gap is None else self.start_gap
+        return CenteringPart(rig, ring, float(gap), of_pushes, of_gauges)
+
+    def _model(self, rng: np.random.Generator) -> PushModel:
+        truth = self.problem.model if self.truth is None else self.truth
+        return truth if isinstance(truth, PushModel) else checks.kind("truth(rng)", truth(rng), PushModel)
+
+    def _ring(self, rng: np.random.Generator) -> Ring:
+        """The ring as it is put on the table."""
+        low, high = self._offsets
+        offset, angle = float(rng.uniform(low, high)), float(rng.uniform(-math.pi, math.pi))
+        return Ring(self.problem.model.part.radius, offset, angle) if self.ring is None else self.ring
+
+    def _settings(self, model: PushModel, ring: Ring) -> Floats:
+        """Settings of the compiled core: slide, spindle, ring and contact."""
+        limits, cell = self.problem.limits, np.zeros(slide.SETTINGS)
+        cell[slide.SPEED_MAX], cell[slide.ACCELERATION_MAX] = limits.slide_speed_max, limits.max_acceleration
+        cell[slide.LOOP], cell[slide.DAMPING] = _BANDWIDTH, _DAMPING
+        cell[slide.LAG_TIME] = 0.0 if self.gain_scheduling else lag_time(model.part.mass)
+        cell[slide.SPINDLE_ACCELERATION] = limits.spindle_acceleration_max
+        cell[slide.INERTIA : slide.VISCOUS + 1] = model.parameters
+        cell[slide.RADIUS] = ring.radius
+        cell[slide.STEP] = min(_FINENESS * math.sqrt(model.inertia / model.contact_stiffness), _LONGEST_STEP)
+        return cell
+
+    def _gauges(self, ring: Ring, scatter: PushScatter, phase: float) -> Floats:
+        """Settings of the compiled gauges."""
+        errors, gauge = NO_ERRORS if self.errors is None else self.errors, np.zeros(gauges.GAUGES)
+        gauge[gauges.COUNTS], gauge[gauges.SKEW] = errors.counts, errors.skew
+        gauge[gauges.SLIDE_QUANTUM], gauge[gauges.PROBE_QUANTUM] = errors.slide_quantum, errors.probe_quantum
+        gauge[gauges.STROKE] = _STROKE
+        gauge[gauges.NOISE_SD] = math.hypot(errors.noise_sd, scatter.measuring_sd)
+        gauge[gauges.RUNOUT_PHASE] = phase if errors.runout_phase is None else errors.runout_phase
+        if self.tip_radius > 0:
+            gauge[gauges.RUNOUT], gauge[gauges.ROLL] = errors.runout, ring.radius / self.tip_radius * (1 - errors.slip)
+        gauge[gauges.DUST], gauge[gauges.DUST_SIZE] = errors.dust, errors.dust_size
+        gauge[gauges.FORCE_QUANTUM] = 0.0 if self.errors is None else _FORCE_QUANTUM
+        gauge[gauges.FORCE_MAX] = _FORCE_MAX
+        return gauge
