@@ -268,9 +268,34 @@ def test_a_new_speed_moves_the_next_release_but_not_a_late_one():
     scheduler = Scheduler([task], spindle_speed_max=2.0)
     core = scheduler.start(3, angle=0.5)
     assert core.advance(400_000_000, 0.5, 1.0) == []
-    assert core.advance(450_000_000, 0.9, 2.0) == []  # reached at 0.45 s rather than at 0.5 s
-    (job,) = core.advance(900_000_000, 1.0, 0.0)  # it stands, but what was reached is released
-    assert job.release == 450_000_000 + late
+    assert core.advance(460_000_000, 0.9, 2.0) == []  # reached at 0.45 s rather than at 0.5 s
+    (job,) = core.advance(900_000_000, 1.02, 0.0)  # it stands, but what was reached is released
+    assert job.release == 450_000_000 + late and late > 10_000_000
+
+
+def test_what_is_passed_while_a_late_release_waits_comes_at_once():
+    task = Task("model", angle_step=0.1, jitter=0.35)
+    rng = children(1, 1)[0]
+    late = [task.draw(rng).late for _ in range(30)]
+    schedule = Scheduler([task], spindle_speed_max=1.0).run(2.0, 1, spindle=[(2.0, 1.0, 0.0)])
+    releases = schedule.trace[schedule.trace[:, 1] <= Kind.OVERRUN, 0]
+    expected, last = [], 0
+    for k, each in enumerate(late):
+        last = max(last, k * 100_000_000 + each)
+        expected.append(last)
+    np.testing.assert_allclose(releases, expected[: releases.size], rtol=0, atol=1)
+    assert np.any(np.diff(releases) == 0) and releases.size >= 17
+    assert schedule.report["model"].overruns == np.sum(np.diff(releases) == 0)  # two at one instant: the second is missed
+
+
+def test_a_spindle_that_reverses_within_a_segment():
+    schedule = Scheduler([Task("model", angle_step=1.0)], spindle_speed_max=9.0).run(
+        4.0, spindle=[(4.0, -1.0, 2.0)], start_angle=0.5
+    )
+    # -t + t^2 = k - 0.5
+    np.testing.assert_allclose(
+        schedule.jobs("model")[:, 1] / NS, [(1 + np.sqrt(1 + 4 * (k - 0.5))) / 2 for k in range(1, 13)], rtol=0, atol=1e-9
+    )
 
 
 def test_draws_of_one_task_do_not_change_another():
