@@ -170,7 +170,7 @@ class Processor:
         trace = np.array(self._trace, dtype=np.int64).reshape(-1, 4)
         return Schedule(tuple(own.task for own in self._own), self._now, trace)
 
-    def next_event(self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0) -> Event | None:
+    def next_event(self, to: int, angle: float | None = None, speed: float = 0.0, acceleration: float = 0.0) -> Event | None:
         """Go on to the next event, at `to` at the latest, and return it; None: nothing more until then.
 
         Parameters
@@ -179,14 +179,15 @@ class Processor:
             Time, ns; an event at that very time is still told.
         angle, speed, acceleration : float
             Of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`. A task with an angle step is
-            released when a multiple of it is reached for the first time.
+            released when a multiple of it is reached for the first time. No angle: it goes on as it was told last.
 
         Raises
         ------
         ValueError
             When `to` lies before ``now`` (ns).
         """
-        self._turn(to, angle, speed, acceleration)
+        if angle is not None or to < self._now:
+            self._turn(to, angle or 0.0, speed, acceleration)
         news = self._next(to)
         return None if news is None else news[0]
 

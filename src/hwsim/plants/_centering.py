@@ -10,10 +10,12 @@ import numpy as np
 from centering._push.model import PushModel
 from centering._push.problem import CenteringProblem, PushScatter
 from hwsim._clock import Clock, exact
+from hwsim._scheduler import Scheduler
 from hwsim.plants import _centering_measure_kernels as gauges
 from hwsim.plants import _centering_slide_kernels as slide
 from hwsim.plants._centering_lag import lag_time
-from hwsim.plants._centering_machine import CenteringPart, Rig
+from hwsim.plants._centering_machine import LEAST_FRICTION, CenteringPart, Rig
+from hwsim.plants._centering_tasks import control_period, source_tasks
 from hwsim.plants._probe_errors import NO_ERRORS, ProbeErrors
 from hwsim.plants._probe_ring import Ring, lobes_of, shape_of
 from sdpgrind.base import checks
@@ -102,6 +104,7 @@ class CenteringMachine(Frozen):
     start_offset: tuple[float, float] | float = (1.0, 10.0)
     scatter: PushScatter | None = None
     errors: ProbeErrors | None = field(default_factory=lambda: ProbeErrors(noise_sd=0.0, runout=0.0))
+    scheduler: Scheduler | None = field(default_factory=source_tasks)
     tip_radius: float = 3.75
     start_gap: float | None = None
     gain_scheduling: bool = False
@@ -118,11 +121,15 @@ class CenteringMachine(Frozen):
             checks.kind("scatter", self.scatter, PushScatter, " or None")
         if self.errors is not None:
             checks.kind("errors", self.errors, ProbeErrors, " or None")
+        clock = Clock(exact("tick", checks.positive("tick", self.tick, "s")))
+        if self.scheduler is not None:
+            clock.ticks(
+                "period of the task control", control_period(checks.kind("scheduler", self.scheduler, Scheduler, " or None"))
+            )
         checks.nonnegative("tip_radius", self.tip_radius, "mm")
         if self.start_gap is not None:
             checks.positive("start_gap", self.start_gap, "mm")
         checks.kind("gain_scheduling", self.gain_scheduling, bool)
-        checks.positive("tick", self.tick, "s")
         checks.positive("time_max", self.time_max, "s")
         self._check_start()
 
@@ -146,10 +153,16 @@ class CenteringMachine(Frozen):
         return self.start_offset, self.start_offset
 
     @property
+    def _control_ticks(self) -> int:
+        """Ticks between two releases of the controller's task; 1 where nothing schedules it."""
+        clock = Clock(exact("tick", self.tick))
+        return 1 if self.scheduler is None else clock.ticks("period of the task control", control_period(self.scheduler))
+
+    @property
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of what is measured."""
         lengths, forces = dict.fromkeys(("slide", "probe"), "mm"), dict.fromkeys(("force", "peak_force"), "N")
-        return {"time": "s", "angle": "rad", **lengths, **forces, "spindle_speed": "rad/s", "pushing": ""}
+        return {"time": "s", "angle": "rad", **lengths, **forces, "spindle_speed": "rad/s", "pushing": "", "refreshed": ""}
 
     @property
     def accepts(self) -> Mapping[str, str]:
@@ -161,7 +174,7 @@ class CenteringMachine(Frozen):
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit of what became of a part, and the dimension of what is told push by push."""
         ends = dict.fromkeys(("said_finished", "finished", "timed_out", "slipped", "lost", "collisions"), "")
-        true = {"true_mu_static": "", "true_mu_kinetic": ""}
+        true = {"true_mu_static": "", "true_mu_kinetic": "", "overruns": "", "worst_response": "s"}
         places: dict[str, str | tuple[str, str]] = dict.fromkeys(("center_x", "center_y"), ("mm", "push"))
         return {"time": "s", "pushes": "", "offset": "mm", **ends, "peak_force": "N", **true, **places}
 
@@ -201,10 +214,10 @@ class CenteringMachine(Frozen):
         Machine
             See `hwsim.protocols.Machine`; its time is in ticks.
         """
-        of_truth, of_pushes, of_gauges = rng.spawn(3)
+        of_truth, *others = rng.spawn(4)
         model, ring = self._model(of_truth), self._ring(of_truth)
         scatter = self.problem.scatter if self.scatter is None else self.scatter
-        friction = 1.0 + scatter.friction_part_sd * float(of_truth.standard_normal())
+        friction = max(1.0 + scatter.friction_part_sd * float(of_truth.standard_normal()), LEAST_FRICTION)
         phase = float(of_truth.uniform(-math.pi, math.pi))
         rig = Rig(
             self.problem,
@@ -218,9 +231,11 @@ class CenteringMachine(Frozen):
             self._settings(model, ring),
             Clock(exact("tick", self.tick)),
             float(self.time_max),
+            self.scheduler,
+            self._control_ticks,
         )
         gap = self.problem.limits.follow_gap if self.start_gap is None else self.start_gap
-        return CenteringPart(rig, ring, float(gap), of_pushes, of_gauges)
+        return CenteringPart(rig, ring, float(gap), others)
 
     def _model(self, rng: np.random.Generator) -> PushModel:
         truth = self.problem.model if self.truth is None else self.truth

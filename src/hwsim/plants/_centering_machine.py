@@ -1,7 +1,7 @@
 """One part on a centering machine: the compiled core with its random numbers, commands and samples."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,9 +9,11 @@ import numpy as np
 from centering._push.model import PushModel
 from centering._push.problem import CenteringProblem, PushScatter
 from hwsim._clock import Clock
+from hwsim._scheduler import Scheduler
 from hwsim.plants import _centering_kernels as kernels
 from hwsim.plants import _centering_measure_kernels as gauges
 from hwsim.plants import _centering_slide_kernels as slide
+from hwsim.plants._centering_tasks import Tasks
 from hwsim.plants._probe_ring import Ring
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
@@ -21,7 +23,7 @@ _NOTHING = np.zeros((0, 3))
 _ROUNDING = 1e-9
 _AWAY = 2.0  # s: a ring lies still long before, once nothing pushes it
 _SHORT = 0.02  # s
-_LEAST_FRICTION = 0.1  # of the mean: less is not drawn
+LEAST_FRICTION = 0.1  # of the mean: less is not drawn
 _PROFILE = "rows of duration (s, > 0), velocity (mm/s) and acceleration (mm/s^2)"
 
 
@@ -39,52 +41,83 @@ class Rig(NamedTuple):
     settings: Floats
     clock: Clock
     time_max: float
+    scheduler: Scheduler | None
+    control_ticks: int  # between two releases of the controller's task
 
 
 class CenteringPart:
     """A live part; see `hwsim.protocols.Machine`."""
 
-    def __init__(self, rig: Rig, ring: Ring, gap: float, of_pushes: np.random.Generator, of_gauges: np.random.Generator) -> None:
+    def __init__(self, rig: Rig, ring: Ring, gap: float, rngs: Sequence[np.random.Generator]) -> None:
         self.time, self.done, self.event = 0, False, False
-        self._rig, self._of_pushes, self._of_gauges = rig, of_pushes, of_gauges
+        self._rig = rig
+        self._of_pushes, self._of_gauges, of_tasks = rngs
         self._cell, self._state = rig.settings.copy(), np.zeros(slide.STATES)
         self._most = math.ceil(rig.time_max / float(rig.clock.tick) * (1 - 1e-12))
-        self._cell[slide.FRICTION] = max(rig.friction, _LEAST_FRICTION)
+        self._cell[slide.FRICTION] = rig.friction
         self._profile, self._waiting = _NOTHING, _NOTHING
         self._said = self._timed_out = self._lost = False
         self._centers: list[tuple[float, float]] = []
-        self._ended = 0.0
+        self._ended: float | None = None
+        self._pending: Mapping[str, Any] = {}
         state = self._state
         state[slide.SEGMENT], state[slide.X], state[slide.Y] = -1.0, ring.center_x, ring.center_y
-        state[slide.REFERENCE] = float(self._reading()) + gap
+        state[slide.REFERENCE] = float(kernels.reading(state, rig.shape, rig.lobes)[0]) + gap
+        self._tasks = None if rig.scheduler is None else Tasks(rig.scheduler, of_tasks)
+        if self._tasks:
+            self._tasks.sample(0, self, rig.time_max)
         self._seen = self._read()
-
-    def _reading(self) -> float:
-        return float(kernels.reading(self._state, self._rig.shape, self._rig.lobes)[0])
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
         """Take a command, let everything move for some ticks, measure."""
         if command and not self.done:
-            self._take(command)
+            self._pending = dict(command)
+            if self._tasks is None:
+                self.take_effect()
         if ticks and not self.done:
-            self._advance(ticks)
+            self._advance(min(self.time + ticks, self._most) if ticks < FOREVER else self._most)
         return dict(self._seen)
 
-    def _advance(self, ticks: int) -> None:
-        """Move on; without a period, until the push that is under way or waits is over, if there is one."""
-        wanted = self.time + ticks if ticks < FOREVER else self._most
-        until = min(wanted, self._most)
-        self._move_to(self._rig.clock.seconds(until))
-        self.time = until
+    def _advance(self, until: int) -> None:
+        """Move on to a tick, or to the sample that belongs to it."""
+        if self._tasks is None:
+            self.move_to(self._rig.clock.seconds(until))
+            self.time = until
+        elif not self._next_sample(self._tasks, until):
+            return
         if until >= self._most:
             self._timed_out = self.done = True
         self._check_lost()
         self._seen = self._read()
 
-    def _move_to(self, seconds: float) -> None:
-        """Let everything move; a profile that waits begins inside."""
+    def _next_sample(self, tasks: Tasks, until: int) -> bool:
+        """Move on to the start of the controller's job that is released at a tick; where that one is missed, of the next."""
+        period = self._rig.control_ticks
+        if until % period and until < self._most:
+            rule = f"a whole number of those of the task control, {self._rig.clock.seconds(period):g}"
+            raise checks.refuse("period of the controller", rule, self._rig.clock.seconds(until - self.time), "s")
+        job = tasks.sample(-(-until // period), self, self._rig.clock.seconds(self._most))
+        self.time = self._most if job is None and not self.done else self.time if job is None else min(job * period, self._most)
+        return not self.done
+
+    def move_to(self, seconds: float) -> None:
+        """Let everything move until a time, s; a profile that waits begins inside."""
         while kernels.advance(self._state, self._cell, self._profile, seconds):
             self._begin_push()
+
+    def spindle(self) -> tuple[float, float, float, float]:
+        """Angle (rad), speed (rad/s), acceleration (rad/s^2), and how long that acceleration lasts (s)."""
+        angle, speed, wanted = (float(self._state[k]) for k in (slide.ANGLE, slide.SPEED, slide.SPEED_SET))
+        rate = math.copysign(float(self._cell[slide.SPINDLE_ACCELERATION]), wanted - speed) if wanted != speed else 0.0
+        return angle, speed, rate, abs((wanted - speed) / rate) if rate else math.inf
+
+    def take_effect(self) -> bool:
+        """Let the command of the last sample take effect; return whether it changes how the spindle turns."""
+        command, self._pending = self._pending, {}
+        before = self._state[slide.SPEED_SET]
+        if command:
+            self._take(command)
+        return bool(self._state[slide.SPEED_SET] != before)
 
     def _check_lost(self) -> None:
         """A ring whose axis is outside of it cannot be measured any more."""
@@ -136,7 +169,7 @@ class CenteringPart:
         self._centers.append((float(state[slide.X]), float(state[slide.Y])))
         friction, aim, stop = self._of_pushes.standard_normal(3).tolist()
         of_push = 1.0 + rig.scatter.friction_push_sd * friction
-        cell[slide.FRICTION] = max(rig.friction * of_push, _LEAST_FRICTION)
+        cell[slide.FRICTION] = max(rig.friction * of_push, LEAST_FRICTION)
         cell[slide.AIM], cell[slide.STOP] = rig.scatter.direction_sd * aim, rig.scatter.stop_sd * stop
         if len(rig.lobes):
             cell[slide.RADIUS] = self._touched_radius()
@@ -149,20 +182,20 @@ class CenteringPart:
 
     def _end(self) -> None:
         """The slide goes away as fast as it can, and the ring comes to rest; the part is done now."""
-        self._ended = float(self._state[slide.TIME])
         state = self._state
+        self._ended = until = float(state[slide.TIME])
         state[slide.SEGMENT], state[slide.ARMED] = -1.0, 0.0
         state[slide.VELOCITY_SET] = -self._cell[slide.SPEED_MAX]
-        until = self._ended
         while until < self._ended + _AWAY and (until == self._ended or not kernels.settled(state)):
             until += _SHORT
-            self._move_to(until)
+            self.move_to(until)
         self.done = True
 
     def _read(self) -> dict[str, float]:
         rig, shown = self._rig, np.empty(len(gauges.NAMES))
         normal, (first, second) = self._of_gauges.standard_normal(), self._of_gauges.random(2).tolist()
         gauges.measure(self._state, self._cell, self._profile, rig.shape, rig.lobes, rig.gauge, normal, first, second, shown)
+        shown[8] = 1.0 if self._tasks is None else float(self._tasks.refreshed)
         return dict(zip(gauges.NAMES, shown.tolist(), strict=True))
 
     def outcome(self) -> dict[str, Any]:
@@ -171,8 +204,9 @@ class CenteringPart:
         x, y = float(state[slide.X]), float(state[slide.Y])
         offset = math.hypot(x, y)
         places = np.array([*self._centers, (x, y)])
+        overruns, response = (0.0, 0.0) if self._tasks is None else self._tasks.report()
         return {
-            "time": rig.clock.seconds(self.time),
+            "time": self._ended if self._ended is not None else float(state[slide.TIME]),
             "pushes": float(state[slide.PUSHES]),
             "offset": offset,
             "said_finished": float(self._said),
@@ -184,6 +218,8 @@ class CenteringPart:
             "peak_force": float(state[slide.PEAK_EVER]),
             "true_mu_static": float(rig.model.mu_static * rig.friction),
             "true_mu_kinetic": float(rig.model.mu_kinetic * rig.friction),
+            "overruns": overruns,
+            "worst_response": response,
             "center_x": places[:, 0],
             "center_y": places[:, 1],
         }

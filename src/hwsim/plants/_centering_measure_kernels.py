@@ -14,7 +14,7 @@ _OPTIONS: Any = {"cache": True, "nogil": True}
 COUNTS, SLIDE_QUANTUM, PROBE_QUANTUM, STROKE, SKEW, NOISE_SD, RUNOUT, RUNOUT_PHASE, ROLL = range(9)
 DUST, DUST_SIZE, FORCE_QUANTUM, FORCE_MAX, GAUGES = range(9, 14)
 
-NAMES = ("time", "angle", "slide", "probe", "force", "peak_force", "spindle_speed", "pushing")
+NAMES = ("time", "angle", "slide", "probe", "force", "peak_force", "spindle_speed", "pushing", "refreshed")
 _SQUEEZED = 1.0  # mm: so far the contact may give way
 
 
