@@ -1,0 +1,235 @@
+"""Closed-form motions of tip against part, and the first time at which a quantity of them turns negative.
+
+The gap delta between tip and part surface either swings (contact, a linear spring and damper) or flies (no contact). What
+decides over events is linear in delta and its rate: f = A delta + B delta' + C + D t. Between two zeros of f'', which are known
+in closed form, f is convex or concave. Where it is convex, Newton's method from the left never passes the first zero; where it
+is concave and positive at its begin, it has a zero only if it is negative at its end, and Newton's method from there never
+passes it. So no crossing is missed, however short it is, and nothing is scanned.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_NEWTON = 100
+"""Steps of Newton's method: a simple zero takes about six, a double one halves its error in each."""
+_SERIES = 0.3
+"""Exponent below which (z - 1 + exp(-z)) / z^2 is summed, for its difference loses digits."""
+
+
+@njit(**_OPTIONS)
+def swing(gap, rate, tip_speed, tip_acceleration, parameters):
+    """Motion in contact with a moving part: mm, mm/s of the gap, mm/s and mm/s^2 of the tip at its begin; Mears (5.27)."""
+    mass, k, b, _, coulomb, viscous = parameters
+    damping = b + viscous
+    trend = viscous * tip_acceleration / k
+    rest = (mass * tip_acceleration + coulomb + viscous * tip_speed - damping * trend) / k
+    alpha = 0.5 * damping / mass
+    square = alpha * alpha - k / mass
+    spread = np.sqrt(abs(square))
+    rate_of = spread if square < 0.0 else -spread
+    slow = alpha if square <= 0.0 else k / mass / (alpha + spread)
+    p, p1 = gap - rest, rate - trend
+    q = p1 + alpha * p
+    return (1.0, rest, trend, p, q, alpha, square, rate_of, slow)
+
+
+@njit(**_OPTIONS)
+def flight(gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate):
+    """Motion without contact, or of a part at rest (speed and both decelerations 0); mm, mm/s, mm/s, mm/s^2, mm/s^2, 1/s."""
+    return (0.0, gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate, 0.0, 0.0)
+
+
+@njit(**_OPTIONS)
+def _basis(t, alpha, rate, slow):
+    """Damped cosine, and damped sine over its rate; hyperbolic where `rate` is negative, with their limit at 0."""
+    if rate > 0.0:
+        fade = np.exp(-alpha * t)
+        return fade * np.cos(rate * t), fade * np.sin(rate * t) / rate
+    fade = np.exp(-slow * t)
+    if rate == 0.0:
+        return fade, fade * t
+    lost = -np.expm1(2.0 * rate * t)
+    return fade * (1.0 - 0.5 * lost), fade * lost / (-2.0 * rate)
+
+
+@njit(**_OPTIONS)
+def fading(z):
+    """exp(-z), (1 - exp(-z)) / z and (z - 1 + exp(-z)) / z^2, without loss of digits near z = 0."""
+    if z == 0.0:
+        return 1.0, 1.0, 0.5
+    first = -np.expm1(-z) / z
+    if z > _SERIES:
+        return np.exp(-z), first, (1.0 - first) / z
+    total, term = 0.0, 0.5
+    for k in range(3, 15):
+        total += term
+        term *= -z / k
+    return 1.0 - z * first, first, total
+
+
+@njit(**_OPTIONS)
+def gap_at(t, motion):
+    """Gap, its rate and its acceleration (mm, mm/s, mm/s^2) at a time t (s) of a motion."""
+    if motion[0] == 1.0:
+        _, rest, trend, p, q, alpha, square, rate, slow = motion
+        c, s = _basis(t, alpha, rate, slow)
+        p1, q1 = q - alpha * p, square * p - alpha * q
+        p2, q2 = q1 - alpha * p1, square * p1 - alpha * q1
+        return rest + trend * t + p * c + q * s, trend + p1 * c + q1 * s, p2 * c + q2 * s
+    _, gap, rate, speed, acceleration, coulomb, drag, _, _ = motion
+    if speed == 0.0:
+        return gap + (rate + 0.5 * acceleration * t) * t, rate + acceleration * t, acceleration
+    whole, first, second = fading(drag * t)
+    lost = drag * speed + coulomb  # deceleration at the begin
+    slowed = lost * t * first
+    return (
+        gap + (rate + (0.5 * acceleration + lost * second) * t) * t,
+        rate + acceleration * t + slowed,
+        acceleration + lost * whole,
+    )
+
+
+@njit(**_OPTIONS)
+def _first_turn(motion, gain, rate_gain):
+    """Sign of f'' at the begin, the first time at which it changes, and the time between later changes (s)."""
+    if motion[0] == 0.0:
+        return _flight_turn(motion, gain, rate_gain)
+    _, _, _, p, q, alpha, square, rate, _ = motion
+    for _ in range(2):
+        p, q = q - alpha * p, square * p - alpha * q
+    p, q = gain * p + rate_gain * (q - alpha * p), gain * q + rate_gain * (square * p - alpha * q)
+    convex = p > 0.0 or (p == 0.0 and q > 0.0)
+    if rate > 0.0:
+        phase = np.arctan2(-p * rate, q) if q > 0.0 else np.arctan2(p * rate, -q)
+        return convex, (phase if phase > 0.0 else phase + np.pi) / rate, np.pi / rate
+    ratio = -p / q if q != 0.0 else -1.0
+    if ratio <= 0.0 or -rate * ratio >= 1.0:
+        return convex, np.inf, np.inf
+    return convex, (np.arctanh(-rate * ratio) / -rate if rate < 0.0 else ratio), np.inf
+
+
+@njit(**_OPTIONS)
+def _flight_turn(motion, gain, rate_gain):
+    """What `_first_turn` gives, without contact: f'' falls or rises monotonically with the speed of the part."""
+    _, _, _, speed, acceleration, coulomb, drag, _, _ = motion
+    lost = coulomb + drag * speed
+    constant, fades = gain * acceleration, (gain - rate_gain * drag) * lost
+    convex = constant + fades > 0.0
+    if drag * speed == 0.0 or constant * fades >= 0.0 or abs(fades) <= abs(constant):
+        return convex, np.inf, np.inf
+    return convex, np.log(-fades / constant) / drag, np.inf
+
+
+@njit(**_OPTIONS)
+def later_swing(motion, t):
+    """The same swing with its time counted from `t` (s) on."""
+    kind, rest, trend, p, q, alpha, square, rate, slow = motion
+    c, s = _basis(t, alpha, rate, slow)
+    now = p * c + q * s
+    closing = (q - alpha * p) * c + (square * p - alpha * q) * s
+    return (kind, rest + trend * t, trend, now, closing + alpha * now, alpha, square, rate, slow)
+
+
+@njit(**_OPTIONS)
+def later_flight(motion, t):
+    """The same flight with its time counted from `t` (s) on."""
+    kind, _, _, speed, acceleration, coulomb, drag, _, _ = motion
+    gap, rate, _ = gap_at(t, motion)
+    whole, first, _ = fading(drag * t)
+    return (kind, gap, rate, speed * whole - coulomb * t * first, acceleration, coulomb, drag, 0.0, 0.0)
+
+
+@njit(**_OPTIONS)
+def swing_change(motion):
+    """The rate of a swing, as a swing."""
+    kind, _, trend, p, q, alpha, square, rate, slow = motion
+    return (kind, trend, 0.0, q - alpha * p, square * p - alpha * q, alpha, square, rate, slow)
+
+
+@njit(**_OPTIONS)
+def swing_bound(motion, gain, rate_gain, duration):
+    """What f of a swing cannot exceed over a time (s)."""
+    line, lean = _line(motion, gain, rate_gain, 0.0, 0.0)
+    return max(line, line + lean * duration) + _swinging(motion, gain, rate_gain)[0]
+
+
+@njit(**_OPTIONS)
+def _swinging(motion, gain, rate_gain):
+    """Greatest size of what swings in f at the begin, and how fast it fades (1/s); infinite where it does not swing."""
+    _, _, _, p, q, alpha, square, rate, _ = motion
+    if motion[0] == 0.0 or rate <= 0.0:
+        return np.inf, 0.0
+    size = np.hypot(gain * p + rate_gain * (q - alpha * p), (gain * q + rate_gain * (square * p - alpha * q)) / rate)
+    return size, alpha
+
+
+@njit(**_OPTIONS)
+def _line(motion, gain, rate_gain, constant, trend):
+    """What does not swing in f: its value at the begin and its slope."""
+    if motion[0] == 0.0:
+        return 0.0, 0.0
+    return gain * motion[1] + rate_gain * motion[2] + constant, gain * motion[2] + trend
+
+
+@njit(**_OPTIONS)
+def _values(t, motion, gain, rate_gain, constant, trend):
+    """Value of f at a time, and its slope."""
+    gap, rate, acceleration = gap_at(t, motion)
+    return gain * gap + rate_gain * rate + constant + trend * t, gain * rate + rate_gain * acceleration + trend
+
+
+@njit(**_OPTIONS)
+def first_negative(motion, gain, rate_gain, constant, trend, value, slope, end):
+    """First time (s) up to `end` at which f = gain delta + rate_gain delta' + constant + trend t turns negative; else infinite.
+
+    `value` >= 0 and `slope` are those of f at time 0; a value of 0 that rises is no zero.
+    """
+    convex, turn, period = _first_turn(motion, gain, rate_gain)
+    size, fade = _swinging(motion, gain, rate_gain)
+    line, lean = _line(motion, gain, rate_gain, constant, trend)
+    left = 0.0
+    while True:
+        if min(line + lean * left, line + lean * end) > size * np.exp(-fade * left):
+            return np.inf
+        stop = min(turn, end)
+        if convex:
+            found = _from_left(motion, gain, rate_gain, constant, trend, value, slope, left, stop)
+            if found < stop or stop == end:
+                return found
+        value, slope = _values(stop, motion, gain, rate_gain, constant, trend)
+        if not convex and value < 0.0:
+            return _from_right(motion, gain, rate_gain, constant, trend, value, slope, left, stop)
+        if stop == end:
+            return np.inf
+        left, turn, convex = stop, turn + period, not convex
+
+
+@njit(**_OPTIONS)
+def _from_left(motion, gain, rate_gain, constant, trend, value, slope, t, stop):
+    """First zero of a convex f that is not negative at a time, before another; infinite where there is none."""
+    for _ in range(_NEWTON):
+        if slope >= 0.0:
+            return np.inf
+        ahead = t - value / slope
+        if ahead >= stop:
+            return np.inf
+        if ahead <= t:
+            return t
+        t = ahead
+        value, slope = _values(t, motion, gain, rate_gain, constant, trend)
+    return t
+
+
+@njit(**_OPTIONS)
+def _from_right(motion, gain, rate_gain, constant, trend, value, slope, left, t):
+    """Zero of a concave f that is negative at a time and was not at an earlier one."""
+    for _ in range(_NEWTON):
+        back = max(t - value / slope, left) if slope < 0.0 else left
+        if back >= t or value >= 0.0:
+            return t
+        t = back
+        value, slope = _values(t, motion, gain, rate_gain, constant, trend)
+    return t
