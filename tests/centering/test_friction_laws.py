@@ -48,7 +48,7 @@ def test_at_rest_friction_balances_up_to_breakaway(load):
 
 @given(v=SPEEDS, z=st.floats(-5e-4, 5e-4))
 def test_what_a_law_takes_from_the_motion_it_does_not_give_back(v, z):
-    """F v is what is stored plus a loss >= 0, for the laws with a bond without damping (LuGre with damping may not be passive)."""
+    """F v is what is stored plus a loss >= 0; without damping of the bond, with which these laws may not be passive."""
     for name in ("dahl", "lugre", "elasto_plastic"):
         law = law_of(name) if name == "dahl" else law_of(name, bristle_damping=0.0)
         stored = law.bristle_stiffness * z * float(law.rate(v, z))

@@ -155,7 +155,7 @@ REFUSED = [
     (lambda: PRINTED.free_slide(0.35, 40.0), "mu_static must be in [0, 0.3415] (1); got 0.35"),
     (
         lambda: PRINTED.combine(200.0, 2.0, 40.0, weights="best"),
-        "weights must be one of sensitivity, minimum_variance; got 'best'",
+        "weights must be one of sensitivity, minimum_variance; got 'x'",
     ),
     (lambda: PRINTED.combine(200.0, 2.0, 40.0, force_sd=0.0), "force_sd must be > 0 (N); got 0.0"),
     (

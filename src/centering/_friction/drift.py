@@ -110,7 +110,9 @@ def simulate_friction(
     follow_load(law.kind, law.parameters, inertia, force, length, each, rows)
     shown = np.arange(rows.shape[0]) * each
     position, velocity, friction, state = rows.T
-    return FrictionTrace(np.asarray(shown * length, dtype=float), force[(shown - 1) % force.size], position, velocity, friction, state)
+    return FrictionTrace(
+        np.asarray(shown * length, dtype=float), force[(shown - 1) % force.size], position, velocity, friction, state
+    )
 
 
 def friction_drift(

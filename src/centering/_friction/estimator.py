@@ -1,0 +1,288 @@
+"""The friction of a part, learned push by push from what each one showed: Bayes' rule over a grid, for any part and any push."""
+
+from collections.abc import Iterable, Mapping
+from math import hypot, nan, sqrt
+from typing import Any
+
+import numpy as np
+
+from centering._friction.belief import FrictionBelief, span
+from centering._friction.prediction import laid_over, likelihood
+from centering._friction.printed import SENSOR_RANGE
+from centering._push.problem import CenteringProblem
+from centering._push.profile import TipProfile
+from centering._push.reaction import simulate_pushes
+from centering._push.trace import PushTrace
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.identify import Estimate, Status
+
+NAMES = ("mu_static", "mu_kinetic")
+NODES = (15, 5)
+"""Frictions that a push is simulated with, of scale and ratio: 75 simulations an update."""
+_NODE_REACH = 4.0
+_OFF = 25.0
+"""Squared standard deviations by which readings may be off at the nearest friction, before they are refused."""
+_TOLD = 0.5
+"""Perfectly read pushes, from whose worth on a value counts as learned."""
+
+
+class FrictionEstimator:
+    """Learn both coefficients of friction of a part from its pushes, by Bayes' rule over a grid (Mears, chapter 6, made general).
+
+    Each push is simulated with 75 frictions about those that are believed; peak force, free slide and final position that were
+    read are compared with what each predicts. The friction of a part persists; what a push meets scatters about it by
+    `PushScatter.friction_push_sd`, both coefficients together, so that n pushes tell a part's friction no better than to
+    that over sqrt(n). Where what is predicted jumps from friction to friction (stick and slip), it counts for less. Errors of the
+    model are taken as independent from push to push; what persists of them becomes part of the friction found.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Its model is what is expected at first; its scatter how far a part may be from it.
+    ratio_sd : float
+        Standard deviation of mu_static/mu_kinetic from part to part, relative; the source finds the ratio within 15 %.
+    force_sd : float
+        Of a peak force as read, N.
+    position_sd : float, optional
+        Of a free slide or a final position as read, mm; by default of the stop and of two measurements, from the scatter.
+    model_error : float
+        Of what the model predicts, relative: of the force, and of the way that the part slides.
+
+    Raises
+    ------
+    ValueError, TypeError
+        When a value is out of range, or the scatter has no spread of friction from part to part.
+
+    Examples
+    --------
+    >>> from centering._push.presets import preset
+    >>> from centering._push.profile import TipProfile
+    >>> from centering._push.trace import simulate_push
+    >>> problem, push = preset("printed"), TipProfile.constant_speed(40.0, 0.1)
+    >>> friction = FrictionEstimator(problem)
+    >>> friction.update(simulate_push(problem.model.replace(mu_static=0.22, mu_kinetic=0.165), push))
+    >>> bool(abs(friction.estimate["mu_kinetic"] / 0.165 - 1.0) < 0.05), friction.pushes
+    (True, 1)
+    """
+
+    def __init__(
+        self,
+        problem: CenteringProblem,
+        *,
+        ratio_sd: float = 0.05,
+        force_sd: float = 0.5,
+        position_sd: float | None = None,
+        model_error: float = 0.02,
+    ) -> None:
+        checks.kind("problem", problem, CenteringProblem)
+        scatter = problem.scatter
+        if scatter.friction_part_sd == 0:
+            raise checks.refuse("problem.scatter.friction_part_sd", "> 0, else there is nothing to learn", 0.0, "relative")
+        stop = hypot(scatter.stop_sd, sqrt(2.0) * scatter.measuring_sd)
+        place = stop if position_sd is None else position_sd
+        self._sd = checks.positive("force_sd", force_sd, "N"), checks.positive("position_sd", place, "mm")
+        self._error = checks.within("model_error", model_error, 0.0, 1.0, "relative")
+        self._problem = problem
+        self._ratio_sd = checks.within("ratio_sd", ratio_sd, 0.0, 1.0, "relative")
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the pushes, as for the next part."""
+        scatter = self._problem.scatter
+        sds = scatter.friction_part_sd, scatter.friction_push_sd, self._ratio_sd
+        self._belief = FrictionBelief(self._problem.model, *sds)
+        self._pushes = self._refused = 0
+
+    @property
+    def pushes(self) -> int:
+        """Pushes that were learned from, unit 1."""
+        return self._pushes
+
+    @property
+    def refused(self) -> int:
+        """Pushes whose readings no friction explains, and which therefore count for nothing, unit 1."""
+        return self._refused
+
+    def update(
+        self,
+        trace: PushTrace | None = None,
+        *,
+        profile: TipProfile | None = None,
+        peak_force: float | None = None,
+        free_slide: float | None = None,
+        final_position: float | None = None,
+    ) -> None:
+        """Learn from a push: from its trace, or from what was read and how the tip moved. NaN or None: not read.
+
+        Parameters
+        ----------
+        trace : PushTrace, optional
+            A push with all that it shows; numbers given besides take the place of its own.
+        profile : TipProfile, optional
+            How the tip moved, from first touch on (mm, s).
+        peak_force : float, optional
+            Greatest contact force, N.
+        free_slide : float, optional
+            Way from leaving the tip to meeting it again or to rest, the greatest, mm.
+        final_position : float, optional
+            How far the part was moved, mm.
+
+        Raises
+        ------
+        ValueError, TypeError
+            Without a profile or any reading, or for one that is below 0, infinite, or beyond the range of the sensor, 446 N.
+        """
+        path, read = _readings(trace, profile, peak_force, free_slide, final_position)
+        values, doubt = self._predicted(path)
+        likely, off = likelihood(values, doubt, read, lambda shown: self._noise(shown, path.stroke))
+        if off > _OFF:
+            self._refused += 1
+            return
+        self._belief.take(likely)
+        self._pushes += 1
+
+    @property
+    def estimate(self) -> Estimate:
+        """Both coefficients with their covariance (dimensionless); the message says which one the pushes have not told."""
+        mean, covariance = self._belief.moments(self._belief.weight)
+        status, message = self._judged(mean, covariance)
+        return Estimate(NAMES, mean, covariance, status, message, ("1", "1"))
+
+    @property
+    def told(self) -> dict[str, float]:
+        """How many perfectly read pushes all were worth, for each coefficient, unit 1; about 0: they told nothing of it."""
+        mean, covariance = self._belief.moments(self._belief.weight)
+        first, before = self._belief.moments(self._belief.prior)
+        gained = mean**2 / np.diag(covariance) - first**2 / np.diag(before)
+        scatter = max(self._problem.scatter.friction_push_sd, self._error)
+        return dict(zip(NAMES, (gained * scatter**2).tolist(), strict=True))
+
+    def _predicted(self, profile: TipProfile) -> tuple[Floats, Floats]:
+        """Peak force, free slide and final position over the grid of scales met and ratios, and how much to doubt them."""
+        belief, model = self._belief, self._problem.model
+        met = belief.expected()
+        scales = span(belief.pushed, met.sum(axis=1), _NODE_REACH, NODES[0])
+        ratios = span(belief.ratio, met.sum(axis=0), _NODE_REACH, NODES[1])
+        held = model.breakaway_force * np.exp(scales[:, None] + 0.5 * ratios)
+        slid = np.minimum(model.coulomb_force * np.exp(scales[:, None] - 0.5 * ratios), held)
+        rows = np.tile(model.parameters, (held.size, 1))
+        rows[:, 3], rows[:, 4] = held.ravel(), slid.ravel()
+        shown = simulate_pushes(rows, profile)
+        found = np.stack([shown[:, 2], shown[:, 1], shown[:, 0]], axis=-1).reshape(*held.shape, 3)
+        return laid_over(found, (scales, ratios), (belief.pushed, belief.ratio))
+
+    def _noise(self, values: Floats, stroke: float) -> Floats:
+        """Variance of what is read, and of what is predicted, of each place and kind."""
+        force_sd, position_sd = self._sd
+        slid = np.stack([values[..., 0], values[..., 1], values[..., 2] - stroke], axis=-1)
+        return np.asarray(np.array([force_sd, position_sd, position_sd]) ** 2 + (self._error * slid) ** 2)
+
+    def _judged(self, mean: Floats, covariance: Floats) -> tuple[Status, str]:
+        """How far the pushes have told the friction, in a word and in a sentence."""
+        if self._refused > self._pushes:
+            return Status.IMPOSSIBLE, (
+                f"no friction explains {self._refused} of {self._refused + self._pushes} pushes: look for bad readings, a wrong"
+                " unit or profile, or a part that is not the one of the problem"
+            )
+        if not self._pushes:
+            return Status.UNDETERMINED, "no pushes yet: what was expected"
+        enough = 0.5 * self._problem.scatter.friction_push_sd * mean
+        sure = np.sqrt(np.diag(covariance)) <= enough
+        vague = [name for name, share, known in zip(NAMES, self.told.values(), sure, strict=True) if share < _TOLD and not known]
+        refused = f", {self._refused} more explained by no friction" if self._refused else ""
+        if not vague:
+            return Status.OK, f"from {self._pushes} pushes{refused}"
+        return Status.UNSURE, f"{self._pushes} pushes{refused} tell little of {' and '.join(vague)}; {_advice(vague)}"
+
+
+def _advice(vague: list[str]) -> str:
+    """What tells a coefficient."""
+    if vague == ["mu_static"]:
+        return "push slowly, and read the peak force"
+    return "push fast, at constant speed, so that the part slides free, and read how far"
+
+
+def identify_friction(
+    data: PushTrace | Iterable[PushTrace | Mapping[str, Any]], problem: CenteringProblem, *, throw: bool = True, **options: Any
+) -> Estimate:
+    """Estimate both coefficients of friction of one part from its pushes.
+
+    Parameters
+    ----------
+    data : PushTrace, or sequence of PushTrace or mapping
+        The pushes, in any order; a mapping has ``profile`` (TipProfile) and any of ``peak_force`` (N), ``free_slide`` (mm) and
+        ``final_position`` (mm), as `FrictionEstimator.update` takes them.
+    problem : CenteringProblem
+        What is expected, and how far a part may be from it.
+    throw : bool
+        Raise where no friction explains the pushes; else the status says so.
+    **options
+        Noise, see `FrictionEstimator`.
+
+    Returns
+    -------
+    Estimate
+        Of ``mu_static`` and ``mu_kinetic``.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For what `FrictionEstimator` refuses, no pushes, or pushes that no friction explains.
+
+    Examples
+    --------
+    >>> from centering._push.presets import preset
+    >>> from centering._push.profile import TipProfile
+    >>> from centering._push.trace import simulate_push
+    >>> problem = preset("printed")
+    >>> push = simulate_push(problem.model, TipProfile.constant_speed(40.0, 0.1))
+    >>> bool(abs(identify_friction([push, push], problem)["mu_static"] - 0.2) < 0.01)
+    True
+    """
+    estimator = FrictionEstimator(problem, **options)
+    for push in _pushes(data):
+        if isinstance(push, PushTrace):
+            estimator.update(push)
+        else:
+            estimator.update(**checks.kind("each push", push, dict, ", or a PushTrace"))
+    if not estimator.pushes + estimator.refused:
+        raise checks.refuse("data", "at least one push", [])
+    estimate = estimator.estimate
+    if throw and estimate.status is Status.IMPOSSIBLE:
+        raise ValueError(estimate.message)
+    return estimate
+
+
+def _pushes(data: Any) -> list[Any]:
+    """The pushes, one by one."""
+    if isinstance(data, PushTrace | Mapping):
+        return [data]
+    if not isinstance(data, Iterable):
+        raise TypeError(f"data must be pushes; got {checks.shown(data)}")
+    return list(data)
+
+
+def _readings(trace: PushTrace | None, profile: TipProfile | None, *given: float | None) -> tuple[TipProfile, Floats]:
+    """The tip's way, and (peak force, free slide, final position), NaN for what was not read."""
+    if trace is not None:
+        checks.kind("trace", trace, PushTrace)
+        profile = trace.profile if profile is None else profile
+        shown = trace.peak_force, trace.free_slide, trace.final_position
+        given = tuple(own if other is None else other for own, other in zip(shown, given, strict=True))
+    path = checks.kind("profile", profile, TipProfile, ", how the tip moved")
+    read = np.array([_reading(*each) for each in zip(_READ, given, strict=True)])
+    if not np.isfinite(read).any():
+        raise ValueError(f"at least one of {', '.join(name for name, _, _ in _READ)} must be given; got none")
+    return path, read
+
+
+_READ = (("peak_force", "N", SENSOR_RANGE), ("free_slide", "mm", 1e3), ("final_position", "mm", 1e3))
+
+
+def _reading(kind: tuple[str, str, float], value: float | None) -> float:
+    """A reading; NaN where there is none."""
+    name, unit, most = kind
+    if value is None or value != value:
+        return nan
+    return checks.within(name, value, 0.0, most, unit)
