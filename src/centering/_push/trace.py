@@ -28,15 +28,6 @@ _LABELS = {
     "part_velocity": ("mm/s", "speed of the part"),
     "contact_force": ("N", "force of the tip on the part"),
 }
-    "final_position",
-    "free_slide",
-    "peak_force",
-    "duration",
-    "events",
-    "energy_balance",
-    "breakaway_time",
-    "final_velocity",
-)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
