@@ -1,0 +1,269 @@
+"""Where the ring must be when the tip touches it, so that the push on the turning table ends on the axis.
+
+From first touch on the rigid tip keeps the ring's centre on a circle of its radius about the tip's face, and the table carries
+the ring along. Without inertia the centre then moves over the table along the contact normal only; followed backward from the
+axis, that gives the one direction, Mears (5.17) made exact. With inertia the ring also drifts across: friction wears sideways
+speed off only at the rate mu_k g over the sliding speed, and the drift is about w v/(mu_k g) of the push. The exact direction
+holds both.
+"""
+
+from dataclasses import dataclass
+from math import atan2, cos, hypot, pi, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from centering._push import direction_kernels as at
+from centering._push.direction_kernels import push_on_table, touch_back
+from centering._push.gentle import gentle_profile
+from centering._push.model import GRAVITY, PushModel
+from centering._push.problem import CenteringProblem
+from centering._push.profile import TipProfile
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+DIRECTIONS = ("exact", "quasi-static", "contact", "end")
+SHAPES = ("trapezoid", "gentle")
+
+_ROUNDS = 3  # the drift depends little on the angle: each round is one digit or more
+_STEPS = 1500  # of a simulated push
+_PER_SWING = 60  # steps at least in a swing of the ring on the contact
+_SLIVER = 1e-9  # s: what rounding leaves of a row
+_MOVED = 0.2  # share of the offset: below it the ring has stuck, and no drift can be told
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Touch:
+    """A push from its start near the rim: what the tip does, and where the ring is at first touch.
+
+    Attributes
+    ----------
+    angle : float
+        From first touch until the offset would be on the push line, rad.
+    time : float
+        From first touch to the end of the stroke, s.
+    travel : float
+        Of the tip from first touch to the end of the stroke, mm.
+    run_up, run_up_time : float
+        Travel (mm) and time (s) from the start of the tip to first touch.
+    profile : TipProfile
+        From the start of the tip on.
+    push_profile : TipProfile
+        From first touch on.
+    """
+
+    angle: float
+    time: float
+    travel: float
+    run_up: float
+    run_up_time: float
+    profile: TipProfile
+    push_profile: TipProfile
+
+
+def plan_touch(
+    problem: CenteringProblem,
+    *,
+    offset: float,
+    spindle_speed: float,
+    push_speed: float,
+    direction: str = "exact",
+    shape: str = "trapezoid",
+    stroke_offset: float = 0.0,
+) -> Touch:
+    """Return the push of a tip that starts from rest just out of the rim's reach: `plan_push` without its approach.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Model, limits.
+    offset : float
+        That is to be brought to the axis, mm.
+    spindle_speed, push_speed : float
+        rad/s, mm/s.
+    direction : {"exact", "quasi-static", "contact", "end"}
+        As `plan_push` has it.
+    shape : {"trapezoid", "gentle"}
+        Of the speed of the tip.
+    stroke_offset : float
+        Running correction of the stroke, mm: so far the tip stands outside the place that the slide tells.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> from centering._push.presets import preset
+    >>> from sdpgrind import units
+    >>> touch = plan_touch(preset("printed"), offset=1.0, spindle_speed=units.rpm(20), push_speed=10.0, direction="quasi-static")
+    >>> round(touch.angle * 180 / 3.141592653589793, 3), round(touch.travel, 5), round(touch.run_up, 5)  # deg, mm, mm
+    (5.925, 0.9946, 0.5054)
+    """
+    w, d = checks.positive("spindle_speed", spindle_speed, "rad/s"), checks.positive("offset", offset, "mm")
+    if d >= problem.model.part.radius:
+        raise checks.refuse("offset", f"< the radius of the part = {problem.model.part.radius:g}", d, "mm")
+    v = checks.positive("push_speed", push_speed, "mm/s")
+    if v > problem.limits.push_speed_max * (1 + 1e-12):
+        raise checks.refuse("push_speed", f"<= push_speed_max = {problem.limits.push_speed_max:g}", v, "mm/s")
+    checks.one_of("direction", direction, DIRECTIONS)
+    checks.one_of("shape", shape, SHAPES)
+    most = problem.limits.stroke_offset_max
+    shift = checks.within("stroke_offset", stroke_offset, -most, most, "mm")
+    total = d + problem.limits.safety + shift
+    if total <= 0.0:
+        raise checks.refuse("stroke_offset", f"> {-d - problem.limits.safety:g}, so that a stroke is left", shift, "mm")
+    return _Task(problem, d, w, v, total).touch(direction, shape)
+
+
+class _Task(NamedTuple):
+    """What is asked: `total` travel of the tip, from a start at total - offset before the farthest place of the rim."""
+
+    problem: CenteringProblem
+    offset: float
+    spindle_speed: float
+    push_speed: float
+    total: float
+
+    def touch(self, direction: str, shape: str) -> Touch:
+        """Find the place of first touch; a gentle profile begins there, and is therefore found with it."""
+        profile, gentle = self._profile(shape, self.offset), shape == "gentle"
+        angle = 0.0
+        for _ in range(_ROUNDS if gentle else 1):
+            angle = self._angle(direction, forward(profile.segments))
+            profile = self._profile(shape, self._travel(angle)) if gentle else profile
+        for _ in range(_ROUNDS if direction == "exact" else 0):
+            angle = self._way(angle, profile)
+            profile = self._profile(shape, self._travel(angle)) if gentle else profile
+        return self._described(angle, profile)
+
+    def _profile(self, shape: str, travel: float) -> TipProfile:
+        """The tip from its start on; position 0 where it has `travel` left."""
+        a = self.problem.limits.max_acceleration
+        if shape == "trapezoid":
+            return TipProfile.move(self.total, self.push_speed, a)
+        reach = TipProfile.move(self.total - travel, self.push_speed, a)
+        return reach.then(gentle_profile(self.problem.model, travel, self.push_speed))
+
+    def _travel(self, angle: float) -> float:
+        """Travel of the tip from first touch at an angle (rad, before alignment) to the axis."""
+        across = self.offset * sin(angle)
+        r = self.problem.model.part.radius
+        return self.offset * cos(angle) - across * across / (r + sqrt(r * r - across * across))
+
+    def _angle(self, direction: str, rows: Floats) -> float:
+        """Angle of first touch before the push line, without inertia, rad."""
+        if direction == "contact":
+            return 0.0
+        return self._aligned_at_end(rows) if direction == "end" else self._quasi_static(rows)
+
+    def _quasi_static(self, rows: Floats) -> float:
+        out = np.zeros(at.TOUCHES)
+        touch_back(self.problem.model.part.radius, self.spindle_speed, rows, self.offset, out)
+        if not out[at.FOUND]:
+            raise ValueError(f"the stroke must reach the rim at an offset of {self.offset:g} mm; {self.total:g} mm do not")
+        return -float(out[at.ANGLE])
+
+    def _aligned_at_end(self, rows: Floats) -> float:
+        """Angle at which the rim meets a tip that ends its stroke when the offset would be on the push line."""
+        time = float(rows[:, 0].sum())
+
+        def apart(angle: float) -> float:
+            return self._travel(angle) - remaining(rows, time - angle / self.spindle_speed)
+
+        most = min(self.spindle_speed * time, pi / 2)
+        return float(brentq(apart, 0.0, most, xtol=1e-13)) if apart(most) < 0.0 else most
+
+    def _way(self, angle: float, profile: TipProfile) -> float:
+        """Direction in which a ring with inertia goes that is touched at an angle: so far before the line it must be, rad."""
+        model, w = self.problem.model, self.spindle_speed
+        rows = after(profile.segments, self._travel(angle))
+        state = ring_state(self.offset, -angle, model.part.radius, w)
+        start_x, start_y = state[at.X], state[at.Y]
+        push_on_table(model.parameters, model.part.radius, w, _withdrawn(rows, self.problem), _step(model, rows), state)
+        turned = -w * state[at.CLOCK]
+        x = cos(turned) * state[at.X] - sin(turned) * state[at.Y] - start_x
+        y = sin(turned) * state[at.X] + cos(turned) * state[at.Y] - start_y
+        return angle if hypot(x, y) < _MOVED * self.offset else -atan2(-y, -x)
+
+    def _described(self, angle: float, profile: TipProfile) -> Touch:
+        rows = forward(profile.segments)
+        travel = self._travel(angle)
+        push = after(profile.segments, travel)
+        time = float(forward(push)[:, 0].sum())
+        return Touch(
+            angle=angle,
+            time=time,
+            travel=travel,
+            run_up=self.total - travel,
+            run_up_time=float(rows[:, 0].sum()) - time,
+            profile=profile_of(profile.segments, travel - self.total),
+            push_profile=profile_of(push, 0.0),
+        )
+
+
+def ring_state(offset: float, offset_angle: float, radius: float, spindle_speed: float) -> Floats:
+    """State for `push_on_table` of a ring (mm, rad) that rests on the turning table (rad/s) with the tip at its rim."""
+    state = np.zeros(at.STATES)
+    x, y = offset * cos(offset_angle), offset * sin(offset_angle)
+    state[at.X], state[at.Y], state[at.V_X], state[at.V_Y] = x, y, -spindle_speed * y, spindle_speed * x
+    state[at.TIP], state[at.RESTS], state[at.TOUCH] = x + sqrt(radius * radius - y * y), 1.0, -1.0
+    return state
+
+
+def profile_of(rows: Floats, start: float) -> TipProfile:
+    """The profile of rows of duration, velocity and acceleration."""
+    return TipProfile(rows[:, 0], rows[:, 1], rows[:, 2], start=start)
+
+
+def forward(rows: Floats) -> Floats:
+    """The rows of a profile up to its farthest place, where it begins to withdraw."""
+    back = np.flatnonzero((rows[:, 1] < 0.0) | ((rows[:, 1] == 0.0) & (rows[:, 2] < 0.0)))
+    return rows[: back[0]] if back.size else rows
+
+
+def remaining(rows: Floats, time: float) -> float:
+    """Travel that forward rows still have before them at a time, mm."""
+    left = 0.0
+    for duration, velocity, acceleration in rows[::-1]:
+        left += (velocity + acceleration * duration / 2.0) * duration
+    for duration, velocity, acceleration in rows:
+        t = min(max(time, 0.0), duration)
+        left -= (velocity + acceleration * t / 2.0) * t
+        time -= duration
+        if time <= 0.0:
+            break
+    return left
+
+
+def after(segments: Floats, travel: float) -> Floats:
+    """The rows of a profile from where its way forward has `travel` left, with what follows its farthest place."""
+    rows = forward(segments)
+    left = travel
+    for k in range(len(rows) - 1, -1, -1):
+        duration, velocity, acceleration = rows[k]
+        way = (velocity + acceleration * duration / 2.0) * duration
+        if way >= left or k == 0:
+            end = velocity + acceleration * duration
+            root = sqrt(max(end * end - 2.0 * acceleration * left, 0.0))
+            kept = min(2.0 * left / (end + root), duration)
+            first = np.array([[kept, end - acceleration * kept, acceleration]])
+            return np.vstack((first, segments[k + 1 :])) if kept > _SLIVER else segments[k + 1 :]
+        left -= way
+    return rows
+
+
+def _withdrawn(rows: Floats, problem: CenteringProblem) -> Floats:
+    """The rows, and a tip that goes out of the way until every slide has ended."""
+    a, v = problem.limits.max_acceleration, problem.limits.push_speed_max
+    last = rows[-1, 1] + rows[-1, 2] * rows[-1, 0]
+    rest = 2.0 * v / (problem.model.mu_kinetic * GRAVITY)
+    out = [[rest, last, 0.0]] if last < 0.0 else [[v / a, last, -a], [rest, last - v, 0.0]]
+    return np.vstack((rows, out))
+
+
+def _step(model: PushModel, rows: Floats) -> float:
+    swing = 2.0 * pi * sqrt(model.inertia / model.contact_stiffness)
+    return float(max(min(rows[:, 0].sum() / _STEPS, swing / _PER_SWING), 1e-6))

@@ -1,0 +1,230 @@
+"""A whole push, from the place where the probe follows the rim to the stop of the tip: when to start, how far, how long."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from centering._push.direction import Touch, plan_touch, profile_of
+from centering._push.lead import Lead, find_lead
+from centering._push.limits import check_speed
+from centering._push.model import PushModel
+from centering._push.problem import CenteringLimits, CenteringProblem
+from centering._push.profile import TipProfile
+from centering._push.timing import printed_time, rest_to_rest
+from centering._push.trace import PushTrace, simulate_push
+from sdpgrind.base import checks
+from sdpgrind.base.extras import need
+
+_LEAST = 1e-9  # mm: no approach is left
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Push:
+    """A planned push: approach, pause, push. What the slide does begins at the trigger, `lead_angle` before alignment.
+
+    Attributes
+    ----------
+    problem : CenteringProblem
+        That it was planned for.
+    offset, spindle_speed, push_speed : float
+        mm, rad/s, mm/s.
+    direction, timing, shape : str
+        How the lead was found, and the shape of the speed.
+    lead_angle : float
+        From the trigger until the offset would be on the push line, rad, Mears (5.17).
+    turns : int
+        Whole turns that the trigger has to wait beyond the next half turn: 0 where lead_angle <= pi.
+    lead_distance : float
+        Advance of the rim toward the tip in that time, mm, Mears (5.5).
+    rough, fine : float
+        Travel of approach and push, mm, Mears (5.9).
+    time : float
+        From the trigger to the end of the stroke, s, Mears (5.16).
+    touch : Touch
+        The push from its start near the rim.
+    profile : TipProfile
+        The slide from the trigger on, positive toward the axis.
+    """
+
+    problem: CenteringProblem
+    offset: float
+    spindle_speed: float
+    push_speed: float
+    direction: str
+    timing: str
+    shape: str
+    lead_angle: float
+    turns: int
+    lead_distance: float
+    rough: float
+    fine: float
+    time: float
+    touch: Touch
+    profile: TipProfile
+
+    @property
+    def stroke(self) -> float:
+        """Travel of the slide from the trigger to its farthest place, mm, Mears (5.6)."""
+        return self.rough + self.fine
+
+    @property
+    def push_profile(self) -> TipProfile:
+        """The tip from first touch on (s, mm/s)."""
+        return self.touch.push_profile
+
+    def simulate(self, model: PushModel | None = None) -> PushTrace:
+        """Return what the model says of the push (mm, s, N): the part along the push line, Mears (5.26) and (5.27).
+
+        Parameters
+        ----------
+        model : PushModel, optional
+            Another than that of the problem.
+        """
+        return simulate_push(self.problem.model if model is None else model, self.push_profile)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw distances of tip and rim from the axis (mm) over time (s), into the axes `ax` or a new figure; return the figure.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Where.
+        """
+        if ax is None:
+            ax = need("matplotlib.pyplot", "plot").figure(figsize=(7, 4), layout="constrained").add_subplot()
+        r, touched = self.problem.model.part.radius, self.time - self.touch.time
+        time = np.linspace(0.0, self.profile.total_time, 501)
+        before = time[time <= touched]
+        angle = self.spindle_speed * before - self.lead_angle
+        rim = self.offset * np.cos(angle) + np.sqrt(r**2 - (self.offset * np.sin(angle)) ** 2)
+        ax.plot(time, r + self.stroke - (self.profile.position(time) - self.profile.start), label="tip")
+        ax.plot(before, rim, label="rim, until it is touched")
+        ax.set(xlabel="time since the trigger (s)", ylabel="distance from the axis (mm)")
+        ax.legend(frameon=False)
+        return ax.figure
+
+    def __repr__(self) -> str:
+        return (
+            f"Push(lead {self.lead_angle * 180 / pi:.4g} deg, stroke {self.stroke:.5g} mm in {self.time:.4g} s,"
+            f" {self.direction}, {self.shape})"
+        )
+
+
+def plan_push(
+    problem: CenteringProblem,
+    *,
+    offset: float,
+    follow_gap: float | None = None,
+    spindle_speed: float,
+    push_speed: float,
+    direction: str = "exact",
+    timing: str = "exact",
+    shape: str = "trapezoid",
+    stroke_offset: float = 0.0,
+) -> Push:
+    """Plan a push that brings an offset ring to the axis of a turning table: trigger, stroke and time, Mears (5.1) to (5.17).
+
+    The slide approaches to `CenteringLimits.safety` before the farthest place of the rim, rests for the settle time, and pushes
+    until the tip is a radius away from the axis. The lead solves lead = speed x time, where the time depends on the lead.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Model and limits.
+    offset : float
+        Of the ring, mm.
+    follow_gap : float, optional
+        Distance from the rim to the pusher tip at the trigger, mm; by default that of the limits.
+    spindle_speed, push_speed : float
+        rad/s, mm/s.
+    direction : {"exact", "quasi-static", "contact", "end"}
+        What the lead aims at. ``"exact"``: the ring, carried by the table and drifting by its inertia, goes through the axis.
+        ``"quasi-static"``: the same without inertia. ``"contact"``: alignment at first contact (Mears, chapter 7). ``"end"``:
+        alignment at the end, Mears (5.17).
+    timing : {"exact", "printed"}
+        ``"printed"``: times of Mears (5.13) to (5.16), which are too long.
+    shape : {"trapezoid", "gentle"}
+        Of the speed of the push; see `gentle_profile`.
+    stroke_offset : float
+        Running correction of the stroke, mm, Mears (6.16).
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, the table is too fast for the offset, or the rim would arrive before the push.
+
+    Examples
+    --------
+    >>> from centering._push.presets import preset
+    >>> from sdpgrind import units
+    >>> push = plan_push(preset("printed"), offset=1.0, spindle_speed=units.rpm(20), push_speed=10.0, direction="end")
+    >>> push
+    Push(lead 38.75 deg, stroke 8.7057 mm in 0.3229 s, end, trapezoid)
+    """
+    checks.kind("problem", problem, CenteringProblem)
+    limits = problem.limits
+    gap = limits.follow_gap if follow_gap is None else checks.positive("follow_gap", follow_gap, "mm")
+    checks.one_of("timing", timing, ("exact", "printed"))
+    touch = plan_touch(
+        problem,
+        offset=offset,
+        spindle_speed=spindle_speed,
+        push_speed=push_speed,
+        direction=direction,
+        shape=shape,
+        stroke_offset=stroke_offset,
+    )
+    check_speed(problem, offset, spindle_speed)
+    fine = touch.run_up + touch.travel
+    lead, rough_time, fine_time = _lead(problem, touch, fine, gap, offset, spindle_speed, push_speed, timing)
+    return Push(
+        problem=problem,
+        offset=float(offset),
+        spindle_speed=float(spindle_speed),
+        push_speed=float(push_speed),
+        direction=direction,
+        timing=timing,
+        shape=shape,
+        lead_angle=lead.lead_angle,
+        turns=lead.turns,
+        lead_distance=lead.lead_distance,
+        rough=lead.rough,
+        fine=fine,
+        time=rough_time + limits.settle_time + fine_time,
+        touch=touch,
+        profile=_whole(limits, lead.rough, touch),
+    )
+
+
+def _lead(
+    problem: CenteringProblem, touch: Touch, fine: float, gap: float, d: float, w: float, v: float, timing: str
+) -> tuple[Lead, float, float]:
+    """The lead, and the times of approach and push in it; what the printed times are too long by turns the table further."""
+    limits = problem.limits
+    rapid, a = limits.approach_speed, limits.max_acceleration
+    exact = touch.run_up_time + touch.time
+    fine_time = exact if timing == "exact" else printed_time(fine, v, a)
+    approach = rest_to_rest if timing == "exact" else printed_time
+    beyond = w * (limits.settle_time + touch.run_up_time + fine_time - exact) + touch.angle
+    radius = problem.model.part.radius
+    lead = find_lead(
+        lambda rough: approach(rough, rapid, a),
+        beyond,
+        offset=d,
+        radius=radius,
+        room=gap - limits.safety,
+        spindle_speed=w,
+    )
+    return lead, approach(lead.rough, rapid, a), fine_time
+
+
+def _whole(limits: CenteringLimits, rough: float, touch: Touch) -> TipProfile:
+    """Approach, pause and push, beginning as far before first touch as the approach and the run-up are long."""
+    parts = [touch.profile.segments]
+    if limits.settle_time > 0.0:
+        parts.insert(0, np.array([[limits.settle_time, 0.0, 0.0]]))
+    if rough > _LEAST:
+        parts.insert(0, TipProfile.move(rough, limits.approach_speed, limits.max_acceleration).segments)
+    return profile_of(np.vstack(parts), -rough - touch.run_up)
