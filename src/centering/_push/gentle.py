@@ -1,0 +1,127 @@
+"""Pushes that leave the part where the tip stops, and taps that move a heavy part by a few um."""
+
+from math import sqrt
+
+import numpy as np
+
+from centering._push.model import GRAVITY, PushModel
+from centering._push.profile import TipProfile
+from sdpgrind.base import checks
+
+_BREAKAWAY_SPEED = 1.0  # mm/s: what is stored in the contact when the part breaks away is F_s^2/(2 k), and little more
+_OVERLOAD = 1.12  # closing of the contact over F_s/k until which it stays slow: friction may be higher than believed
+_GAIN, _BRAKE = 0.5, 0.7  # accelerations over mu_k g: the contact stays closed while the part is braked by friction
+_CLEAR = 0.5  # mm that the tip is drawn back by
+
+Row = tuple[float, float, float]
+
+
+def gentle_profile(model: PushModel, distance: float, speed: float, *, max_acceleration: float = 2560.0) -> TipProfile:
+    """Return a push that the part does not leave: slow until it breaks away, stopped below mu_k g, then drawn back at once.
+
+    The tip moves at 1 mm/s until the contact has closed by 1.12 F_s/k, gains speed at 0.5 mu_k g and stops at 0.7 mu_k g. A slide
+    that stops harder than mu_k g throws the part off.
+
+    Parameters
+    ----------
+    model : PushModel
+        What is pushed.
+    distance : float
+        How far the tip goes after first touch, mm; the part comes to rest within some um of that.
+    speed : float
+        Greatest speed of the tip, mm/s; a short push does not reach it.
+    max_acceleration : float
+        Of the slide, mm/s^2: no acceleration is above it, and the tip is drawn back with it.
+
+    Returns
+    -------
+    TipProfile
+        From first touch on; it ends 0.5 mm before the furthest point.
+
+    Raises
+    ------
+    ValueError
+        When distance, speed or acceleration are not > 0.
+
+    Examples
+    --------
+    >>> from centering._push.presets import preset
+    >>> from centering._push.trace import simulate_push
+    >>> model = preset("printed").model
+    >>> trace = simulate_push(model, gentle_profile(model, 5.0, 40.0))  # mm, mm/s
+    >>> round(1000 * (trace.final_position - 5.0), 1), round(trace.peak_force, 1)  # um, N; at constant speed 277 um, 192 N
+    (-1.0, 48.6)
+    """
+    d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
+    most = checks.positive("max_acceleration", max_acceleration, "mm/s^2")
+    limit = model.mu_kinetic * GRAVITY
+    gain, brake = min(_GAIN * limit, most), min(_BRAKE * limit, most)
+    closing = _OVERLOAD * model.breakaway_force / model.contact_stiffness
+    slow = min(_BREAKAWAY_SPEED, v, sqrt(2.0 * brake * d))
+    if d <= closing + slow * slow / (2.0 * brake):
+        rows = [((d - slow * slow / (2.0 * brake)) / slow, slow, 0.0), (slow / brake, slow, -brake)]
+    else:
+        rows = _run(d - closing, v, slow, gain, brake)
+        rows.insert(0, (closing / slow, slow, 0.0))
+    return _profile([*rows, *_drawn_back(most)])
+
+
+def tap_profile(distance: float, speed: float, *, max_acceleration: float = 2560.0) -> TipProfile:
+    """Return a push at constant speed from first touch that stops at full deceleration and is drawn back at once with the same.
+
+    The finest push of a heavy part: the tip is already leaving when the part gives way, so that the smallest move is an eighth of
+    2 (F_s - F_k)/k, and the travel grows steadily with `distance`. 2 to 5 mm/s is best below 0.3 mm: slower, jumps come back;
+    faster, the part is thrown further, and that depends on friction.
+
+    Parameters
+    ----------
+    distance : float
+        How far the tip goes after first touch, mm.
+    speed : float
+        Of the tip, mm/s; a tap shorter than its stop begins at the speed from which it stops in time.
+    max_acceleration : float
+        Of the slide, mm/s^2.
+
+    Returns
+    -------
+    TipProfile
+        From first touch on; it ends 0.5 mm before the furthest point.
+
+    Raises
+    ------
+    ValueError
+        When distance, speed or acceleration are not > 0.
+
+    Examples
+    --------
+    >>> from centering._push.presets import preset
+    >>> from centering._push.trace import simulate_push
+    >>> model = preset("printed").model  # 18.9 kg: 2 (F_s - F_k)/k is 15.4 um
+    >>> [round(1000 * simulate_push(model, tap_profile(stroke, 5.0)).final_position, 1) for stroke in (0.03, 0.031, 0.04)]  # um
+    [0.0, 3.7, 15.8]
+    """
+    d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
+    most = checks.positive("max_acceleration", max_acceleration, "mm/s^2")
+    top = min(v, sqrt(2.0 * most * d))
+    cruise = (d - top * top / (2.0 * most)) / top
+    return _profile([(cruise, top, 0.0), (top / most, top, -most), *_drawn_back(most)])
+
+
+def _run(distance: float, speed: float, slow: float, gain: float, brake: float) -> list[Row]:
+    """From a slow speed to the end: faster, on, and to rest."""
+    spread = 0.5 / gain + 0.5 / brake
+    top = min(speed, sqrt((distance + slow * slow * 0.5 / gain) / spread))
+    cruise = (distance - top * top * spread + slow * slow * 0.5 / gain) / top
+    return [((top - slow) / gain, slow, gain), (cruise, top, 0.0), (top / brake, top, -brake)]
+
+
+def _drawn_back(acceleration: float) -> list[Row]:
+    """Away from the part, from rest to rest."""
+    half = sqrt(_CLEAR / acceleration)
+    return [(half, 0.0, -acceleration), (half, -acceleration * half, acceleration)]
+
+
+def _profile(rows: list[Row]) -> TipProfile:
+    """The rows that have a length."""
+    least = 1e-12 * sum(t for t, _, _ in rows)
+    return TipProfile(*np.array([row for row in rows if row[0] > least]).T)
