@@ -182,8 +182,6 @@ def _slides(parameters: Floats, speed: Floats) -> Floats:
     flight = 4.0 * mass * (speed + static / np.sqrt(mass * stiffness)) / coulomb
     pushes = zip(speed, contact + flight, strict=True)
     return simulate_pushes(parameters, [TipProfile.constant_speed(v, t) for v, t in pushes])[:, 1]
-        :, 1
-    ]
 
 
 def _frozen(values: Floats) -> Floats:
