@@ -1,41 +1,51 @@
-"""What a push would have shown with other frictions: simulated on a few, laid over many, with how rough that is."""
-
-from collections.abc import Callable
+"""What a push would have shown with other frictions, simulated with a few about those believed; how likely the readings are."""
 
 import numpy as np
 
+from centering._friction.belief import FrictionBelief, span
+from centering._friction.prediction_kernels import log_likelihood
+from centering._push.model import PushModel
+from centering._push.profile import TipProfile
+from centering._push.reaction import simulate_pushes
 from sdpgrind.base.checks import Floats
 
+NODES = (21, 9)
+"""Frictions that a push is simulated with, of scale and ratio."""
+_REACH = 4.0
 _ROUGH = 0.5
 """Standard deviation of what lies between nodes, over their second difference: that of noise, and more than that of a jump."""
+_FINAL, _SLIDE, _PEAK = 0, 1, 2
+"""Columns of what a push gives."""
 
 
-def laid_over(found: Floats, nodes: tuple[Floats, Floats], grid: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Values (n, m, q) at nodes, and their doubt, linear in between and held beyond, at (p, r, q) places of the grid."""
-    along, across = (_shares(axis, places) for axis, places in zip(nodes, grid, strict=True))
-    doubt = np.maximum(_rough(found, 0), _rough(found, 1))
-    return _laid(along, found, across), _laid(along, doubt, across)
+def likelihood(
+    belief: FrictionBelief, model: PushModel, profile: TipProfile, read: Floats, noise_sd: Floats, error: float
+) -> tuple[Floats, float]:
+    """Likelihood, greatest 1, over (scale met, ratio) of peak force, free slide, final position; how far off the nearest is."""
+    met = belief.expected()
+    scales = span(belief.pushed, met.sum(axis=1), _REACH, NODES[0])
+    ratios = span(belief.ratio, met.sum(axis=0), _REACH, NODES[1])
+    found = predicted(model, profile, scales, ratios)
+    doubt = np.maximum(roughness(found, 0), roughness(found, 1))
+    nodes, cells = _axes(scales, ratios), _axes(belief.pushed, belief.ratio)
+    out = np.empty((belief.pushed.size, belief.ratio.size))
+    farthest = float(profile.position(np.cumsum(profile.duration)).max())
+    off = log_likelihood(found, doubt, nodes, cells, read, noise_sd, error, farthest, out)
+    return np.exp(out - out.max()), float(off)
 
 
-def _laid(along: Floats, found: Floats, across: Floats) -> Floats:
-    """One weighted mean along each axis."""
-    return np.asarray(np.einsum("pn,nmq,rm->prq", along, found, across, optimize=True))
+def predicted(model: PushModel, profile: TipProfile, scales: Floats, ratios: Floats) -> Floats:
+    """Peak force (N), free slide and final position (mm) with each friction, (n, m, 3)."""
+    held = model.breakaway_force * np.exp(scales[:, None] + 0.5 * ratios)
+    slid = np.minimum(model.coulomb_force * np.exp(scales[:, None] - 0.5 * ratios), held)
+    rows = np.tile(model.parameters, (held.size, 1))
+    rows[:, 3], rows[:, 4] = held.ravel(), slid.ravel()
+    shown = simulate_pushes(rows, profile)
+    return np.ascontiguousarray(shown[:, [_PEAK, _SLIDE, _FINAL]]).reshape(*held.shape, 3)
 
 
-def _shares(axis: Floats, places: Floats) -> Floats:
-    """Weights (places, nodes) of linear interpolation, held at the ends."""
-    if axis.size == 1 or axis[0] == axis[-1]:
-        return np.eye(axis.size)[np.zeros(places.size, dtype=int)]
-    at = np.clip((places - axis[0]) / (axis[1] - axis[0]), 0.0, axis.size - 1.0)
-    left = np.minimum(at.astype(int), axis.size - 2)
-    shares = np.zeros((places.size, axis.size))
-    rows = np.arange(places.size)
-    shares[rows, left], shares[rows, left + 1] = left + 1 - at, at - left
-    return shares
-
-
-def _rough(found: Floats, axis: int) -> Floats:
-    """Doubt of each node from the second differences about it."""
+def roughness(found: Floats, axis: int) -> Floats:
+    """Doubt of each node from the second differences about it along an axis."""
     if found.shape[axis] < 3:
         return np.zeros_like(found)
     values = np.moveaxis(found, axis, 0)
@@ -44,16 +54,6 @@ def _rough(found: Floats, axis: int) -> Floats:
     return np.moveaxis(_ROUGH * padded, 0, axis)
 
 
-def likelihood(values: Floats, doubt: Floats, read: Floats, noise: Callable[[Floats], Floats]) -> tuple[Floats, float]:
-    """Likelihood (p, r), greatest 1, of readings (q,), NaN for none; and how far the nearest place is off, squared sds."""
-    seen = np.isfinite(read)
-    variance = noise(values)[..., seen] + doubt[..., seen] ** 2 + _coarse(values[..., seen])
-    miss = np.sum((values[..., seen] - read[seen]) ** 2 / variance, axis=-1)
-    log_likelihood = -0.5 * (miss + np.sum(np.log(variance), axis=-1))
-    return np.exp(log_likelihood - log_likelihood.max()), float(miss.min())
-
-
-def _coarse(values: Floats) -> Floats:
-    """Variance of what changes within a cell of the grid."""
-    steps = [np.gradient(values, axis=k) ** 2 / 12.0 for k in (0, 1) if values.shape[k] > 1]
-    return np.asarray(sum(steps, np.zeros_like(values)))
+def _axes(*axes: Floats) -> Floats:
+    """First place and step of each axis, (2, 2)."""
+    return np.array([(axis[0], axis[1] - axis[0] if axis.size > 1 else 0.0) for axis in axes])

@@ -1,0 +1,79 @@
+"""How likely readings of a push are over a fine grid of frictions, from what it would have shown with a few of them."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def log_likelihood(found, doubt, nodes, cells, read, noise_sd, error, farthest, out):
+    """Write the logarithm of the likelihood at each place of the grid; return how far the nearest one is off, squared sds.
+
+    Parameters
+    ----------
+    found, doubt : array, (n, m, 3)
+        Peak force (N), free slide (mm), final position (mm) at the nodes, and standard deviations of what lies between them.
+    nodes : array, (2, 2)
+        First node and step between nodes, of scale and ratio; a step of 0: one node.
+    cells : array, (2, 2)
+        First place and step of the grid, likewise.
+    read : array, (3,)
+        Readings; NaN: none.
+    noise_sd : array, (3,)
+        Their standard deviations.
+    error : float
+        Of what is predicted, relative.
+    farthest : float
+        How far the tip went, mm; the part's way beyond counts as predicted, that with the tip as known.
+    out : array, (p, r)
+        What is written.
+    """
+    nearest = np.inf
+    for i in range(out.shape[0]):
+        a, along = _cell(cells[0, 0] + i * cells[0, 1], nodes[0], found.shape[0])
+        for j in range(out.shape[1]):
+            b, across = _cell(cells[1, 0] + j * cells[1, 1], nodes[1], found.shape[1])
+            miss, spread = 0.0, 0.0
+            for q in range(3):
+                if np.isnan(read[q]):
+                    continue
+                value, rise, slant = _patch(found, a, b, q, along, across)
+                vague = _patch(doubt, a, b, q, along, across)[0]
+                slid = value - farthest if q == 2 else value
+                inside = _step(cells[0, 1], nodes[0, 1], rise) ** 2 + _step(cells[1, 1], nodes[1, 1], slant) ** 2
+                variance = noise_sd[q] ** 2 + (error * slid) ** 2 + vague**2 + inside / 12.0
+                miss += (read[q] - value) ** 2 / variance
+                spread += np.log(variance)
+            out[i, j] = -0.5 * (miss + spread)
+            nearest = min(nearest, miss)
+    return nearest
+
+
+@njit(**_OPTIONS)
+def _cell(place, axis, count):
+    """Node to the left, and the share of the way to the next one; held at the ends."""
+    if count == 1 or axis[1] == 0.0:
+        return 0, 0.0
+    at = min(max((place - axis[0]) / axis[1], 0.0), count - 1.0)
+    left = min(int(at), count - 2)
+    return left, at - left
+
+
+@njit(**_OPTIONS)
+def _patch(values, a, b, q, along, across):
+    """Value within four nodes, and its changes from node to node in both directions."""
+    c, d = min(a + 1, values.shape[0] - 1), min(b + 1, values.shape[1] - 1)
+    low = values[a, b, q] + along * (values[c, b, q] - values[a, b, q])
+    high = values[a, d, q] + along * (values[c, d, q] - values[a, d, q])
+    near = values[a, b, q] + across * (values[a, d, q] - values[a, b, q])
+    far = values[c, b, q] + across * (values[c, d, q] - values[c, b, q])
+    return low + across * (high - low), far - near, high - low
+
+
+@njit(**_OPTIONS)
+def _step(cell, node, change):
+    """Change over a cell of the grid."""
+    return change * cell / node if node > 0.0 else 0.0
