@@ -28,8 +28,8 @@ _DAMPING = math.sqrt(0.5)
 _STROKE = 25.0  # mm, of the probe
 _FORCE_MAX = 446.0  # N
 _FORCE_QUANTUM = 2 * _FORCE_MAX / 4096  # N: 12 bits of the sensor's range
-_FINENESS = 0.04  # of the contact's own time sqrt(M/k)
-_LONGEST_STEP = 2.5e-4  # s
+_FINENESS = 0.08  # of the contact's own times sqrt(M/k) and M/b
+_LONGEST_STEP = 5e-4  # s
 
 
 @dataclass(frozen=True)
@@ -256,7 +256,10 @@ class CenteringMachine(Frozen):
         cell[slide.SPINDLE_ACCELERATION] = limits.spindle_acceleration_max
         cell[slide.INERTIA : slide.VISCOUS + 1] = model.parameters
         cell[slide.RADIUS] = ring.radius
-        cell[slide.STEP] = min(_FINENESS * math.sqrt(model.inertia / model.contact_stiffness), _LONGEST_STEP)
+        own = math.sqrt(model.inertia / model.contact_stiffness)
+        if model.contact_damping > 0:
+            own = min(own, model.inertia / model.contact_damping)
+        cell[slide.STEP] = min(_FINENESS * own, _LONGEST_STEP)
         return cell
 
     def _gauges(self, ring: Ring, scatter: PushScatter, phase: float) -> Floats:

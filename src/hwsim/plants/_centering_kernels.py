@@ -21,6 +21,7 @@ _NEAR = 0.8  # of the breakaway force: from there on a ring at rest is watched c
 _FASTEST = 150.0  # mm/s: no tip comes closer faster
 _SPLITS = 60
 _CLOSE = 1e-12  # s
+_ONWARD = 0.3  # cosine: a ring that slides much aside of its way has stopped in between
 
 
 @njit(**_OPTIONS)
@@ -66,31 +67,40 @@ def _held(state, cell):
 
 
 @njit(**_OPTIONS)
-def _slope(state, cell, profile, time, x, y, speed_x, speed_y):
-    """Acceleration over the table, mm/s^2, of a ring that slides."""
-    pull_x, pull_y, _ = _pull(state, cell, profile, time, x, y, speed_x, speed_y)
-    speed, way_x, way_y = np.sqrt(speed_x * speed_x + speed_y * speed_y), speed_x, speed_y
-    viscous = cell[slide.VISCOUS] * speed
-    if speed == 0.0:
-        speed, way_x, way_y = np.sqrt(pull_x * pull_x + pull_y * pull_y), pull_x, pull_y
-    if speed == 0.0:
-        return 0.0, 0.0
-    friction = (cell[slide.COULOMB] * cell[slide.FRICTION] + viscous) / speed
-    return (pull_x - friction * way_x) / cell[slide.INERTIA], (pull_y - friction * way_y) / cell[slide.INERTIA]
+def _way(state, cell, profile, time):
+    """Direction over the table in which the ring slides, or begins to."""
+    way_x, way_y = state[slide.SPEED_X], state[slide.SPEED_Y]
+    if way_x == 0.0 and way_y == 0.0:
+        way_x, way_y, _ = _pull(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)
+    length = np.sqrt(way_x * way_x + way_y * way_y)
+    return (way_x / length, way_y / length) if length > 0.0 else (1.0, 0.0)
 
 
 @njit(**_OPTIONS)
-def _slide_on(state, cell, profile, time, step):
-    """Place and speed of a sliding ring one step later, to fourth order."""
+def _slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y):
+    """Acceleration over the table, mm/s^2, of a ring that slides; friction goes on as if it did where it has come to a stop."""
+    pull_x, pull_y, _ = _pull(state, cell, profile, time, x, y, speed_x, speed_y)
+    speed = np.sqrt(speed_x * speed_x + speed_y * speed_y)
+    if speed_x * way_x + speed_y * way_y > _ONWARD * speed:
+        way_x, way_y = speed_x / speed, speed_y / speed
+    friction, viscous = cell[slide.COULOMB] * cell[slide.FRICTION], cell[slide.VISCOUS]
+    pull_x -= friction * way_x + viscous * speed_x
+    pull_y -= friction * way_y + viscous * speed_y
+    return pull_x / cell[slide.INERTIA], pull_y / cell[slide.INERTIA]
+
+
+@njit(**_OPTIONS)
+def _slide_on(state, cell, profile, time, w, z, step):
+    """Place and speed of a ring that slides in the direction w, z one step later, to fourth order."""
     x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
     half = 0.5 * step
-    a1, b1 = _slope(state, cell, profile, time, x, y, u, v)
+    a1, b1 = _slope(state, cell, profile, time, w, z, x, y, u, v)
     u2, v2 = u + half * a1, v + half * b1
-    a2, b2 = _slope(state, cell, profile, time + half, x + half * u, y + half * v, u2, v2)
+    a2, b2 = _slope(state, cell, profile, time + half, w, z, x + half * u, y + half * v, u2, v2)
     u3, v3 = u + half * a2, v + half * b2
-    a3, b3 = _slope(state, cell, profile, time + half, x + half * u2, y + half * v2, u3, v3)
+    a3, b3 = _slope(state, cell, profile, time + half, w, z, x + half * u2, y + half * v2, u3, v3)
     u4, v4 = u + step * a3, v + step * b3
-    a4, b4 = _slope(state, cell, profile, time + step, x + step * u3, y + step * v3, u4, v4)
+    a4, b4 = _slope(state, cell, profile, time + step, w, z, x + step * u3, y + step * v3, u4, v4)
     sixth = step / 6.0
     x += sixth * (u + 2.0 * u2 + 2.0 * u3 + u4)
     y += sixth * (v + 2.0 * v2 + 2.0 * v3 + v4)
@@ -98,29 +108,46 @@ def _slide_on(state, cell, profile, time, step):
 
 
 @njit(**_OPTIONS)
+def _when(state, cell, profile, time, x, y, u, v, way_x, way_y):
+    """What changes sign at an event of a sliding ring: its speed onward, its closure, and the force where it is closed."""
+    _, _, force, closure = contact_force(state, cell, profile, time, x, y, u, v)
+    return u * way_x + v * way_y, closure, force
+
+
+@njit(**_OPTIONS)
+def _happens(onward, closure, force, closed, pushed):
+    """Whether a stop, a touch, a parting or a renewed push lies behind, given how it was before."""
+    return onward <= 0.0 or (closure > 0.0) != closed or (force > 0.0) != pushed
+
+
+@njit(**_OPTIONS)
 def _move(state, cell, profile, time, step):
-    """Let a sliding ring go on by at most a step: to where it stops or touches, if that comes first; return the time taken."""
-    speed_x, speed_y = state[slide.SPEED_X], state[slide.SPEED_Y]
-    before = contact_force(state, cell, profile, time, state[slide.X], state[slide.Y], speed_x, speed_y)[3]
-    x, y, u, v = _slide_on(state, cell, profile, time, step)
-    taken, stops = step, False
-    for _ in range(3):
-        ahead = u * speed_x + v * speed_y
-        square = speed_x * speed_x + speed_y * speed_y
-        if ahead > 0.0 or square == 0.0:
-            break
-        stops = True
-        taken *= square / (square - ahead)
-        x, y, u, v = _slide_on(state, cell, profile, time, taken)
-    if before < 0.0:
-        _, _, _, after = contact_force(state, cell, profile, time + taken, x, y, u, v)
-        if after > 0.0 and taken * before / (before - after) > _CLOSE:
-            taken, stops = taken * before / (before - after), False
-            x, y, u, v = _slide_on(state, cell, profile, time, taken)
+    """Let a sliding ring go on by at most a step: to where it stops, touches or parts, if that is first; return the time taken."""
+    x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
+    w, z = _way(state, cell, profile, time)
+    _, closure, force = _when(state, cell, profile, time, x, y, u, v, w, z)
+    closed, pushed = closure > 0.0, force > 0.0
+    x, y, u, v = _slide_on(state, cell, profile, time, w, z, step)
+    onward, closure, force = _when(state, cell, profile, time + step, x, y, u, v, w, z)
+    if _happens(onward, closure, force, closed, pushed):
+        low, high = 0.0, step
+        for _ in range(_SPLITS):
+            if high - low < _CLOSE:
+                break
+            step = 0.5 * (low + high)
+            x, y, u, v = _slide_on(state, cell, profile, time, w, z, step)
+            onward, closure, force = _when(state, cell, profile, time + step, x, y, u, v, w, z)
+            if _happens(onward, closure, force, closed, pushed):
+                high = step
+            else:
+                low = step
+        step = high
+        x, y, u, v = _slide_on(state, cell, profile, time, w, z, step)
+        onward = u * w + v * z
     state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y] = x, y, u, v
-    if stops:
+    if onward <= 0.0:
         state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.MOVING] = 0.0, 0.0, 0.0
-    return taken
+    return step
 
 
 @njit(**_OPTIONS)
