@@ -122,7 +122,7 @@ def _happens(onward, closure, force, closed, pushed):
 
 @njit(**_OPTIONS)
 def _move(state, cell, profile, time, step):
-    """Let a sliding ring go on by at most a step: to where it stops, touches or parts, if that is first; return the time taken."""
+    """Let a sliding ring go on by at most a step, or to where it stops, touches or parts before; return the time taken."""
     x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
     w, z = _way(state, cell, profile, time)
     _, closure, force = _when(state, cell, profile, time, x, y, u, v, w, z)
