@@ -1,0 +1,144 @@
+"""The verb `plan`: which push next, by stochastic dynamic programming over offset and what is believed of the friction."""
+
+import warnings
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+
+from centering._cycle.outcomes import default_kinds, simulated
+from centering._cycle.strategy import Strategy
+from centering._cycle.strategy_moves import FRACTIONS, FRICTIONS, OFFSETS, Ground, finish_offset, moves, offset_axis
+from centering._cycle.strategy_timing import CycleTiming, table_speeds
+from centering._push.problem import CenteringProblem
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.progress import Progress, TerminalLine
+
+SETTLED = 6
+"""Pushes after which the belief is no more than the mean: further ones change its standard deviation by little."""
+GIVEN_UP = 60.0
+"""What a part costs that is not centred after the greatest number of pushes, s."""
+_SHARES = (0.0, 0.6, 0.8, 1.0)  # of the work: pushes simulated, the settled belief, the first pushes
+
+
+def plan(
+    problem: CenteringProblem,
+    *,
+    spindle_speed: str | float = "scheduled",
+    tolerance: float | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Strategy:
+    """Return the sequence of pushes that centres a part in the least expected time.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Part, machine, scatter of the pushes, tolerance.
+    spindle_speed : "scheduled" or float
+        Table speed, rad/s: the fastest that the offset allows, or a fixed one (less where the offset does not allow it).
+    tolerance : float, optional
+        Offset at which a part is centred, mm; that of the problem by default.
+    executor : concurrent.futures.Executor, optional
+        Where to simulate pushes and to evaluate them; the result does not depend on it.
+    progress : callable(share, text), optional
+        By default one line on a terminal when it takes long, silent elsewhere.
+
+    Returns
+    -------
+    Strategy
+        Expected times (s) and pushes for every offset, believed friction and number of pushes seen.
+
+    Raises
+    ------
+    ValueError
+        When `spindle_speed` is no speed > 0, or the tolerance is not > 0.
+
+    Warns
+    -----
+    UserWarning
+        When the tolerance is below half the jump of stick and slip.
+
+    Examples
+    --------
+    >>> from centering._push.presets import preset
+    >>> strategy = plan(preset("printed").replace(mass=0.8))  # doctest: +SKIP
+    >>> strategy.push(offset=1.0)  # doctest: +SKIP
+    """
+    checks.kind("problem", problem, CenteringProblem, ", as preset(...) gives it")
+    if isinstance(spindle_speed, str):
+        checks.one_of("spindle_speed", spindle_speed, ("scheduled",))
+    else:
+        checks.positive("spindle_speed", spindle_speed, "rad/s")
+    if tolerance is not None:
+        problem = problem.replace(tolerance=tolerance)
+    if problem.quantum_note:
+        warnings.warn(problem.quantum_note, stacklevel=2)
+    tell = progress if progress is not None else TerminalLine()
+    ground = prepared(problem, spindle_speed, executor, tell)
+    return Strategy(problem, ground.outcomes, ground.timing, ground.speeds, solve(ground, executor, tell))
+
+
+def prepared(problem: CenteringProblem, spindle_speed: str | float, executor: Executor | None, tell: Progress) -> Ground:
+    """Simulate the pushes of a problem, and fix table speeds."""
+    finish = finish_offset(problem)
+    axis = offset_axis(problem, finish)
+    limits = problem.limits
+    outcomes = simulated(
+        problem.model,
+        default_kinds(limits.push_speed_max),
+        longest=1.3 * axis.high,
+        acceleration=limits.max_acceleration,
+        executor=executor,
+        tell=lambda share, text: tell(_SHARES[1] * share, text),
+    )
+    offsets = np.geomspace(axis.low, axis.high, axis.nodes)
+    return Ground(problem, outcomes, CycleTiming(), table_speeds(problem, offsets, spindle_speed), finish)
+
+
+def solve(ground: Ground, executor: Executor | None, tell: Progress) -> tuple[Floats, Floats, Floats]:
+    """Return value (s), kind and share of the offset [pushes seen, offset, friction]: first the settled belief, then backward."""
+    given_up = sdp.Stop("given up", _given_up, allowed=_no_more)
+    further = max(1, ground.problem.pushes_max - SETTLED)
+    settled = sdp.plan(
+        sdp.Problem(ground.axes, moves(ground, SETTLED, False), [given_up], sdp.Stages(further, 1.0, "unseen", "")),
+        executor=executor,
+        progress=lambda share, text: tell(_SHARES[1] + (_SHARES[2] - _SHARES[1]) * share, "the pushes after the first ones"),
+    )
+    done = sdp.Stop("seen", _Settled(settled), allowed=_no_more)
+    first = sdp.plan(
+        sdp.Problem(ground.axes, moves(ground, SETTLED, True), [done], sdp.Stages(SETTLED, 1.0, "unseen", "")),
+        executor=executor,
+        progress=lambda share, text: tell(_SHARES[2] + (1 - _SHARES[2]) * share, "the first pushes"),
+    )
+    return _joined(settled, first)
+
+
+class _Settled:
+    """Expected time (s) at the nodes with the settled belief: what is to come once the first pushes were seen."""
+
+    def __init__(self, policy: sdp.Policy) -> None:
+        self.policy = policy
+
+    def __call__(self, s: Any) -> Floats:
+        return np.asarray(self.policy.table.value[-1, 0] + 0.0 * s.offset)
+
+
+def _given_up(s: Any) -> Floats:
+    """Charge (s) of a part that is given up."""
+    return np.asarray(GIVEN_UP + 0.0 * s.offset)
+
+
+def _no_more(s: Any) -> Any:
+    return s.unseen < 0.5
+
+
+def _joined(settled: sdp.Policy, first: sdp.Policy) -> tuple[Floats, Floats, Floats]:
+    """Value, kind and share [pushes seen, offset, friction] of both policies."""
+    shape = (SETTLED + 1, OFFSETS, FRICTIONS)
+    tables = [first.table, settled.table]
+    rows = [(0, SETTLED - n) for n in range(SETTLED)] + [(1, -1)]
+    value, kind, entry = (np.stack([getattr(tables[t], name)[row, 0] for t, row in rows]) for name in ("value", "best", "entry"))
+    return value.reshape(shape), kind.reshape(shape).astype(np.int64), FRACTIONS[entry].reshape(shape)

@@ -1,0 +1,264 @@
+"""A strategy: the push for every offset, what is believed of the friction, and what both will cost."""
+
+import os
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from centering._cycle.belief import Belief, FrictionBelief
+from centering._cycle.belief_kernels import posterior
+from centering._cycle.outcomes import OutcomeTable
+from centering._cycle.strategy_kernels import table_speed
+from centering._cycle.strategy_lookup_kernels import choose, value_at
+from centering._cycle.strategy_moves import finish_offset, friction_axis, offset_axis, packed_axes
+from centering._cycle.strategy_timing import CycleTiming
+from centering._push.problem import CenteringProblem
+from centering._push.profile import TipProfile
+from sdpgrind.base import checks, records
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed
+from sdpgrind.base.stored import decode, encode
+
+KIND = "centering.strategy"
+
+
+class Choice(NamedTuple):
+    """A push that a strategy chooses.
+
+    Attributes
+    ----------
+    aim : float
+        Mean travel of the part that is wanted, mm.
+    stroke : float
+        Greatest travel of the tip after the first touch, mm.
+    push_speed : float
+        Greatest speed of the tip, mm/s.
+    shape : str
+        ``"trapezoid"`` or ``"gentle"``.
+    retract : bool
+        Whether the tip is drawn back at once.
+    spindle_speed : float
+        Table speed, rad/s.
+    kind : int
+        Number of the kind of push among `Strategy.kinds`.
+    """
+
+    aim: float
+    stroke: float
+    push_speed: float
+    shape: str
+    retract: bool
+    spindle_speed: float
+    kind: int
+
+
+class Strategy:
+    """Which push next, by offset, believed friction and pushes seen: a plan, immutable, made by `plan`.
+
+    The friction ratio is the part's friction over that of the model; the belief about it has a mean, which is looked up, and a
+    standard deviation, which the number of pushes seen tells.
+
+    Attributes
+    ----------
+    problem : CenteringProblem
+        What was planned for.
+    outcomes : OutcomeTable
+        What pushes do, mm.
+    timing : CycleTiming
+        What a cycle takes besides, s and rad.
+    kinds : tuple of PushKind
+        Kinds of push that were tried.
+    belief : FrictionBelief
+        Of a part's friction, before it was pushed and after (relative).
+    finish : float
+        Measured offset at which the part counts as centred, mm: the tolerance less what measuring may hide.
+    """
+
+    def __init__(
+        self,
+        problem: CenteringProblem,
+        outcomes: OutcomeTable,
+        timing: CycleTiming,
+        speeds: Floats,
+        table: tuple[Floats, Any, Floats],
+    ) -> None:
+        self.problem, self.outcomes, self.timing = problem, outcomes, timing
+        self.kinds, self.finish = outcomes.kinds, finish_offset(problem)
+        self._speeds = np.ascontiguousarray(speeds)
+        self._value, self._kind, self._share = (np.ascontiguousarray(x) for x in table)
+        self.belief = FrictionBelief.of(problem.scatter)
+        self._settled = self._value.shape[0] - 1
+        self._axes = packed_axes(offset_axis(problem, self.finish), friction_axis(problem))
+        self._outcomes = (outcomes.travel, outcomes.mean_travel, outcomes.last, outcomes.grid)
+
+    # -- looking up ------------------------------------------------------------------------------------------------
+
+    def push(self, *, offset: float, friction: float = 1.0, pushes: float = 0) -> Choice:
+        """Return the push that leads to the end soonest.
+
+        Parameters
+        ----------
+        offset : float
+            Measured offset, mm; greater than `finish`.
+        friction : float
+            Mean of the believed friction ratio, dimensionless.
+        pushes : float
+            Pushes' worth of evidence in it, see `update_belief`; or simply the pushes so far.
+
+        Raises
+        ------
+        ValueError
+            When the offset is not > `finish`: the part is centred.
+        """
+        if not offset > self.finish:
+            raise checks.refuse("offset", f"> {self.finish:g}, at which the part is centred", offset, "mm")
+        kind, aim, stroke, speed = choose(
+            (self._kind, self._share), self._outcomes, self._speeds, self._axes, offset, friction, self._mode(pushes)
+        )
+        how = self.kinds[kind]
+        return Choice(aim, stroke, how.push_speed, how.shape, how.retract, speed, kind)
+
+    def value(self, *, offset: float, friction: float = 1.0, pushes: float = 0) -> float:
+        """Return the expected time from the touch of the next push to the end, s; 0 where the part is centred.
+
+        Parameters
+        ----------
+        offset : float
+            mm.
+        friction : float
+            Mean of the believed friction ratio, dimensionless.
+        pushes : float
+            Pushes' worth of evidence in it.
+        """
+        if offset <= self.finish:
+            return 0.0
+        return float(value_at(self._value, self._axes, offset, friction, self._mode(pushes)))
+
+    def _mode(self, pushes: float) -> int:
+        """Row of the table for so much evidence."""
+        settled: int = self._settled
+        return min(int(pushes + 0.5), settled)
+
+    def cycle_time(self, offset: float) -> float:
+        """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s."""
+        speed = self.speed(offset)
+        return self.timing.start_time(speed, self.problem.limits.spindle_acceleration_max) + self.value(offset=offset)
+
+    def speed(self, offset: float) -> float:
+        """Return the table speed at an `offset` (mm), rad/s."""
+        return float(table_speed(self._speeds, self._axes[:2], offset))
+
+    def profile(self, choice: Choice) -> TipProfile:
+        """Return the motion of the tip from the first touch on, for a `choice` of `push` (mm, s)."""
+        kind = self.kinds[choice.kind]
+        return kind.profile(self.problem.model, choice.stroke, self.problem.limits.max_acceleration)
+
+    def update_belief(self, friction: float, pushes: float, commanded: Choice, travelled: float) -> Belief:
+        """Return what is believed after a push: Bayes' rule, the push scattering about the friction of the part.
+
+        Parameters
+        ----------
+        friction : float
+            Mean of the ratio before, dimensionless.
+        pushes : float
+            Pushes' worth of evidence before: 0 at the first push, then what this method gave.
+        commanded : Choice
+            The push.
+        travelled : float
+            How far the part was moved, mm: the length of the difference of two measured places.
+
+        Returns
+        -------
+        Belief
+            Mean and evidence; a push that told little adds little evidence.
+        """
+        prior = friction, self.belief.sd(pushes)
+        table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
+        mean, sd = posterior(table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled)
+        low, high = self._axes[3], self._axes[3] + self._axes[4] * (self._axes[5] - 1)
+        return Belief(min(max(mean, low), high), max(pushes, self.belief.evidence(sd)))
+
+    @cached_property
+    def _noise(self) -> float:
+        """Standard deviation of a measured travel about that of the table, mm."""
+        return float(np.hypot(self.problem.scatter.stop_sd, np.sqrt(2.0) * self.problem.scatter.measuring_sd))
+
+    # -- predicting ------------------------------------------------------------------------------------------------
+
+    def simulate(self, *, parts: int = 200, rng: Seed = 0, start: Any = None) -> Any:
+        """Follow the strategy on the model: pushes simulated exactly, friction that stays with its part; no machine.
+
+        Parameters
+        ----------
+        parts : int
+            Number of parts.
+        rng : int, SeedSequence or Generator
+            Source of randomness.
+        start : float or array (parts,), optional
+            Offset at the begin, mm; by default uniform from a tenth of the problem's greatest offset to the greatest.
+
+        Returns
+        -------
+        CenteringRuns
+            Time (s), pushes, final offset (mm) and whether it was finished, for each part.
+        """
+        from centering._cycle.strategy_simulation import simulate
+
+        return simulate(self, parts, rng, start)
+
+    # -- keeping ---------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The strategy as labelled arrays: value (s), kind of push, share of the offset, and what pushes do (mm)."""
+        dims = ("pushes", "offset", "friction")
+        low, step, nodes, first, ratio, count = self._axes
+        table = self.outcomes
+        variables: dict[str, Any] = {
+            "value": (dims, self._value, {"units": "s", "long_name": "expected time from the next touch to the end"}),
+            "kind": (dims, self._kind, {"long_name": "kind of push: " + "; ".join(k.name for k in self.kinds)}),
+            "share": (dims, self._share, {"units": "1", "long_name": "wanted mean travel over offset"}),
+            "table_speed": (("offset",), self._speeds, {"units": "rad/s", "long_name": "table speed"}),
+            "travel": (("push_kind", "stroke", "ratio"), table.travel, {"units": "mm", "long_name": "travel of the part"}),
+            "contact_time": (("push_kind", "stroke"), table.contact_time, {"units": "s", "long_name": "time of contact"}),
+            "last": (("push_kind",), table.last, {"long_name": "greatest stroke of a kind of push, its number"}),
+        }
+        coordinates = {
+            "pushes": ("pushes", np.arange(self._settled + 1), {"long_name": "pushes seen"}),
+            "offset": ("offset", np.exp(low + step * np.arange(nodes)), {"units": "mm"}),
+            "friction": ("friction", first + ratio * np.arange(count), {"units": "1", "long_name": "mean friction ratio"}),
+            "stroke": ("stroke", table.strokes, {"units": "mm"}),
+        }
+        plain = encode({"problem": self.problem, "timing": self.timing, "kinds": self.kinds, "strokes": table.stroke_range})
+        return xr.Dataset(variables, coordinates, {"strategy": plain})
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the strategy to a NetCDF file at `path`; `sdpgrind.load` reads it."""
+        records.write(self.dataset, path, KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Strategy":
+        """Read the strategy that `save` wrote to `path`."""
+        data = records.read(path)
+        plain = decode(data.attrs["strategy"])
+        arrays = {name: data[name].values for name in data.data_vars}
+        first, ratio = plain["strokes"]
+        outcomes = OutcomeTable(plain["kinds"], first, ratio, arrays["travel"], arrays["contact_time"], arrays["last"])
+        table = arrays["value"], arrays["kind"], arrays["share"]
+        return cls(plain["problem"], outcomes, plain["timing"], arrays["table_speed"], table)
+
+    def plot(self) -> Any:
+        """Draw expected time and best push over the offset, and what the friction belief changes; return the figure."""
+        from centering._cycle.strategy_picture import plot
+
+        return plot(self)
+
+    def __repr__(self) -> str:
+        part = self.problem.model.part
+        middle = 0.5 * self.problem.offset_max
+        return (
+            f"Strategy({part.mass:g} kg to {1e3 * self.problem.tolerance:g} um: {self.cycle_time(middle):.2f} s expected"
+            f" from {middle:g} mm)"
+        )

@@ -1,0 +1,162 @@
+"""The push sequence as a problem of `sdpgrind.sdp`: offset and friction belief, moved by the same draw."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.special import ndtri
+
+from centering._cycle.belief import FrictionBelief
+from centering._cycle.outcomes import OutcomeTable
+from centering._cycle.strategy_kernels import all_draws
+from centering._cycle.strategy_timing import CycleTiming
+from centering._push.problem import CenteringProblem
+from sdpgrind import sdp
+from sdpgrind.base.checks import Floats
+
+FRACTIONS = np.array(
+    [0.5, 0.7, 0.8, 0.86, 0.9, 0.94, 0.97, 0.985, 1.0, 1.015, 1.03, 1.06, 1.1, 1.15, 1.25, 1.4, 1.7, 2.2, 3.0, 5.0]
+)
+"""Mean travels that are tried, as shares of the offset; the large ones are for pushes over the axis and back."""
+OFFSETS = 96
+"""Nodes of the offset."""
+DRAWS = 101
+"""Draws of friction, direction and place of a push."""
+_LATTICE = (1, 40, 12)
+FRICTIONS = 7
+"""Nodes of the believed friction ratio."""
+_SIGMAS = 3.0  # how far the axis of the friction ratio reaches, in standard deviations from part to part
+_BEYOND = 1.5  # greatest offset of the table over that of the problem
+_SURE = 1.5  # standard deviations of a measured offset that are kept from the tolerance
+_MIDDLE = 0.5  # least share of the tolerance at which a part counts as centred, however badly it is measured
+
+
+@dataclasses.dataclass(frozen=True)
+class Ground:
+    """All that pushes of one problem are worked out from; picklable."""
+
+    problem: CenteringProblem
+    outcomes: OutcomeTable
+    timing: CycleTiming
+    speeds: Floats
+    finish: float
+
+    @property
+    def belief(self) -> FrictionBelief:
+        """Belief before the first push."""
+        return FrictionBelief.of(self.problem.scatter)
+
+    @property
+    def axes(self) -> tuple[sdp.Axis, sdp.Axis]:
+        """Offset and friction ratio."""
+        return offset_axis(self.problem, self.finish), friction_axis(self.problem)
+
+
+def finish_offset(problem: CenteringProblem) -> float:
+    """Measured offset at which a part counts as centred, mm: below the tolerance by what measuring may hide."""
+    return problem.tolerance - min(_SURE * problem.scatter.measuring_sd, _MIDDLE * problem.tolerance)
+
+
+def offset_axis(problem: CenteringProblem, finish: float) -> sdp.Axis:
+    """Axis of the offset: done at its low end."""
+    return sdp.Axis("offset", finish, _BEYOND * problem.offset_max, OFFSETS, "mm", scale="log", below=0.0, above="hold")
+
+
+def friction_axis(problem: CenteringProblem) -> sdp.Axis:
+    """Axis of the believed friction ratio."""
+    reach = max(_SIGMAS * problem.scatter.friction_part_sd, 0.01)
+    return sdp.Axis("friction", max(0.6, 1 - reach), min(1.4, 1 + reach), FRICTIONS, "", below="hold", above="hold")
+
+
+def packed_axes(offset: sdp.Axis, friction: sdp.Axis) -> tuple[float, float, int, float, float, int]:
+    """Logarithm of the low end, step and nodes of the offset; low end, step and nodes of the friction: what kernels take."""
+    log_step = float(np.log(offset.high / offset.low)) / (offset.nodes - 1)
+    step = (friction.high - friction.low) / (friction.nodes - 1)
+    return float(np.log(offset.low)), log_step, offset.nodes, friction.low, step, friction.nodes
+
+
+def draws(problem: CenteringProblem) -> tuple[Floats, ...]:
+    """Draws of a push: friction (1), direction (rad), place (mm), its share that measuring hid (mm), weight; each (Q,).
+
+    A rank-1 lattice: no two draws share a friction, so that no push looks good by the luck of a few frictions.
+    """
+    scatter = problem.scatter
+    place = np.hypot(scatter.stop_sd, scatter.measuring_sd)
+    hidden = scatter.measuring_sd**2 / place if place > 0 else 0.0
+    unit = (np.arange(DRAWS)[:, None] * np.array(_LATTICE) / DRAWS + 0.5 / DRAWS) % 1.0
+    friction, direction, where = ndtri(unit).T
+    return friction, scatter.direction_sd * direction, place * where, hidden * where, np.full(DRAWS, 1.0 / DRAWS)
+
+
+@dataclasses.dataclass(frozen=True)
+class KindOfPush:
+    """One kind of push as a transition; `pushes` were seen before, or as many as the stage coordinate says are left to see."""
+
+    ground: Ground
+    kind: int
+    settled: int
+
+    def expected_time(self, s: Any, c: Any) -> Floats:
+        """Expected time (s) to the next touch or the end; infinite where no stroke is long enough."""
+        offset, friction, share = np.broadcast_arrays(s.offset, s.friction, c.share)
+        time, _ = self._follow(offset, friction, share, self._seen(getattr(s, "unseen", None)), False)
+        return time.reshape(offset.shape)
+
+    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> sdp.Rows:
+        """Return the one-step distribution, in-path times included."""
+        share = menu.controls(choice, level).share
+        penalty = menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level))
+        _, parts = self._follow(points[0], points[1], share, self._seen(stage), True)
+        starts, columns, weights = parts
+        matrix = sparse.csr_array((weights, columns, starts), shape=(points[0].size, menu.grid.size))
+        nothing = np.zeros(points[0].size)
+        return sdp.Rows(matrix, np.zeros(points[0].size, dtype=np.int64), np.broadcast_to(penalty, nothing.shape), nothing)
+
+    def sample(
+        self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats, rng: np.random.Generator
+    ) -> tuple[tuple[Floats, ...], Any]:
+        """Draw next coordinates: nodes of the grid, by the weights of `rows`."""
+        rows = self.rows(menu, points, mode, stage, choice, level)
+        draw = rng.random(points[0].size)
+        after = [np.array(p, dtype=float) for p in points]
+        low = menu.grid.axes[0].low
+        for k in range(draw.size):
+            row = rows.matrix[[k]]
+            total = np.cumsum(row.data)
+            at = int(np.searchsorted(total, draw[k]))
+            inside = at < total.size
+            after[0][k] = menu.grid.points[0][row.indices[at]] if inside else low
+            after[1][k] = menu.grid.points[1][row.indices[at]] if inside else after[1][k]
+        return tuple(after), 0.0
+
+    def _seen(self, unseen: Any) -> int:
+        """Pushes seen: `settled` less the stages that are left."""
+        return self.settled if unseen is None else self.settled - int(np.round(np.ravel(unseen)[0]))
+
+    def _follow(self, offset: Any, friction: Any, share: Any, seen: int, build: bool) -> tuple[Floats, Any]:
+        ground, out = self.ground, np.empty(np.size(offset))
+        table, scatter, belief = ground.outcomes, ground.problem.scatter, ground.belief
+        where, ratio = ground.axes
+        k = self.kind
+        found = all_draws(
+            *(np.ascontiguousarray(np.ravel(x), dtype=float) for x in (offset, friction, share)),
+            (table.travel[k], table.mean_travel[k], table.contact_time[k], table.grid, int(table.last[k])),
+            (ground.speeds, ground.finish),
+            (belief.sd(seen), belief.push_sd, float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd))),
+            (ground.timing.busy_time, ground.timing.measuring_arc, ground.problem.limits.spindle_acceleration_max),
+            packed_axes(where, ratio),
+            draws(ground.problem),
+            build,
+            out,
+        )
+        return out, found
+
+
+def moves(ground: Ground, settled: int, timed: bool) -> list[sdp.Move]:
+    """One move for each kind of push; `timed`: the stage coordinate tells how many pushes are still to be seen."""
+    out = []
+    for k, kind in enumerate(ground.outcomes.kinds):
+        push = KindOfPush(ground, k, settled)
+        out.append(sdp.Move(kind.name, {"share": FRACTIONS}, push, charge=push.expected_time, timed=timed))
+    return out

@@ -1,0 +1,79 @@
+"""The picture of a strategy: time to go, best push and its stroke over the offset, and what a push is expected to leave."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from centering._cycle.strategy import Strategy
+
+_COLORS = ("#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c", "#08306b", "#999999", "#fdae6b", "#e6550d", "#a63603")
+
+
+def plot(strategy: "Strategy") -> Any:
+    """Draw a strategy; return the figure."""
+    plt = need("matplotlib.pyplot", "plot")
+    figure, axes = plt.subplots(2, 2, figsize=(11, 7), layout="constrained")
+    data = strategy.dataset
+    _draw_value(axes[0, 0], strategy, data)
+    _draw_kinds(axes[0, 1], strategy, data)
+    _draw_aim(axes[1, 0], strategy, data)
+    _draw_belief(axes[1, 1], strategy)
+    return figure
+
+
+def _draw_value(ax: Any, strategy: "Strategy", data: Any) -> None:
+    """Expected time to go, before any push was seen and once friction is known well."""
+    offset, middle = 1e3 * data.offset.values, data.sizes["friction"] // 2
+    for pushes, style in ((0, "-"), (data.sizes["pushes"] - 1, "--")):
+        ax.semilogx(offset, data["value"].values[pushes, :, middle], style, color="#08519c", label=f"{pushes} pushes seen")
+    _mark(ax, strategy)
+    ax.set(xlabel="offset [um]", ylabel="time from the next touch to the end [s]", ylim=(0, None))
+    ax.legend(frameon=False)
+
+
+def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
+    """Best kind of push over offset and believed friction."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    count = len(strategy.kinds)
+    colors = ListedColormap([_COLORS[k % len(_COLORS)] for k in range(count)])
+    norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
+    image = ax.pcolormesh(1e3 * data.offset, data.friction, data["kind"].values[1].T, cmap=colors, norm=norm, rasterized=True)
+    bar = ax.figure.colorbar(image, ax=ax, ticks=range(count))
+    bar.ax.set_yticklabels([kind.name for kind in strategy.kinds], fontsize=7)
+    ax.set(xscale="log", xlabel="offset [um]", ylabel="believed friction over the model's", title="best push, 1 push seen")
+
+
+def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
+    """Tip stroke and aimed travel over the offset."""
+    offset = data.offset.values[1:]
+    choices = [strategy.push(offset=float(d), pushes=1) for d in offset]
+    ax.semilogx(
+        1e3 * offset, [c.stroke / d for c, d in zip(choices, offset, strict=True)], color="0.6", label="travel of the tip"
+    )
+    ax.semilogx(
+        1e3 * offset, [c.aim / d for c, d in zip(choices, offset, strict=True)], color="#e6550d", label="aimed travel of the part"
+    )
+    ax.axhline(1.0, color="k", lw=0.6)
+    _mark(ax, strategy)
+    ax.set(xlabel="offset [um]", ylabel="over the offset", ylim=(0, 2.5))
+    ax.legend(frameon=False)
+
+
+def _draw_belief(ax: Any, strategy: "Strategy") -> None:
+    """How a belief narrows: standard deviation of the next push's friction."""
+    pushes = np.arange(10)
+    belief = strategy.belief
+    ax.plot(pushes, [100 * belief.sd(n) for n in pushes], "o-", color="#08519c", label="friction of the part")
+    ax.plot(pushes, [100 * belief.next_sd(n) for n in pushes], "o-", color="#e6550d", label="friction of the next push")
+    ax.set(xlabel="pushes seen", ylabel="standard deviation [%]", ylim=(0, None))
+    ax.legend(frameon=False)
+
+
+def _mark(ax: Any, strategy: "Strategy") -> None:
+    """Tolerance, and the jump of stick and slip."""
+    ax.axvline(1e3 * strategy.problem.tolerance, color="k", lw=0.8, ls=":")
+    ax.axvline(1e3 * strategy.problem.model.stick_slip_quantum, color="#a63603", lw=0.8, ls=":")
