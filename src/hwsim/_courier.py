@@ -13,6 +13,7 @@ from itertools import islice
 from typing import Any, Self
 
 from hwsim._links import Link
+from hwsim._tasks import NANOSECONDS
 from sdpgrind.base import checks
 
 _HEADER = struct.Struct("!BQQQQQ")  # kind, who sends, whose records have arrived, how many of them, the oldest, this one
@@ -85,7 +86,7 @@ class Courier:
     @property
     def silence(self) -> float:
         """How long nothing was heard from the other side, s; a courier that never heard anything counts from time 0."""
-        return self._time - self._heard
+        return round((self._time - self._heard) * NANOSECONDS) / NANOSECONDS  # so that 20 steps of 0.01 s are 0.2 s
 
     @property
     def waiting(self) -> int:

@@ -20,18 +20,20 @@ class _Pulse:
     def __init__(self, courier: Courier, timeout: float, safe_command: Mapping[str, Any]) -> None:
         self.courier, self.timeout, self.safe_command = courier, timeout, safe_command
         self.tripped = False
-        self.last = 0.0  # s, time measured at the last step
-        self._began = False  # whether the part has had a step: the time between parts is none
+        self.steps = 0  # of the tier that leads, in this part
+        self._origin: float | None = None  # s, time of the courier at the first step of the part; between parts no time passes
 
     def reset(self) -> None:
         """A new part."""
-        self.tripped, self._began, self.last = False, False, 0.0
+        self.tripped, self._origin, self.steps = False, None, 0
 
-    def beat(self, passed: float) -> None:
-        """Exchange records after so many seconds; once it is too late it stays so until the next part."""
+    def beat(self, time: float) -> None:
+        """Exchange records, so many seconds into the part; once it is too late it stays so until the next part."""
         courier = self.courier
-        courier.advance(courier.time + (passed if self._began else 0.0))
-        self._began = True
+        if self._origin is None:
+            self._origin = courier.time - time
+        courier.advance(max(courier.time, self._origin + time))
+        self.steps += 1
         self.tripped = self.tripped or courier.silence > self.timeout
 
 
@@ -79,20 +81,19 @@ class _Guard:
 
     def _step(self, measurement: Mapping[str, Any]) -> dict[str, Any]:
         if self._leads:
-            self._pulse.beat(self._passed(measurement))
+            self._pulse.beat(self._time(measurement))
         safe = self._pulse.safe_command
         command = dict(safe if self._pulse.tripped else self._controller.step(**measurement))
         self._pulse.courier.send(_record(self._name, self._pulse.courier.time, measurement, command))
         return command
 
-    def _passed(self, measurement: Mapping[str, Any]) -> float:
-        """Time since the last step, s."""
+    def _time(self, measurement: Mapping[str, Any]) -> float:
+        """Time in the part, s."""
         if self.period is not None:
-            return self.period
+            return self._pulse.steps * self.period
         if "time" not in measurement:
             raise ValueError("time (s) must be measured where a guarded controller has no period")
-        passed, self._pulse.last = measurement["time"] - self._pulse.last, measurement["time"]
-        return float(passed)
+        return float(measurement["time"])
 
 
 class Watchdog(_Guard):
