@@ -173,7 +173,8 @@ class FrictionEstimator:
         vague = [name for name, share, known in zip(NAMES, self.told.values(), sure, strict=True) if share < _TOLD and not known]
         refused = f", {self._refused} more explained by no friction" if self._refused else ""
         if not vague:
-            return Status.OK, f"from {self._pushes} pushes{refused}"
+            settled = 2 * self._refused <= self._pushes
+            return Status.OK if settled else Status.UNSURE, f"from {self._pushes} pushes{refused}"
         what = ", ".join(_ADVICE[name] for name in vague)
         return Status.UNSURE, f"{self._pushes} pushes{refused} tell little of {' and '.join(vague)}; {what}"
 
