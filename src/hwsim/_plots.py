@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 # Plant -> module with a function ``picture(log)``. A table, never a name out of a file: files cannot choose code.
 _PICTURES = {
     "AdaptiveGrinder": "hwsim.plants._adaptive_picture",
+    "CenteringMachine": "hwsim.plants._centering_picture",
     "FinishingCell": "hwsim.plants._finishing_picture",
     "ForceTableStand": "hwsim.plants._force_table_picture",
     "PlungeGrinder": "hwsim.plants._plunge_picture",

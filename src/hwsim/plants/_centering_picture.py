@@ -1,0 +1,101 @@
+"""The picture of a run on a centering machine: where the centre went, what the machine did, what became of the parts."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering._geometry.picture import plot_centers
+from hwsim.protocols import PartLog
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_RIM, _TIP, _FORCE, _PUSH, _BAD = "0.45", "tab:blue", "tab:orange", "0.9", "tab:red"
+_UM = 1000.0
+_SMALL: dict[str, Any] = {"frameon": False, "fontsize": 8}
+_LEAST = 1e-6  # mm: smaller offsets are drawn as this
+
+
+def picture(log: PartLog) -> "Figure":
+    """Draw a log of `CenteringMachine`: the last part on a log-polar chart and against time, and all parts."""
+    pyplot = need("matplotlib.pyplot", "plot")
+    figure: Figure = pyplot.figure(figsize=(12.0, 7.0), layout="constrained")
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.2, 1))
+    above = figure.add_subplot(grid[0, 0])
+    axes = [above, figure.add_subplot(grid[1, 0], sharex=above), figure.add_subplot(grid[2, 0])]
+    last = _last(log)
+    _motion(axes[0], last)
+    _force(axes[1], last)
+    _parts(axes[2], log)
+    for axis in axes:
+        axis.grid(alpha=0.25, lw=0.5)
+        axis.spines[["top", "right"]].set_visible(False)
+    tolerance = float(log.outcome.attrs["tolerance"])
+    plot_centers(_centers(log), tolerance, ax=figure.add_subplot(grid[:, 1], projection="polar"))
+    figure.suptitle(_title(log))
+    return figure
+
+
+def _last(log: PartLog) -> dict[str, Floats]:
+    """Columns of the last part."""
+    table = log[log.tiers[0]]
+    rows = table.part.values == table.part.values[-1]
+    return {name: table[name].values[rows] for name in ("time", "slide", "probe", "force", "peak_force", "pushing")}
+
+
+def _centers(log: PartLog) -> Floats:
+    """Where the centre of the last part was before each push and at the end, mm."""
+    x, y = (log.outcome[name].values[-1] for name in ("center_x", "center_y"))
+    known = np.isfinite(x)
+    return np.column_stack([x[known], y[known]])
+
+
+def _shade(axis: Any, last: dict[str, Floats]) -> None:
+    """Mark where the slide ran a profile."""
+    pushing = np.concatenate([[0.0], last["pushing"] > 0, [0.0]])
+    begins, ends = (np.flatnonzero(np.diff(pushing) == sign) for sign in (1, -1))
+    time = np.append(last["time"], last["time"][-1])
+    for begin, end in zip(begins, ends, strict=True):
+        axis.axvspan(time[begin], time[end], color=_PUSH, lw=0)
+
+
+def _motion(axis: Any, last: dict[str, Floats]) -> None:
+    """Rim and pusher on the probe line."""
+    _shade(axis, last)
+    axis.plot(last["time"], last["slide"] + last["probe"], color=_RIM, lw=1, label="rim")
+    axis.plot(last["time"], last["slide"], color=_TIP, lw=1, label="tip of the pusher")
+    axis.set(ylabel="from the axis [mm]")
+    axis.set_title("The last part; a profile of the slide runs where it is shaded", loc="left", fontsize=10)
+    axis.tick_params(labelbottom=False)
+    axis.legend(**_SMALL)
+
+
+def _force(axis: Any, last: dict[str, Floats]) -> None:
+    """Greatest force between two samples."""
+    _shade(axis, last)
+    axis.plot(last["time"], last["peak_force"], color=_FORCE, lw=1, drawstyle="steps")
+    axis.set(ylabel="peak force [N]", xlabel="time [s]")
+    axis.set_ylim(bottom=min(0.0, float(np.nanmin(last["peak_force"]))))
+
+
+def _parts(axis: Any, log: PartLog) -> None:
+    """Final offset of every part; those that were not finished in red."""
+    offset = _UM * np.maximum(log.outcome.offset.values, _LEAST)
+    done = log.outcome.finished.values > 0
+    time = log.outcome.time.values
+    axis.plot(time[done], offset[done], "o", color=_TIP, ms=3.5, label="finished")
+    axis.plot(time[~done], offset[~done], "o", color=_BAD, ms=3.5, label="not finished")
+    axis.axhline(_UM * float(log.outcome.attrs["tolerance"]), color="0.15", lw=1, ls="--")
+    axis.set(xlabel="time of a part [s]", ylabel="final offset [µm]", yscale="log")
+    axis.set_title("Every part; dashed: the tolerance", loc="left", fontsize=10)
+    axis.legend(**_SMALL)
+
+
+def _title(log: PartLog) -> str:
+    """What became of them, in one line."""
+    out = log.outcome
+    parts, done = len(log), int((out.finished.values > 0).sum())
+    told = f"{float(out.attrs['mass']):g} kg: {done} of {parts} finished" if parts > 1 else f"{float(out.attrs['mass']):g} kg"
+    return f"{told}, {out.pushes.values.mean():.3g} pushes and {out.time.values.mean():.3g} s a part"
