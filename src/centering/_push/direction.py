@@ -147,11 +147,19 @@ class _Task(NamedTuple):
         reach = TipProfile.move(self.total - travel, self.push_speed, a)
         return reach.then(gentle_profile(self.problem.model, travel, self.push_speed))
 
-    def _travel(self, angle: float) -> float:
-        """Travel of the tip from first touch at an angle (rad, before alignment) to the axis."""
+    def _reach(self, angle: float) -> float:
+        """Distance of the rim from where it is at an angle (rad, before alignment) to where it is on the axis, mm."""
         across = self.offset * sin(angle)
         r = self.problem.model.part.radius
         return self.offset * cos(angle) - across * across / (r + sqrt(r * r - across * across))
+
+    def _travel(self, angle: float) -> float:
+        """Travel of the tip from first touch at an angle to the axis, mm."""
+        travel = self._reach(angle)
+        if travel <= 0.0:
+            rule = f"higher for an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
+            raise checks.refuse("push_speed", f"{rule}: the ring would be pushed from its side", self.push_speed, "mm/s")
+        return travel
 
     def _angle(self, direction: str, rows: Floats) -> float:
         """Angle of first touch before the push line, without inertia, rad."""
@@ -171,7 +179,7 @@ class _Task(NamedTuple):
         time = float(rows[:, 0].sum())
 
         def apart(angle: float) -> float:
-            return self._travel(angle) - remaining(rows, time - angle / self.spindle_speed)
+            return self._reach(angle) - remaining(rows, time - angle / self.spindle_speed)
 
         most = min(self.spindle_speed * time, pi / 2)
         return float(brentq(apart, 0.0, most, xtol=1e-13)) if apart(most) < 0.0 else most

@@ -54,7 +54,7 @@ def sliding_speed(model: PushModel, distance: float) -> float:
     """
     d = checks.nonnegative("distance", distance, "mm")
     coulomb = sqrt(2.0 * model.mu_kinetic * GRAVITY * d)
-    if model.viscous_coefficient == 0.0 or d == 0.0:
+    if _viscous(model, coulomb).distance >= d:  # nothing viscous, or less than rounding
         return coulomb
     high = 2.0 * coulomb
     while _viscous(model, high).distance < d:

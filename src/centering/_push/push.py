@@ -167,6 +167,7 @@ def plan_push(
     limits = problem.limits
     gap = limits.follow_gap if follow_gap is None else checks.positive("follow_gap", follow_gap, "mm")
     checks.one_of("timing", timing, ("exact", "printed"))
+    check_speed(problem, checks.positive("offset", offset, "mm"), checks.positive("spindle_speed", spindle_speed, "rad/s"))
     touch = plan_touch(
         problem,
         offset=offset,
@@ -176,7 +177,6 @@ def plan_push(
         shape=shape,
         stroke_offset=stroke_offset,
     )
-    check_speed(problem, offset, spindle_speed)
     fine = touch.run_up + touch.travel
     lead, rough_time, fine_time = _lead(problem, touch, fine, gap, offset, spindle_speed, push_speed, timing)
     return Push(

@@ -1,0 +1,154 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from centering._push.direction import plan_touch
+from centering._push.model import Part
+from centering._push.presets import preset
+from centering._push.push import plan_push
+from centering._push.trace import simulate_push
+from sdpgrind import units
+
+PRINTED = preset("printed")
+V_R = 83.333
+LIMITS = PRINTED.limits.replace(approach_speed=V_R, push_speed_max=V_R)
+SOURCE = PRINTED.replace(part=Part(18.9, 61.94), limits=LIMITS)  # "as written"
+ROWS = [(1.0, 10.0, 38.749828, 8.7047237, 0.3229152, 4.303), (10.0, V_R, 36.407758, 15.6911104, 0.3033980, 6.618)]
+
+
+def _at(problem=SOURCE, offset=1.0, rpm=20.0, push_speed=10.0, **further):
+    return plan_push(problem, offset=offset, follow_gap=7.928, spindle_speed=units.rpm(rpm), push_speed=push_speed, **further)
+
+
+@pytest.mark.parametrize(("offset", "speed", "angle", "stroke", "time", "slip"), ROWS)
+def test_leads_of_the_specification(offset, speed, angle, stroke, time, slip):
+    push = _at(offset=offset, push_speed=speed, direction="end")
+    assert math.isclose(push.lead_angle, units.deg(angle), abs_tol=units.deg(1e-6))
+    assert math.isclose(push.stroke, stroke, abs_tol=1e-6) and math.isclose(push.time, time, abs_tol=1e-6)
+    printed = _at(offset=offset, push_speed=speed, direction="end", timing="printed")
+    assert math.isclose(printed.lead_angle - push.lead_angle, units.deg(slip), abs_tol=units.deg(1e-3))
+    assert math.isclose(printed.lead_angle, units.rpm(20.0) * printed.time, rel_tol=1e-12)
+
+
+def test_lead_is_the_limit_of_the_source_s_iteration():
+    """(5.6), (5.16) and (5.17) in turn, with the corrected times."""
+    d, r, w, a, angle = 1.0, 61.94, units.rpm(20.0), 2560.0, 0.0
+    for _ in range(60):
+        lead = d * (1 - math.cos(angle)) + r - math.sqrt(r * r - (d * math.sin(angle)) ** 2)
+        angle = w * ((7.928 - lead - 0.5) / V_R + V_R / a + 0.05 + 1.5 / 10.0 + 10.0 / a)
+    assert math.isclose(_at(direction="end").lead_angle, angle, abs_tol=1e-11)
+
+
+def test_lead_follows_where_iteration_does_not_converge():
+    """The rim outruns the approach: the map has a slope beyond -1, the bracketed root is found all the same."""
+    slow = SOURCE.replace(limits=LIMITS.replace(approach_speed=10.0))
+    push = _at(slow, offset=4.0, rpm=30.0, push_speed=80.0, direction="end")
+    slope = units.rpm(30.0) * 4.0 * math.sin(push.lead_angle) / 10.0
+    assert slope > 1.0
+    assert math.isclose(push.lead_angle, units.rpm(30.0) * push.time, rel_tol=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.01, 10.0), st.floats(1.0, 60.0), st.floats(2.0, 80.0), st.sampled_from(["end", "contact", "quasi-static"]))
+def test_a_plan_meets_the_rim_at_its_place(offset, rpm, speed, direction):
+    try:
+        push = _at(offset=offset, rpm=rpm, push_speed=speed, direction=direction)
+    except ValueError as refusal:
+        assert "slow the spindle or open the gap" in str(refusal) or "pushed from its side" in str(refusal)
+        return
+    r, w = 61.94, units.rpm(rpm)
+    profile, touch = push.profile, push.touch
+    assert math.isclose(profile.stroke, push.stroke, rel_tol=1e-9) and math.isclose(push.stroke, push.rough + push.fine)
+    assert math.isclose(profile.total_time, push.time, rel_tol=1e-9)
+    time = np.linspace(0.0, push.time - touch.time, 200)
+    angle = w * time - push.lead_angle
+    rim = offset * np.cos(angle) + np.sqrt(r**2 - (offset * np.sin(angle)) ** 2)
+    tip = rim[0] + 7.928 - (profile.position(time) - profile.start)
+    assert np.all(tip[:-1] > rim[:-1]) and math.isclose(tip[-1], rim[-1], abs_tol=1e-8)
+    assert math.isclose(angle[-1], -touch.angle, abs_tol=1e-8)
+    assert math.isclose(rim[0] + 7.928 - push.stroke, r, abs_tol=1e-9)  # the tip ends a radius from the axis
+    assert math.isclose(touch.push_profile.stroke, touch.travel, rel_tol=1e-9, abs_tol=1e-8)
+
+
+def test_alignment_is_where_it_was_asked():
+    assert _at(direction="contact").touch.angle == 0.0
+    end = _at(direction="end")
+    assert math.isclose(end.touch.angle, units.rpm(20.0) * end.touch.time, abs_tol=1e-9)
+    quasi = _at(direction="quasi-static").touch
+    assert math.isclose(quasi.angle, units.rpm(20.0) * quasi.time / 2, rel_tol=0.05)  # half a turn of the push
+
+
+def test_beyond_half_a_turn_the_part_waits():
+    slow = SOURCE.replace(limits=LIMITS.replace(safety=0.5))
+    near = _at(slow, offset=0.5, rpm=60.0, push_speed=2.0, direction="end")
+    assert near.lead_angle > math.pi and near.turns == 1
+    assert math.isclose(near.lead_angle, units.rpm(60.0) * near.time, rel_tol=1e-12)
+    assert _at(direction="end").turns == 0
+
+
+def test_rim_that_arrives_first_is_refused():
+    with pytest.raises(ValueError, match="the rim arrives before the push; slow the spindle or open the gap"):
+        _at(offset=10.0, rpm=80.0)
+    with pytest.raises(ValueError, match="rough must be >= 0"):
+        plan_push(SOURCE, offset=1.0, follow_gap=0.3, spindle_speed=2.0, push_speed=10.0)
+
+
+def test_stroke_offset_lengthens_the_push():
+    plain, longer = _at(direction="contact"), _at(direction="contact", stroke_offset=0.2)
+    assert math.isclose(longer.fine - plain.fine, 0.2, rel_tol=1e-12)
+
+
+@pytest.mark.parametrize("direction", ["quasi-static", "exact"])
+def test_gentle_push_begins_at_first_touch(direction):
+    push = _at(offset=5.0, push_speed=40.0, shape="gentle", direction=direction)
+    first = push.push_profile.segments[push.push_profile.duration > 1e-6][0]
+    assert math.isclose(first[1], 1.0) and first[2] == 0.0
+    time = np.linspace(0.0, push.profile.total_time, 20001)
+    assert math.isclose((push.profile.position(time) - push.profile.start).max(), push.stroke, abs_tol=1e-4)
+
+
+def test_gentle_push_is_gentle():
+    gentle = _at(PRINTED, offset=5.0, push_speed=40.0, shape="gentle").simulate()
+    hard = _at(PRINTED, offset=5.0, push_speed=40.0).simulate()
+    assert gentle.peak_force < hard.peak_force / 3
+    assert abs(gentle.final_position - gentle.profile.position(np.linspace(0, 1, 2001)).max()) < 0.02
+
+
+def test_simulation_is_that_of_the_model():
+    push = _at(PRINTED, push_speed=10.0)
+    again = simulate_push(PRINTED.model, push.push_profile)
+    assert push.simulate().final_position == again.final_position
+    assert push.simulate(PRINTED.model.replace(mass=0.8)).peak_force < push.simulate().peak_force
+
+
+def test_push_is_drawn():
+    figure = _at(PRINTED).plot()
+    assert "distance from the axis (mm)" in figure.axes[0].get_ylabel()
+    assert "lead 33.7" in repr(_at(PRINTED))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"offset": 0.0}, r"offset must be > 0 \(mm\); got 0.0"),
+        ({"offset": 62.0}, r"offset must be < radius = 61.94, or the probe finds no part \(mm\); got 62.0"),
+        ({"rpm": -1.0}, r"spindle_speed must be > 0 \(rad/s\); got -0.1"),
+        ({"push_speed": math.nan}, r"push_speed must be finite \(mm/s\); got nan"),
+        ({"push_speed": 100.0}, r"push_speed must be <= push_speed_max = 83.333 \(mm/s\); got 100.0"),
+        ({"direction": "left"}, "direction must be one of exact, quasi-static, contact, end; got 'left'"),
+        ({"timing": "legacy"}, "timing must be one of exact, printed; got 'legacy'"),
+        ({"shape": "round"}, "shape must be one of trapezoid, gentle; got 'round'"),
+        ({"stroke_offset": 0.7}, r"stroke_offset must be in \[-0.5, 0.5\] \(mm\); got 0.7"),
+    ],
+)
+def test_bad_pushes_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        _at(**arguments)
+
+
+def test_ring_pushed_from_its_side_is_refused():
+    with pytest.raises(ValueError, match=r"push_speed must be higher for an offset of 10 mm at spindle_speed = 20 rad/s"):
+        plan_touch(PRINTED, offset=10.0, spindle_speed=20.0, push_speed=10.0)
