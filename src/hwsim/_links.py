@@ -121,18 +121,17 @@ class _Lane:
     def __init__(self, link: QueueLink, rng: np.random.Generator) -> None:
         self.link, self.rng = link, rng
         self.closed = False
-        self.last = 0  # arrival of the last message
         self.under_way: deque[tuple[int, bytes]] = deque()
 
     def put(self, message: bytes, now: int) -> None:
         """Send a message; lost or not it draws as much, so that a larger loss only adds to what is lost."""
         lost, late = self.rng.random(2)
         if lost >= self.link.loss:
-            self.last = max(self.last, now + round((self.link.latency + late * self.link.jitter) * NANOSECONDS))
-            self.under_way.append((self.last, message))
+            arrival = now + round((self.link.latency + late * self.link.jitter) * NANOSECONDS)
+            self.under_way.append((arrival, message))
 
     def take(self, now: int) -> list[bytes]:
-        """Messages that have arrived."""
+        """Messages that have arrived; one that is late holds up those behind it."""
         arrived = []
         while self.under_way and self.under_way[0][0] <= now:
             arrived.append(self.under_way.popleft()[1])

@@ -216,6 +216,21 @@ def test_without_a_link_records_wait():
     assert got == [bytes([k % 256]) for k in range(1000)] and machine.waiting == 0
 
 
+def test_what_was_sent_over_a_broken_link_is_sent_again_at_once():
+    near, far = QueueLink(latency=0.02).start()
+    machine, host = Courier(near, resend_time=100.0), Courier(far, resend_time=100.0)
+    machine.send(b"first")
+    machine.advance(0.0)
+    near.close()
+    machine.send(b"second")
+    near, far = QueueLink().start()
+    machine.attach(near)
+    host.attach(far)
+    machine.advance(0.01)
+    host.advance(0.01)
+    assert host.receive() == [b"first", b"second"]
+
+
 def test_signs_of_life():
     near, far = QueueLink(latency=0.05).start()
     machine, host = Courier(near), Courier(far)

@@ -103,6 +103,16 @@ def test_what_was_sent_before_closing_arrives(ends):
         assert end.receive() == [] and end.wait(0.0)
 
 
+def test_what_had_arrived_is_not_lost_when_sending_fails(raw):
+    link, peer = raw
+    peer.sendall(packed(b"last words"))
+    peer.close()
+    deadline = monotonic() + PATIENCE
+    while not link.closed and monotonic() < deadline:
+        link.send(b"anybody there?")
+    assert link.closed and link.receive() == [b"last words"]
+
+
 def test_a_peer_that_vanishes_within_a_message(raw):
     link, peer = raw
     peer.sendall(packed(b"whole") + packed(b"half")[:8])
