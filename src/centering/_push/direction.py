@@ -27,7 +27,7 @@ DIRECTIONS = ("exact", "quasi-static", "contact", "end")
 SHAPES = ("trapezoid", "gentle")
 
 _ROUNDS = 3  # the drift depends little on the angle: each round is one digit or more
-_STEPS = 1500  # of a simulated push
+_STEPS = 1000  # of a simulated push
 _PER_SWING = 60  # steps at least in a swing of the ring on the contact
 _SLIVER = 1e-9  # s: what rounding leaves of a row
 _MOVED = 0.2  # share of the offset: below it the ring has stuck, and no drift can be told
@@ -131,7 +131,7 @@ class _Task(NamedTuple):
         """Find the place of first touch; a gentle profile begins there, and is therefore found with it."""
         profile, gentle = self._profile(shape, self.offset), shape == "gentle"
         angle = 0.0
-        for _ in range(_ROUNDS if gentle else 1):
+        for _ in range(_ROUNDS if gentle and direction != "exact" else 1):
             angle = self._angle(direction, forward(profile.segments))
             profile = self._profile(shape, self._travel(angle)) if gentle else profile
         for _ in range(_ROUNDS if direction == "exact" else 0):
