@@ -39,8 +39,8 @@ class StrokeCorrection:
     """What is added to each stroke: P + d_remain + d_stroke, Mears (6.16), within a limit.
 
     A push that moved the part by less than 5 % of what was wanted has missed: then the gap that was left at the end of the
-    stroke is added, (6.17). Any other adds what it fell short of, wanted less travelled, (6.18); never both. The source has the two
-    positions in (6.17) the other way round in one of its places: here the gap is positive where the tip did not reach the part.
+    stroke is added, (6.17). Any other adds what it fell short of, wanted less travelled, (6.18); never both. The source swaps the
+    two positions in (6.17) between its places: here the gap is positive where the tip did not reach the part.
 
     Parameters
     ----------

@@ -280,12 +280,12 @@ def _gains(name: str, values: npt.ArrayLike, unit: str) -> Floats:
 
 def _responses(step: float, limits: FollowingLimits, kp: Floats, ki: Floats) -> tuple[Floats, Floats]:
     """Settling time (s) and overshoot (over the step) of a slide that takes each new speed at its greatest acceleration."""
-    followers = [[Follower(FollowingGains(float(p), float(i)), limits) for i in ki] for p in kp]
+    followers = [Follower(FollowingGains(float(p), float(i)), limits) for p in kp for i in ki]
     place, speed = np.zeros((kp.size, ki.size)), np.zeros((kp.size, ki.size))
     settled, greatest = np.zeros_like(place), np.zeros_like(place)
     fine = limits.sample_time / _FINE
     for k in range(round(_WATCHED / limits.sample_time)):
-        wanted = np.array([[one.step(step - x) for one, x in zip(row, line, strict=True)] for row, line in zip(followers, place)])
+        wanted = np.array([one.step(step - x) for one, x in zip(followers, place.ravel(), strict=True)]).reshape(place.shape)
         for n in range(1, _FINE + 1):
             outside = np.abs(place - step) > _SETTLED * step
             settled[outside] = k * limits.sample_time + n * fine

@@ -1,0 +1,117 @@
+"""What both controllers share: senses, errors, the way in, the stand-off of the slide."""
+
+from collections.abc import Mapping
+from math import isfinite
+from typing import Any, ClassVar
+
+from centering._cycle.cycle_table import TableMotion
+from centering._cycle.following import Follower, FollowingGains, FollowingLimits
+from centering._cycle.settings import CycleSettings
+from centering._cycle.states import CycleState
+from centering._push.problem import CenteringProblem
+from sdpgrind.base import checks
+
+Command = dict[str, Any]
+
+
+class CycleBase:
+    """Senses, errors, approach and stand-off of a cycle; what to do with the part the controllers decide."""
+
+    tier: ClassVar[str] = "control"
+    reads: ClassVar[Mapping[str, str]] = {
+        "time": "s",
+        "angle": "rad",
+        "slide": "mm",
+        "probe": "mm",
+        "force": "N",
+        "spindle_speed": "rad/s",
+        "pushing": "",
+    }
+    commands: ClassVar[Mapping[str, str]] = {
+        "velocity": "mm/s",
+        "profile": "s, mm/s, mm/s^2",
+        "profile_angle": "rad",
+        "retract": "",
+        "spindle_speed": "rad/s",
+        "finished": "",
+    }
+
+    def __init__(self, problem: CenteringProblem, settings: CycleSettings | None, gains: FollowingGains | None) -> None:
+        self.problem = checks.kind("problem", problem, CenteringProblem)
+        self.settings = checks.kind("settings", settings or CycleSettings(), CycleSettings)
+        limits = problem.limits
+        bounds = FollowingLimits(limits.slide_speed_max, limits.max_acceleration, limits.sample_time)
+        self._follower = Follower(gains, bounds)
+        self._table = TableMotion(limits.spindle_acceleration_max)
+        self._begin()
+
+    @property
+    def period(self) -> float:
+        """Time between two steps, s."""
+        return self.problem.limits.sample_time
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """The part that it is made for, mass (kg) and radius (mm), and the tolerance (mm)."""
+        part = self.problem.model.part
+        return {"mass": (part.mass, "kg"), "radius": (part.radius, "mm"), "tolerance": (self.problem.tolerance, "mm")}
+
+    def _begin(self) -> None:
+        """Forget the part before."""
+        self._state = CycleState.APPROACH
+        self._pushes = 0
+        self._reading = float("nan")
+        self._seen = 0.0  # time of the last reading
+        self._tip = float("nan")  # pusher tip from the axis
+        self._velocity = 0.0  # of the slide, as commanded
+        self._last: Command = {}
+        self._table.reset()
+        self._follower.reset()
+
+    def _sense(self, time: float, angle: float, slide: float, probe: float, spindle_speed: float) -> None:
+        """Take in what was measured."""
+        self._table.see(time, angle, spindle_speed)
+        self._tip = slide + self.settings.probe_closed
+        self._reading = slide + probe
+        if isfinite(self._reading):
+            self._seen = time
+
+    def _trouble(self, force: float, pushing: bool) -> CycleState | None:
+        """The error that ends the cycle now, if there is one."""
+        settings, time = self.settings, self._table.time
+        if isfinite(force) and abs(force) > settings.force_idle and not (pushing or self._expects_force()):
+            return CycleState.COLLISION
+        if time > settings.timeout:
+            return CycleState.TIMEOUT
+        if self._state is CycleState.APPROACH:
+            near = self.problem.model.part.radius - self.problem.offset_max
+            return CycleState.LOST if self._tip < near and not isfinite(self._reading) else None
+        return CycleState.LOST if time - self._seen > settings.lost_after else None
+
+    def _expects_force(self) -> bool:
+        """Whether the tip may still touch the part, as just before and after a profile."""
+        return self._state in (CycleState.PUSH, CycleState.REFOLLOW, CycleState.WAIT)
+
+    def _end(self, state: CycleState) -> Command:
+        """End the cycle: away from the part."""
+        self._state = state
+        self._last = {"velocity": 0.0, "retract": 1.0} | ({} if state.failed else {"finished": 1.0})
+        return self._last
+
+    def _stand_at(self, place: float, feed_forward: float = 0.0) -> Command:
+        """Move the slide so that the pusher tip comes to a place (mm from the axis) that moves outward with a speed (mm/s)."""
+        self._velocity = self._follower.step(self._tip - place, -feed_forward)
+        return {"velocity": self._velocity}
+
+    def _stand_still(self) -> Command:
+        """Stop the slide where it is."""
+        self._follower.reset()
+        self._velocity = 0.0
+        return {"velocity": 0.0}
+
+    def _turn_at(self, speed: float) -> Command:
+        """Tell the table its speed, rad/s."""
+        if speed == self._table.set_point:
+            return {}
+        self._table.set_point = speed
+        return {"spindle_speed": speed}

@@ -1,0 +1,225 @@
+"""From a chosen push to what the machine is sent: motion of the slide, and the table angle at which it begins."""
+
+from dataclasses import dataclass
+from math import cos, pi, sin, sqrt
+
+import numpy as np
+
+from centering._cycle.outcomes import PushKind
+from centering._push.direction_kernels import CLOCK, RESTS, STATES, TIP, TOUCH, V_X, V_Y, push_on_table
+from centering._push.direction_kernels import X as AT_X
+from centering._push.direction_kernels import Y as AT_Y
+from centering._push.model import PushModel
+from centering._push.problem import CenteringLimits
+from centering._push.reaction_kernels import COLUMNS, DONE, FINAL_POSITION, LOG_COLUMNS, push
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+
+_STEPS = 60.0  # within a swing of the part on its contact
+_REST = 0.1  # s: after the profile, until a part that slides has come to rest
+_TRIES = 8
+_CLOSE = 1e-4  # of the offset, across: far below what the direction scatters
+_PAUSE = 0.02  # s: a tip that is not drawn back at once stays so long
+_CLEAR = 0.5  # mm: how far it is drawn back then
+_MENDINGS = 4
+_MEND = 2e-4  # mm: less is left alone
+_LEAST = 0.2  # of a stroke
+_NO_LOG = np.empty((0, LOG_COLUMNS))
+
+
+@dataclass(frozen=True, eq=False)
+class Launch(Frozen):
+    """A push as it is sent.
+
+    Parameters
+    ----------
+    lead : float
+        Angle that the table turns from the begin of the motion until the offset is on the push line, rad.
+    rows : array, (n, 3)
+        Motion of the slide: duration (s), speed at the begin (mm/s) and acceleration (mm/s^2), positive toward the axis.
+    stop_time : float
+        From the begin until the tip turns back, s.
+    beyond : float
+        How much further the ring is expected to go than on a table at rest, mm, after the stroke was mended for it.
+    first : int
+        Row with which the push begins, after the approach.
+    """
+
+    lead: float
+    rows: Floats
+    stop_time: float
+    beyond: float
+    first: int
+
+    @property
+    def duration(self) -> float:
+        """Of the whole motion, s."""
+        return float(self.rows[:, 0].sum())
+
+
+@dataclass(frozen=True)
+class Approach(Frozen):
+    """Where a push begins.
+
+    Parameters
+    ----------
+    offset : float
+        Of the part, mm.
+    room : float
+        From the waiting tip to the furthest that the rim comes, mm.
+    spindle_speed : float
+        rad/s.
+    """
+
+    offset: float
+    room: float
+    spindle_speed: float
+
+
+def run_up(speed: float, limits: CenteringLimits) -> float:
+    """Return the distance (mm) in which the slide comes from rest to a speed (mm/s)."""
+    return speed * speed / (2.0 * limits.max_acceleration)
+
+
+def launch(kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, lag: float = 0.0) -> Launch:
+    """Return what is to be sent for a push.
+
+    The tip runs up to its speed before the place of the rim's furthest point and stops where it would with a table at rest, for
+    which the stroke was chosen. When to begin is found by following ring, tip and table in the plane (friction, inertia and
+    all), so that what the push leaves lies on the line of the offset. Where the turning table makes the ring go further or less
+    far than one at rest would, the stroke is mended.
+
+    Parameters
+    ----------
+    kind : PushKind
+        How the tip pushes.
+    stroke : float
+        Travel of the tip from there, mm.
+    start : Approach
+        Offset and room (mm), table speed (rad/s).
+    model : PushModel
+        What is pushed, as it is believed to be.
+    limits : CenteringLimits
+        Of the slide.
+    lag : float
+        How late the slide follows once it is loaded, s: speed over following error of Mears' Table 3.2; it is made up for.
+    """
+    goal = _travel_at_rest(kind.profile(model, stroke, limits.max_acceleration).segments, model)
+    tries = [_tried(kind, stroke, start, model, limits, goal)]
+    strokes = [stroke]
+    for _ in range(_MENDINGS):
+        beyond = tries[-1].beyond
+        if abs(beyond) <= max(_MEND, _CLOSE * start.offset):
+            break
+        strokes.append(_mended(strokes, tries))
+        tries.append(_tried(kind, strokes[-1], start, model, limits, goal))
+    best = min(tries, key=lambda one: abs(one.beyond))
+    if lag == 0.0:
+        return best
+    late = lag * start.spindle_speed
+    return Launch(best.lead + late, _made_up(best.rows, best.first, lag), best.stop_time + lag, best.beyond, best.first)
+
+
+def _tried(kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, goal: float) -> Launch:
+    """The push with a stroke, and how much further than its goal (mm) the ring goes."""
+    contact = kind.profile(model, stroke, limits.max_acceleration).segments
+    before = _approach(start.room, float(contact[0, 1]), limits)
+    rows = np.vstack((before, contact) if kind.retract else (before, contact, _drawn_back(limits)))
+    lead, left = _lead(rows, start, model)
+    return Launch(lead, rows, _until_turn(rows), start.offset - left - goal, len(before))
+
+
+def _mended(strokes: list[float], tries: list[Launch]) -> float:
+    """The next stroke to try: by the slope of the last two where it is sound, else by a slope of 1."""
+    slope = 1.0
+    if len(tries) > 1 and strokes[-1] != strokes[-2]:
+        slope = (tries[-1].beyond - tries[-2].beyond) / (strokes[-1] - strokes[-2])
+    slope = min(max(slope, 0.5), 3.0)
+    return max(strokes[-1] - tries[-1].beyond / slope, _LEAST * strokes[0])
+
+
+def _made_up(rows: Floats, first: int, lag: float) -> Floats:
+    """Motion that a slide which follows late under load makes into `rows`: faster as it accelerates, and longer by the lag."""
+    out = rows.copy()
+    out[first:, 1] += lag * rows[first:, 2]
+    return np.insert(out, first, (lag, rows[first, 1], 0.0), axis=0)
+
+
+def _travel_at_rest(contact: Floats, model: PushModel) -> float:
+    """How far the ring goes on a table at rest, mm."""
+    out = np.empty(COLUMNS)
+    if push(model.parameters, contact, 0.0, out, _NO_LOG) != DONE:
+        raise RuntimeError("a push did not end within the greatest number of events")
+    return float(out[FINAL_POSITION])
+
+
+def _approach(room: float, speed: float, limits: CenteringLimits) -> Floats:
+    """Motion over the room before the rim that ends with a speed, as fast as the slide can."""
+    most = limits.max_acceleration
+    top = min(sqrt(most * room + 0.5 * speed * speed), limits.slide_speed_max)
+    if top <= speed:  # too near to run up: the tip is still gaining speed where it should have it
+        top = speed
+    rise, fall = top / most, (top - speed) / most
+    cruise = max((room - 0.5 * top * rise - 0.5 * (top + speed) * fall) / top, 0.0)
+    rows = [(rise, 0.0, most), (cruise, top, 0.0), (fall, top, -most)]
+    return np.array([row for row in rows if row[0] > 0.0])
+
+
+def _drawn_back(limits: CenteringLimits) -> Floats:
+    """A pause, then back."""
+    half = sqrt(_CLEAR / limits.max_acceleration)
+    most = limits.max_acceleration
+    return np.array([(_PAUSE, 0.0, 0.0), (half, 0.0, -most), (half, -most * half, most)])
+
+
+def _until_turn(rows: Floats) -> float:
+    """Time until the tip no longer advances, s."""
+    ahead = rows[:, 1] + rows[:, 2] * rows[:, 0] > 1e-9
+    last = int(np.flatnonzero(ahead)[-1]) + 2 if ahead.any() else 1
+    return float(rows[:last, 0].sum())
+
+
+def _lead(rows: Floats, start: Approach, model: PushModel) -> tuple[float, float]:
+    """Lead angle (rad) with which nothing is left across the offset, and what is left along it (mm)."""
+    low = start.spindle_speed * _until_turn(rows)
+    if start.offset <= 0.0 or start.spindle_speed <= 0.0:
+        return low, 0.0
+    alongs, across = np.empty(2), np.empty(2)
+    leads = [low, 0.8 * low]
+    for k in range(2):
+        alongs[k], across[k] = followed(rows, start, model, leads[k])
+    for _ in range(_TRIES):
+        if abs(across[1]) <= _CLOSE * start.offset or across[1] == across[0]:
+            break
+        following = leads[1] - across[1] * (leads[1] - leads[0]) / (across[1] - across[0])
+        following = min(max(following, leads[1] - 1.0), leads[1] + 1.0)
+        leads, alongs[0], across[0] = [leads[1], following], alongs[1], across[1]
+        alongs[1], across[1] = followed(rows, start, model, following)
+    return leads[1], float(alongs[1])
+
+
+def followed(rows: Floats, start: Approach, model: PushModel, lead: float) -> tuple[float, float]:
+    """Return where a push leaves the centre, along and across the offset it had, mm.
+
+    Parameters
+    ----------
+    rows : array, (n, 3)
+        Motion of the slide.
+    start : Approach
+        Where it begins.
+    model : PushModel
+        What is pushed.
+    lead : float
+        Angle of the offset before the push line at the begin, rad.
+    """
+    radius, speed = model.part.radius, start.spindle_speed
+    state = np.zeros(STATES)
+    state[AT_X], state[AT_Y] = start.offset * cos(lead), -start.offset * sin(lead)
+    state[V_X], state[V_Y] = -speed * state[AT_Y], speed * state[AT_X]
+    state[TIP], state[RESTS], state[TOUCH] = radius + start.offset + start.room, 1.0, -1.0
+    step = 2.0 * pi * sqrt(model.inertia / model.contact_stiffness) / _STEPS
+    moved = np.vstack((rows, [(_REST, 0.0, 0.0)]))
+    push_on_table(model.parameters, radius, speed, moved, step, state)
+    turned = speed * state[CLOCK] - lead
+    x, y = float(state[AT_X]), float(state[AT_Y])
+    return x * cos(turned) + y * sin(turned), y * cos(turned) - x * sin(turned)

@@ -1,0 +1,71 @@
+"""How the table turns: where it will be, and how fast, on its way to the speed that it was told."""
+
+from math import sqrt
+
+
+class TableMotion:
+    """Predicted motion of a table that goes to its set point at a known acceleration.
+
+    Parameters
+    ----------
+    acceleration : float
+        rad/s^2.
+
+    Examples
+    --------
+    >>> table = TableMotion(10.0)
+    >>> table.see(0.0, 0.0, 0.0)
+    >>> table.set_point = 10.0
+    >>> table.time_to(5.0), table.time_to(15.0), table.speed_at(1.25)  # 1 s of ramp, another at full speed
+    (1.0, 2.0, 5.0)
+    """
+
+    def __init__(self, acceleration: float) -> None:
+        self._acceleration = acceleration
+        self.reset()
+
+    def reset(self) -> None:
+        """Stand still."""
+        self.time = self.angle = self.speed = self.set_point = 0.0
+
+    def see(self, time: float, angle: float, speed: float) -> None:
+        """Take in where the table is.
+
+        Parameters
+        ----------
+        time, angle, speed : float
+            s, rad (turns counted), rad/s.
+        """
+        self.time, self.angle, self.speed = time, angle, speed
+
+    def time_to(self, angle: float) -> float:
+        """Return the time from now until an angle is reached, s; 0 for one behind.
+
+        Parameters
+        ----------
+        angle : float
+            rad, turns counted.
+        """
+        way = angle - self.angle
+        if way <= 0.0:
+            return 0.0
+        change = self.set_point - self.speed
+        ramp_time = abs(change) / self._acceleration
+        ramp_way = 0.5 * (self.speed + self.set_point) * ramp_time
+        if way <= ramp_way:
+            slope = self._acceleration if change > 0 else -self._acceleration
+            return 2.0 * way / (self.speed + sqrt(max(self.speed * self.speed + 2.0 * slope * way, 0.0)))
+        return ramp_time + (way - ramp_way) / self.set_point if self.set_point > 0 else float("inf")
+
+    def speed_at(self, angle: float) -> float:
+        """Return the speed with which an angle is reached, rad/s.
+
+        Parameters
+        ----------
+        angle : float
+            rad, turns counted.
+        """
+        way = max(angle - self.angle, 0.0)
+        if self.set_point >= self.speed:
+            return min(sqrt(self.speed * self.speed + 2.0 * self._acceleration * way), self.set_point)
+        return max(sqrt(max(self.speed * self.speed - 2.0 * self._acceleration * way, 0.0)), self.set_point)

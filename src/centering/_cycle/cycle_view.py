@@ -1,0 +1,108 @@
+"""What a controller knows of the part on the table: readings go in, centre and radius come out."""
+
+from math import atan2, hypot, inf, isfinite, pi
+
+from centering._cycle.settings import CycleSettings
+from centering._geometry.estimator import GeometryEstimator
+
+_FEWEST = 4  # readings: three fix a circle, a fourth says how well
+_EVERY = 3  # readings between two looks at what they say, once there are many
+_MANY = 12
+_HOLD = 20.0  # deviations of a centre within which it is believed at all
+
+
+class PartView:
+    """Where the part is, by the readings since it last moved; the radius stays known over pushes.
+
+    Parameters
+    ----------
+    radius : float
+        As it is known beforehand, mm.
+    settings : CycleSettings
+        Of the probe, and how well the radius is known (mm).
+
+    Examples
+    --------
+    >>> from math import cos
+    >>> view = PartView(60.0, CycleSettings(tip_radius=0.0))
+    >>> for k in range(20):
+    ...     view.take(0.1 * k, 60.0 + 0.001 * cos(0.1 * k - 1.0))
+    >>> view.known, round(view.offset, 5), round(view.offset_angle, 2)
+    (True, 0.001, 1.0)
+    """
+
+    def __init__(self, radius: float, settings: CycleSettings) -> None:
+        self._estimator = GeometryEstimator(
+            noise_sd=settings.noise_sd, tip_radius=settings.tip_radius, radius_prior=(radius, settings.radius_sd)
+        )
+        self._nominal = radius
+        self._forget()
+
+    def reset(self) -> None:
+        """Forget the part."""
+        self._estimator.reset()
+        self._forget()
+
+    def moved(self) -> None:
+        """Forget where the part is, as it is pushed; keep its radius."""
+        radius = self.radius
+        self._estimator.reset(keep_radius=True)
+        self._forget()
+        self.radius = radius
+
+    def _forget(self) -> None:
+        self.samples = 0
+        self._looked = 0
+        self._first = self._last = 0.0
+        self.radius = self._nominal
+        self.x = self.y = self.offset = self.offset_angle = 0.0
+        self.sd = inf
+
+    def take(self, angle: float, reading: float) -> None:
+        """Take a reading in.
+
+        Parameters
+        ----------
+        angle : float
+            Of the spindle, rad, turns counted.
+        reading : float
+            Of the rim on the push line, mm from the axis.
+        """
+        if self.samples == 0:
+            self._first = angle
+        self._estimator.update(angle=angle, reading=reading)
+        self._last = angle
+        self.samples += 1
+        if self.samples >= _FEWEST and (self.samples < _MANY or self.samples - self._looked >= _EVERY):
+            self.look()
+
+    def look(self) -> None:
+        """Take the estimate as it is now."""
+        if self.samples < _FEWEST or self._looked == self.samples:
+            return
+        self._looked = self.samples
+        circle = self._estimator.estimate
+        self.sd = circle.center_sd
+        if isfinite(self.sd):
+            self.radius, self.x, self.y = circle.radius, circle.center_x, circle.center_y
+            self.offset, self.offset_angle = hypot(self.x, self.y), atan2(self.y, self.x)
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a centre at all, better known than the radius of the part."""
+        return self.sd * _HOLD < self.radius
+
+    @property
+    def turns(self) -> float:
+        """Turns of the table since the first reading, unit 1."""
+        return (self._last - self._first) / (2 * pi) if self.samples else 0.0
+
+    @property
+    def band(self) -> float:
+        """Greatest error of the centre at 99.9 %, mm."""
+        return self._estimator.band if self.samples else inf
+
+    @property
+    def restarts(self) -> int:
+        """How often the part was found moved."""
+        return self._estimator.restarts
