@@ -90,7 +90,7 @@ class Courier:
 
     @property
     def waiting(self) -> int:
-        """Number of records that are not acknowledged."""
+        """How many records are not acknowledged, a whole number."""
         return len(self._kept)
 
     @property
@@ -110,6 +110,14 @@ class Courier:
         ----------
         link : Link
             An open one.
+
+        Examples
+        --------
+        >>> from hwsim._links import QueueLink
+        >>> machine = Courier()
+        >>> machine.attach(QueueLink().start()[0])
+        >>> machine.closed
+        False
         """
         self._link = checks.able("link", link, "a link", "send", "receive", "advance", "close")
         self._next = self._oldest
@@ -127,7 +135,7 @@ class Courier:
         self._kept.append(record)
 
     def receive(self) -> list[bytes]:
-        """Return the records that are new since the last call, in the order in which they were sent, each once."""
+        """Return the records (bytes) that are new since the last call, in the order in which they were sent, each once."""
         received, self._received = self._received, []
         return received
 
@@ -148,6 +156,13 @@ class Courier:
         ------
         ValueError
             When the time goes back.
+
+        Examples
+        --------
+        >>> machine = Courier()
+        >>> machine.advance(0.5)
+        >>> machine.silence  # s
+        0.5
         """
         if checks.number("time", time, "s") < self._time:
             raise checks.refuse("time", f">= {self._time:g}, that was told last", time, "s")

@@ -14,7 +14,7 @@ from sdpgrind.base.rng import Seed, children
 
 @runtime_checkable
 class Link(Protocol):
-    """One end of a link that carries messages in order; it may lose some, and it may break.
+    """One end of a link that carries messages (bytes) in order; it may lose some, and it may break.
 
     Examples
     --------
@@ -50,7 +50,7 @@ class Link(Protocol):
         """
 
     def receive(self) -> list[bytes]:
-        """Return the messages that have arrived since the last call; returns at once."""
+        """Return the messages (bytes) that have arrived since the last call; returns at once."""
 
     def close(self) -> None:
         """Break the link; what is under way is lost."""
@@ -96,7 +96,7 @@ class QueueLink(Frozen):
         checks.within("loss", self.loss, 0.0, 1.0, "1")
 
     def start(self, rng: Seed = 0) -> tuple["QueueEnd", "QueueEnd"]:
-        """Return both ends of a fresh link, at time 0.
+        """Return both ends of a fresh link, at time 0 s.
 
         Parameters
         ----------
@@ -206,7 +206,7 @@ class QueueEnd:
         self._outgoing.put(message, self._now)
 
     def receive(self) -> list[bytes]:
-        """Return the messages that have arrived by now, the oldest first."""
+        """Return the messages (bytes) that have arrived by now, the oldest first."""
         return self._incoming.take(self._now)
 
     def close(self) -> None:

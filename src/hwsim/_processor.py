@@ -25,13 +25,18 @@ class Event(NamedTuple):
     Parameters
     ----------
     time : int
-        When, ns.
+        When, ns (a whole number).
     kind : Kind
         What.
     task : str
         Of which task.
     job : int
         Number of the release, from 0; missed ones count.
+
+    Examples
+    --------
+    >>> Event(10_000_000, Kind.START, "control", 1).kind.name
+    'START'
     """
 
     time: int
@@ -50,7 +55,13 @@ class Job(NamedTuple):
     number : int
         Number of its release, from 0; missed ones count.
     release, start, completion : int
-        When it was released, began (inputs are sampled) and was complete (outputs take effect), ns.
+        When it was released, began (inputs are sampled) and was complete (outputs take effect), ns (whole numbers).
+
+    Examples
+    --------
+    >>> job = Job("control", 1, 10_000_000, 10_500_000, 12_000_000)
+    >>> job.completion - job.release  # ns
+    2000000
     """
 
     task: str
@@ -161,12 +172,12 @@ class Processor:
 
     @property
     def now(self) -> int:
-        """Time that has been reached, ns."""
+        """Time that has been reached, ns (a whole number)."""
         return self._now
 
     @property
     def schedule(self) -> Schedule:
-        """All that happened until now (ns)."""
+        """All that happened until now (ns, whole numbers)."""
         trace = np.array(self._trace, dtype=np.int64).reshape(-1, 4)
         return Schedule(tuple(own.task for own in self._own), self._now, trace)
 
@@ -185,6 +196,13 @@ class Processor:
         ------
         ValueError
             When `to` lies before ``now`` (ns).
+
+        Examples
+        --------
+        >>> from hwsim._scheduler import Scheduler
+        >>> core = Scheduler([Task("model", angle_step=0.1)], spindle_speed_max=2.0).start(0, angle=0.05)
+        >>> core.next_event(1_000_000_000, 0.05, 2.0).time  # 0.05 rad to go at 2 rad/s
+        25000000
         """
         if angle is not None or to < self._now:
             self._turn(to, angle or 0.0, speed, acceleration)
@@ -205,6 +223,13 @@ class Processor:
         ------
         ValueError
             When `to` lies before ``now`` (ns).
+
+        Examples
+        --------
+        >>> from hwsim._scheduler import Scheduler
+        >>> core = Scheduler([Task("camera", 1 / 60, execution_time=0.001)]).start(0)
+        >>> [job.completion for job in core.advance(40_000_000)]  # ns
+        [1000000, 17666667, 34333333]
         """
         self._turn(to, angle, speed, acceleration)
         jobs = []

@@ -53,6 +53,12 @@ class TaskReport:
         Longest time from a release to the completion of its job, s; 0 where none was complete.
     utilisation : float
         Share of the time in which it had the processor, unit 1.
+
+    Examples
+    --------
+    >>> from hwsim._scheduler import Scheduler
+    >>> Scheduler([Task("control", 0.01, execution_time=0.002)]).run(1.0).report["control"].utilisation
+    0.2
     """
 
     releases: int
@@ -96,7 +102,8 @@ class Schedule:
         self.trace.setflags(write=False)
 
     def jobs(self, task: str) -> Whole:
-        """Return the jobs of a task that are complete, one a row: number, release, start and completion (the last three in ns).
+        """Return the jobs of a task that are complete, one a row: number, release, start and completion (the
+        last three in ns: whole numbers).
 
         Parameters
         ----------
@@ -124,7 +131,7 @@ class Schedule:
 
     @cached_property
     def slices(self) -> Whole:
-        """Uninterrupted stretches of work, one a row: place of the task, number, begin and end (ns)."""
+        """Uninterrupted stretches of work, one a row: place of the task, number, begin and end (whole numbers; ns)."""
         work = self.trace[self.trace[:, 1] >= Kind.START]  # they take turns: begins (START, RESUME), ends (PREEMPT, COMPLETE)
         begins, ends = work[0::2], work[1::2, 0]
         ends = np.append(ends, self.duration) if len(begins) > len(ends) else ends

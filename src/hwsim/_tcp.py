@@ -65,6 +65,12 @@ class TcpLink:
         ------
         OSError
             When nobody answers.
+
+        Examples
+        --------
+        >>> with TcpListener() as listener, TcpLink.connect(listener.address, timeout=5.0) as link:
+        ...     link.closed
+        False
         """
         return cls(socket.create_connection(address, checks.positive("timeout", timeout, "s")), largest=largest)
 
@@ -113,7 +119,7 @@ class TcpLink:
         self._flush()
 
     def receive(self) -> list[bytes]:
-        """Return the messages that have arrived since the last call, without waiting."""
+        """Return the messages (bytes) that have arrived since the last call, without waiting."""
         if not self.closed:
             self._flush()
             self._read()
@@ -197,7 +203,7 @@ class TcpListener:
     host : str
         Of this computer, the address on which it listens.
     largest : int
-        Most bytes of one message, either way.
+        Most bytes of one message, either way; a whole number.
 
     Examples
     --------
@@ -228,6 +234,14 @@ class TcpListener:
         ------
         TimeoutError
             When nobody came.
+
+        Examples
+        --------
+        >>> with TcpListener() as listener:
+        ...     listener.accept(timeout=0.01)
+        Traceback (most recent call last):
+            ...
+        TimeoutError: timed out
         """
         self._socket.settimeout(checks.positive("timeout", timeout, "s"))
         return TcpLink(self._socket.accept()[0], largest=self._largest)

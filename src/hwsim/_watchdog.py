@@ -74,7 +74,7 @@ class _Guard:
         self._controller.reset()
 
     def report(self) -> dict[str, Any]:
-        """What the controller reports, while it is the one who commands, and ``link_lost``: 1 when it is not."""
+        """What the controller reports (in its units) while it commands, and ``link_lost``: 1 when it does not any more."""
         lost = self._pulse.tripped
         said = getattr(self._controller, "report", dict) if not lost else dict
         return {**said(), "link_lost": float(lost)}
