@@ -318,7 +318,7 @@ def told(profile, *names, problem=PROBLEM):
 def test_a_slow_push_tells_mu_static_by_its_force():
     shares, estimate = told(SLOW, "peak_force")
     assert shares["mu_static"] > 0.6 > 0.4 > shares["mu_kinetic"]
-    assert estimate.status is Status.UNSURE and "tell little of mu_kinetic; for mu_kinetic let it slide" in estimate.message
+    assert estimate.status is Status.UNSURE and "told little of mu_kinetic; for mu_kinetic let it slide" in estimate.message
     fast, _ = told(FAST, "peak_force")
     assert fast["mu_static"] < 0.1
 
@@ -326,7 +326,7 @@ def test_a_slow_push_tells_mu_static_by_its_force():
 def test_a_slide_tells_mu_kinetic():
     shares, estimate = told(HARD)
     assert shares["mu_kinetic"] > 0.8 > 0.4 > shares["mu_static"]
-    assert estimate.status is Status.UNSURE and "tell little of mu_static; for mu_static break the part away" in estimate.message
+    assert estimate.status is Status.UNSURE and "told little of mu_static; for mu_static break the part away" in estimate.message
     assert told(FAST, "free_slide")[0]["mu_kinetic"] > 0.6
     assert told(FAST)[0]["mu_kinetic"] > 0.9
 
@@ -400,7 +400,7 @@ def test_readings_that_no_friction_explains_count_for_nothing():
     assert estimator.estimate.status is Status.IMPOSSIBLE
     assert estimator.estimate.message.startswith("no friction explains 1 of 1 pushes: look for bad readings")
     estimator.update(profile=HARD, **reading(HARD))
-    assert estimator.estimate.message.startswith("1 pushes, 1 more explained by no friction")
+    assert estimator.estimate.message.startswith("1 push, 1 more explained by no friction")
     with pytest.raises(ValueError, match=r"^no friction explains 1 of 1 pushes"):
         identify_friction([{"profile": HARD, "peak_force": 400.0}], PROBLEM)
     found = identify_friction([{"profile": HARD, "peak_force": 400.0}], PROBLEM, throw=False)
@@ -419,6 +419,7 @@ REFUSED = [
     (lambda: FrictionEstimator(PROBLEM, force_sd=0.0), ValueError, "force_sd must be > 0 (N); got 0.0"),
     (lambda: FrictionEstimator(PROBLEM, position_sd=-1.0), ValueError, "position_sd must be > 0 (mm); got -1.0"),
     (lambda: FrictionEstimator(PROBLEM, model_error=nan), ValueError, "model_error must be finite (relative); got nan"),
+    (lambda: FrictionEstimator(PROBLEM, way_error=-0.1), ValueError, "way_error must be in [0, 1] (relative); got -0.1"),
     (lambda: FrictionEstimator(PROBLEM, ratio_sd=2.0), ValueError, "ratio_sd must be in [0, 1] (relative); got 2.0"),
     (lambda: NEW.update(profile=HARD, peak_force=-1.0), ValueError, "peak_force must be in [0, 446] (N); got -1.0"),
     (lambda: NEW.update(profile=HARD, peak_force=500.0), ValueError, "peak_force must be in [0, 446] (N); got 500.0"),

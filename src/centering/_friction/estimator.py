@@ -48,7 +48,10 @@ class FrictionEstimator:
     position_sd : float, optional
         Of a free slide or a final position as read, mm; by default of the stop and of two measurements, from the scatter.
     model_error : float
-        Of what the model predicts, relative: of the force, and of the way that the part slides.
+        Of what the model predicts, relative: of the force, and of the way that the part slides beyond the tip.
+    way_error : float
+        Of a final position, over how far the tip goes; 0 for a table that stands, some 0.006 for one at 20 rpm, of which
+        `turning_profile` gives the profile.
 
     Raises
     ------
@@ -75,6 +78,7 @@ class FrictionEstimator:
         force_sd: float = 0.5,
         position_sd: float | None = None,
         model_error: float = 0.02,
+        way_error: float = 0.0,
     ) -> None:
         checks.kind("problem", problem, CenteringProblem)
         scatter = problem.scatter
@@ -85,6 +89,7 @@ class FrictionEstimator:
         force, position = checks.positive("force_sd", force_sd, "N"), checks.positive("position_sd", place, "mm")
         self._sd = np.array([force, position, position])
         self._error = checks.within("model_error", model_error, 0.0, 1.0, "relative")
+        self._way_error = checks.within("way_error", way_error, 0.0, 1.0, "relative")
         self._problem = problem
         self._ratio_sd = checks.within("ratio_sd", ratio_sd, 0.0, 1.0, "relative")
         self.reset()
@@ -136,7 +141,9 @@ class FrictionEstimator:
             Without a profile or any reading, or for one that is below 0, infinite, or beyond the range of the sensor, 446 N.
         """
         path, read = _readings(trace, profile, peak_force, free_slide, final_position)
-        likely, off = likelihood(self._belief, self._problem.model, path, read, self._sd, self._error)
+        farthest = float(path.position(np.cumsum(path.duration)).max())
+        noise_sd = np.hypot(self._sd, [0.0, 0.0, self._way_error * farthest])
+        likely, off = likelihood(self._belief, self._problem.model, path, read, noise_sd, (self._error, farthest))
         if off > _OFF:
             self._refused += 1
             return
@@ -172,11 +179,12 @@ class FrictionEstimator:
         sure = np.sqrt(np.diag(covariance)) <= enough
         vague = [name for name, share, known in zip(NAMES, self.told.values(), sure, strict=True) if share < _TOLD and not known]
         refused = f", {self._refused} more explained by no friction" if self._refused else ""
+        counted = f"{self._pushes} push{'' if self._pushes == 1 else 'es'}{refused}"
         if not vague:
             settled = 2 * self._refused <= self._pushes
-            return Status.OK if settled else Status.UNSURE, f"from {self._pushes} pushes{refused}"
+            return Status.OK if settled else Status.UNSURE, f"from {counted}"
         what = ", ".join(_ADVICE[name] for name in vague)
-        return Status.UNSURE, f"{self._pushes} pushes{refused} tell little of {' and '.join(vague)}; {what}"
+        return Status.UNSURE, f"{counted} told little of {' and '.join(vague)}; {what}"
 
 
 _ADVICE = {

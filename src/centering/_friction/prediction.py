@@ -19,7 +19,7 @@ _FINAL, _SLIDE, _PEAK = 0, 1, 2
 
 
 def likelihood(
-    belief: FrictionBelief, model: PushModel, profile: TipProfile, read: Floats, noise_sd: Floats, error: float
+    belief: FrictionBelief, model: PushModel, profile: TipProfile, read: Floats, noise_sd: Floats, error: tuple[float, float]
 ) -> tuple[Floats, float]:
     """Likelihood, greatest 1, over (scale met, ratio) of peak force, free slide, final position; how far off the nearest is."""
     met = belief.expected()
@@ -29,8 +29,7 @@ def likelihood(
     doubt = np.maximum(roughness(found, 0), roughness(found, 1))
     nodes, cells = _axes(scales, ratios), _axes(belief.pushed, belief.ratio)
     out = np.empty((belief.pushed.size, belief.ratio.size))
-    farthest = float(profile.position(np.cumsum(profile.duration)).max())
-    off = log_likelihood(found, doubt, nodes, cells, read, noise_sd, error, farthest, out)
+    off = log_likelihood(found, doubt, nodes, cells, read, noise_sd, *error, out)  # of the model, beyond where the tip goes
     return np.exp(out - out.max()), float(off)
 
 
