@@ -97,8 +97,8 @@ def stopped_push(stroke: float, speed: float, acceleration: float) -> TipProfile
 
 def default_kinds(top_speed: float) -> tuple[PushKind, ...]:
     """Return the pushes that are tried: from slow taps to the `top_speed` (mm/s), and gentle ones."""
-    taps = [PushKind("trapezoid", speed, True) for speed in (2.0, 5.0, 10.0, 20.0, 40.0) if speed < top_speed]
-    gentle = [PushKind("gentle", speed, True) for speed in (10.0, 40.0) if speed < top_speed]
+    taps = [PushKind("trapezoid", speed, True) for speed in (2.0, 5.0, 20.0, 40.0) if speed < top_speed]
+    gentle = [PushKind("gentle", speed, True) for speed in (5.0, 10.0, 20.0, 40.0) if speed < top_speed]
     return (*taps, PushKind("trapezoid", top_speed, True), PushKind("trapezoid", min(10.0, top_speed), False), *gentle)
 
 

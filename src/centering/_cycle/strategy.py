@@ -12,7 +12,7 @@ from centering._cycle.belief_kernels import posterior
 from centering._cycle.outcomes import OutcomeTable
 from centering._cycle.strategy_kernels import table_speed
 from centering._cycle.strategy_lookup_kernels import choose, value_at
-from centering._cycle.strategy_moves import finish_offset, friction_axis, offset_axis, packed_axes
+from centering._cycle.strategy_moves import WORTH, finish_offset, friction_axis, offset_axis, packed_axes
 from centering._cycle.strategy_timing import CycleTiming
 from centering._push.problem import CenteringProblem
 from centering._push.profile import TipProfile
@@ -137,9 +137,9 @@ class Strategy:
         return float(value_at(self._value, self._axes, offset, friction, self._mode(pushes)))
 
     def _mode(self, pushes: float) -> int:
-        """Row of the table for so much evidence."""
+        """Row of the table for so much evidence: a push is worth less than one that shows its friction fully."""
         settled: int = self._settled
-        return min(int(pushes + 0.5), settled)
+        return min(int(pushes / WORTH + 0.5), settled)
 
     def cycle_time(self, offset: float) -> float:
         """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s."""

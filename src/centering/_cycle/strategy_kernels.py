@@ -55,8 +55,8 @@ def push_once(offset, travel, angle, place_share):
 
 
 @njit(**_OPTIONS)
-def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, draws, build, out):
-    """Follow pushes from P states; write expected times into `out`, and the weights on the grid where `build`.
+def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, draws, out):
+    """Follow pushes from P states; write expected times into `out`, and return the weights on the grid.
 
     Parameters
     ----------
@@ -74,8 +74,6 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
         (log low, log step, nodes) of the offset and (low, step, nodes) of the friction ratio.
     draws : tuple
         (friction (1), direction (rad), place (mm), share of the place that measuring hid, weight), each (Q,).
-    build : bool
-        Whether weights are wanted.
     out : array, (P,)
         Expected time (s) to the next touch or the end; infinite where no stroke is long enough.
 
@@ -96,7 +94,7 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     points, count = offset.size, draws[0].size
     starts = np.zeros(points + 1, dtype=np.int64)
     room = 4 * count
-    columns = np.empty(points * room if build else 0, dtype=np.int32)
+    columns = np.empty(points * room, dtype=np.int32)
     weights = np.empty(columns.size)
     here, touched = np.zeros(n_offset * n_friction), np.empty(room, dtype=np.int32)
     axis = (log_low, log_step)
@@ -125,8 +123,6 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
                 time += w * (pressed + busy + arc / speed)
                 continue
             time += w * waiting_time(phase, pressed + busy, speed, arc, before, acceleration)
-            if not build:
-                continue
             learned = min(max(m + share * rate * (x - expected), low), high)
             i = min(max((np.log(after) - log_low) / log_step, 0.0), n_offset - 1.0)
             j = min((learned - low) / step, n_friction - 1.0)

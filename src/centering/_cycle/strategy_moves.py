@@ -19,7 +19,9 @@ FRACTIONS = np.array(
     [0.5, 0.7, 0.8, 0.86, 0.9, 0.94, 0.97, 0.985, 1.0, 1.015, 1.03, 1.06, 1.1, 1.15, 1.25, 1.4, 1.7, 2.2, 3.0, 5.0]
 )
 """Mean travels that are tried, as shares of the offset; the large ones are for pushes over the axis and back."""
-OFFSETS = 96
+WORTH = 0.65
+"""Evidence of a push in pushes that show their friction fully: about the mean of what `Strategy.update_belief` finds."""
+OFFSETS = 128
 """Nodes of the offset."""
 DRAWS = 101
 """Draws of friction, direction and place of a push."""
@@ -97,21 +99,12 @@ class KindOfPush:
     kind: int
     settled: int
 
-    def expected_time(self, s: Any, c: Any) -> Floats:
-        """Expected time (s) to the next touch or the end; infinite where no stroke is long enough."""
-        offset, friction, share = np.broadcast_arrays(s.offset, s.friction, c.share)
-        time, _ = self._follow(offset, friction, share, self._seen(getattr(s, "unseen", None)), False)
-        return time.reshape(offset.shape)
-
     def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> sdp.Rows:
-        """Return the one-step distribution, in-path times included."""
+        """Return the one-step distribution, and the expected time (s): infinite where no stroke is long enough."""
         share = menu.controls(choice, level).share
-        penalty = menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level))
-        _, parts = self._follow(points[0], points[1], share, self._seen(stage), True)
-        starts, columns, weights = parts
-        matrix = sparse.csr_array((weights, columns, starts), shape=(points[0].size, menu.grid.size))
-        nothing = np.zeros(points[0].size)
-        return sdp.Rows(matrix, np.zeros(points[0].size, dtype=np.int64), np.broadcast_to(penalty, nothing.shape), nothing)
+        time, (starts, columns, weights) = self._follow(points[0], points[1], share, self._seen(stage))
+        matrix = sparse.csr_array((weights, columns, starts), shape=(time.size, menu.grid.size))
+        return sdp.Rows(matrix, np.zeros(time.size, dtype=np.int64), time, np.zeros(time.size))
 
     def sample(
         self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats, rng: np.random.Generator
@@ -128,13 +121,13 @@ class KindOfPush:
             inside = at < total.size
             after[0][k] = menu.grid.points[0][row.indices[at]] if inside else low
             after[1][k] = menu.grid.points[1][row.indices[at]] if inside else after[1][k]
-        return tuple(after), 0.0
+        return tuple(after), rows.charge
 
     def _seen(self, unseen: Any) -> int:
         """Pushes seen: `settled` less the stages that are left."""
         return self.settled if unseen is None else self.settled - int(np.round(np.ravel(unseen)[0]))
 
-    def _follow(self, offset: Any, friction: Any, share: Any, seen: int, build: bool) -> tuple[Floats, Any]:
+    def _follow(self, offset: Any, friction: Any, share: Any, seen: int) -> tuple[Floats, Any]:
         ground, out = self.ground, np.empty(np.size(offset))
         table, scatter, belief = ground.outcomes, ground.problem.scatter, ground.belief
         where, ratio = ground.axes
@@ -143,11 +136,10 @@ class KindOfPush:
             *(np.ascontiguousarray(np.ravel(x), dtype=float) for x in (offset, friction, share)),
             (table.travel[k], table.mean_travel[k], table.contact_time[k], table.grid, int(table.last[k])),
             (ground.speeds, ground.finish),
-            (belief.sd(seen), belief.push_sd, float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd))),
+            (belief.sd(WORTH * seen), belief.push_sd, float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd))),
             (ground.timing.busy_time, ground.timing.measuring_arc, ground.problem.limits.spindle_acceleration_max),
             packed_axes(where, ratio),
             draws(ground.problem),
-            build,
             out,
         )
         return out, found
@@ -155,8 +147,7 @@ class KindOfPush:
 
 def moves(ground: Ground, settled: int, timed: bool) -> list[sdp.Move]:
     """One move for each kind of push; `timed`: the stage coordinate tells how many pushes are still to be seen."""
-    out = []
-    for k, kind in enumerate(ground.outcomes.kinds):
-        push = KindOfPush(ground, k, settled)
-        out.append(sdp.Move(kind.name, {"share": FRACTIONS}, push, charge=push.expected_time, timed=timed))
-    return out
+    return [
+        sdp.Move(kind.name, {"share": FRACTIONS}, KindOfPush(ground, k, settled), timed=timed)
+        for k, kind in enumerate(ground.outcomes.kinds)
+    ]
