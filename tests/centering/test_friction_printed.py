@@ -154,7 +154,7 @@ REFUSED = [
     (lambda: PRINTED.from_slide(1.0, 0.0), "push_speed must be > 0 (mm/s); got 0.0"),
     (lambda: PRINTED.free_slide(0.35, 40.0), "mu_static must be in [0, 0.3415] (1); got 0.35"),
     (
-        lambda: PRINTED.combine(200.0, 2.0, 40.0, weights="best"),
+        lambda: PRINTED.combine(200.0, 2.0, 40.0, weights="x"),
         "weights must be one of sensitivity, minimum_variance; got 'x'",
     ),
     (lambda: PRINTED.combine(200.0, 2.0, 40.0, force_sd=0.0), "force_sd must be > 0 (N); got 0.0"),
