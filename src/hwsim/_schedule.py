@@ -194,9 +194,15 @@ class Schedule:
         first, last : float
             What is drawn of it, s; None: so much that single jobs can be seen.
         """
-        from hwsim._schedule_picture import picture
+        from hwsim._schedule_picture import Row, picture
 
-        return picture(self, first, last)
+        rows = []
+        for place, (name, report) in enumerate(self.report.items()):
+            label = f"{name}\n{100 * report.utilisation:.1f} %, worst {1e3 * report.worst_response:.3g} ms"
+            mine, works = self.trace[self.trace[:, 2] == place], self.slices[self.slices[:, 0] == place, 2:]
+            releases, overruns = (mine[mine[:, 1] == kind, 0] for kind in (Kind.RELEASE, Kind.OVERRUN))
+            rows.append(Row(label, self.jobs(name)[:, [1, 3]], works, releases, overruns))
+        return picture(rows, self.duration, first, last)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Schedule):
