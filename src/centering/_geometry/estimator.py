@@ -1,21 +1,24 @@
 """The streaming estimator: radius and centre from every reading, how sure they are, and when that is enough."""
 
 from collections.abc import Mapping
-from math import exp, expm1, inf, log, pi
+from math import degrees, inf, log, pi
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.estimate import CircleEstimate, reach
-from centering._geometry.estimator_kernels import carry_radius, clear, ring, run, take
-from centering._geometry.estimator_settings import empty_state, radius_and_sd, refusal, write_quantiles
+from centering._geometry.estimate import CircleEstimate
+from centering._geometry.estimator_kernels import run, take
+from centering._geometry.estimator_restart_kernels import carry_radius, restart
+from centering._geometry.estimator_settings import empty_state, flag, pairs, radius_and_sd, refusal, write_quantiles
+from centering._geometry.estimator_start_kernels import clear, end_start
+from centering._geometry.estimator_told import scale_of, told_by, unknown
+from centering._geometry.estimator_travel_kernels import COMPLETE, MOVED, SHIFTED
 from centering._geometry.forecast_kernels import arc_needed
 from centering._geometry.form import assumed_lobes, known_harmonics
 from centering._geometry.validity import limited_by, sentence
-from centering._geometry.validity_kernels import holds_axis, judge, valid_now
+from centering._geometry.validity_kernels import holds_axis, judge
 from sdpgrind.base import checks, units
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Status
@@ -36,8 +39,10 @@ class GeometryEstimator:
     (Mears (4.49)-(4.52), which this replaces, take the error of a mean for that of the offset.)
 
     Readings more than 5 standard deviations from what is predicted are refused and kept in `rejected`; when that are more than
-    half of the latest 30 the part has moved: the estimate begins anew with the latest ones, the radius being known. The first 30
-    are screened together, about a circle that most of them agree on.
+    half of the latest 30 the part has moved: the estimate begins anew with the latest ones, the radius being known. Once a whole
+    turn has shown the form of the part (or from the first on where `form` or `harmonics` tell it), smaller moves are found too:
+    the latest 30 and 60 readings are compared as a whole with those before. The first 30 are screened together, about a circle
+    that most of them agree on.
 
     Parameters
     ----------
@@ -109,9 +114,9 @@ class GeometryEstimator:
         state[at.NOISE] = 0.0 if noise_sd is None else checks.nonnegative("noise_sd", noise_sd, "mm")
         state[at.REL_TOL] = checks.nonnegative("rel_tol", rel_tol, "1")
         state[at.ABS_TOL] = checks.positive("abs_tol", abs_tol, "mm")
-        state[at.ARC_MIN] = checks.within("arc_min", arc_min, 0.0, 2 * pi, "rad")
+        self._arc_min = state[at.ARC_MIN] = checks.within("arc_min", arc_min, 0.0, 2 * pi, "rad")
         state[at.LOG_FORGETTING] = log(checks.share("forgetting", forgetting, "1")) / (2 * pi)
-        state[at.JOINT] = _flag("joint", joint)
+        state[at.JOINT] = flag("joint", joint)
         write_quantiles(state, checks.probability("confidence", confidence))
         self._prior = (0.0, 0.0) if radius_prior is None else radius_and_sd(radius_prior, float(tip_radius))
         self._rejected: dict[int, tuple[float, float]] = {}
@@ -128,7 +133,7 @@ class GeometryEstimator:
         """
         state = self._state
         if keep_radius and state[at.USED] > 0:
-            carry_radius(state, False)
+            carry_radius(state)
         elif not keep_radius:
             state[at.PRIOR_RADIUS], state[at.PRIOR_SD] = self._prior
             state[at.PRIOR_NOISE] = state[at.PRIOR_FREEDOM] = 0.0
@@ -196,7 +201,7 @@ class GeometryEstimator:
     @property
     def valid(self) -> bool:
         """Whether the centre is as sure as was asked, over at least `arc_min` (rad)."""
-        return bool(valid_now(self._state))
+        return bool(judge(self._state, self._arc_min))
 
     @property
     def estimate(self) -> CircleEstimate:
@@ -205,15 +210,15 @@ class GeometryEstimator:
         common = {"tip_radius": float(state[at.TIP]), "model": self._model}
         if state[at.USED] == 0:
             known = max(float(state[at.PRIOR_RADIUS] - state[at.TIP]), 0.0) if state[at.PRIOR_SD] else 0.0
-            return _unknown([known, 0.0, 0.0], "no readings yet", common)
-        valid = bool(judge(state))
-        arc = float(arc_needed(state))
+            return unknown([known, 0.0, 0.0], "no readings yet", common)
+        valid = bool(judge(state, 0.0))
+        arc = 0.0 if valid else float(arc_needed(state))
         limit = limited_by(state)
-        common |= _told(state, limit, arc)
+        common |= told_by(state, limit, arc)
         value, message = state[[at.RADIUS, at.FIT_X, at.FIT_Y]], sentence(state, limit, arc)
         if not np.isfinite(state[at.SCALE]):
-            return _unknown(value, message, common)
-        scale, freedom = _scale(state)
+            return unknown(value, message, common)
+        scale, freedom = scale_of(state)
         covariance = (scale * state[at.INFLATION]) ** 2 * state[at.SHAPE : at.SHAPE + 9].reshape(3, 3)
         status = Status.OK if valid else Status.UNDETERMINED if limit == "samples" else Status.UNSURE
         if limit == "noise" and not holds_axis(state):
@@ -235,17 +240,28 @@ class GeometryEstimator:
     @property
     def band(self) -> float:
         """Greatest error of the centre at the confidence asked, mm; inf where the readings are too few to tell."""
-        judge(self._state)
+        judge(self._state, 0.0)
         return float(self._state[at.BAND]) if self._state[at.USED] else inf
+
+    def __repr__(self) -> str:
+        circle, state = self.estimate, self._state
+        known = f", radius known to {1e3 * state[at.PRIOR_SD]:.3g} um" if state[at.PRIOR_SD] else ""
+        if circle.samples == 0:
+            return f"GeometryEstimator(no readings{known}; {self._model})"
+        return (
+            f"GeometryEstimator({circle.samples} readings over {degrees(circle.swept):.4g} deg{known}; radius {circle.radius:.7g}"
+            f" mm, offset {circle.offset:.4g} mm; {'valid' if self.valid else 'not valid'}: {circle.message})"
+        )
 
     def _take(self, angle: npt.ArrayLike, reading: npt.ArrayLike, until_valid: bool) -> int | None:
         """Take readings, up to the one that makes the estimate valid if so wanted: its index."""
-        angles, readings = _pairs(angle, reading)
+        angles, readings = pairs(angle, reading)
         done = 0
         while done < angles.size:
             done, code, valid = run(self._state, angles, readings, done, until_valid)
             if code != 0:
                 self._note(code, angles[done - 1], readings[done - 1])
+                valid = until_valid and self.valid
             if valid:
                 return int(done) - 1
         return None
@@ -254,62 +270,13 @@ class GeometryEstimator:
         """Raise for what is no reading; else keep what was refused, and let go what is used after all."""
         if code < 0:
             raise refusal(code, angle, reading)
-        for cell in ring(self._state)[: int(self._state[at.SEEN])]:
+        if code == COMPLETE:
+            end_start(self._state)
+        elif code in (MOVED, SHIFTED):
+            restart(self._state, code == SHIFTED)
+        cells = self._state[at.RING_AT : at.TAIL].reshape(at.RING, at.CELL)
+        for cell in cells[: int(self._state[at.SEEN])]:
             if cell[2]:
                 self._rejected[int(cell[4])] = (float(cell[0]), float(cell[1]))
             else:
                 self._rejected.pop(int(cell[4]), None)
-
-
-def _pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Float arrays of one length; what is in them the kernels check."""
-    angles, readings = _floats("angle", angle, "rad"), _floats("reading", reading, "mm")
-    if angles.ndim != 1 or angles.shape != readings.shape:
-        raise ValueError(f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}")
-    return angles, readings
-
-
-def _floats(name: str, values: npt.ArrayLike, unit: str) -> Floats:
-    """A float array, which may hold NaN."""
-    try:
-        return np.ascontiguousarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be numbers ({unit}); got {checks.shown(values)}") from None
-
-
-def _flag(name: str, value: object) -> bool:
-    """A value that must be True or False."""
-    if not isinstance(value, bool | np.bool_):
-        raise TypeError(f"{name} must be True or False; got {checks.shown(value)}")
-    return bool(value)
-
-
-def _scale(state: Floats) -> tuple[float, float]:
-    """Sd of a reading, not below the noise that was given, and the degrees of freedom with which it makes the band."""
-    sd, freedom, least = float(state[at.SCALE]), float(state[at.SCALE_FREEDOM]) or inf, float(state[at.NOISE])
-    if sd >= least or not np.isfinite(sd):
-        return sd, freedom
-    share, joint, wanted = -expm1(state[at.BEYOND]), bool(state[at.JOINT]), float(state[at.REACH]) / least
-    if wanted <= reach(share, 1e9, joint) or freedom < 1:
-        return least, inf if freedom >= 1 else freedom
-    return least, exp(brentq(lambda n: reach(share, exp(n), joint) - wanted, 0.0, log(1e9), xtol=1e-12))
-
-
-def _told(state: Floats, limit: str, arc: float) -> dict[str, Any]:
-    """Fields of an estimate that say what it rests on."""
-    measured = np.isfinite(state[at.FIT_NOISE]) and state[at.FREEDOM] > 0
-    return {
-        "samples": int(state[at.USED]),
-        "swept": float(state[at.COVERED]),
-        "noise_sd": float(state[at.FIT_NOISE] if measured else state[at.NOISE]),
-        "inflation": float(state[at.INFLATION]),
-        "form_bound": float(state[at.FORM_BOUND]),
-        "limited_by": limit,
-        "arc_needed": arc,
-    }
-
-
-def _unknown(value: Any, message: str, fields: dict[str, Any]) -> CircleEstimate:
-    """An estimate that knows nothing."""
-    told: dict[str, Any] = {"limited_by": "samples", "arc_needed": inf} | fields
-    return CircleEstimate(np.asarray(value), np.diag([inf] * 3), Status.UNDETERMINED, message, **told)

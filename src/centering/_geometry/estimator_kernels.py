@@ -1,54 +1,75 @@
-"""The streaming estimator, compiled: a row per reading, rotated into a triangle; wild readings refused; a part that has moved."""
+"""The streaming estimator, compiled: a row per reading, rotated into a triangle; what lies too far from the others is refused."""
 
 import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.estimator_noise_kernels import back, block, known_quantile
+from centering._geometry.estimator_look_kernels import has_moved
+from centering._geometry.estimator_noise_kernels import arrays
 from centering._geometry.estimator_row_kernels import write_row
-from centering._geometry.estimator_travel_kernels import (
-    PIVOT,
-    REFUSED,
-    RESTARTED,
-    SCREENED,
-    TAKEN,
-    cover,
-    objection,
-    travel,
-    way_of,
-)
+from centering._geometry.estimator_travel_kernels import COMPLETE, MOVED, REFUSED, SHIFTED, TAKEN, objection, travel
 from centering._geometry.estimator_turn_kernels import gather
-from centering._geometry.validity_kernels import holds_axis, judge, valid_now
-from sdpgrind.identify.kernels import rotate
+from centering._geometry.validity_kernels import judge
 
 _WILD = 5.0  # standard deviations from which on a reading is refused
 _QUIET = 1e-11  # least noise of the gate, in largest readings
 _SAME = 1e-12  # of the largest reading: rounding of sums
-_CLOSER = 1.5  # times nearer that the readings must lie to a circle through neighbours
 _FEW = 8  # readings before the centre is used to weigh
-_CORE = 2.5  # standard deviations about the screened start within which readings are taken first
-_SHORT = 720.0  # fourth power of an arc (rad) over which noise s in the rows tells as much of R as they do, over (s/R)^2
-_LONG = 0.5  # rad: arc over which it does not in any case
-_OWN_NOISE = 0.1  # largest root of what noise in the rows may add to the information of the radius, in that information
+_MANY = 64  # from which on it is used again and again as it was a few readings ago,
+_EACH = 8  # so many at most
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_wild(state, array, row):
-    """Whether a reading lies too far from what those before predict, at the noise that they show."""
-    if state[at.COVERED] < state[at.GATE_FROM]:
+def least_noise(state):
+    """Least noise of the gate, in the triangle's."""
+    return max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rotate_if_tame(state, array, row):
+    """Rotate a row in, unless the reading lies too far from what those before predict; what is left of it, inf if it was not.
+
+    What a rotation leaves is the error of the prediction over its standard deviation, for noise 1. Nothing is written before
+    that is known: the row is only read.
+    """
+    p0, c0, s0 = _rotation(array[0, 0], row[0])
+    a01, r1 = c0 * array[0, 1] + s0 * row[1], c0 * row[1] - s0 * array[0, 1]
+    a02, r2 = c0 * array[0, 2] + s0 * row[2], c0 * row[2] - s0 * array[0, 2]
+    a03, r3 = c0 * array[0, 3] + s0 * row[3], c0 * row[3] - s0 * array[0, 3]
+    p1, c1, s1 = _rotation(array[1, 1], r1)
+    a12, r2 = c1 * array[1, 2] + s1 * r2, c1 * r2 - s1 * array[1, 2]
+    a13, r3 = c1 * array[1, 3] + s1 * r3, c1 * r3 - s1 * array[1, 3]
+    p2, c2, s2 = _rotation(array[2, 2], r2)
+    a23, r3 = c2 * array[2, 3] + s2 * r3, c2 * r3 - s2 * array[2, 3]
+    if _is_wild(state, abs(r3), c0 * c1 * c2):
+        return np.inf
+    array[0, 0], array[0, 1], array[0, 2], array[0, 3] = p0, a01, a02, a03
+    array[1, 1], array[1, 2], array[1, 3], array[2, 2], array[2, 3] = p1, a12, a13, p2, a23
+    for j in range(4, row.shape[0]):
+        array[0, j], left = c0 * array[0, j] + s0 * row[j], c0 * row[j] - s0 * array[0, j]
+        array[1, j], left = c1 * array[1, j] + s1 * left, c1 * left - s1 * array[1, j]
+        array[2, j] = c2 * array[2, j] + s2 * left
+    return r3
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rotation(pivot, entry):
+    """The new pivot, cosine and sine that rotate an entry into one that is > 0."""
+    square = pivot * pivot + entry * entry
+    inverse = 1.0 / np.sqrt(square)
+    return square * inverse, pivot * inverse, entry * inverse
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_wild(state, left, cosine):
+    """Whether a rotation, whose cosines' product is given, left more than the noise of the readings before allows."""
+    freedom, least = state[at.WEIGHT] - 3.0, least_noise(state)
+    if left * left * freedom <= _WILD * _WILD * state[at.SQUARES] or left <= _WILD * least:
         return False
-    spread, error = 1.0, row[3]
-    first = row[0] / array[0, 0]
-    second = (row[1] - array[0, 1] * first) / array[1, 1]
-    third = (row[2] - array[0, 2] * first - array[1, 2] * second) / array[2, 2]
-    spread += first * first + second * second + third * third
-    error = abs(error - first * array[0, 3] - second * array[1, 3] - third * array[2, 3])
-    error -= state[at.FORM_GATE] * state[at.RATIO]
-    freedom = state[at.WEIGHT] - 3.0
-    if error <= 0.0 or freedom < 1.0:
+    if state[at.COVERED] < state[at.GATE_FROM] or freedom < 1.0:
         return False
-    least = max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
-    return error * error > _wild(freedom) ** 2 * max(state[at.SQUARES] / freedom, least * least) * spread
+    left = max(left - state[at.FORM_GATE] * state[at.RATIO] * abs(cosine), 0.0)
+    return left * left > _wild(freedom) ** 2 * max(state[at.SQUARES] / freedom, least * least)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -61,64 +82,41 @@ def _wild(freedom):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fold(state, array, row, weight, way):
-    """Rotate a row in; keep what it leaves, the difference to the row before, its block, and the centre."""
-    gather(state, row, way)
-    previous = at.PREVIOUS
+def note(state, row, weight, way):
+    """Take in what a row says beside the triangle: its block, its bias, the difference to the row before."""
+    h0, h1, h2, t = row[0], row[1], row[2], row[3]
+    gather(state, h0, h1, h2, t, way)
+    share = weight * state[at.NEW_BIAS]
+    state[at.BIAS] += share * h0
+    state[at.BIAS + 1] += share * h1
+    state[at.BIAS + 2] += share * h2
+    state[at.BIAS + 3] += weight * state[at.NEW_BIAS + 1]
+    state[at.BIAS + 4] += weight * state[at.NEW_BIAS + 2]
     if state[at.LAGGED] != 0.0:
+        change = h0 - state[at.PREVIOUS], h1 - state[at.PREVIOUS + 1], h2 - state[at.PREVIOUS + 2], t - state[at.PREVIOUS + 3]
+        k = at.LAG
         for i in range(4):
-            change = weight * (row[i] - state[previous + i])
             for j in range(i, 4):
-                state[at.LAG + 4 * i + j] += change * (row[j] - state[previous + j])
-    for i in range(4):
-        state[previous + i] = row[i]
+                state[k] += weight * change[i] * change[j]
+                k += 1
     state[at.LAGGED] = 1.0
-    for i in range(5):
-        state[at.BIAS + i] += weight * state[at.NEW_BIAS + i]
-    if weight != 1.0:
-        row *= np.sqrt(weight)
-    rotate(array, row)
-    state[at.SQUARES] += row[3] * row[3]
+    state[at.PREVIOUS], state[at.PREVIOUS + 1], state[at.PREVIOUS + 2], state[at.PREVIOUS + 3] = h0, h1, h2, t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def count(state, array, left, weight):
+    """Count a row that was rotated in, and what that has left; the centre then weighs the rows to come."""
+    state[at.SQUARES] += left * left
     state[at.WEIGHT] += weight
-    state[at.USED] += 1.0
-    if state[at.USED] >= _FEW:
+    used = state[at.USED] + 1.0
+    state[at.USED] = used
+    if used >= _FEW and (used < _MANY or int(used) % _EACH == 0):
         y = array[2, 3] / array[2, 2]
         state[at.CENTER_X], state[at.CENTER_Y] = (array[1, 3] - array[1, 2] * y) / array[1, 1], y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ring(state):
-    """The latest readings: angle, reading, whether refused, way travelled, number."""
-    return state[at.RING_AT : at.RING_AT + at.RING * at.CELL].reshape((at.RING, at.CELL))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def clear(state):
-    """Forget every reading but not what is known beforehand."""
-    state[at.SEEN : at.RESTARTS] = 0.0
-    state[at.WEIGHT : at.REFERENCE] = 0.0
-    state[at.POSITION : at.RADIUS] = 0.0
-    state[at.RING_AT : at.TAIL] = 0.0
-    _clear_fit(state)
-    block(state, 3, 6)[:] = 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _clear_fit(state):
-    """Forget the rows, not where the spindle is."""
-    state[at.USED] = state[at.WEIGHT] = state[at.SQUARES] = state[at.LAGGED] = 0.0
-    state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
-    state[at.RATIO] = 1.0
-    state[at.LAG : at.NEW_BIAS] = 0.0
-    state[at.BLOCK_BEGIN : at.RADIUS] = 0.0
-    array = block(state, 0, 3)
-    array[:] = 0.0
-    for i in range(3):
-        array[i, i] = PIVOT
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _remember(state, angle, reading):
+def remember(state, angle, reading):
     """Write a reading into the ring; whether the one that it replaces was refused no longer counts."""
     cell = at.RING_AT + at.CELL * (int(state[at.SEEN]) % at.RING)
     state[at.BAD] -= state[cell + 2]
@@ -126,6 +124,7 @@ def _remember(state, angle, reading):
     state[cell + 4] = state[at.INDEX]
     if state[at.SEEN] == 0.0:
         state[at.REFERENCE] = reading + state[at.TIP]
+        state[at.PER_REFERENCE] = 1.0 / state[at.REFERENCE] if state[at.LIMACON] == 0.0 else 0.0
     else:
         _see_step(state, reading)
     state[at.LATEST] = reading
@@ -144,207 +143,52 @@ def _see_step(state, reading):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def take(state, angle, reading):
-    """Take a reading; what became of it, or (negative) why it cannot be taken: then nothing has changed."""
-    return _take(state, block(state, 0, 3), block(state, 15, 1)[0], angle, reading)
+def _keep(state, array):
+    """Every 30 readings keep the triangle and its sums; the older of two is of before any reading in the ring."""
+    younger, older = arrays(state)[3:6], arrays(state)[6:9]
+    for i in range(3):
+        for j in range(i, array.shape[1]):
+            older[i, j] = younger[i, j]
+            younger[i, j] = array[i, j]
+    for k in range(at.KEPT_SIZE):
+        state[at.KEPT + at.KEPT_SIZE + k] = state[at.KEPT + k]
+    for k in range(at.SUMS):
+        state[at.KEPT + k] = state[at.SUM + k]
+    state[at.KEPT + at.KEPT_WAY], state[at.KEPT + at.KEPT_COVERED] = state[at.TRAVEL], state[at.COVERED]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _take(state, array, row, angle, reading):
-    """The same with the triangle and room for a row at hand."""
+    """Take a reading; what became of it, or (negative) why it cannot be taken: then nothing has changed."""
     code = objection(state, angle, reading)
     if code != TAKEN:
         return code
     travel(state, array, angle)
     if int(state[at.SEEN]) % at.RING == 0:
-        _keep_triangle(state)
-    cell = _remember(state, angle, reading)
+        _keep(state, array)
+    cell = remember(state, angle, reading)
     write_row(state, angle, reading, row)
     state[at.INDEX] += 1.0
     state[at.SEEN] += 1.0
-    if state[at.SEEN] > at.RING and _is_wild(state, array, row):
+    left = rotate_if_tame(state, array, row)
+    if left == np.inf:
         state[cell + 2] = 1.0
         state[at.BAD] += 1.0
         state[at.IN_A_ROW] += 1.0
-        if 2.0 * state[at.BAD] <= at.RING:
-            return REFUSED
-        _restart(state)
-        return RESTARTED
+        return MOVED if 2.0 * state[at.BAD] > at.RING else REFUSED
     state[at.IN_A_ROW] = 0.0
-    _fold(state, array, row, 1.0, state[at.TRAVEL])
-    if state[at.SEEN] == at.RING:
-        _end_start(state)
-        return SCREENED if state[at.BAD] > 0.0 else TAKEN
+    note(state, row, 1.0, state[at.TRAVEL])
+    count(state, array, left, 1.0)
+    if int(state[at.SEEN]) % at.RING == 0:
+        return COMPLETE if state[at.SEEN] == at.RING else SHIFTED if has_moved(state, array) else TAKEN
     return TAKEN
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _keep_triangle(state):
-    """Every 30 readings keep the triangle; the older of two is of before any reading in the ring."""
-    block(state, 6, 3)[:] = block(state, 3, 3)
-    block(state, 3, 3)[:] = block(state, 0, 3)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _replay(state, wanted):
-    """Fit anew the readings of a ring that begins at its first cell, those that are wanted and not refused, in their order."""
-    x, y = state[at.CENTER_X], state[at.CENTER_Y]
-    _clear_fit(state)
-    state[at.CENTER_X], state[at.CENTER_Y] = x, y  # the fit before weighs the first few
-    cells, array, row = ring(state), block(state, 0, 3), block(state, 15, 1)[0]
-    for i in range(int(state[at.SEEN])):
-        if wanted[i] and cells[i, 2] == 0.0:
-            write_row(state, cells[i, 0], cells[i, 1], row)
-            weight = np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - cells[i, 3]))
-            _fold(state, array, row, weight, cells[i, 3])
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _end_start(state):
-    """Screen the start, if it is turned so far that the rows tell more than the noise of the readings in them.
-
-    The rows of a spindle that stands explain any reading: none can be refused before the arc GATE_FROM.
-    """
-    if state[at.LIMACON] == 0.0:
-        readings = ring(state)[:, 1]
-        noise = max(np.median(np.abs(readings[1:] - readings[:-1])) / 0.954, state[at.NOISE])
-        state[at.GATE_FROM] = min(np.sqrt(np.sqrt(_SHORT) * noise / state[at.REFERENCE]), _LONG)
-    if state[at.COVERED] >= state[at.GATE_FROM]:
-        _screen(state)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _screen(state):
-    """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
-    cells, array, row = ring(state), block(state, 0, 3), block(state, 15, 1)[0]
-    error = _agreed_errors(state)
-    least = max(state[at.NOISE], _QUIET * state[at.LARGEST])
-    scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * np.median(error), least)
-    core = error <= _CORE * scale + state[at.FORM_GATE]
-    _replay(state, core)
-    for i in range(at.RING):
-        if not core[i]:
-            write_row(state, cells[i, 0], cells[i, 1], row)
-            if _is_wild(state, array, row):
-                cells[i, 2] = 1.0
-                state[at.BAD] += 1.0
-            else:
-                _fold(state, array, row, 1.0, cells[i, 3])
-    _replay(state, np.ones(at.RING, dtype=np.bool_))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _triple(n):
-    """Places in the ring of three readings: one of each third, or neighbours."""
-    if n < 60:
-        first, turn = n % 10, n // 10
-        return first, 10 + (3 * first + turn) % 10, 20 + (7 * first + 2 * turn) % 10
-    first, second, third = 13 * n, 3 + n % 9, 7 + n % 9 + (n // 9) % 5
-    return first % at.RING, (first + second) % at.RING, (first + third) % at.RING
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _agreed_errors(state):
-    """Errors (mm) of the readings about that circle through three of them whose median error is least.
-
-    Of 60 triples each reading is of another third; those of 60 more are 3 to 15 readings apart, so that some miss any 14
-    neighbours that are dusty. These are believed if they agree much better: form would else be told from a circle by them.
-    """
-    cells, least, best = ring(state), np.inf, np.zeros(at.RING)
-    center_x, center_y = state[at.CENTER_X], state[at.CENTER_Y]
-    value, error = np.empty(3), np.empty(at.RING)
-    for n in range(120):
-        _clear_fit(state)
-        array, row = block(state, 0, 3), block(state, 15, 1)[0]
-        for i in _triple(n):
-            write_row(state, cells[i, 0], cells[i, 1], row)
-            rotate(array, row)
-        back(array, 3, value)
-        state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
-        for i in range(at.RING):
-            write_row(state, cells[i, 0], cells[i, 1], row)
-            error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2]) / state[at.RATIO]
-        median = np.median(error)
-        if median < least if n < 60 else _CLOSER * median < least:
-            least = median if n < 60 else _CLOSER * median
-            best[:] = error
-            center_x, center_y = value[1], value[2]
-    state[at.CENTER_X], state[at.CENTER_Y] = center_x, center_y
-    return best
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _restart(state):
-    """The part has moved: begin anew with the latest readings, from where most are refused on; what is known of R stays."""
-    carry_radius(state, True)
-    latest = _since_moved(state)
-    way = state[at.TRAVEL]
-    clear(state)
-    state[at.TRAVEL] = way
-    state[at.RESTARTS] += 1.0
-    number = state[at.INDEX]
-    for i in range(latest.shape[0]):
-        state[at.INDEX] = latest[i, 4]
-        _again(state, latest[i], latest[i - 1] if i > 0 else latest[i])
-    state[at.INDEX] = number
-    if state[at.SEEN] == at.RING:
-        _end_start(state)
-    else:
-        _replay(state, np.ones(at.RING, dtype=np.bool_))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _again(state, cell, before):
-    """Go over a reading of the ring once more: what it covers and where it stands in the ring."""
-    cover(state, way_of(state, cell[0] - before[0]))
-    state[at.TRAVEL] = cell[3]
-    _remember(state, cell[0], cell[1])
-    state[at.SEEN] += 1.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _since_moved(state):
-    """The latest readings from that one on since which refused ones outnumber the others by most; oldest first."""
-    cells, newest = ring(state), int(state[at.SEEN]) - 1
-    best, balance, length = -at.RING, 0, 1
-    for k in range(at.RING):
-        balance += 1 if cells[(newest - k) % at.RING, 2] != 0.0 else -1
-        if balance >= best:
-            best, length = balance, k + 1
-    out = np.empty((length, at.CELL))
-    for k in range(length):
-        out[k] = cells[(newest - length + 1 + k) % at.RING]
-    return out
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def carry_radius(state, moved):
-    """Keep the radius and the noise as known beforehand; when the part has moved, those of some readings before."""
-    if moved:
-        if state[at.SEEN] <= 2.0 * at.RING:
-            return
-        block(state, 0, 3)[:] = block(state, 6, 3)
-    judge(state)
-    # the quantile is in it: what is told by few readings would else be used as if the noise were known
-    reach = state[at.REACH] / known_quantile(state)
-    sd = reach * np.sqrt(state[at.SHAPE]) * state[at.INFLATION] + state[at.FORM_BOUND]
-    if state[at.FREEDOM] < 1.0 or not sd > 0.0 or not _tells_radius(state):
-        return
-    state[at.PRIOR_RADIUS], state[at.PRIOR_SD] = state[at.RADIUS] + state[at.TIP], sd
-    state[at.PRIOR_NOISE], state[at.PRIOR_FREEDOM] = state[at.FIT_NOISE], min(state[at.FREEDOM], 10.0)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _tells_radius(state):
-    """Whether a judged radius comes of the way turned: rows hold the readings, and those of a spindle that stands differ too.
-
-    Noise s in m rows adds m (s/R)^2 to the information 1/shape of the radius. Differences of readings bound s from above.
-    """
-    if not holds_axis(state):
-        return False
-    radius = state[at.RADIUS] + state[at.TIP]
-    noise = np.sqrt(0.5 * state[at.LAG + 15] * state[at.SHAPE]) * state[at.REFERENCE] / radius
-    return state[at.LIMACON] != 0.0 or state[at.COVERED] >= np.pi or noise <= _OWN_NOISE * radius
+def take(state, angle, reading):
+    """Take one reading."""
+    rows = arrays(state)
+    return _take(state, rows[:3], rows[15], angle, reading)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -353,10 +197,11 @@ def run(state, angle, reading, start, until_valid):
 
     Returns how many there were by then, what became of the last, and whether it was wanted and made it so.
     """
-    array, row = block(state, 0, 3), block(state, 15, 1)[0]
+    rows = arrays(state)
+    array, row = rows[:3], rows[15]
     for i in range(start, angle.shape[0]):
         code = _take(state, array, row, angle[i], reading[i])
-        valid = until_valid and code >= TAKEN and valid_now(state)
+        valid = until_valid and code == TAKEN and judge(state, state[at.ARC_MIN])
         if code != TAKEN or valid:
             return i + 1, code, valid
     return angle.shape[0], TAKEN, False

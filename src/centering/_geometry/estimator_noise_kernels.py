@@ -9,16 +9,17 @@ from centering._geometry import estimator_slots as at
 from centering._geometry.estimator_turn_kernels import long_noise, moved_by_form
 
 _TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
+_ROUNDING = 2.3e-16  # of a number; sums of n numbers have errors of some root of n of their size
+_ABOVE_ROUNDING = 100.0  # times the rounding of their differences that squares of residuals must be to tell their correlation
 _SIGNIFICANT = 2.0  # standard deviations from which on a correlation of residuals is believed
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def block(state, first, rows):
-    """Some rows of the arrays at the end of the state."""
+def arrays(state):
+    """The arrays at the end of the state: rows 0 to 2 the triangle, 3 to 8 two older ones, then room."""
     forms = int(state[at.FORMS])
-    wide = 4 + 2 * forms
-    begin = at.TAIL + 2 * forms + 3 * int(state[at.KNOWN]) + first * wide
-    return state[begin : begin + rows * wide].reshape((rows, wide))
+    begin = at.TAIL + 2 * forms + 3 * int(state[at.KNOWN])
+    return state[begin:].reshape((at.ARRAYS, 4 + 2 * forms))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -62,26 +63,35 @@ def known_quantile(state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _differences(state, value):
-    """Sum of squared differences of successive residuals of the fit of the readings alone."""
-    lagged = 0.0
+def differences(state, value):
+    """Sum of squared differences of successive residuals of the fit of the readings alone; how far rounding may make it wrong."""
+    lagged = scale = 0.0
+    k = at.LAG
     for i in range(4):
         left = 1.0 if i == 3 else -value[i]
-        lagged += left * left * state[at.LAG + 5 * i]
-        for j in range(i + 1, 4):
-            lagged += 2.0 * left * (1.0 if j == 3 else -value[j]) * state[at.LAG + 4 * i + j]
-    return lagged
+        for j in range(i, 4):
+            term = left * (1.0 if j == 3 else -value[j]) * state[k]
+            term = term if j == i else 2.0 * term
+            lagged, scale, k = lagged + term, scale + abs(term), k + 1
+    return lagged, _ROUNDING * np.sqrt(state[at.WEIGHT]) * scale
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _correlation(state, lagged):
+def correlation(squares, weight, lagged):
     """Correlation of successive residuals, freed of its bias; 0 unless it is significant."""
-    squares, weight = state[at.SQUARES], state[at.WEIGHT]
-    if squares <= 0.0:
-        return 0.0
     plain = 1.0 - 0.5 * lagged / squares
     rho = plain + (2.0 + 5.0 * plain) / weight
     return min(rho, 0.9999) if rho > _SIGNIFICANT / np.sqrt(weight) else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def inflation_of(state, squares, weight, lagged, rounding):
+    """What correlation makes of the noise, where residuals are so large that it can be told."""
+    least = _TELLING * state[at.NOISE] * state[at.RATIO]
+    if weight <= 4.0 or squares <= weight * least * least or squares <= _ABOVE_ROUNDING * rounding:
+        return 1.0
+    rho = correlation(squares, weight, lagged)
+    return np.sqrt((1.0 + rho) / (1.0 - rho))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -97,13 +107,10 @@ def noise(state):
     Readings that are correlated count for fewer.
     """
     value = np.empty(3)
-    back(block(state, 0, 3), 3, value)
-    lagged = _differences(state, value)
+    back(arrays(state), 3, value)
+    lagged, rounding = differences(state, value)
     weight = state[at.WEIGHT]
-    least = _TELLING * state[at.NOISE] * state[at.RATIO]
-    telling = weight > 4.0 and state[at.SQUARES] > weight * least * least
-    rho = _correlation(state, lagged) if telling else 0.0
-    inflation = np.sqrt((1.0 + rho) / (1.0 - rho))
+    inflation = inflation_of(state, state[at.SQUARES], weight, lagged, rounding)
     freedom = freedom_of(weight, inflation)
     sd = np.sqrt(state[at.SQUARES] / (weight - 3.0 * inflation**2)) if freedom > 0.0 else inf
     return sd, freedom, inflation, lagged

@@ -27,34 +27,26 @@ def write_row(state, angle, reading, row):
         write_lobes(state, c, s, 1.0, row)
         return
     r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
-    part_x, part_y, start = r * c - x, r * s - y, state[at.REFERENCE]
-    distance = np.sqrt(part_x * part_x + part_y * part_y)
-    cosine = (r - (x * c + y * s)) / distance
-    cosine = min(max(cosine, _STEEPEST), 1.0)
-    state[at.RATIO] = min(max(distance / start, LEAST_RATIO), MOST_RATIO)
+    part_x, part_y, along = r * c - x, r * s - y, r - (x * c + y * s)
+    distance, start, per_start = np.sqrt(part_x * part_x + part_y * part_y), state[at.REFERENCE], state[at.PER_REFERENCE]
+    if along > _STEEPEST * distance:
+        cosine, steep = along / distance, distance / along
+    else:
+        cosine, steep = _STEEPEST, 1.0 / _STEEPEST
+    state[at.RATIO] = min(max(distance * per_start, LEAST_RATIO), MOST_RATIO)
     if state[at.FORMS] > 0.0 or state[at.KNOWN] > 0.0:
         part_x, part_y = part_x / distance, part_y / distance
         if state[at.KNOWN] > 0.0:
-            r -= _known_form(state, part_x, part_y) / cosine
-        write_lobes(state, part_x, part_y, 1.0 / cosine, row)
-    inverse = 1.0 / (start * cosine)
-    row[0], row[1], row[2] = 1.0 / cosine, r * c * inverse, r * s * inverse
-    row[3] = 0.5 * (r - start) * (r + start) * inverse
-    _write_bias(state, c, s, cosine, row)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _write_bias(state, c, s, cosine, row):
-    """Write what noise e of the reading adds to the normal equations in the mean, by its square: E[h (target - h value)].
-
-    The reading stands in the row h and in its weight too, so that rows and errors are correlated: with 2 S the residual is
-    e + e^2/(2 S), the derivative of r h is (0, cos, sin) and that of the logarithm of the weight -sin^2(slope)/S.
-    """
-    across = 1.0 / (state[at.REFERENCE] * cosine)
-    share = (2.0 * cosine * cosine - 1.5) * across
-    for i in range(3):
-        state[at.NEW_BIAS + i] = share * row[i]
-    state[at.NEW_BIAS + 3], state[at.NEW_BIAS + 4] = c * across, s * across
+            r -= _known_form(state, part_x, part_y) * steep
+        write_lobes(state, part_x, part_y, steep, row)
+    across = steep * per_start
+    row[0], row[1], row[2] = steep, r * c * across, r * s * across
+    row[3] = 0.5 * (r - start) * (r + start) * across
+    # What noise e of the reading adds to the normal equations in the mean, by its square: E[h (target - h value)]. The reading
+    # stands in the row h and in its weight too, so that rows and errors are correlated: with 2 S the residual is e + e^2/(2 S),
+    # the derivative of r h is (0, cos, sin) and that of the logarithm of the weight -sin^2(slope)/S.
+    state[at.NEW_BIAS] = (2.0 * cosine - 1.5 * steep) * per_start
+    state[at.NEW_BIAS + 1], state[at.NEW_BIAS + 2] = c * across, s * across
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

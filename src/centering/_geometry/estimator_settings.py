@@ -3,6 +3,7 @@
 from math import log1p
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import ndtri, stdtrit
 
 from centering._geometry import estimator_slots as at
@@ -50,3 +51,26 @@ def refusal(code: int, angle: float, reading: float) -> ValueError:
             "angle", "read more often than 8 times a turn; of degrees? then units.deg(angle)", angle, "rad"
         ),
     }[code]
+
+
+def pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Float arrays of one length; what is in them the kernels check."""
+    angles, readings = _floats("angle", angle, "rad"), _floats("reading", reading, "mm")
+    if angles.ndim != 1 or angles.shape != readings.shape:
+        raise ValueError(f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}")
+    return angles, readings
+
+
+def _floats(name: str, values: npt.ArrayLike, unit: str) -> Floats:
+    """A float array, which may hold NaN."""
+    try:
+        return np.ascontiguousarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be numbers ({unit}); got {checks.shown(values)}") from None
+
+
+def flag(name: str, value: object) -> bool:
+    """A value that must be True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be True or False; got {checks.shown(value)}")
+    return bool(value)

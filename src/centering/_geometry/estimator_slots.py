@@ -19,30 +19,39 @@ PRIOR_RADIUS, PRIOR_SD, PRIOR_NOISE, PRIOR_FREEDOM = range(SETTINGS, SETTINGS + 
 """What is known of the radius, tip included (mm; sd 0: nothing), and of the noise from fits before (mm, degrees of freedom)."""
 
 _RUN = PRIOR_FREEDOM + 1
+INDEX, RESTARTS, LAST_ANGLE, SEEN = range(_RUN, _RUN + 4)
+"""Readings ever, restarts, last angle as read (rad); then what `clear` forgets: readings since the (re)start, and on to TAIL."""
 (
-    INDEX, SEEN, USED, RESTARTS, WEIGHT, SQUARES, LARGEST, REFERENCE, CENTER_X, CENTER_Y, LAST_ANGLE, POSITION, TRAVEL, LOW, HIGH,
-    COVERED, WIDENINGS, PATH, MOVES, DIRECTION, LAST_STEP, COARSE, BAD, IN_A_ROW, LAGGED, RATIO,
-) = range(_RUN, _RUN + 26)  # fmt: skip
-"""Readings ever, since the (re)start and used of these, restarts, sum of their weights and of squared residuals (mm^2), largest
-reading and the first (mm, with tip), latest centre (mm), last angle as read, unwrapped angle, way travelled, ends of what was
-seen and how much of it is covered (rad), steps that widened it, way and number of steps that moved, sense of rotation, last step
-(rad), even coarse steps in a row, readings refused in the ring and in a row, whether there is a row before, radius over the first
-reading."""
+    USED, LARGEST, REFERENCE, PER_REFERENCE, CENTER_X, CENTER_Y, POSITION, TRAVEL, LOW, HIGH, COVERED, WIDENINGS, PATH, MOVES,
+    DIRECTION, LAST_STEP, COARSE, BAD, IN_A_ROW, LAGGED, RATIO, QUANTUM, REPEATS, LATEST, GATE_FROM,
+) = range(SEEN + 1, SEEN + 26)  # fmt: skip
+"""Used of these, largest reading and the first (mm, with tip), the inverse of the first, latest centre (mm), unwrapped angle, way
+travelled, ends of what was seen and how much of it is covered (rad), steps that widened it, way and number of steps that moved,
+sense of rotation, last step (rad), even coarse steps in a row, readings refused in the ring and in a row, whether there is a row
+before, radius over the first reading, least step from reading to reading (mm; 0: none), readings equal to the one before, the
+latest (mm), and the arc from which on wild ones are refused (rad)."""
 
-QUANTUM, REPEATS, LATEST, GATE_FROM = range(RATIO + 1, RATIO + 5)
-"""Least step from reading to reading (mm; 0: none), readings equal to the one before, the latest (mm), and the arc from which on
-wild ones are refused (rad)."""
+SUM = GATE_FROM + 1
+WEIGHT, SQUARES, LAG, BIAS = SUM, SUM + 1, SUM + 2, SUM + 12
+"""What is forgotten with the readings: sum of their weights, of squared residuals (mm^2), sums of products of differences of
+successive rows with their targets (upper triangle by rows), and what noise of variance 1 adds to the normal equations, (q, x, y)
+over the square of the ratio, (x, y) over the ratio."""
+SUMS = 17
+"""How many these are."""
+KEPT = SUM + SUMS
+KEPT_WAY, KEPT_COVERED, KEPT_SIZE = SUMS, SUMS + 1, SUMS + 2
+"""The same as they were when the two older triangles were kept, the younger first, each with the way and what was covered."""
+LOOKS, SCATTER, WAITING = range(KEPT + 2 * KEPT_SIZE, KEPT + 2 * KEPT_SIZE + 3)
+LOOK_SIZE = 4
+"""Looks at a window whether the part has moved that are old enough to be compared with, the sum of what they found (mm^2), and
+what the latest two found; of the shorter window, then of the longer."""
 
-LAG = GATE_FROM + 1
-"""Sums of products of differences of successive rows and targets (4, 4); its upper triangle."""
-PREVIOUS = LAG + 16
+PREVIOUS = LOOKS + 2 * LOOK_SIZE
 """The row before, with its target (4)."""
+NEW_BIAS = PREVIOUS + 4
+"""What noise adds by the new row, as in BIAS: (q, x, y) over the row, then (x, y)."""
 
-BIAS, NEW_BIAS = PREVIOUS + 4, PREVIOUS + 9
-"""What noise of variance 1 adds to the normal equations of the rows so far, and of a new row: (q, x, y) over the square of the
-ratio, (x, y) over the ratio."""
-
-_FORM = NEW_BIAS + 5
+_FORM = NEW_BIAS + 3
 (
     BLOCK_BEGIN, TURN_BEGIN, BLOCK_COUNT, TURN_COUNT, TURNS, LOW_SQUARES, FORM_SQUARES, TOLD_COUNT,
 ) = range(_FORM, _FORM + 8)  # fmt: skip

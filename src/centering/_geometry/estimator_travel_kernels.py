@@ -5,8 +5,9 @@ from numba import njit
 
 from centering._geometry import estimator_slots as at
 
-TAKEN, REFUSED, SCREENED, RESTARTED = range(4)
-"""What became of a reading; or of those before, where it completes the start or shows that the part has moved."""
+TAKEN, REFUSED, COMPLETE, MOVED, SHIFTED = range(5)
+"""What became of a reading; or whether it completes the start, or shows that the part has moved: as most of the latest are
+refused, or as the latest differ from those before as a whole."""
 NOT_FINITE, TOO_FAR, COARSE_STEPS, NOT_POSITIVE = -1, -2, -3, -4
 """Why a reading is not taken at all."""
 PIVOT = 1e-13
@@ -81,7 +82,7 @@ def cover(state, step):
     if wider <= 0.0:
         return
     count = state[at.WIDENINGS]
-    if count > 0.0 and wider > max(_GAP * state[at.COVERED] / count, _SMALL_GAP):
+    if wider > _SMALL_GAP and count > 0.0 and wider * count > _GAP * state[at.COVERED]:
         state[at.COVERED] += state[at.COVERED] / count
     else:
         state[at.COVERED] += wider
@@ -92,12 +93,8 @@ def cover(state, step):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _forget(state, array, weight):
     """Let all readings before count for less."""
-    state[at.WEIGHT] *= weight
-    state[at.SQUARES] *= weight
-    for i in range(16):
-        state[at.LAG + i] *= weight
-    for i in range(5):
-        state[at.BIAS + i] *= weight
+    for i in range(at.SUM, at.SUM + at.SUMS):
+        state[i] *= weight
     root = np.sqrt(weight)
     for i in range(3):
         for j in range(i, array.shape[1]):

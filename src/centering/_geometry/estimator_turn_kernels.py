@@ -29,7 +29,7 @@ def _square(state, begin):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def gather(state, row, way):
+def gather(state, h0, h1, h2, target, way):
     """Add a row, not yet weighed, to its block; `way` is what had been travelled by then."""
     if state[at.BLOCK_COUNT] > 0.0 and way - state[at.BLOCK_BEGIN] >= _BLOCK:
         _end_block(state)
@@ -41,8 +41,10 @@ def gather(state, row, way):
         if state[at.TURN_COUNT] == 0.0:
             state[at.TURN_BEGIN] = way
     state[at.BLOCK_COUNT] += 1.0
-    for i in range(4):
-        state[at.BLOCK_SUM + i] += row[i]
+    state[at.BLOCK_SUM] += h0
+    state[at.BLOCK_SUM + 1] += h1
+    state[at.BLOCK_SUM + 2] += h2
+    state[at.BLOCK_SUM + 3] += target
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -67,8 +69,9 @@ def _add_block(state, array):
         x, y = state[at.REFERENCE] * x - state[at.CENTER_X], state[at.REFERENCE] * y - state[at.CENTER_Y]
     _write_waves(state, x, y, vector)
     for i in range(at.SIDE):
-        for j in range(at.SIDE):  # the lower half too: whole rows are faster
-            array[i, j] += vector[i] * vector[j]
+        first = vector[i]
+        for j in range(i // 4 * 4, at.SIDE):  # from the diagonal on, in fours: whole registers
+            array[i, j] += first * vector[j]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -4,9 +4,9 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.estimator_noise_kernels import block, freedom_of, known_quantile, quantile
+from centering._geometry.estimator_noise_kernels import arrays, freedom_of, known_quantile, quantile
 from centering._geometry.estimator_row_kernels import write_lobes
-from centering._geometry.validity_kernels import conclude, form_bound, judge, ratio_of, worst
+from centering._geometry.validity_kernels import conclude, form_bound, ratio_of, worst
 from sdpgrind.identify.kernels import rotate
 
 _STEPS = 90  # of a turn,
@@ -19,15 +19,14 @@ _TURN = 2.0 * np.pi
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def arc_needed(state):
-    """Arc (rad) until the estimate is sure enough, at the noise and density of readings so far; inf when none will do."""
-    if judge(state):
-        return 0.0
+    """Arc (rad) until a judged estimate is sure enough, at the noise and density of readings so far; inf when none will do."""
     if state[at.MOVES] == 0.0 or state[at.USED] < 4.0 or not (state[at.FREEDOM] > 0.0 or state[at.NOISE] > 0.0):
         return turn_needed(state)
     each = _TURN / _STEPS
     usual = state[at.PATH] / state[at.MOVES]
     count = each / usual * state[at.USED] / state[at.SEEN]
-    ahead, row = np.zeros((3, block(state, 0, 3).shape[1])), np.empty(block(state, 0, 3).shape[1])
+    width = arrays(state).shape[1]
+    ahead, row = np.zeros((3, width)), np.empty(width)
     back_to_edge = state[at.HIGH] - state[at.POSITION] if state[at.DIRECTION] > 0.0 else state[at.POSITION] - state[at.LOW]
     covered, before, stride, n = state[at.COVERED] - back_to_edge, ahead.copy(), _STRIDE, 0
     while n < _STEPS:
@@ -77,7 +76,7 @@ def _further_turns(state, turn, count):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _closeness(state, ahead, turns, count):
     """Square of tolerance over band, at the noise and correlation of now, after `count` readings that are `turns` times ahead."""
-    array, row = block(state, 0, 3).copy(), np.empty(ahead.shape[1])
+    array, row = arrays(state)[:3].copy(), np.empty(ahead.shape[1])
     for i in range(3):
         row[:] = ahead[i]
         row[:i] = 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.estimator_noise_kernels import back, block, known_quantile, quantile, write_noise
+from centering._geometry.estimator_noise_kernels import arrays, back, known_quantile, quantile, write_noise
 from sdpgrind.identify.kernels import inverse, rotate
 
 _FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
@@ -104,7 +104,7 @@ def conclude(state, array, room, value, information):
     back(array, 3, value)
     if state[at.PRIOR_SD] > 0.0:
         _with_radius(state, array, value, weighing, room)
-    inverse(array[:, :3], information)
+    inverse(array, information)
     if state[at.LIMACON] == 0.0 and state[at.WEIGHT] > _ENOUGH:
         _without_bias(state, value, information)
 
@@ -142,12 +142,18 @@ def form_bound(state, array):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def judge(state):
-    """Fit all readings with what is known, write value, covariance and band into the state; whether it is sure enough."""
-    if state[at.WEIGHT] <= 0.0:
+def judge(state, least):
+    """Fit all readings with what is known, write value, covariance and band into the state; whether it is sure enough.
+
+    Over an arc of less than `least` (rad) nothing is done: it is not.
+    """
+    if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
         return False
-    array, room = block(state, 9, 3), block(state, 12, 3)
-    array[:] = block(state, 0, 3)
+    rows = arrays(state)
+    array, room = rows[9:12], rows[12:15]
+    for i in range(3):
+        for j in range(i, rows.shape[1]):
+            array[i, j] = rows[i, j]
     value, information = np.empty(3), np.empty((3, 3))
     conclude(state, array, room, value, information)
     ratio = ratio_of(state, value)
@@ -226,9 +232,3 @@ def _write_band(state):
         return False
     # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
     return state[at.COVERED] >= state[at.ARC_MIN] and state[at.FREEDOM] >= 1.0 and state[at.BAND] <= state[at.TOLERANCE]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def valid_now(state):
-    """Whether the estimate is sure enough; over too short an arc nothing is computed."""
-    return state[at.COVERED] >= state[at.ARC_MIN] and judge(state)
