@@ -20,8 +20,17 @@ from hwsim._loop import run
 from hwsim._side_by_side import compare, repeat
 
 if TYPE_CHECKING:
+    from hwsim._courier import Courier
     from hwsim._finishing_study import FinishingStudy, finishing_study
+    from hwsim._links import Link, QueueLink
+    from hwsim._recording import Recording
+    from hwsim._schedule import Schedule, TaskReport
+    from hwsim._scheduler import Scheduler
+    from hwsim._tasks import Task
+    from hwsim._tcp import TcpLink, TcpListener
+    from hwsim._watchdog import Watchdog
     from hwsim.plants._adaptive import AdaptiveGrinder
+    from hwsim.plants._centering import CenteringMachine
     from hwsim.plants._finishing import FinishingCell
     from hwsim.plants._finishing_height import HeightField
     from hwsim.plants._finishing_truth import CellScatter, CellTruth
@@ -38,20 +47,32 @@ __all__ = [
     "AdaptiveGrinder",
     "CellScatter",
     "CellTruth",
+    "CenteringMachine",
     "CoefficientScatter",
+    "Courier",
     "FinishingCell",
     "FinishingStudy",
     "ForceTableStand",
     "GrinderNoise",
     "HeightField",
     "Journal",
+    "Link",
     "Log",
     "Motor",
     "PlungeGrinder",
     "Probe",
     "ProbeErrors",
     "ProbeScan",
+    "QueueLink",
+    "Recording",
     "Ring",
+    "Schedule",
+    "Scheduler",
+    "Task",
+    "TaskReport",
+    "TcpLink",
+    "TcpListener",
+    "Watchdog",
     "WeldBeadStand",
     "check",
     "compare",
@@ -62,11 +83,26 @@ __all__ = [
     "run",
 ]
 
-_STUDIES = {"FinishingStudy": "_finishing_study", "finishing_study": "_finishing_study"}
+_PARTS = {
+    "Courier": "_courier",
+    "FinishingStudy": "_finishing_study",
+    "Link": "_links",
+    "QueueLink": "_links",
+    "Recording": "_recording",
+    "Schedule": "_schedule",
+    "Scheduler": "_scheduler",
+    "Task": "_tasks",
+    "TaskReport": "_schedule",
+    "TcpLink": "_tcp",
+    "TcpListener": "_tcp",
+    "Watchdog": "_watchdog",
+    "finishing_study": "_finishing_study",
+}
 _PLANTS = {
     "AdaptiveGrinder": "_adaptive",
     "CellScatter": "_finishing_truth",
     "CellTruth": "_finishing_truth",
+    "CenteringMachine": "_centering",
     "CoefficientScatter": "_force_table_truth",
     "FinishingCell": "_finishing",
     "ForceTableStand": "_force_table",
@@ -85,8 +121,8 @@ _PLANTS = {
 def __getattr__(name: str) -> Any:
     if name in _PLANTS:
         return getattr(import_module(f"hwsim.plants.{_PLANTS[name]}"), name)
-    if name in _STUDIES:
-        return getattr(import_module(f"hwsim.{_STUDIES[name]}"), name)
+    if name in _PARTS:
+        return getattr(import_module(f"hwsim.{_PARTS[name]}"), name)
     raise AttributeError(f"module 'hwsim' has no attribute {name!r}")
 
 

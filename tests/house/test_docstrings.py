@@ -8,7 +8,7 @@ from house_names import Public, everything
 UNITS = (
     "mm", "mm/s", "mm^2", "mm^3", "mm^3/s", "s", "N", "kg", "rad", "rad/s", "W", "J", "J/mm^3", "$", "$/mm", "1/mm",
     "unit", "units", "Unit", "Units", "probability", "Probability", "probabilities", "ticks", "Ticks", "seconds",
-    "dimensionless", "whole number", "dB",
+    "dimensionless", "whole number", "dB", "ns", "bytes", "Bytes",
 )  # fmt: skip
 UNIT = re.compile(r"(?<![\w.'])(?:" + "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True)) + r")(?![\w])")
 
@@ -17,6 +17,7 @@ NO_QUANTITY = {
     "files": r"\.(save|from_file|from_dataset|dataset|close|path)$|^sdpgrind\.load$",
     "pictures": r"\.plot$",
     "yes or no, status, words": r"\.(ok|done|event|problems|notes|message|convex|zero|tiers|identity|names|hidden_names|policy)$",
+    "a link and who is at its ends": r"\.(closed|reason|tripped|address|attach)$",
     "resetting a state": r"\.reset$",
     "whole structures": r"\.(replace|updated|next|estimate)$",
     "bookkeeping of moves": r"^sdpgrind\.sdp\.Move\.(level_name|levels|lists|choices)$|\.stop_axis$",
