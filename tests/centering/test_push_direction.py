@@ -235,3 +235,29 @@ def test_rows_from_a_travel_on():
         assert math.isclose(remaining(profile.segments, profile.total_time - rows[:, 0].sum()), travel, rel_tol=1e-7)
     back = np.vstack((profile.segments, [[0.01, 0.0, -100.0], [0.01, -1.0, 0.0]]))
     assert len(forward(back)) == len(profile.segments) and len(after(back, 1.0)) == 4
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.floats(0.5, 70.0),
+    st.floats(0.02, 0.4),
+    st.floats(1.0, 1.6),
+    st.floats(0.0, 10.0),
+    st.floats(0.01, 10.0),
+    st.floats(1.0, 83.0),
+    st.floats(-0.8, 0.8),
+)
+def test_any_push_keeps_its_invariants(mass, mu, ratio, w, offset, speed, angle):
+    """The contact never pulls, the tip is where its profile says, and what the table cannot hold does not rest."""
+    model = PRINTED.model.replace(mass=mass, mu_kinetic=mu, mu_static=mu * ratio * (1 + 1e-9))
+    rows = _withdrawn(TipProfile.move(min(offset, 2.0), speed, 2560.0).segments)
+    state = ring_state(offset, angle, 89.5, w)
+    tip = state[at.TIP]
+    for row in rows:
+        push_on_table(model.parameters, 89.5, w, row[None], 2e-5, state)
+        assert state[at.FORCE] >= 0.0 and state[at.WAY] >= state[at.FREE_MAX] >= 0.0
+    assert math.isclose(tip - state[at.TIP], profile_of(rows, 0.0).stroke, abs_tol=1e-9)
+    end = complex(state[at.X], state[at.Y]) * np.exp(-1j * w * rows[:, 0].sum())
+    assert state[at.WAY] >= abs(end - offset * np.exp(1j * angle)) - 1e-3
+    if w * w * math.hypot(state[at.X], state[at.Y]) > model.mu_static * 9807.0:
+        assert state[at.RESTS] == 0.0

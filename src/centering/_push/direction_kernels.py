@@ -145,7 +145,7 @@ def push_on_table(parameters, radius, spindle_speed, segments, step, state):
                     state[RESTS] = 0.0
                 elif gap >= 0.0:
                     fastest = max(v, v + a * left, 0.0) + abs(w) * hypot(state[X], state[Y])
-                    h = min(max(_SHORTEST if closing > 0.0 else step, 0.5 * gap / (fastest + 1e-9)), left)
+                    h = min(max(step if gap > 2.0 * step * closing else _SHORTEST, 0.5 * gap / (fastest + 1e-9)), left)
             if force > 0.0 and state[TOUCH] < 0.0:
                 state[TOUCH] = state[CLOCK]
             if state[RESTS] > 0.5:
