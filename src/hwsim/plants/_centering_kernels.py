@@ -20,7 +20,10 @@ GRAVITY = 9807.0  # mm/s^2
 _NEAR = 0.8  # of the breakaway force: from there on a ring at rest is watched closely
 _FASTEST = 150.0  # mm/s: no tip comes closer faster
 _SPLITS = 60
+_STEPS_MAX = 100_000  # in a piece, beyond 20 times those that an uneventful one takes
 _CLOSE = 1e-12  # s
+_STILL = 1e-6  # mm/s: a ring that is slowed down to this by a damper, for ever, stands
+_SPINNING = 1.0  # mm/s: slower, what holds the spin of a ring does not brake it; faster, it all does
 _ONWARD = 0.3  # cosine: a ring that slides much aside of its way has stopped in between
 
 
@@ -83,7 +86,9 @@ def _slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y):
     speed = np.sqrt(speed_x * speed_x + speed_y * speed_y)
     if speed_x * way_x + speed_y * way_y > _ONWARD * speed:
         way_x, way_y = speed_x / speed, speed_y / speed
-    friction, viscous = cell[slide.COULOMB] * cell[slide.FRICTION], cell[slide.VISCOUS]
+    held = _held(state, cell)
+    held += (1.0 - held) * min(speed / _SPINNING, 1.0)
+    friction, viscous = cell[slide.COULOMB] * cell[slide.FRICTION] * held, cell[slide.VISCOUS]
     pull_x -= friction * way_x + viscous * speed_x
     pull_y -= friction * way_y + viscous * speed_y
     return pull_x / cell[slide.INERTIA], pull_y / cell[slide.INERTIA]
@@ -144,8 +149,9 @@ def _move(state, cell, profile, time, step):
         step = high
         x, y, u, v = _slide_on(state, cell, profile, time, w, z, step)
         onward = u * w + v * z
+    before, after = state[slide.SPEED_X] ** 2 + state[slide.SPEED_Y] ** 2, u * u + v * v
     state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y] = x, y, u, v
-    if onward <= 0.0:
+    if onward <= 0.0 or after < min(before, _STILL * _STILL):
         state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.MOVING] = 0.0, 0.0, 0.0
     return step
 
@@ -222,7 +228,7 @@ def _piece(state, cell, profile, length):
     if _far(state, cell, profile, length):
         state[slide.FORCE] = 0.0
         return length
-    time = 0.0
+    time, steps = 0.0, 0
     touched = _feel(state, cell, profile, 0.0)
     while time < length - _CLOSE:
         if touched and state[slide.SEGMENT] >= 0.0 and state[slide.TOUCHED] == 0.0:
@@ -230,6 +236,9 @@ def _piece(state, cell, profile, length):
                 return time
             state[slide.TOUCHED] = 1.0
         step = min(cell[slide.STEP], length - time)
+        steps += 1
+        if steps > _STEPS_MAX + 20.0 * length / cell[slide.STEP]:
+            raise RuntimeError("a ring that is pushed starts and stops without end: stiffness, damping and friction fit no step")
         moves = state[slide.MOVING] != 0.0
         time += _move(state, cell, profile, time, step) if moves else _wait(state, cell, profile, time, step)
         touched = _feel(state, cell, profile, time)
@@ -247,7 +256,7 @@ def advance(state, cell, profile, until):
             state[slide.SEGMENT] += 1.0
             state[slide.GONE] = 0.0
             if state[slide.SEGMENT] >= profile.shape[0]:
-                state[slide.SEGMENT] = -1.0
+                state[slide.SEGMENT], state[slide.ACCELERATION] = -1.0, 0.0
         if state[slide.ARMED] != 0.0 and slide.time_to(state, cell, state[slide.START]) <= _CLOSE:
             return True
     state[slide.TIME] = until
