@@ -1,0 +1,426 @@
+"""The centering machine: slide, gauges, commands, tasks, outcomes, copies and runs."""
+
+import copy
+from concurrent.futures import ProcessPoolExecutor
+from math import isnan, nan, pi, sqrt
+from multiprocessing import get_context
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from centering_fakes import RADIUS, STILL, Follower, at, center, constant, exact, move, problem, started
+from scipy.integrate import solve_ivp
+
+import hwsim
+from centering._geometry.curve import circle_reading
+from hwsim._log import same
+from hwsim._recording import Recording
+from hwsim._scheduler import Scheduler
+from hwsim._tasks import Task
+from hwsim.plants import _centering_kernels as kernels
+from hwsim.plants import _centering_slide_kernels as slots
+from hwsim.plants._centering import CenteringMachine
+from hwsim.plants._centering_lag import FOLLOWING, MASSES, lag_time, lag_times
+from hwsim.plants._centering_tasks import source_tasks
+from hwsim.plants._probe_errors import ProbeErrors
+
+LOOP = 2 * pi * 825.0
+
+
+def far(**changes):
+    """A part whose ring is out of the way of the slide."""
+    return started(exact(ring=at(1.0), start_gap=20.0, **changes))
+
+
+def slide_of(part):
+    return float(part._state[slots.REFERENCE] + part._state[slots.LAG])
+
+
+# Slide --------------------------------------------------------------------------------------------------------------
+
+
+def test_the_velocity_loop_has_lost_3_db_at_825_hz():
+    """Its own step response, transformed: H(iw) = 1 + iw * integral of (h - 1) e^{-iwt}; closed form 1/sqrt(2) at f_n."""
+    cell = np.zeros(slots.SETTINGS)
+    cell[slots.LOOP], cell[slots.DAMPING] = LOOP, sqrt(0.5)
+    time = np.linspace(0.0, 8e-3, 16_001)
+    step = np.array([slots.loop_at(cell, 0.0, 0.0, 1.0, each)[1] for each in time])
+    gain = 1 + 1j * LOOP * np.trapezoid((step - 1) * np.exp(-1j * LOOP * time), time)
+    assert abs(gain) == pytest.approx(sqrt(0.5), rel=1e-4)
+
+
+@pytest.mark.parametrize("target", [0.5, 60.0, -120.0])
+def test_the_slide_is_that_of_an_integrator_of_its_equations(target):
+    """a' = w^2 (v_set - v) - 2 z w a, the acceleration held at its greatest while that points further out."""
+    part = far()
+    begun = slide_of(part)
+    part.step({"velocity": target}, 0)
+
+    def twin(_, s):
+        jerk = LOOP**2 * (target - s[1]) - 2 * sqrt(0.5) * LOOP * s[2]
+        stuck = abs(s[2]) >= 2560.0 and jerk * s[2] > 0
+        return [s[1], s[2], 0.0 if stuck else jerk]
+
+    def full(_, s):
+        return abs(s[2]) - 2560.0
+
+    def back(_, s):
+        return LOOP * (target - s[1]) - 2 * sqrt(0.5) * s[2]
+
+    full.terminal = back.terminal = True
+    now, state, end = 0.0, np.array([0.0, 0.0, 0.0]), 0.06
+    for event in (full, back, None):
+        done = solve_ivp(twin, (now, end), state, events=event, rtol=1e-10, atol=1e-10, max_step=1e-4)
+        now, state = float(done.t[-1]), done.y[:, -1]
+        if now >= end:
+            break
+    part.move_to(end)
+    assert begun - slide_of(part) == pytest.approx(state[0], abs=1e-6)
+    assert part._state[slots.VELOCITY] == pytest.approx(target, abs=1e-6)
+
+
+def test_the_slide_keeps_to_its_limits_however_it_is_commanded():
+    part, rng = far(), np.random.default_rng(3)
+    speeds, rates, places = [], [], []
+    for k in range(300):
+        part.step({"velocity": float(rng.choice([-500.0, -3.0, 0.0, 40.0, 500.0]))}, 0)
+        if slide_of(part) < RADIUS + 12:
+            part.step({"velocity": -500.0}, 0)
+        part.move_to((k + 1) * 3e-3)
+        speeds.append(part._state[slots.VELOCITY])
+        rates.append(part._state[slots.ACCELERATION])
+        places.append(slide_of(part))
+    assert np.abs(speeds).max() <= 120.0 * (1 + 1e-3) and np.abs(rates).max() <= 2560.0 * (1 + 1e-8)
+    assert np.abs(np.diff(speeds)).max() <= 2560.0 * 3e-3 * (1 + 1e-9)
+    travelled = -np.diff(places)
+    assert np.all(np.abs(travelled) <= np.maximum(np.abs(speeds[:-1]), np.abs(speeds[1:])) * 3e-3 + 2560.0 * 3e-3**2)
+
+
+def test_a_profile_is_followed_to_its_end_and_begins_at_its_angle_inside_a_tick():
+    part = started(exact(ring=at(1.0), start_gap=20.0), 2.0)
+    rows, begun = move(7.5, 250.0 / 3.0), slide_of(part)
+    part.step({"profile": rows, "profile_angle": 0.1001}, 50)  # 0.05005 s
+    assert slide_of(part) == begun and part.step({}, 0)["pushing"] == 0.0
+    part.step({}, 1)
+    assert begun - slide_of(part) == pytest.approx(0.5 * 2560 * (0.051 - 0.05005) ** 2, abs=1e-12)
+    assert part.step({}, 0)["pushing"] == 1.0
+    part.step({}, 122)
+    assert part.step({}, 0)["pushing"] == 0.0  # 0.122552 s
+    assert begun - slide_of(part) == pytest.approx(7.5, abs=1e-9)
+    part.step({}, 100)
+    assert begun - slide_of(part) == pytest.approx(7.5, abs=1e-9)
+
+
+def test_a_profile_that_waits_is_replaced_or_taken_back_and_one_that_runs_is_not():
+    part = started(exact(ring=at(1.0), start_gap=20.0), 2.0)
+    part.step({"profile": move(1.0, 50.0), "profile_angle": 0.2}, 10)
+    part.step({"profile": move(2.0, 50.0), "profile_angle": 0.1}, 10)
+    begun = slide_of(part)
+    part.step({}, 40)
+    part.step({"profile": move(9.0, 50.0), "profile_angle": 0.0}, 200)  # comes while the other runs
+    assert begun - slide_of(part) == pytest.approx(2.0, abs=1e-9) and part.outcome()["pushes"] == 1.0
+    part.step({"profile": move(1.0, 50.0), "profile_angle": 1.0}, 10)
+    part.step({"profile": np.zeros((0, 3))}, 500)
+    assert part.outcome()["pushes"] == 1.0
+    part.step({"profile": move(1.0, 50.0), "profile_angle": 0.3}, 100)  # passed: begins at once
+    assert part.outcome()["pushes"] == 2.0
+
+
+def test_the_spindle_ramps_at_its_acceleration():
+    part = far()
+    part.step({"spindle_speed": 5.0}, 200)
+    assert (part._state[slots.SPEED], part._state[slots.ANGLE]) == pytest.approx((2.0, 0.2), rel=1e-12)
+    part.step({}, 800)
+    assert part._state[slots.SPEED] == 5.0
+    assert part._state[slots.ANGLE] == pytest.approx(1.25 + 2.5, rel=1e-12)
+    part.step({"spindle_speed": 0.0}, 2000)
+    assert part._state[slots.SPEED] == 0.0 and part._state[slots.ANGLE] == pytest.approx(5.0, rel=1e-12)
+
+
+# How late a loaded slide follows ------------------------------------------------------------------------------------
+
+
+def test_the_lag_is_the_least_squares_of_the_source_s_table():
+    table = np.array(FOLLOWING)
+    slopes = [np.linalg.lstsq(table[:, :1] / 60, table[:, k] / 1000, rcond=None)[0][0] for k in (1, 2)]
+    np.testing.assert_allclose(lag_times(), slopes, rtol=1e-12)
+    error = np.outer(table[:, 0] / 60, lag_times()) * 1000 - table[:, 1:]
+    assert np.sqrt((error**2).mean(axis=0)) == pytest.approx([3.45, 13.31], abs=0.01)  # um
+    assert [lag_time(mass) for mass in MASSES] == pytest.approx(lag_times(), rel=1e-12)
+    assert lag_time(0.01) > 0.0
+
+
+def test_a_loaded_slide_lags_by_its_speed_and_arrives_all_the_same():
+    ends = {}
+    for scheduled in (True, False):
+        part = started(exact(ring=at(5.0), start_gap=1e-9, gain_scheduling=scheduled))
+        begun = slide_of(part)
+        part.step({"profile": np.vstack([constant(20.0, 0.1), [[0.01, 20.0, -2000.0]]])}, 99)
+        ends[scheduled] = begun - slide_of(part)
+        part.step({}, 100)
+        assert begun - slide_of(part) == pytest.approx(2.1, abs=1e-9)
+    assert ends[True] == pytest.approx(1.98, abs=1e-9)
+    assert ends[True] - ends[False] == pytest.approx(20.0 * lag_time(18.9), rel=1e-9)  # forty time constants
+
+
+def test_a_slide_that_touches_nothing_does_not_lag():
+    part = far(gain_scheduling=False)
+    begun = slide_of(part)
+    part.step({"profile": constant(20.0, 0.1)}, 50)
+    assert begun - slide_of(part) == pytest.approx(1.0, abs=1e-12)
+
+
+# Gauges -------------------------------------------------------------------------------------------------------------
+
+
+def test_slide_and_probe_together_are_the_reading_while_table_and_slide_move():
+    part = started(exact(ring=at(3.0, 2.0), start_gap=9.0, tip_radius=3.75), 1.0)
+    part.step({"velocity": 2.0}, 0)
+    for _ in range(20):
+        seen = part.step({}, 37)
+        true = circle_reading(seen["angle"], RADIUS, sqrt(13.0), np.arctan2(2.0, 3.0), 3.75)
+        assert seen["slide"] + seen["probe"] == pytest.approx(true, abs=1e-9)
+        assert seen["probe"] < 0.0 and seen["time"] == pytest.approx(seen["angle"], rel=1e-12)
+    assert seen["slide"] == pytest.approx(slide_of(part), abs=1e-12)
+
+
+def test_encoders_and_force_sensor_have_steps_and_ends():
+    part = started(exact(ring=at(5.0), start_gap=1e-9, errors=ProbeErrors(noise_sd=0.0, runout=0.0)), 0.7)
+    seen = part.step({"profile": constant(110.0, 0.02)}, 3)
+    steps = {"angle": 2 * pi / 4000, "slide": 2e-5, "probe": 5e-5, "force": 892 / 4096, "peak_force": 892 / 4096}
+    for name, step in steps.items():
+        assert seen[name] / step == pytest.approx(round(seen[name] / step), abs=1e-6)
+    part.step({}, 10)
+    assert part.step({}, 10)["peak_force"] <= 446.0 and part.outcome()["peak_force"] > 446.0
+
+
+def test_the_peak_is_of_the_time_since_the_sample_before():
+    part = started(exact(ring=at(5.0), start_gap=1e-9))
+    peaks = [part.step({"profile": constant(20.0, 0.05)} if not k else {}, 10)["peak_force"] for k in range(12)]
+    assert max(peaks) == pytest.approx(part.outcome()["peak_force"]) and peaks[0] > 20.0
+    assert peaks[-1] == pytest.approx(part._state[slots.FORCE], abs=1e-9)  # the tip still leans on the ring
+
+
+def test_noise_is_that_of_the_scatter_and_runout_that_of_the_roller():
+    scatter = STILL.__class__(0.0, 0.0, 0.0, 0.0, 3e-4)
+    part = started(exact(ring=at(0.0), scatter=scatter, errors=ProbeErrors(noise_sd=4e-4, runout=0.0)))
+    read = [sum(part.step({}, 1)[name] for name in ("slide", "probe")) for _ in range(3000)]
+    assert np.std(read) == pytest.approx(5e-4, rel=0.04)
+    errors = ProbeErrors(noise_sd=0.0, runout=1.5e-3, counts=0, probe_quantum=0.0, slide_quantum=0.0)
+    part = started(exact(ring=at(0.0), errors=errors, tip_radius=3.75), 1.0)
+    read = [sum(part.step({}, 1)[name] for name in ("slide", "probe")) for _ in range(1000)]
+    assert np.ptp(read) == pytest.approx(3e-3, rel=1e-3)
+
+
+def test_beyond_its_stroke_the_probe_says_nothing():
+    part = started(exact(ring=at(1.0), start_gap=25.01))
+    assert isnan(part.step({}, 0)["probe"])
+    assert part.step({"profile": constant(1.0, 0.1)}, 20)["probe"] == pytest.approx(-24.99)
+
+
+# Tasks --------------------------------------------------------------------------------------------------------------
+
+
+def slow(execution, jitter=0.0, **more):
+    """One task that takes its time."""
+    return Scheduler([Task("control", 0.01, execution_time=execution, jitter=jitter), *more.values()])
+
+
+def test_the_sample_is_taken_at_the_start_and_the_command_takes_effect_at_the_end():
+    part = exact(ring=at(1.0), start_gap=20.0, scheduler=slow(0.004)).start(np.random.default_rng(0))
+    first = part.step({"profile": constant(10.0, 1.0)}, 10)
+    assert first["time"] == 0.01
+    assert part._rig is not None and first["slide"] == pytest.approx(RADIUS + 21.0 - 10.0 * 0.006, abs=1e-9)
+
+
+def test_a_late_start_is_told_by_the_time_of_the_sample():
+    part = exact(ring=at(1.0), start_gap=20.0, scheduler=slow(0.001, jitter=0.005)).start(np.random.default_rng(0))
+    part.step({"profile": constant(10.0, 5.0)}, 10)
+    begun = None
+    for k in range(2, 30):
+        seen = part.step({}, 10)
+        assert k * 0.01 <= seen["time"] < k * 0.01 + 0.005
+        begun = begun or seen["slide"] + 10.0 * seen["time"]
+        assert seen["slide"] + 10.0 * seen["time"] == pytest.approx(begun, abs=1e-9)
+
+
+def test_a_missed_release_is_a_step_that_is_not_made():
+    part = exact(ring=at(1.0), start_gap=20.0, scheduler=slow((0.006, 0.005))).start(np.random.default_rng(1))
+    times = [part.step({}, 10)["time"] for _ in range(200)]
+    assert part.time > 2000 and max(np.diff(times)) >= 0.0199 and part.outcome()["overruns"] > 0
+    assert part.outcome()["worst_response"] > 0.01
+    assert part.time == 10 * (200 + part.outcome()["overruns"])
+
+
+def test_the_model_is_refreshed_when_its_task_was_complete():
+    model = Task("model", 0.03, priority=2, execution_time=0.001)
+    part = exact(ring=at(1.0), scheduler=slow(0.001, model=model)).start(np.random.default_rng(0))
+    assert [part.step({}, 10)["refreshed"] for _ in range(7)] == [1, 0, 0, 1, 0, 0, 1]
+    alone = exact(ring=at(1.0), scheduler=slow(0.001)).start(np.random.default_rng(0))
+    assert alone.step({}, 10)["refreshed"] == 1.0 == started(exact()).step({}, 10)["refreshed"]
+
+
+def test_tasks_of_the_angle_are_released_by_the_spindle():
+    plant = exact(ring=at(1.0), scheduler=source_tasks())
+    part = plant.start(np.random.default_rng(0))
+    part.step({"spindle_speed": 4.0}, 10)
+    while part.time < 2000:
+        part.step({}, 10)
+    turned = 4.0 * (2.0 - 0.2) - 4.0 * 0.0005  # the ramp lasts 0.4 s, and the command takes about half a millisecond
+    released = part._tasks._core.schedule.report["model"].releases
+    assert released == pytest.approx(turned / np.radians(5.0), abs=2)
+    assert part.spindle()[0] == pytest.approx(turned, abs=0.01)
+
+
+def test_a_controller_must_step_with_the_task():
+    class Fast(Follower):
+        period = 0.005
+
+    with pytest.raises(ValueError, match=r"period of the controller must be a whole number of those of the task control, 0\.01"):
+        hwsim.run(CenteringMachine(problem()), Fast())
+
+
+# Outcomes and runs --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def log():
+    return hwsim.run(CenteringMachine(problem(mass=0.8)), Follower(), parts=3, rng=7)
+
+
+def test_a_cycle_is_closed(log):
+    out = log.outcome
+    assert out.pushes.values.tolist() == [2.0] * 3 and out.said_finished.values.tolist() == [1.0] * 3
+    first = np.hypot(out.center_x, out.center_y).values
+    assert np.all((first[:, 0] >= 1.0) & (first[:, 0] <= 10.0))
+    assert np.all(first[:, 1] < first[:, 0]) and out.offset.values == pytest.approx(first[:, 2], rel=1e-12)
+    assert np.all(out.finished.values == (out.offset.values <= 0.0025)) and not out.timed_out.any()
+    assert np.all(out.true_mu_static / out.true_mu_kinetic == pytest.approx(4 / 3)) and out.true_mu_static.values.std() > 0
+    assert out.offset.units == "mm" and out.worst_response.units == "s"
+
+
+def test_it_fits_and_is_drawn(log):
+    assert hwsim.check(CenteringMachine(problem()), Follower())
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    figure = log.plot()
+    assert "0.8 kg" in figure.get_suptitle() and len(figure.axes) == 4
+    pyplot.close(figure)
+
+
+def test_same_seed_same_log_on_any_number_of_workers(log):
+    plant = CenteringMachine(problem(mass=0.8))
+    assert same(log, hwsim.run(plant, Follower(), parts=3, rng=7))
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        assert same(log, hwsim.run(plant, Follower(), parts=3, rng=7, executor=executor))
+
+
+def test_it_is_replayed_from_its_recording(log):
+    for part in range(3):
+        assert hwsim.run(Recording(log, part=part), Follower()).outcome.same.values.tolist() == [1.0]
+    other = hwsim.run(Recording(log), Follower(speed=2.5)).outcome.isel(part=0)
+    assert str(other.difference_name.values) == "spindle_speed" and float(other.commanded) == 2.5
+
+
+def test_controllers_get_the_same_parts():
+    plant = CenteringMachine(problem(mass=0.8))
+    both = hwsim.compare(plant, {"one": Follower(1), "two": Follower(2)}, parts=2, rng=3).outcome
+    for name in ("true_mu_static", "center_x", "center_y"):
+        values = both[name].values if both[name].ndim == 2 else both[name].values[..., 0]
+        np.testing.assert_array_equal(values[0], values[1])
+
+
+def test_a_copy_goes_on_by_itself():
+    part = CenteringMachine(problem(mass=0.8), start_gap=0.5).start(np.random.default_rng(2))
+    part.step({"profile": move(3.0, 40.0), "spindle_speed": 3.0}, 30)
+    other = copy.deepcopy(part)
+    rows = [[each.step({}, 10) for _ in range(20)] for each in (part, other)]
+    assert rows[0] == rows[1] and part.outcome()["offset"] == other.outcome()["offset"]
+
+
+def test_retract_gives_up_and_finished_says_so_and_the_time_runs_out():
+    for command, said in ({"retract": 1.0}, 0.0), ({"retract": 1.0, "finished": 1.0}, 1.0), ({"finished": 1.0}, 1.0):
+        part = started(exact(ring=at(0.002)))
+        part.step({}, 25)
+        part.step(command, 10)
+        outcome = part.outcome()
+        assert part.done and (outcome["said_finished"], outcome["finished"]) == (said, said) and outcome["time"] == 0.025
+    part = started(exact(time_max=0.05))
+    part.step({}, 2**62)
+    assert part.done and part.outcome()["timed_out"] == 1.0 and part.time == 50
+
+
+def test_the_offset_is_told_once_the_ring_lies_still():
+    part = started(exact(ring=at(5.0), start_gap=1e-9))
+    part.step({"profile": constant(80.0, 0.2)}, 10)
+    assert part._state[slots.MOVING] == 1.0
+    moving = center(part)[0]
+    part.step({"retract": 1.0}, 10)
+    assert kernels.settled(part._state) and center(part)[0] < moving - 0.1
+    assert part.outcome()["time"] == 0.01
+
+
+def test_the_truth_is_the_model_or_drawn():
+    of = problem()
+    other = of.model.replace(mu_kinetic=0.1)
+    assert started(exact(of, truth=other)).outcome()["true_mu_kinetic"] == 0.1
+    drawn = exact(of, truth=lambda rng: of.model.replace(mu_kinetic=float(rng.uniform(0.05, 0.15))))
+    assert len({started(drawn, seed=k).outcome()["true_mu_kinetic"] for k in range(3)}) == 3
+    with pytest.raises(TypeError, match=r"truth\(rng\) must be a PushModel; got 3"):
+        started(exact(of, truth=lambda rng: 3))
+
+
+def test_a_controller_for_another_part_is_refused():
+    class Other(Follower):
+        job: ClassVar = {"mass": (5.0, "kg")}
+
+    with pytest.raises(ValueError, match=r"its mass is 5\.0 kg, that of the plant 18\.9 kg"):
+        hwsim.run(CenteringMachine(problem()), Other())
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"problem": 3}, TypeError, r"problem must be a CenteringProblem \(see centering\.preset\); got 3"),
+        ({"start_offset": 90.0}, ValueError, r"start_offset\[0\] must be < the radius of the part = 89\.5 \(mm\); got 90\.0"),
+        ({"start_offset": (3.0, 2.0)}, ValueError, r"start_offset must be of a least and a greatest \(mm\); got \(3\.0, 2\.0\)"),
+        ({"start_offset": (3.0, nan)}, ValueError, r"start_offset\[1\] must be finite \(mm\); got nan"),
+        ({"start_offset": (3.0,)}, ValueError, r"start_offset must be a number or a pair of them \(mm\)"),
+        ({"ring": at(1.0, radius=60.0)}, ValueError, r"radius of ring must be that of the part, 89\.5 \(mm\); got 60\.0"),
+        ({"scatter": 1}, TypeError, r"scatter must be a PushScatter or None; got 1"),
+        ({"errors": 1}, TypeError, r"errors must be a ProbeErrors or None; got 1"),
+        ({"scheduler": 1}, TypeError, r"scheduler must be a Scheduler or None; got 1"),
+        ({"scheduler": Scheduler([Task("data", 0.01)])}, ValueError, r"scheduler must be with a task named control"),
+        ({"tick": 0.003}, ValueError, r"period of the task control must be a whole number of ticks of 3/1000 s \(s\); got 0\.01"),
+        ({"tip_radius": -1.0}, ValueError, r"tip_radius must be >= 0 \(mm\); got -1\.0"),
+        ({"start_gap": 0.0}, ValueError, r"start_gap must be > 0 \(mm\); got 0\.0"),
+        ({"gain_scheduling": 1}, TypeError, r"gain_scheduling must be a bool; got 1"),
+        ({"time_max": 0.0}, ValueError, r"time_max must be > 0 \(s\); got 0\.0"),
+        ({"truth": 1}, TypeError, r"truth must be a PushModel, a function of rng, or None; got 1"),
+    ],
+)
+def test_bad_machines_are_refused(options, error, message):
+    with pytest.raises(error, match=message):
+        CenteringMachine(**{"problem": problem(), **options})
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ({"velocity": nan}, r"velocity must be finite \(mm/s\); got nan"),
+        ({"spindle_speed": -1.0}, r"spindle_speed must be >= 0 \(rad/s\); got -1\.0"),
+        (
+            {"spindle_speed": 20.0},
+            r"spindle_speed must be <= spindle_speed_max = 10\.472; units\.rpm\(20\) for rev/min \(rad/s\)",
+        ),
+        ({"profile": [1.0, 2.0, 3.0]}, r"profile must be of shape \(n, 3\): rows of duration"),
+        ({"profile": [[0.0, 1.0, 0.0]]}, r"profile\[:, 0\] must be durations > 0 \(s\); got 0\.0"),
+        ({"profile": [[1.0, 1.0, nan]]}, r"profile\[2\] must be finite"),
+        ({"profile": [[0.1, 130.0, 0.0]]}, r"profile\[:, 1\] must be speeds <= slide_speed_max = 120 \(mm/s\); got 130\.0"),
+        ({"profile": [[0.1, 0.0, 1300.0]]}, r"profile\[:, 1\] must be speeds <= slide_speed_max = 120 \(mm/s\); got 130\.0"),
+        ({"profile": [[0.01, 0.0, 3e3]]}, r"profile\[:, 2\] must be accelerations <= max_acceleration = 2560 \(mm/s\^2\)"),
+        ({"profile": move(1.0, 10.0), "profile_angle": nan}, r"profile_angle must be finite \(rad\); got nan"),
+    ],
+)
+def test_bad_commands_are_refused(command, message):
+    with pytest.raises(ValueError, match=message):
+        started(exact()).step(command, 10)
