@@ -211,9 +211,9 @@ def test_two_pushes_halve_what_is_not_known():
 
 @pytest.mark.parametrize(("name", "mass"), [("identified", 18.9), ("printed", 0.8), ("printed", 5.0)])
 def test_intervals_hold_elsewhere_too(name, mass):
-    true, _, low, high = parts(preset(name).replace(mass=mass), [HARD, SLOW], 150, 1).transpose(1, 0, 2)
+    true, _, low, high = parts(preset(name).replace(mass=mass), [HARD, SLOW], 100, 1).transpose(1, 0, 2)
     held = np.mean((low <= true) & (true <= high), axis=0)
-    assert np.all(held >= 0.95 - 3 * sqrt(0.95 * 0.05 / 150)), held
+    assert np.all(held >= 0.95 - 3 * sqrt(0.95 * 0.05 / 100)), held
 
 
 def unscented(problem, profile, readings):
