@@ -331,7 +331,7 @@ class CenteringController(CycleBase):
         view, self._before = self._view, None
         travel = Travel.between((x, y), (view.x, view.y), towards=self._aimed)
         if abs(self._beyond) <= _TOLD * self._pushed.aim:  # else the turning table hides what friction did
-            told = max(travel.along - self._beyond, 0.0)
+            told = max(travel.distance - self._beyond, 0.0)
             belief = self.strategy.update_belief(self._friction, self._evidence, self._pushed, told)
             self._friction, self._evidence = belief[0], min(belief[1], _MEMORY)
         if travel.along > _TELLING:

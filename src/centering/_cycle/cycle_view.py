@@ -35,7 +35,7 @@ class PartView:
         self._estimator = GeometryEstimator(
             noise_sd=settings.noise_sd, tip_radius=settings.tip_radius, radius_prior=(radius, settings.radius_sd)
         )
-        self._nominal = radius
+        self._nominal = self.radius = radius
         self._forget()
 
     def reset(self) -> None:
@@ -90,7 +90,7 @@ class PartView:
     @property
     def known(self) -> bool:
         """Whether there is a centre at all, better known than the radius of the part."""
-        return self.sd * _HOLD < self.radius
+        return bool(self.sd * _HOLD < self.radius)
 
     @property
     def turns(self) -> float:
