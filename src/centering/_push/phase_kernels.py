@@ -23,6 +23,8 @@ REST, STICK, SLIP, FREE = 0, 1, 2, 3
 """Modes: apart and at rest; touching and at rest; touching and moving; moving without contact."""
 _SETTLED = 40.0
 """Time constants after which an overdamped part that creeps to a tip at rest has come to rest."""
+_SPARE_TURNS = 4
+"""Stationary points of the force that a swing may have besides one in each half period."""
 
 
 @njit(**_OPTIONS)
@@ -176,21 +178,24 @@ def _slip(law, gap, tip_speed, acceleration, speed, left, peak):
 def _greatest_force(law, motion, rise, left, peak):
     """Greatest force (N) of a swing over a time (s) where that is above `peak`, else `peak`; exact at its stationary points."""
     k, b = law[1], law[2]
-    rising = rise > 0.0
-    while swing_bound(motion, k, b, left) > peak:
-        sign = 1.0 if rising else -1.0
-        changes = swing_change(motion)
-        _, second, third = gap_at(0.0, changes)
-        turn = first_negative(changes, sign * k, sign * b, 0.0, 0.0, max(sign * rise, 0.0), sign * (k * second + b * third), left)
+    sign = 1.0 if rise > 0.0 else -1.0
+    _, second, third = gap_at(0.0, swing_change(motion))
+    slope = sign * (k * second + b * third)
+    for _ in range(_SPARE_TURNS + int(max(motion[7], 0.0) * left / np.pi)):
+        if swing_bound(motion, k, b, left) <= peak:
+            break
+        turn = first_negative(swing_change(motion), sign * k, sign * b, 0.0, 0.0, max(sign * rise, 0.0), slope, left)
         if turn == np.inf:
             break
         motion, left, rise = later_swing(motion, turn), left - turn, 0.0
-        if rising:
+        if sign > 0.0:
             gap, closing, _ = gap_at(0.0, motion)
             peak = max(peak, k * gap + b * closing)
             if motion[7] > 0.0 and left * motion[7] <= np.pi:
                 break  # the next maximum is more than half a period away
-        rising = not rising
+        _, second, third = gap_at(0.0, swing_change(motion))
+        sign = -sign
+        slope = max(sign * (k * second + b * third), 0.0)
     return peak
 
 

@@ -138,5 +138,5 @@ def _finish(law, tip, tip_speed, gap, speed, out, log, sums):
         log[row, 4], log[row, 5], log[row, 6] = 0.0, gap, speed
     _slide(tip - gap, out, sums)
     out[FINAL_POSITION], out[FINAL_SPEED] = tip - gap, speed
-    if sums[_WORK] > 0.0:
-        out[ENERGY_ERROR] = abs(sums[_WORK] - sums[_FRICTION] - 0.5 * law[0] * speed * speed) / sums[_WORK]
+    scale = sums[_WORK] + 0.5 * law[3] * law[3] / law[1]  # with what the contact stores until the part breaks away
+    out[ENERGY_ERROR] = abs(sums[_WORK] - sums[_FRICTION] - 0.5 * law[0] * speed * speed) / scale

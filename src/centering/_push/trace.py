@@ -89,7 +89,11 @@ class PushTrace:
 
     @property
     def energy_balance(self) -> float:
-        """Work of the contact less work of friction and motion left, over work of contact; dimensionless, by quadrature."""
+        """Residual of the energy balance, by quadrature of force times speed, dimensionless.
+
+        Work of the contact less work of friction less motion left, over the work of the contact and what the contact stores until
+        the part breaks away.
+        """
         return float(self.summary[5])
 
     @property
