@@ -19,12 +19,27 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from centering._cycle.controller import CenteringController
+    from centering._cycle.correction import StrokeCorrection
+    from centering._cycle.following import FollowingGains, FollowingLimits, tune_following
+    from centering._cycle.plan import plan
+    from centering._cycle.printed_controller import PrintedController
+    from centering._cycle.settings import CycleSettings
+    from centering._cycle.states import CycleState
+    from centering._cycle.strategy import Choice, Strategy
+    from centering._cycle.strategy_record import CenteringRuns
+    from centering._friction.bristle_laws import DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
+    from centering._friction.drift import FrictionTrace, friction_drift, simulate_friction
+    from centering._friction.estimator import FrictionEstimator, identify_friction
+    from centering._friction.laws import CoulombFriction, StribeckFriction, ViscousFriction
+    from centering._friction.printed import PrintedFriction
+    from centering._friction.turning import turning_profile
     from centering._geometry.curve import circle_derivatives, circle_reading, radial_position
     from centering._geometry.estimate import CircleEstimate
     from centering._geometry.estimator import GeometryEstimator
     from centering._geometry.fit import fit_circle
     from centering._geometry.form import form_gain
-    from centering._geometry.identify import identify
+    from centering._geometry.identify import identify_circle
     from centering._geometry.limacon import (
         corrected_radius,
         limacon_bias,
@@ -45,6 +60,38 @@ if TYPE_CHECKING:
     from centering._handover.chatter import ChatterBand, ChatterCheck, chatter_check
     from centering._handover.drift import DriftTrack
     from centering._handover.stock import Stock
+    from centering._identify import identify
+    from centering._push.direction import Touch, plan_touch
+    from centering._push.free_slide import FreeSlideTable, free_slide_table
+    from centering._push.gentle import gentle_profile, tap_profile
+    from centering._push.impact import (
+        FreeSlide,
+        contact_stiffness,
+        energy_balance_speed,
+        free_slide,
+        mass_ratio,
+        restitution,
+        sliding_speed,
+    )
+    from centering._push.lead import rim_advance
+    from centering._push.limits import (
+        RimMotion,
+        SpeedLimit,
+        closing_distance,
+        max_rim_slope,
+        rim_motion,
+        spindle_acceleration_limit,
+        spindle_speed_limit,
+    )
+    from centering._push.model import Part, PushModel
+    from centering._push.presets import preset, presets
+    from centering._push.problem import CenteringLimits, CenteringProblem, PushScatter
+    from centering._push.profile import TipProfile
+    from centering._push.push import Push, plan_push
+    from centering._push.reaction import simulate_pushes
+    from centering._push.sliding import Launch, RingFriction, Slide, launch_for, ring_friction, slide_to_rest
+    from centering._push.timing import Stop, move_peak, move_time, stopping
+    from centering._push.trace import PushTrace, simulate_push
     from centering._roundness.circles import reference_circle
     from centering._roundness.profile import Profile
     from centering._roundness.roundness import Roundness
@@ -54,43 +101,114 @@ if TYPE_CHECKING:
 __all__ = [
     "Allowance",
     "BothRules",
+    "CenteringController",
+    "CenteringLimits",
+    "CenteringProblem",
+    "CenteringRuns",
     "Changeover",
     "ChartLimits",
     "ChartSignal",
     "ChatterBand",
     "ChatterCheck",
+    "Choice",
     "CircleEstimate",
     "ControlChart",
+    "CoulombFriction",
+    "CycleSettings",
+    "CycleState",
+    "DahlFriction",
     "DriftAlarm",
     "DriftTrack",
+    "ElastoPlasticFriction",
+    "FollowingGains",
+    "FollowingLimits",
+    "FreeSlide",
+    "FreeSlideTable",
+    "FrictionEstimator",
+    "FrictionTrace",
     "GeometryEstimator",
+    "Launch",
+    "LuGreFriction",
     "MeasuringController",
+    "Part",
+    "PrintedController",
     "PrintedEstimator",
+    "PrintedFriction",
     "PrintedHistory",
     "Profile",
+    "Push",
+    "PushModel",
+    "PushScatter",
+    "PushTrace",
     "ResidualChecks",
+    "RimMotion",
+    "RingFriction",
     "Roundness",
     "Runout",
+    "Slide",
     "Spectrum",
+    "SpeedLimit",
     "Stock",
+    "Stop",
+    "Strategy",
+    "StribeckFriction",
+    "StrokeCorrection",
+    "TipProfile",
+    "Touch",
+    "ViscousFriction",
     "best_allowance",
     "chatter_check",
     "circle_derivatives",
     "circle_reading",
+    "closing_distance",
+    "contact_stiffness",
     "corrected_radius",
+    "energy_balance_speed",
     "fit_circle",
     "form_gain",
+    "free_slide",
+    "free_slide_table",
+    "friction_drift",
+    "friction_law",
+    "gentle_profile",
     "identify",
+    "identify_circle",
+    "identify_friction",
+    "launch_for",
     "limacon_bias",
     "limacon_radius",
     "limacon_reading",
     "limacon_wave",
     "linear_gauge_offset",
+    "mass_ratio",
+    "max_rim_slope",
+    "move_peak",
+    "move_time",
+    "plan",
     "plan_changeover",
+    "plan_push",
+    "plan_touch",
     "plot_centers",
+    "preset",
+    "presets",
     "radial_position",
     "reference_circle",
     "residual_checks",
+    "restitution",
+    "rim_advance",
+    "rim_motion",
+    "ring_friction",
+    "simulate_friction",
+    "simulate_push",
+    "simulate_pushes",
+    "slide_to_rest",
+    "sliding_speed",
+    "spindle_acceleration_limit",
+    "spindle_speed_limit",
+    "stopping",
+    "tap_profile",
+    "tune_following",
+    "turning_profile",
 ]
 
 _MODULES = {
@@ -101,7 +219,7 @@ _MODULES = {
     "GeometryEstimator": "_geometry.estimator",
     "fit_circle": "_geometry.fit",
     "form_gain": "_geometry.form",
-    "identify": "_geometry.identify",
+    "identify_circle": "_geometry.identify",
     "corrected_radius": "_geometry.limacon",
     "limacon_bias": "_geometry.limacon",
     "limacon_radius": "_geometry.limacon",
@@ -114,6 +232,11 @@ _MODULES = {
     "PrintedHistory": "_geometry.printed",
     "ResidualChecks": "_geometry.residuals",
     "residual_checks": "_geometry.residuals",
+    "reference_circle": "_roundness.circles",
+    "Profile": "_roundness.profile",
+    "Roundness": "_roundness.roundness",
+    "Runout": "_roundness.runout",
+    "Spectrum": "_roundness.spectrum",
     "DriftAlarm": "_handover.alarm",
     "Allowance": "_handover.allowance",
     "best_allowance": "_handover.allowance",
@@ -128,11 +251,77 @@ _MODULES = {
     "chatter_check": "_handover.chatter",
     "DriftTrack": "_handover.drift",
     "Stock": "_handover.stock",
-    "reference_circle": "_roundness.circles",
-    "Profile": "_roundness.profile",
-    "Roundness": "_roundness.roundness",
-    "Runout": "_roundness.runout",
-    "Spectrum": "_roundness.spectrum",
+    "Touch": "_push.direction",
+    "plan_touch": "_push.direction",
+    "FreeSlideTable": "_push.free_slide",
+    "free_slide_table": "_push.free_slide",
+    "gentle_profile": "_push.gentle",
+    "tap_profile": "_push.gentle",
+    "FreeSlide": "_push.impact",
+    "contact_stiffness": "_push.impact",
+    "energy_balance_speed": "_push.impact",
+    "free_slide": "_push.impact",
+    "mass_ratio": "_push.impact",
+    "restitution": "_push.impact",
+    "sliding_speed": "_push.impact",
+    "rim_advance": "_push.lead",
+    "RimMotion": "_push.limits",
+    "SpeedLimit": "_push.limits",
+    "closing_distance": "_push.limits",
+    "max_rim_slope": "_push.limits",
+    "rim_motion": "_push.limits",
+    "spindle_acceleration_limit": "_push.limits",
+    "spindle_speed_limit": "_push.limits",
+    "Part": "_push.model",
+    "PushModel": "_push.model",
+    "preset": "_push.presets",
+    "presets": "_push.presets",
+    "CenteringLimits": "_push.problem",
+    "CenteringProblem": "_push.problem",
+    "PushScatter": "_push.problem",
+    "TipProfile": "_push.profile",
+    "Push": "_push.push",
+    "plan_push": "_push.push",
+    "simulate_pushes": "_push.reaction",
+    "Launch": "_push.sliding",
+    "RingFriction": "_push.sliding",
+    "Slide": "_push.sliding",
+    "launch_for": "_push.sliding",
+    "ring_friction": "_push.sliding",
+    "slide_to_rest": "_push.sliding",
+    "Stop": "_push.timing",
+    "move_peak": "_push.timing",
+    "move_time": "_push.timing",
+    "stopping": "_push.timing",
+    "PushTrace": "_push.trace",
+    "simulate_push": "_push.trace",
+    "DahlFriction": "_friction.bristle_laws",
+    "ElastoPlasticFriction": "_friction.bristle_laws",
+    "LuGreFriction": "_friction.bristle_laws",
+    "friction_law": "_friction.bristle_laws",
+    "FrictionTrace": "_friction.drift",
+    "friction_drift": "_friction.drift",
+    "simulate_friction": "_friction.drift",
+    "FrictionEstimator": "_friction.estimator",
+    "identify_friction": "_friction.estimator",
+    "CoulombFriction": "_friction.laws",
+    "StribeckFriction": "_friction.laws",
+    "ViscousFriction": "_friction.laws",
+    "PrintedFriction": "_friction.printed",
+    "turning_profile": "_friction.turning",
+    "CenteringController": "_cycle.controller",
+    "StrokeCorrection": "_cycle.correction",
+    "FollowingGains": "_cycle.following",
+    "FollowingLimits": "_cycle.following",
+    "tune_following": "_cycle.following",
+    "plan": "_cycle.plan",
+    "PrintedController": "_cycle.printed_controller",
+    "CycleSettings": "_cycle.settings",
+    "CycleState": "_cycle.states",
+    "Choice": "_cycle.strategy",
+    "Strategy": "_cycle.strategy",
+    "CenteringRuns": "_cycle.strategy_record",
+    "identify": "_identify",
 }  # compiled loops and tables bring their libraries along: imported when first used
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import hwsim
 from centering._geometry.curve import circle_reading
-from centering._geometry.identify import identify
 from centering._geometry.limacon import corrected_radius, limacon_radius, limacon_reading
+from centering._identify import identify
 from sdpgrind.identify import Status
 
 RADIUS, OFFSET, PHI = 61.9, 26.4, 0.7
@@ -143,7 +143,7 @@ def test_status_instead_of_an_error():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: identify((TURN, READ), "sphere"), r"what must be one of circle; got 'sphere'"),
+        (lambda: identify((TURN, READ), "sphere"), r"what must be one of circle, friction; got 'sphere'"),
         (lambda: identify((TURN, READ), method="taubin"), r"method must be one of exact, limacon, printed; got 'taubin'"),
         (lambda: identify((TURN, READ), method="limacon", loss="huber"), r"loss must be 'linear' for method 'limacon'; got"),
         (

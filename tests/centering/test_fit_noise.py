@@ -12,8 +12,8 @@ from centering._geometry.curve import circle_derivatives, circle_reading
 from centering._geometry.estimator import GeometryEstimator
 from centering._geometry.fit import fit_circle
 from centering._geometry.fit_noise import step_noise, travel_of
-from centering._geometry.identify import identify
 from centering._geometry.residuals import residual_checks
+from centering._identify import identify
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
 TRUE = np.array([RADIUS, OFFSET * np.cos(PHI), OFFSET * np.sin(PHI)])

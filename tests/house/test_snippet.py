@@ -154,6 +154,29 @@ stock = centering.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004,
 centering.plan_changeover(profile, stock, finish_radius=61.9, gap=0.010, approach_rate=units.mm_per_min(1.56))   # position, time saved, probability of contact
 """  # noqa: E501 as it is written
 
+PUSHES = """
+import centering, hwsim
+from sdpgrind import units
+
+problem = centering.preset("printed").replace(part=centering.Part(mass=18.9, radius=89.5), tolerance=0.0025)   # or "identified"
+push = centering.plan_push(problem, offset=1.0, follow_gap=7.928, spindle_speed=units.rpm(20), push_speed=10.0)
+push.lead_angle, push.stroke, push.time                                   # exact direction on the turning table
+trace = push.simulate(); trace.peak_force, trace.free_slide, trace.energy_balance; trace.plot()
+
+friction = centering.FrictionEstimator(problem); friction.update(trace)   # recursive, from force, slide and stop position
+problem = problem.updated(friction.estimate)
+
+strategy = centering.plan(problem, spindle_speed="scheduled")             # an sdp policy over offset and friction belief
+strategy.plot(); strategy.save("strategy.nc")
+ours = centering.CenteringController(strategy)
+source = centering.PrintedController(problem)                             # energy balance + free-sliding rules + discrete correction
+
+machine = hwsim.CenteringMachine(problem)
+log = hwsim.run(machine, ours, rng=0); log.outcome                        # time, pushes, final offset, finished
+hwsim.compare(machine, {"source": source, "ours": ours}, parts=50, rng=0).plot()
+hwsim.run(hwsim.Recording(log), ours)                                     # replay: the same commands, or the first difference
+"""  # noqa: E501 as it is written
+
 
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
@@ -238,6 +261,17 @@ def test_the_tour_of_centering_runs_as_written(elsewhere):
     assert names["clean"].roundness("MZC").value < names["clean"].roundness("LSC").value < 6e-3
     assert sdpgrind.load("ring.nc") == names["clean"]
     assert [path.name for path in elsewhere.iterdir()] == ["ring.nc"]
+
+
+@pytest.mark.filterwarnings("ignore:.*tolerance.*:UserWarning")  # the heavy part cannot be moved as finely by a slow push
+def test_the_tour_of_a_centering_machine_runs_as_written(elsewhere):
+    import sdpgrind
+
+    names: dict = {}
+    exec(compile(PUSHES, "pushes", "exec"), names)
+    assert sdpgrind.load("strategy.nc") == names["strategy"]
+    assert names["log"].outcome.finished[0] == 1 and names["log"].outcome.offset[0] <= 0.0025  # mm
+    assert [path.name for path in elsewhere.iterdir()] == ["strategy.nc"]
 
 
 def test_the_tour_tells_the_truth(elsewhere):

@@ -22,9 +22,8 @@ NEAR = 0.01
 _UNITS = {"angle": "rad", "reading": "mm"}
 
 
-def identify(
+def identify_circle(
     data: Any,
-    what: str = "circle",
     *,
     tip_radius: float = 0.0,
     loss: str = "linear",
@@ -36,7 +35,7 @@ def identify(
     part: int | None = None,
     throw: bool = True,
 ) -> CircleEstimate:
-    """Estimate from what was measured: radius and centre of an offset circle.
+    """Estimate radius and centre of an offset circle from what was measured.
 
     ========== ================================================================================================================
     `method`   what is fitted
@@ -52,8 +51,6 @@ def identify(
     data : pair of arrays, mapping of arrays, scan, or log
         Spindle angle (rad) and reading (mm): (angle, reading), or by these names (also attributes, as of a scan), or a log whose
         table "probe" has them. Of scans and logs rows without a reading are left out.
-    what : {"circle"}
-        What is wanted.
     tip_radius : float
         Radius of the probe's tip, mm, >= 0.
     loss : {"linear", "huber", "soft_l1"}
@@ -95,13 +92,12 @@ def identify(
     >>> angle = np.radians(np.arange(0, 360))
     >>> reading = 26.4 * np.cos(angle) + np.sqrt(61.9**2 - (26.4 * np.sin(angle)) ** 2)
     >>> for method in ("exact", "limacon", "printed"):
-    ...     circle = identify((angle, reading), "circle", method=method)
+    ...     circle = identify_circle((angle, reading), method=method)
     ...     print(method, round(circle.radius, 3), round(circle.offset, 3))
     exact 61.9 26.4
     limacon 58.981 26.4
     printed 61.753 26.4
     """
-    checks.one_of("what", what, ("circle",))
     angle, reading = _pair(data, part)
     if checks.one_of("method", method, METHODS) == "exact":
         known: dict[str, Any] = {"radius_prior": radius_prior, "noise_sd": noise_sd, "harmonics": harmonics}
@@ -204,7 +200,7 @@ def _warn_of_bias(fitted: CircleEstimate, angle: Floats, reading: Floats) -> Non
         circle = fits.fit_circle(angle, reading, tip_radius=fitted.tip_radius, throw=False)
         size = _bias(circle, angle) if circle.ok else size
     text = f"a limacon fitted to less than whole even turns has a bias {size}: method 'exact' has none"
-    warnings.warn(text, UserWarning, stacklevel=3)
+    warnings.warn(text, UserWarning, stacklevel=4)
 
 
 def _bias(circle: CircleEstimate, angle: Floats) -> str:
