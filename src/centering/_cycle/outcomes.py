@@ -179,7 +179,7 @@ def simulated(
     """Return the table of a model, simulated push by push; strokes up to `longest` mm, `acceleration` of the slide mm/s^2."""
     first = 0.3 * min(model.breakaway_force / model.contact_stiffness, longest)
     count = int(np.ceil(np.log(longest / first) / np.log(_STEP))) + 1
-    strokes = first * _STEP ** np.arange(count)
+    strokes: Floats = np.asarray(first * _STEP ** np.arange(count))
     work = partial(_rows, model, strokes, acceleration)
     found = []
     for at in range(0, len(kinds), 2 if executor is None else len(kinds)):

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from centering._cycle.outcomes import default_kinds, simulated
+from centering._cycle.outcomes import PushKind, default_kinds, simulated
 from centering._cycle.strategy import Strategy
-from centering._cycle.strategy_moves import FRACTIONS, FRICTIONS, OFFSETS, Ground, finish_offset, moves, offset_axis
+from centering._cycle.strategy_moves import FRACTIONS, Ground, Size, finish_offset, moves, offset_axis
 from centering._cycle.strategy_timing import CycleTiming, table_speeds
 from centering._push.problem import CenteringProblem
 from sdpgrind import sdp
@@ -77,29 +77,35 @@ def plan(
     if problem.quantum_note:
         warnings.warn(problem.quantum_note, stacklevel=2)
     tell = progress if progress is not None else TerminalLine()
-    ground = prepared(problem, spindle_speed, executor, tell)
-    return Strategy(problem, ground.outcomes, ground.timing, ground.speeds, solve(ground, executor, tell))
+    return solved(
+        prepared(problem, spindle_speed, default_kinds(problem.limits.push_speed_max), Size(), executor, tell), executor, tell
+    )
 
 
-def prepared(problem: CenteringProblem, spindle_speed: str | float, executor: Executor | None, tell: Progress) -> Ground:
-    """Simulate the pushes of a problem, and fix table speeds."""
-    finish = finish_offset(problem)
-    axis = offset_axis(problem, finish)
-    limits = problem.limits
+def prepared(
+    problem: CenteringProblem,
+    spindle_speed: str | float,
+    kinds: tuple[PushKind, ...],
+    size: Size,
+    executor: Executor | None,
+    tell: Progress,
+) -> Ground:
+    """Simulate the kinds of push, and fix table speeds."""
+    axis = offset_axis(problem, size.offsets)
     outcomes = simulated(
         problem.model,
-        default_kinds(limits.push_speed_max),
+        kinds,
         longest=1.3 * axis.high,
-        acceleration=limits.max_acceleration,
+        acceleration=problem.limits.max_acceleration,
         executor=executor,
         tell=lambda share, text: tell(_SHARES[1] * share, text),
     )
     offsets = np.geomspace(axis.low, axis.high, axis.nodes)
-    return Ground(problem, outcomes, CycleTiming(), table_speeds(problem, offsets, spindle_speed), finish)
+    return Ground(problem, outcomes, CycleTiming(), table_speeds(problem, offsets, spindle_speed), finish_offset(problem), size)
 
 
-def solve(ground: Ground, executor: Executor | None, tell: Progress) -> tuple[Floats, Floats, Floats]:
-    """Return value (s), kind and share of the offset [pushes seen, offset, friction]: first the settled belief, then backward."""
+def solved(ground: Ground, executor: Executor | None, tell: Progress) -> Strategy:
+    """Work out the strategy: first with a belief that no longer narrows, then backward to the first push."""
     given_up = sdp.Stop("given up", _given_up, allowed=_no_more)
     further = max(1, ground.problem.pushes_max - SETTLED)
     settled = sdp.plan(
@@ -113,7 +119,7 @@ def solve(ground: Ground, executor: Executor | None, tell: Progress) -> tuple[Fl
         executor=executor,
         progress=lambda share, text: tell(_SHARES[2] + (1 - _SHARES[2]) * share, "the first pushes"),
     )
-    return _joined(settled, first)
+    return Strategy(ground.problem, ground.outcomes, ground.timing, ground.speeds, _joined(ground.size, settled, first))
 
 
 class _Settled:
@@ -135,9 +141,9 @@ def _no_more(s: Any) -> Any:
     return s.unseen < 0.5
 
 
-def _joined(settled: sdp.Policy, first: sdp.Policy) -> tuple[Floats, Floats, Floats]:
+def _joined(size: Size, settled: sdp.Policy, first: sdp.Policy) -> tuple[Floats, Floats, Floats]:
     """Value, kind and share [pushes seen, offset, friction] of both policies."""
-    shape = (SETTLED + 1, OFFSETS, FRICTIONS)
+    shape = (SETTLED + 1, *size)
     tables = [first.table, settled.table]
     rows = [(0, SETTLED - n) for n in range(SETTLED)] + [(1, -1)]
     value, kind, entry = (np.stack([getattr(tables[t], name)[row, 0] for t, row in rows]) for name in ("value", "best", "entry"))

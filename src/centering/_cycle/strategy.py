@@ -60,6 +60,19 @@ class Strategy:
     The friction ratio is the part's friction over that of the model; the belief about it has a mean, which is looked up, and a
     standard deviation, which the number of pushes seen tells.
 
+    Parameters
+    ----------
+    problem : CenteringProblem
+        What was planned for.
+    outcomes : OutcomeTable
+        What its pushes do, mm.
+    timing : CycleTiming
+        What a cycle takes besides pushes, s and rad.
+    speeds : array, (offsets,)
+        Table speeds at the nodes of the offset, rad/s.
+    table : tuple of array, (pushes, offsets, frictions)
+        Expected time (s), number of the best kind of push, and wanted mean travel over offset.
+
     Attributes
     ----------
     problem : CenteringProblem
@@ -87,10 +100,11 @@ class Strategy:
         self.problem, self.outcomes, self.timing = problem, outcomes, timing
         self.kinds, self.finish = outcomes.kinds, finish_offset(problem)
         self._speeds = np.ascontiguousarray(speeds)
+        self._table = table
         self._value, self._kind, self._share = (np.ascontiguousarray(x) for x in table)
         self.belief = FrictionBelief.of(problem.scatter)
         self._settled = self._value.shape[0] - 1
-        self._axes = packed_axes(offset_axis(problem, self.finish), friction_axis(problem))
+        self._axes = packed_axes(offset_axis(problem, self._value.shape[1]), friction_axis(problem, self._value.shape[2]))
         self._outcomes = (outcomes.travel, outcomes.mean_travel, outcomes.last, outcomes.grid)
 
     # -- looking up ------------------------------------------------------------------------------------------------
@@ -254,6 +268,12 @@ class Strategy:
         from centering._cycle.strategy_picture import plot
 
         return plot(self)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Strategy) and bool(self.dataset.identical(other.dataset))
+
+    def __hash__(self) -> int:
+        return hash((self._value.tobytes(), self._share.tobytes()))
 
     def __repr__(self) -> str:
         part = self.problem.model.part

@@ -1,7 +1,7 @@
 """The push sequence as a problem of `sdpgrind.sdp`: offset and friction belief, moved by the same draw."""
 
 import dataclasses
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -21,17 +21,20 @@ FRACTIONS = np.array(
 """Mean travels that are tried, as shares of the offset; the large ones are for pushes over the axis and back."""
 WORTH = 0.65
 """Evidence of a push in pushes that show their friction fully: about the mean of what `Strategy.update_belief` finds."""
-OFFSETS = 128
-"""Nodes of the offset."""
 DRAWS = 101
 """Draws of friction, direction and place of a push."""
-_LATTICE = (1, 40, 12)
-FRICTIONS = 7
-"""Nodes of the believed friction ratio."""
+_LATTICE = (1, 26, 40)
 _SIGMAS = 3.0  # how far the axis of the friction ratio reaches, in standard deviations from part to part
 _BEYOND = 1.5  # greatest offset of the table over that of the problem
 _SURE = 1.5  # standard deviations of a measured offset that are kept from the tolerance
 _MIDDLE = 0.5  # least share of the tolerance at which a part counts as centred, however badly it is measured
+
+
+class Size(NamedTuple):
+    """How fine a strategy is worked out: nodes of the offset and of the believed friction ratio."""
+
+    offsets: int = 128
+    frictions: int = 7
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,6 +46,7 @@ class Ground:
     timing: CycleTiming
     speeds: Floats
     finish: float
+    size: Size
 
     @property
     def belief(self) -> FrictionBelief:
@@ -52,7 +56,7 @@ class Ground:
     @property
     def axes(self) -> tuple[sdp.Axis, sdp.Axis]:
         """Offset and friction ratio."""
-        return offset_axis(self.problem, self.finish), friction_axis(self.problem)
+        return offset_axis(self.problem, self.size.offsets), friction_axis(self.problem, self.size.frictions)
 
 
 def finish_offset(problem: CenteringProblem) -> float:
@@ -60,15 +64,16 @@ def finish_offset(problem: CenteringProblem) -> float:
     return problem.tolerance - min(_SURE * problem.scatter.measuring_sd, _MIDDLE * problem.tolerance)
 
 
-def offset_axis(problem: CenteringProblem, finish: float) -> sdp.Axis:
+def offset_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
     """Axis of the offset: done at its low end."""
-    return sdp.Axis("offset", finish, _BEYOND * problem.offset_max, OFFSETS, "mm", scale="log", below=0.0, above="hold")
+    high = _BEYOND * problem.offset_max
+    return sdp.Axis("offset", finish_offset(problem), high, nodes, "mm", scale="log", below=0.0, above="hold")
 
 
-def friction_axis(problem: CenteringProblem) -> sdp.Axis:
+def friction_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
     """Axis of the believed friction ratio."""
     reach = max(_SIGMAS * problem.scatter.friction_part_sd, 0.01)
-    return sdp.Axis("friction", max(0.6, 1 - reach), min(1.4, 1 + reach), FRICTIONS, "", below="hold", above="hold")
+    return sdp.Axis("friction", max(0.6, 1 - reach), min(1.4, 1 + reach), nodes, "", below="hold", above="hold")
 
 
 def packed_axes(offset: sdp.Axis, friction: sdp.Axis) -> tuple[float, float, int, float, float, int]:

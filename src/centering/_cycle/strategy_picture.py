@@ -65,7 +65,7 @@ def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
 
 def _draw_belief(ax: Any, strategy: "Strategy") -> None:
     """How a belief narrows: standard deviation of the next push's friction."""
-    pushes = np.arange(10)
+    pushes = range(10)
     belief = strategy.belief
     ax.plot(pushes, [100 * belief.sd(n) for n in pushes], "o-", color="#08519c", label="friction of the part")
     ax.plot(pushes, [100 * belief.next_sd(n) for n in pushes], "o-", color="#e6550d", label="friction of the next push")

@@ -1,0 +1,116 @@
+"""Slow, obvious twins of the strategy's kernels, and a strategy that is quick to plan."""
+
+from math import atan2, cos, exp, hypot, log, pi, sin, sqrt
+
+import numpy as np
+
+from centering._cycle.outcomes import RATIOS, OutcomeTable, PushKind
+from centering._cycle.plan import prepared, solved
+from centering._cycle.strategy_moves import Size
+from sdpgrind.base.progress import silent
+
+QUICK = (
+    PushKind("trapezoid", 5.0, True),
+    PushKind("trapezoid", 20.0, True),
+    PushKind("trapezoid", 83.0, True),
+    PushKind("gentle", 10.0, True),
+    PushKind("gentle", 40.0, True),
+)
+COARSE = Size(64, 5)
+
+
+def quick_strategy(problem, *, kinds=QUICK, size=COARSE, executor=None, spindle_speed="scheduled"):
+    """A strategy on a coarse grid with few kinds of push."""
+    return solved(prepared(problem, spindle_speed, kinds, size, executor, silent), executor, silent)
+
+
+def made_up_table():
+    """Outcomes by a formula: travel = max(0, stroke - 0.03 ratio) + 0.1 stroke (1 - ratio)."""
+    strokes = 0.01 * 1.1 ** np.arange(80)
+    travel = np.maximum(0.0, strokes[:, None] - 0.03 * RATIOS) + 0.1 * strokes[:, None] * (1.0 - RATIOS)
+    travel = np.maximum(travel, 0.0)
+    return OutcomeTable((PushKind("trapezoid", 10.0, True),), 0.01, 1.1, travel[None], (strokes / 10.0)[None], np.array([75]))
+
+
+def travel_twin(table, kind, stroke, ratio):
+    """Bilinear in log stroke and ratio, by two plain interpolations."""
+    if stroke <= 0:
+        return 0.0
+    at_ratio = [np.interp(ratio, RATIOS, row) for row in table.travel[kind]]
+    return float(np.interp(log(stroke), np.log(table.strokes), at_ratio))
+
+
+def stroke_twin(table, kind, ratio, travel):
+    """Least stroke whose mean travel reaches what is wanted, by a fine search."""
+    mean = np.array([np.interp(ratio, RATIOS, row) for row in table.mean_travel[kind]])
+    if mean[table.last[kind]] < travel:
+        return np.inf
+    fine = np.linspace(0.0, table.last[kind], 400_001)
+    reached = np.interp(fine, np.arange(mean.size), mean) >= travel
+    return table.first_stroke * table.stroke_ratio ** fine[np.argmax(reached)]
+
+
+def waiting_twin(phase, busy, speed, arc, before, acceleration):
+    """Turn by turn."""
+    angle = phase
+    while angle < speed * busy + arc - 1e-12:
+        angle += 2 * pi
+    ramp = max(0.0, speed - before)
+    return angle / speed + ramp**2 / (2 * acceleration * speed)
+
+
+def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
+    """Expected time and the weights on the nodes (a dict), draw by draw; as `all_draws` from one state."""
+    table, problem, belief = ground.outcomes, ground.problem, ground.belief
+    where, ratio = ground.axes
+    stroke = table.stroke_for(kind, share * offset, friction)
+    if not np.isfinite(stroke):
+        return np.inf, {}
+    sd = belief.sd(worth * seen)
+    spread = sqrt(sd**2 + belief.push_sd**2)
+    pressed = float(np.interp(log(stroke), np.log(table.strokes), table.contact_time[kind]))
+    nodes = np.geomspace(where.low, where.high, where.nodes)
+
+    def speed(d):
+        return float(np.interp(log(d), np.log(nodes), ground.speeds))
+
+    travels = np.array(
+        [travel_twin(table, kind, stroke + p, friction + spread * f) for f, p in zip(draws[0], draws[2], strict=True)]
+    )
+    noise2 = problem.scatter.stop_sd**2 + 2 * problem.scatter.measuring_sd**2
+    gain = np.cov(travels, draws[0], bias=True)[0, 1] / (np.var(travels) + noise2)
+    time, weights = 0.0, {}
+    for x, angle, hidden, w in zip(travels, draws[1], draws[3], draws[4], strict=True):
+        along, across = offset + hidden - x * cos(angle), -x * sin(angle)
+        after, phase = hypot(along, across), (-atan2(across, along)) % (2 * pi) or 2 * pi
+        busy = pressed + ground.timing.busy_time
+        if after <= ground.finish:
+            time += w * (busy + ground.timing.measuring_arc / speed(ground.finish))
+            continue
+        rise = problem.limits.spindle_acceleration_max
+        time += w * waiting_twin(phase, busy, speed(after), ground.timing.measuring_arc, speed(offset), rise)
+        mean = friction + (sd**2 / spread if spread else 0.0) * gain * (x - travels.mean())
+        mean = min(max(mean, ratio.low), ratio.high)
+        i = min(log(after / where.low) / (log(where.high / where.low) / (where.nodes - 1)), where.nodes - 1)
+        j = (mean - ratio.low) / ((ratio.high - ratio.low) / (ratio.nodes - 1))
+        a, b = min(int(i), where.nodes - 2), min(int(j), ratio.nodes - 2)
+        for up in (0, 1):
+            for right in (0, 1):
+                part = w * (i - a if up else 1 - i + a) * (j - b if right else 1 - j + b)
+                node = (a + up) * ratio.nodes + b + right
+                weights[node] = weights.get(node, 0.0) + part
+    return time, weights
+
+
+def posterior_twin(travel_of, friction, sd, push_sd, noise, travelled):
+    """Bayes' rule on a very fine grid of part and push."""
+    z, e = np.linspace(-5, 5, 201), np.linspace(-5, 5, 1001)
+    weight = np.array(
+        [
+            exp(-0.5 * a * a)
+            * np.sum(np.exp(-0.5 * e**2 - 0.5 * ((travelled - travel_of((friction + sd * a) * (1 + push_sd * e))) / noise) ** 2))
+            for a in z
+        ]
+    )
+    mean = np.sum(weight * z) / weight.sum()
+    return friction + sd * mean, sd * sqrt(np.sum(weight * z**2) / weight.sum() - mean**2)

@@ -1,0 +1,134 @@
+"""Kernels of the strategy against slow twins."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategy_twins import made_up_table, posterior_twin, push_twin, stroke_twin, travel_twin, waiting_twin
+
+from centering._cycle.belief_kernels import posterior
+from centering._cycle.outcomes import PushKind
+from centering._cycle.plan import prepared
+from centering._cycle.strategy_kernels import push_once, waiting_time
+from centering._cycle.strategy_moves import FRACTIONS, WORTH, KindOfPush, Size, draws
+from centering._push.presets import preset
+from sdpgrind.base.progress import silent
+
+TABLE = made_up_table()
+
+
+@pytest.fixture(scope="module")
+def ground():
+    kinds = (PushKind("trapezoid", 5.0, True), PushKind("gentle", 40.0, True))
+    return prepared(preset("printed"), "scheduled", kinds, Size(24, 3), None, silent)
+
+
+@given(st.floats(0.001, 40.0), st.floats(0.5, 1.5))
+def test_travel_is_bilinear(stroke, ratio):
+    assert TABLE.expected(0, stroke, ratio) == pytest.approx(travel_twin(TABLE, 0, stroke, ratio), abs=1e-9)
+
+
+@given(st.floats(0.001, 15.0), st.floats(0.7, 1.3))
+def test_a_stroke_reaches_the_wanted_mean_travel(travel, ratio):
+    stroke = TABLE.stroke_for(0, travel, ratio)
+    twin = stroke_twin(TABLE, 0, ratio, travel)
+    assert stroke == pytest.approx(twin, rel=1e-4)  # the search has 400 000 steps over a factor of 1270
+
+
+def test_no_stroke_reaches_too_far():
+    assert TABLE.stroke_for(0, 100.0, 1.0) == np.inf
+
+
+def test_mean_travel_is_the_mean_over_a_normal_ratio():
+    rng = np.random.default_rng(0)
+    ratio = 1.0 + 0.045 * rng.standard_normal(20_000)
+    middle = TABLE.mean_travel.shape[2] // 2
+    for node in (20, 40):
+        drawn = np.interp(ratio, np.linspace(0.6, 1.4, TABLE.travel.shape[2]), TABLE.travel[0, node])
+        error = 5 * drawn.std() / np.sqrt(ratio.size) + 1e-5
+        assert TABLE.mean_travel[0, node, middle] == pytest.approx(drawn.mean(), abs=error)
+    assert np.all(np.diff(TABLE.mean_travel[0, :, middle]) >= 0)
+
+
+@given(
+    st.floats(0.01, 2 * pi),
+    st.floats(0.0, 1.0),
+    st.floats(0.5, 12.0),
+    st.floats(0.1, 6.0),
+    st.floats(0.0, 12.0),
+    st.floats(1.0, 20.0),
+)
+def test_waiting_turns_until_all_is_done(phase, busy, speed, arc, before, acceleration):
+    here = waiting_time(phase, busy, speed, arc, before, acceleration)
+    assert here == pytest.approx(waiting_twin(phase, busy, speed, arc, before, acceleration), rel=1e-12)
+    assert here >= busy + arc / speed - 1e-9
+
+
+@pytest.mark.parametrize(("travel", "offset", "phase"), [(0.9, 0.1, 2 * pi), (1.1, 0.1, pi), (0.0, 1.0, 2 * pi)])
+def test_after_too_little_a_whole_turn_after_too_much_half(travel, offset, phase):
+    after, angle = push_once(1.0, travel, 0.0, 0.0)
+    assert after == pytest.approx(offset)
+    assert angle == pytest.approx(phase)
+
+
+@given(st.floats(0.01, 10.0), st.floats(0.0, 12.0), st.floats(-0.3, 0.3))
+def test_a_push_obeys_the_law_of_cosines(offset, travel, angle):
+    after, phase = push_once(offset, travel, angle, 0.0)
+    assert after**2 == pytest.approx(offset**2 + travel**2 - 2 * offset * travel * np.cos(angle), abs=1e-9)
+    assert 0 < phase <= 2 * pi
+
+
+@pytest.mark.parametrize("seen", [0, 4])
+@pytest.mark.parametrize("kind", [0, 1])
+def test_all_draws_against_one_by_one(ground, kind, seen):
+    rng = np.random.default_rng(kind + 2 * seen)
+    where, ratio = ground.axes
+    offset = np.geomspace(where.low, where.high, 9)[rng.integers(0, 9, 12)]
+    friction, share = rng.uniform(ratio.low, ratio.high, 12), rng.choice(FRACTIONS, 12)
+    time, (starts, columns, weights) = KindOfPush(ground, kind, 6)._follow(offset, friction, share, seen)
+    for p in range(12):
+        slow, on_nodes = push_twin(ground, kind, offset[p], friction[p], share[p], seen, WORTH, draws(ground.problem))
+        assert time[p] == pytest.approx(slow, rel=1e-9)
+        row = dict(zip(columns[starts[p] : starts[p + 1]], weights[starts[p] : starts[p + 1]], strict=True))
+        assert sum(row.values()) <= 1 + 1e-12
+        for node, weight in on_nodes.items():
+            assert row.get(node, 0.0) == pytest.approx(weight, abs=1e-10)
+
+
+def test_draws_are_standard():
+    friction, direction, place, _, weight = draws(preset("printed").replace(tolerance=0.0025))
+    scatter = preset("printed").scatter
+    assert weight.sum() == pytest.approx(1.0)
+    for drawn, sd in (
+        (friction, 1.0),
+        (direction, scatter.direction_sd),
+        (place, np.hypot(scatter.stop_sd, scatter.measuring_sd)),
+    ):
+        assert weight @ drawn == pytest.approx(0.0, abs=0.02 * sd)
+        assert np.sqrt(weight @ drawn**2) == pytest.approx(sd, rel=0.03)  # 101 points cut the tails off
+    assert abs(weight @ (friction * place)) < 0.05 * place.std()
+    assert np.unique(friction).size == friction.size
+
+
+@pytest.mark.parametrize("travelled", [0.035, 0.045, 0.05, 0.06])
+def test_posterior_against_a_fine_grid(travelled):
+    stroke, noise = 0.08, 0.004
+    mean, sd = posterior(TABLE.travel[0], TABLE.grid, stroke, (1.02, 0.08), 0.04, noise, travelled)
+
+    def travel_of(ratio):
+        return np.array([TABLE.expected(0, stroke, float(r)) for r in np.linspace(0.2, 1.9, 1701)]).take(
+            np.clip(np.round((ratio - 0.2) / 0.001).astype(int), 0, 1700)
+        )
+
+    slow_mean, slow_sd = posterior_twin(travel_of, 1.02, 0.08, 0.04, noise, travelled)
+    assert mean == pytest.approx(slow_mean, abs=0.08 * 0.06)
+    assert sd == pytest.approx(slow_sd, rel=0.06)
+
+
+def test_a_travel_that_says_nothing_changes_nothing():
+    flat = np.full((10, 49), 0.5)
+    mean, sd = posterior(flat, (0.0, 0.1, 0.6, 0.8 / 48), 1.2, (1.1, 0.05), 0.04, 0.001, 0.5)
+    assert mean == pytest.approx(1.1, abs=1e-12)
+    assert sd == pytest.approx(0.05, rel=1e-3)  # the grid ends at four standard deviations

@@ -1,0 +1,244 @@
+"""Strategies: against value iteration by hand, against simulation, kept and looked up, and what is refused."""
+
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+
+import matplotlib
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import sparse
+from strategy_twins import quick_strategy
+
+import sdpgrind
+from centering._cycle.belief import FrictionBelief
+from centering._cycle.outcomes import PushKind
+from centering._cycle.plan import GIVEN_UP, SETTLED, plan, prepared, solved
+from centering._cycle.strategy import Strategy
+from centering._cycle.strategy_moves import FRACTIONS, KindOfPush, Size
+from centering._cycle.strategy_timing import CycleTiming, table_speeds
+from centering._push.presets import preset
+from sdpgrind.base.progress import silent
+
+matplotlib.use("Agg")
+HEAVY = preset("printed")
+LIGHT = HEAVY.replace(mass=0.8)
+FEW = (PushKind("trapezoid", 5.0, True), PushKind("gentle", 40.0, True), PushKind("trapezoid", 83.0, True))
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    return quick_strategy(HEAVY)
+
+
+@pytest.fixture(scope="module")
+def light():
+    return quick_strategy(LIGHT)
+
+
+def by_hand(ground):
+    """Value [pushes seen, node] by plain value iteration over pushes left, all kinds and shares side by side."""
+    where, ratio = ground.axes
+    offset, friction = (
+        x.ravel()
+        for x in np.meshgrid(
+            np.geomspace(where.low, where.high, where.nodes), np.linspace(ratio.low, ratio.high, ratio.nodes), indexing="ij"
+        )
+    )
+
+    def steps(seen):
+        out = []
+        for kind in range(len(ground.outcomes.kinds)):
+            for share in FRACTIONS:
+                push = KindOfPush(ground, kind, SETTLED)
+                time, (starts, columns, weights) = push._follow(offset, friction, np.full(offset.size, share), seen)
+                out.append((time, sparse.csr_array((weights, columns, starts), shape=(offset.size, offset.size))))
+        return out
+
+    value, settled = np.full(offset.size, GIVEN_UP), steps(SETTLED)
+    for _ in range(ground.problem.pushes_max - SETTLED):
+        value = np.min([time + step @ value for time, step in settled], axis=0)
+    table = [value]
+    for seen in reversed(range(SETTLED)):
+        table.insert(0, np.min([time + step @ table[0] for time, step in steps(seen)], axis=0))
+    return np.array(table)
+
+
+def test_value_is_that_of_plain_value_iteration():
+    ground = prepared(HEAVY, "scheduled", FEW, Size(16, 3), None, silent)
+    strategy = solved(ground, None, silent)
+    value = strategy.dataset["value"].values.reshape(SETTLED + 1, -1)
+    np.testing.assert_allclose(value, by_hand(ground), rtol=1e-10)
+
+
+def test_any_executor_gives_the_same_bits():
+    with ThreadPoolExecutor(3) as pool:
+        one, other = (quick_strategy(HEAVY, kinds=FEW, size=Size(16, 3), executor=e) for e in (None, pool))
+    assert one.dataset.identical(other.dataset)
+
+
+@pytest.mark.parametrize(("which", "bar"), [("light", 4.0), ("heavy", 4.5)])
+def test_prediction_and_exact_pushes_agree(request, which, bar):
+    """Bars: >= 99 % finished within 60 pushes, mean cycle, prediction within 15 %; here on a coarse grid."""
+    strategy = request.getfixturevalue(which)
+    runs = strategy.simulate(parts=250, rng=1)
+    predicted = np.mean([strategy.cycle_time(float(offset)) for offset in runs.start])
+    assert np.mean(runs.finished) >= 0.98  # 99 %, less what 250 parts may miss it by
+    assert runs.mean < bar
+    assert runs.mean == pytest.approx(predicted, rel=0.15)
+    assert np.all(runs.pushes <= strategy.problem.pushes_max)
+
+
+def test_friction_of_a_part_persists(heavy):
+    """The belief comes nearer to the hidden friction than the scatter of parts, and knows by how much."""
+    rng, belief = np.random.default_rng(3), heavy.belief
+    errors, claimed = [], []
+    for _ in range(150):
+        part = 1 + 0.08 * rng.standard_normal()
+        friction, evidence = 1.0, 0.0
+        for _ in range(4):
+            choice = heavy.push(offset=8.0, friction=friction, pushes=evidence)
+            ratio = part * (1 + 0.04 * rng.standard_normal())
+            seen = heavy.outcomes.expected(choice.kind, choice.stroke, ratio) + 0.7e-3 * rng.standard_normal()
+            friction, evidence = heavy.update_belief(friction, evidence, choice, seen)
+        errors.append(friction - part)
+        claimed.append(belief.sd(evidence))
+    rms, said = np.sqrt(np.mean(np.square(errors))), np.sqrt(np.mean(np.square(claimed)))
+    assert rms < 0.05
+    assert rms == pytest.approx(said, rel=0.35)  # 150 parts: 6 %; the belief is kept as a normal law
+
+
+def test_simulation_is_repeatable_and_starts_where_told(light):
+    one, two = (light.simulate(parts=20, rng=7, start=2.0) for _ in range(2))
+    np.testing.assert_array_equal(one.time, two.time)
+    assert np.all(one.start == 2.0)
+    assert one.dataset["time"].attrs["units"] == "s"
+    assert "20 parts" in repr(one)
+
+
+def test_pushes_are_simulated_and_not_looked_up(light):
+    changed = Strategy(
+        light.problem, light.outcomes.replace(travel=light.outcomes.travel + 0.05), light.timing, light._speeds, light._table
+    )
+    assert changed.simulate(parts=30, rng=0).mean > light.simulate(parts=30, rng=0).mean + 0.1
+
+
+@given(offset=st.floats(0.0021, 12.0), friction=st.floats(0.7, 1.3), pushes=st.floats(0.0, 60.0))
+def test_choices_are_sound(heavy, offset, friction, pushes):
+    choice = heavy.push(offset=offset, friction=friction, pushes=pushes)
+    assert np.isfinite(choice.stroke)
+    assert choice.stroke > 0
+    assert 0 < choice.spindle_speed <= HEAVY.limits.spindle_speed_max
+    assert choice.spindle_speed**2 * offset < HEAVY.model.mu_static * 9807.0
+    profile = heavy.profile(choice)
+    position = np.cumsum((profile.velocity + 0.5 * profile.acceleration * profile.duration) * profile.duration)
+    assert position.max() == pytest.approx(choice.stroke, rel=1e-9)
+    assert heavy.value(offset=offset, friction=friction, pushes=pushes) > 0.2
+
+
+@given(offset=st.floats(0.01, 8.0), shift=st.floats(-0.3, 0.3))
+def test_beliefs_stay_in_bounds_and_never_widen(heavy, offset, shift):
+    choice = heavy.push(offset=offset)
+    belief = heavy.update_belief(1.0, 2.0, choice, max(0.0, choice.aim * (1 + shift)))
+    assert 0.6 <= belief.friction <= 1.4
+    assert belief.pushes >= 2.0
+
+
+def test_kept_and_loaded(heavy, tmp_path):
+    heavy.save(tmp_path / "strategy.nc")
+    again = Strategy.from_file(tmp_path / "strategy.nc")
+    assert again.dataset.identical(heavy.dataset)
+    assert again == heavy
+    assert again != again.problem
+    for offset in (0.004, 0.1, 7.0):
+        assert again.push(offset=offset, friction=1.05, pushes=2) == heavy.push(offset=offset, friction=1.05, pushes=2)
+
+
+def test_a_value_between_nodes_lies_between_them(light):
+    nodes = light.dataset.offset.values
+    for k in (3, 20, 50):
+        ends = [light.value(offset=float(nodes[k + i])) for i in (0, 1)]
+        assert min(ends) - 1e-12 <= light.value(offset=float(np.sqrt(nodes[k] * nodes[k + 1]))) <= max(ends) + 1e-12
+    assert light.value(offset=light.finish) == 0.0
+
+
+def test_pictures(heavy, light):
+    assert len(heavy.plot().axes) == 5  # four, and the bar of colours
+    assert len(light.simulate(parts=5, rng=0).plot().axes) == 3
+    matplotlib.pyplot.close("all")
+
+
+def test_a_tolerance_below_half_the_quantum_is_told():
+    with (
+        pytest.warns(UserWarning, match=r"tolerance of 2.5 um is below half the jump of stick and slip, 7.72 um"),
+        pytest.raises(_Enough),
+    ):
+        plan(HEAVY, progress=_stop)
+    with warnings.catch_warnings(), pytest.raises(_Enough):
+        warnings.simplefilter("error")
+        plan(LIGHT, progress=_stop)
+
+
+class _Enough(Exception):
+    pass
+
+
+def _stop(share, text):
+    raise _Enough
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"spindle_speed": -1.0}, r"spindle_speed must be > 0 \(rad/s\); got -1.0"),
+        ({"spindle_speed": "fast"}, "spindle_speed must be one of"),
+        ({"spindle_speed": float("nan")}, "spindle_speed must be"),
+        ({"tolerance": 0.0}, r"tolerance must be > 0 \(mm\)"),
+    ],
+)
+def test_bad_input_is_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        plan(LIGHT, **arguments)
+
+
+def test_what_a_strategy_refuses(light):
+    with pytest.raises(ValueError, match=r"offset must be > 0.00205, at which the part is centred \(mm\); got 0.001"):
+        light.push(offset=0.001)
+    with pytest.raises(ValueError, match=r"start must be in \(0, 10\] \(mm\); got 11.0"):
+        light.simulate(parts=2, start=11.0)
+    with pytest.raises(ValueError, match="parts must be"):
+        light.simulate(parts=0)
+    for name in ("measuring_arc", "busy_time", "first_arc"):
+        with pytest.raises(ValueError, match=f"{name} must be > 0"):
+            CycleTiming(**{name: 0.0})
+    with pytest.raises(ValueError, match=r"push_speed must be > 0 \(mm/s\)"):
+        PushKind("gentle", 0.0, True)
+    with pytest.raises(ValueError, match="part_sd must be >= 0"):
+        FrictionBelief(-0.1, 0.04)
+
+
+def test_table_speeds():
+    offsets = np.array([0.01, 1.0, 10.0])
+    scheduled = table_speeds(HEAVY, offsets, "scheduled")
+    assert scheduled[0] == HEAVY.limits.spindle_speed_max
+    assert np.all(np.diff(scheduled) <= 0)
+    np.testing.assert_array_equal(table_speeds(HEAVY, offsets, 3.0), np.minimum(3.0, scheduled))
+
+
+def test_a_slower_table_takes_longer():
+    fast, slow = (quick_strategy(HEAVY, kinds=FEW, size=Size(24, 3), spindle_speed=w) for w in ("scheduled", 2.0))
+    assert slow.cycle_time(1.0) > 1.5 * fast.cycle_time(1.0)
+
+
+def test_evidence_and_standard_deviation_are_inverse():
+    belief = FrictionBelief(0.08, 0.04)
+    for pushes in (0.0, 0.5, 3.0, 20.0):
+        assert belief.evidence(belief.sd(pushes)) == pytest.approx(pushes, abs=1e-9)
+    assert belief.sd(3) == pytest.approx(1 / np.sqrt(1 / 0.08**2 + 3 / 0.04**2))
+    assert FrictionBelief(0.0, 0.0).next_sd(5) == 0.0
+
+
+def test_load_knows_the_kind(heavy, tmp_path):
+    heavy.save(tmp_path / "strategy.nc")
+    assert isinstance(sdpgrind.load(tmp_path / "strategy.nc"), Strategy)
