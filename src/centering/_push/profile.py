@@ -7,14 +7,12 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from centering._push.profile_rows import jerk_rise, move_arguments, scaled
 from centering._push.timing import move_peak
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
-
-_LEAST = 1e-12  # share of the whole, below which a segment has no length
-_JERK_STEPS = 16  # segments of constant acceleration that stand for one of constant jerk
 
 
 @stored("centering.tip_profile")
@@ -106,10 +104,10 @@ class TipProfile(Frozen):
         >>> round(TipProfile.move(0.1, speed=80.0, acceleration=2560.0).total_time, 6)  # s: 2 sqrt(d / a)
         0.0125
         """
-        d, v, a = _move_arguments(distance, speed, acceleration)
+        d, v, a = move_arguments(distance, speed, acceleration)
         top = min(v, sqrt(a * abs(d)))
         rise, cruise = top / a, abs(d) / top - top / a
-        return cls._from_rows(_scaled([(rise, 0.0, a), (cruise, top, 0.0), (rise, top, -a)], d), start)
+        return cls._from_rows(scaled([(rise, 0.0, a), (cruise, top, 0.0), (rise, top, -a)], d), start)
 
     @classmethod
     def jerk_limited(cls, distance: float, speed: float, acceleration: float, jerk: float, *, start: float = 0.0) -> Self:
@@ -136,12 +134,12 @@ class TipProfile(Frozen):
         >>> round(profile.total_time, 6), round(profile.stroke, 9)  # s, mm
         (0.068399, 1.0)
         """
-        d, v, a = _move_arguments(distance, speed, acceleration)
+        d, v, a = move_arguments(distance, speed, acceleration)
         top = move_peak(abs(d), speed=v, acceleration=a, jerk=checks.positive("jerk", jerk, "mm/s^3"))
-        rise = _jerk_rise(top, a, jerk)
+        rise = jerk_rise(top, a, jerk)
         cruise = (abs(d) / top - sum(t for t, _, _ in rise), top, 0.0)
         fall = [(t, u + b * t, -b) for t, u, b in reversed(rise)]
-        return cls._from_rows(_scaled([*rise, cruise, *fall], d), start)
+        return cls._from_rows(scaled([*rise, cruise, *fall], d), start)
 
     @classmethod
     def sampled(cls, time: npt.ArrayLike, position: npt.ArrayLike) -> Self:
@@ -287,30 +285,3 @@ class TipProfile(Frozen):
     def _moved(self) -> Floats:
         """Of each segment, mm."""
         return (self.velocity + 0.5 * self.acceleration * self.duration) * self.duration
-
-
-def _move_arguments(distance: float, speed: float, acceleration: float) -> tuple[float, float, float]:
-    """Distance, speed and acceleration of a move, checked."""
-    d = checks.number("distance", distance, "mm")
-    if d == 0.0:
-        raise checks.refuse("distance", "other than 0", d, "mm")
-    return d, checks.positive("speed", speed, "mm/s"), checks.positive("acceleration", acceleration, "mm/s^2")
-
-
-def _scaled(rows: "list[tuple[float, float, float]]", direction: float) -> "list[tuple[float, float, float]]":
-    """Rows that have a length, toward the axis or away from it."""
-    least = _LEAST * sum(t for t, _, _ in rows)
-    way = 1.0 if direction > 0.0 else -1.0
-    return [(t, way * u, way * b) for t, u, b in rows if t > least]
-
-
-def _jerk_rise(top: float, acceleration: float, jerk: float) -> "list[tuple[float, float, float]]":
-    """Rows that lead from rest to a speed: the acceleration rises, stays and falls."""
-    peak = min(acceleration, sqrt(top * jerk))
-    ramp, hold = peak / jerk, top / peak - peak / jerk
-    shares = (np.arange(_JERK_STEPS) + 0.5) / _JERK_STEPS
-    steps = [ramp / _JERK_STEPS] * _JERK_STEPS
-    times = [*steps, hold, *steps]
-    levels = [*(peak * shares), peak, *(peak * shares[::-1])]
-    speeds = np.concatenate(((0.0,), np.cumsum(np.multiply(times, levels))))
-    return list(zip(times, speeds.tolist(), levels, strict=False))
