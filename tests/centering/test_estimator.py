@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
+from centering._geometry import estimator_slots as at
 from centering._geometry.curve import circle_derivatives, circle_reading
 from centering._geometry.estimator import GeometryEstimator
 from sdpgrind import units
@@ -79,14 +80,20 @@ def test_exact_without_noise(arc, tip):
 
 @pytest.mark.parametrize(("arc", "start"), [(60, 0.0), (60, 200.0), (120, 90.0), (360, 0.0)])
 def test_reaches_cramer_rao_bound(arc, start):
-    angle, seeds, sigma = turned(arc, start), 600, 0.01
+    angle, seeds, sigma = turned(arc, start), 4000, 0.01
     jacobian = circle_derivatives(angle, RADIUS, 3.6, 0.7)
     bound = sigma * np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
-    found = [fitted(angle, noisy(angle, sigma=sigma, seed=k)).estimate for k in range(seeds)]
-    error = np.array([[e.radius - RADIUS, e.offset - 3.6, e.offset_angle - 0.7] for e in found])
-    rmse = np.sqrt(np.mean(error**2, axis=0))
-    assert_allclose(rmse / bound, 1.0, atol=0.05 + 3 / np.sqrt(2 * seeds))
-    assert_allclose(np.mean([e.noise_sd for e in found]), sigma, rtol=4 / np.sqrt(2 * seeds * arc))
+    clean, noise = circle_reading(angle, RADIUS, 3.6, 0.7), np.random.default_rng(7).normal(0.0, sigma, (seeds, arc))
+    estimator, found = GeometryEstimator(), np.empty((seeds, 4))
+    for one, out in zip(noise, found, strict=True):
+        estimator.reset()
+        estimator.extend(angle, clean + one)
+        assert estimator.band > 0  # it is judged then, and what was found stands in its state
+        out[:] = estimator._state[[at.RADIUS, at.FIT_X, at.FIT_Y, at.FIT_NOISE]]
+    offset, phi = np.hypot(found[:, 1], found[:, 2]), np.arctan2(found[:, 2], found[:, 1])
+    error = np.column_stack([found[:, 0] - RADIUS, offset - 3.6, phi - 0.7])
+    assert_allclose(np.sqrt(np.mean(error**2, axis=0)) / bound, 1.0, atol=0.05)  # the standard error is 1.1 %
+    assert_allclose(np.mean(found[:, 3]), sigma, rtol=4 / np.sqrt(2 * seeds * arc))
 
 
 def test_unbiased_where_rows_hold_much_noise():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from measured_rings import LOBES, RADIUS
 from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 from scipy.stats import binom
@@ -11,19 +12,7 @@ from centering._geometry.curve import circle_reading
 from centering._geometry.estimator import GeometryEstimator
 from sdpgrind import units
 
-RADIUS, PHI = 61.94, 0.7
-TABLE = {
-    43: 0.235,
-    3: 0.206,
-    2: 0.155,
-    6: 0.048,
-    44: 0.040,
-    21: 0.038,
-    22: 0.036,
-    42: 0.029,
-    4: 0.018,
-    18: 0.018,
-}  # Mears 6.5, um
+PHI = 0.7
 
 
 def turned(readings, turns, start=0.0):
@@ -85,9 +74,9 @@ def test_squares_of_waves_above_form_are_those_of_the_readings():
 
 
 def test_table_6_5_does_not_keep_an_estimate_from_being_sure():
-    angle, lobes = turned(360, 1.1), {n: 1e-3 * a for n, a in TABLE.items()}
+    angle = turned(360, 1.1)
     for seed in range(20):
-        for form in ({43: lobes[43]}, lobes):
+        for form in ({43: LOBES[43]}, LOBES):
             estimator = GeometryEstimator(joint=True)
             reading = lobed(angle, 0.05, form, seed=seed)
             assert estimator.first_valid(angle, reading) <= 361

@@ -100,7 +100,11 @@ def moved_early(when, direction):
 
 @pytest.mark.parametrize("when", [20, 31, 50, 60, 80, 100])
 def test_a_part_that_moves_is_not_believed_in(when):
-    """Early moves may look like a circle of another size for a while; the band must not be trusted then."""
+    """Early moves may look like a circle of another size for a while; the band must not be trusted then.
+
+    The readings change by 50 sd times the cosine of their angle to the move: at once, but for the 2 of 8 directions that lie
+    within 0.4 rad of across. There at most half of the latest 30 are taken before the rest begin the estimate anew.
+    """
     believed = 0
     for direction in np.arange(0.0, 6.2, 0.8):
         angle, reading, after = moved_early(when, direction)
@@ -111,7 +115,7 @@ def test_a_part_that_moves_is_not_believed_in(when):
                 estimate = estimator.estimate
                 allowed = max(0.03 * estimate.offset, 0.002)
                 believed += np.hypot(*(estimate.value[1:] - after)) > 1.05 * allowed
-    assert believed <= 8 * 5  # the first few readings after the move of each
+    assert believed <= 2 * 15
 
 
 @pytest.mark.parametrize("dusty", [10, 11, 12])
@@ -220,7 +224,7 @@ def test_a_spindle_that_only_stands_knows_little():
     assert not estimator.valid
     assert estimate.limited_by == "arc"
     assert np.all(np.isfinite(estimate.value))
-    assert np.all(estimate.sd < 200 * RADIUS * estimate.inflation)  # residuals of rounding only may look correlated
+    assert np.all(estimate.sd < 200 * RADIUS)
 
 
 @pytest.mark.parametrize("jitter", [0.0, 1e-3])
