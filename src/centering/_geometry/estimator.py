@@ -186,15 +186,8 @@ class GeometryEstimator:
 
         Parameters
         ----------
-        angle : array_like, shape (m,)
-            Spindle angles, rad.
-        reading : array_like, shape (m,)
-            Readings, mm.
-
-        Raises
-        ------
-        ValueError
-            As `extend`.
+        angle, reading : array_like, shape (m,)
+            Spindle angles (rad) and readings (mm), as `extend` takes them and refuses them.
         """
         return self._take(angle, reading, True)
 

@@ -76,8 +76,14 @@ def limacon_radius(radius: float, offset: float) -> float:
     >>> round(limacon_radius(61.9, 26.4), 3)
     58.981
     """
+    size, share = _size_and_share(radius, offset)
+    return float(2 / pi * size * ellipe(share))
+
+
+def _size_and_share(radius: float, offset: float) -> tuple[float, float]:
+    """Radius, and the square of the offset over it, of a part that holds the spindle's axis."""
     size = checks.positive("radius", radius, "mm")
-    return float(2 / pi * size * ellipe((checks.within("offset", offset, 0.0, size, "mm") / size) ** 2))
+    return size, (checks.within("offset", offset, 0.0, size, "mm") / size) ** 2
 
 
 def corrected_radius(fitted_radius: float, fitted_offset: float, method: str = "exact") -> float:
@@ -149,8 +155,7 @@ def limacon_wave(radius: float, offset: float) -> float:
     >>> round(1e6 * limacon_wave(30.0, 0.1)), round(1e3 * limacon_wave(83.5, 3.6), 1)
     (83, 38.8)
     """
-    size = checks.positive("radius", radius, "mm")
-    share = (checks.within("offset", offset, 0.0, size, "mm") / size) ** 2
+    size, share = _size_and_share(radius, offset)
     return float(size * share / 4 * hyp2f1(0.5, 1.5, 3.0, share))
 
 
