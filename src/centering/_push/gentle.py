@@ -1,6 +1,6 @@
 """Pushes that leave the part where the tip stops, and taps that move a heavy part by a few um."""
 
-from math import sqrt
+from math import ceil, pi, sqrt
 
 import numpy as np
 
@@ -16,7 +16,9 @@ _CLEAR = 0.5  # mm that the tip is drawn back by
 Row = tuple[float, float, float]
 
 
-def gentle_profile(model: PushModel, distance: float, speed: float, *, max_acceleration: float = 2560.0) -> TipProfile:
+def gentle_profile(
+    model: PushModel, distance: float, speed: float, *, max_acceleration: float = 2560.0, whole_periods: bool = False
+) -> TipProfile:
     """Return a push that the part does not leave: slow until it breaks away, stopped below mu_k g, then drawn back at once.
 
     The tip moves at 1 mm/s until the contact has closed by 1.12 F_s/k, gains speed at 0.5 mu_k g and stops at 0.7 mu_k g. A slide
@@ -32,6 +34,9 @@ def gentle_profile(model: PushModel, distance: float, speed: float, *, max_accel
         Greatest speed of the tip, mm/s; a short push does not reach it.
     max_acceleration : float
         Of the slide, mm/s^2: no acceleration is above it, and the tip is drawn back with it.
+    whole_periods : bool
+        Stretch both ramps to whole periods of the part on the contact, so that it does not swing after them. The push is slower,
+        but where the part stops depends on friction only by what the contact stays closed by, F_k/k.
 
     Returns
     -------
@@ -59,9 +64,10 @@ def gentle_profile(model: PushModel, distance: float, speed: float, *, max_accel
     closing = _OVERLOAD * model.breakaway_force / model.contact_stiffness
     slow = min(_BREAKAWAY_SPEED, v, sqrt(2.0 * brake * d))
     if d <= closing + slow * slow / (2.0 * brake):
-        rows = [((d - slow * slow / (2.0 * brake)) / slow, slow, 0.0), (slow / brake, slow, -brake)]
+        rows = _slow_run(d, slow, brake)
     else:
-        rows = _run(d - closing, v, slow, gain, brake)
+        period = _period(model) if whole_periods else 0.0
+        rows = _run(d - closing, v, slow, gain, brake, period)
         rows.insert(0, (closing / slow, slow, 0.0))
     return _profile([*rows, *_drawn_back(most)])
 
@@ -107,12 +113,33 @@ def tap_profile(distance: float, speed: float, *, max_acceleration: float = 2560
     return _profile([(cruise, top, 0.0), (top / most, top, -most), *_drawn_back(most)])
 
 
-def _run(distance: float, speed: float, slow: float, gain: float, brake: float) -> list[Row]:
-    """From a slow speed to the end: faster, on, and to rest."""
+def _run(distance: float, speed: float, slow: float, gain: float, brake: float, period: float) -> list[Row]:
+    """From a slow speed to the end: faster, on, and to rest; in ramps of whole periods (s) where that is not 0."""
     spread = 0.5 / gain + 0.5 / brake
     top = min(speed, sqrt((distance + slow * slow * 0.5 / gain) / spread))
-    cruise = (distance - top * top * spread + slow * slow * 0.5 / gain) / top
-    return [((top - slow) / gain, slow, gain), (cruise, top, 0.0), (top / brake, top, -brake)]
+    rise, fall = _whole((top - slow) / gain, period), _whole(top / brake, period)
+    top = min(top, max((2.0 * distance - slow * rise) / (rise + fall), 0.0))
+    if top <= slow:
+        return _run(distance, speed, slow, gain, brake, 0.0) if period > 0.0 else _slow_run(distance, slow, brake)
+    cruise = (distance - 0.5 * (slow + top) * rise - 0.5 * top * fall) / top
+    return [(rise, slow, (top - slow) / rise), (cruise, top, 0.0), (fall, top, -top / fall)]
+
+
+def _slow_run(distance: float, slow: float, brake: float) -> list[Row]:
+    """On at the slow speed, and to rest."""
+    return [((distance - 0.5 * slow * slow / brake) / slow, slow, 0.0), (slow / brake, slow, -brake)]
+
+
+def _whole(time: float, period: float) -> float:
+    """A time, made longer to a whole number of periods."""
+    return ceil(time / period - 1e-9) * period if period > 0.0 else time
+
+
+def _period(model: PushModel) -> float:
+    """Period of the part on the contact, s; 0 where it does not swing."""
+    alpha = 0.5 * (model.contact_damping + model.viscous_coefficient) / model.inertia
+    square = model.contact_stiffness / model.inertia - alpha * alpha
+    return 2.0 * pi / sqrt(square) if square > 0.0 else 0.0
 
 
 def _drawn_back(acceleration: float) -> list[Row]:
