@@ -106,8 +106,9 @@ def noise(state):
 
     Readings that are correlated count for fewer.
     """
-    value = np.empty(3)
-    back(arrays(state), 3, value)
+    rows = arrays(state)
+    value = rows[15]
+    back(rows, 3, value)
     lagged, rounding = differences(state, value)
     weight = state[at.WEIGHT]
     inflation = inflation_of(state, state[at.SQUARES], weight, lagged, rounding)

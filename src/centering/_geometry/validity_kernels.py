@@ -34,7 +34,7 @@ def _weighing_noise(state, ratio):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _with_center(state, array, weighing):
     """Take in that the centre is not endlessly far: what bounds the covariance of anything."""
-    row = np.zeros(array.shape[1])
+    row = arrays(state)[15]
     for i in range(3):
         row[:] = 0.0
         row[i] = weighing / (_FAR * state[at.LARGEST])
@@ -130,6 +130,8 @@ def worst(a, b, c):
 @njit(cache=True, nogil=True, error_model="numpy")
 def form_bound(state, array):
     """Greatest error of the centre from the assumed lobes, each in its worst phase, over the ratio, mm."""
+    if state[at.FORMS] == 0.0:
+        return 0.0
     value, other, total = np.empty(3), np.empty(3), 0.0
     for n in range(int(state[at.FORMS])):
         back(array, 4 + 2 * n, value)
@@ -167,7 +169,7 @@ def _write_fit(state, value, information, ratio):
     """Write radius, centre and their covariance for noise 1."""
     state[at.RADIUS] = _radius(state, value) - state[at.TIP]
     state[at.FIT_X], state[at.FIT_Y] = value[1], value[2]
-    row, square = np.empty(3), ratio * ratio
+    row, square = arrays(state)[15], ratio * ratio
     _radius_row(state, value, row)
     state[at.SHAPE] = 0.0
     for j in range(3):
