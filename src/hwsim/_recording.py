@@ -70,7 +70,7 @@ class Recording:
     >>> from sdpgrind import plunge
     >>> problem = plunge.preset("simulation")
     >>> controller = plunge.CycleController(problem)
-    >>> recording = Recording(hwsim.run(hwsim.PlungeGrinder(problem), controller))
+    >>> recording = hwsim.Recording(hwsim.run(hwsim.PlungeGrinder(problem), controller))
     >>> hwsim.run(recording, controller).outcome.same.values
     array([1.])
     >>> bolder = hwsim.run(recording, plunge.CycleController(problem, safety_margin=0.004)).outcome.isel(part=0)
@@ -115,7 +115,7 @@ class Recording:
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Name of the plant that was recorded, for the log."""
+        """Name of the plant that was recorded (no unit), for the log."""
         return {"recorded_plant": self._of}
 
     @property

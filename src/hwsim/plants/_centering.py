@@ -7,8 +7,7 @@ from typing import ClassVar, Self, TypeAlias
 
 import numpy as np
 
-from centering._push.model import PushModel
-from centering._push.problem import CenteringProblem, PushScatter
+from centering import CenteringProblem, PushModel, PushScatter
 from hwsim._clock import Clock, exact
 from hwsim._scheduler import Scheduler
 from hwsim.plants import _centering_measure_kernels as gauges
@@ -95,10 +94,8 @@ class CenteringMachine(Frozen):
 
     Examples
     --------
-    >>> import centering
-    >>> from hwsim.plants._centering import CenteringMachine
-    >>> from centering._push.presets import preset
-    >>> machine = CenteringMachine(preset("printed"), start_offset=2.0)
+    >>> import centering, hwsim
+    >>> machine = hwsim.CenteringMachine(centering.preset("printed"), start_offset=2.0)
     >>> sample = machine.start(np.random.default_rng(0)).step({}, 0)
     >>> round(sample["probe"], 3), sample["force"]  # mm, N
     (-7.928, 0.0)

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from centering._push.model import PushModel
-from centering._push.problem import CenteringProblem, PushScatter
+from centering import CenteringProblem, PushModel, PushScatter
 from hwsim._clock import Clock
 from hwsim._scheduler import Scheduler
 from hwsim.plants import _centering_kernels as kernels
