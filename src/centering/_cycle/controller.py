@@ -19,7 +19,8 @@ _TURN = 2.0 * pi
 _LATEST, _EARLIEST, _FREEZE = 1.3, 2.7, 5.0  # samples before: a profile can still be sent; is sent; the slide is stopped
 _STOPPED = 0.5  # mm/s: commanded speed of a slide that counts as waiting
 _STALE = 0.01  # relative change of offset or table speed that makes a planned push stale
-_TOLD = 0.05  # of the wanted travel
+_TOLD, _HIDDEN = 0.05, 2e-3  # of the wanted travel, and mm: what turning may add before a push tells nothing of friction
+_LONG = 1.0  # mm: what a longer push is off by is more of its direction than of friction, and small pushes tell it better
 _MEMORY = 4.0  # pushes' worth of evidence at most: friction may change, and models err
 _TELLING = 0.02  # mm: shorter travels say nothing about the direction
 _DIRECTION_BIAS = 0.0035  # rad: sd of a constant error of direction, before anything is known
@@ -330,7 +331,9 @@ class CenteringController(CycleBase):
         x, y, sd = self._before
         view, self._before = self._view, None
         travel = Travel.between((x, y), (view.x, view.y), towards=self._aimed)
-        if abs(self._beyond) <= _TOLD * self._pushed.aim:  # else the turning table hides what friction did
+        if self._pushed.aim <= _LONG and abs(self._beyond) <= max(
+            _TOLD * self._pushed.aim, _HIDDEN
+        ):  # else turning hides what friction did
             told = max(travel.distance - self._beyond, 0.0)
             belief = self.strategy.update_belief(self._friction, self._evidence, self._pushed, told)
             self._friction, self._evidence = belief[0], min(belief[1], _MEMORY)

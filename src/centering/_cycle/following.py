@@ -116,8 +116,8 @@ class FollowingLimits(Frozen):
 class Follower:
     """The law itself: one speed for each deviation.
 
-    The speed is never more than what the slide can brake from within the deviation that is left, so that a step of a whole gap,
-    which saturates nearly all the way, does not overshoot; while the speed is limited the integral stands still.
+    What the deviation itself commands is never more than what the slide can brake from within it, so that a step of a whole gap,
+    which saturates nearly all the way, does not overshoot; while it is limited the integral stands still.
 
     Parameters
     ----------
@@ -152,15 +152,15 @@ class Follower:
         feed_forward : float
             Speed of what is followed, mm/s, where it is known.
         """
-        integral = self._integral + self.gains.integral * self.limits.sample_time * deviation
-        wanted = self.gains.proportional * deviation + integral
+        wanted = self.gains.proportional * deviation
         allowed = min(braking_speed(abs(deviation), self.limits), self.limits.speed)
-        if abs(wanted) <= allowed:
+        held = abs(wanted) > allowed
+        integral = self._integral + (0.0 if held else self.gains.integral * self.limits.sample_time * deviation)
+        total = (copysign(allowed, wanted) if held else wanted) + integral + feed_forward
+        if abs(total) <= self.limits.speed:
             self._integral = integral
-        else:
-            wanted = copysign(allowed, wanted)
-        total = wanted + feed_forward
-        return min(max(total, -self.limits.speed), self.limits.speed)
+            return total
+        return copysign(self.limits.speed, total)
 
 
 def braking_speed(distance: float, limits: FollowingLimits) -> float:

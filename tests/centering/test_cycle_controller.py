@@ -1,0 +1,160 @@
+"""The cycle controller in the loop, and what it does when something is wrong."""
+
+import copy
+from math import nan, pi
+
+import numpy as np
+import pytest
+from cycle_twins import PlainStrategy
+
+import hwsim
+from centering._cycle.controller import CenteringController
+from centering._cycle.settings import CycleSettings
+from centering._cycle.states import CycleState
+from centering._push.presets import preset
+from hwsim.plants._centering import CenteringMachine
+
+PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
+MACHINE = CenteringMachine(PROBLEM)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return hwsim.run(MACHINE, CenteringController(PlainStrategy(PROBLEM)), parts=8, rng=0)
+
+
+def test_every_part_is_centred_and_said_to_be_so(log):
+    assert np.all(log.outcome.finished == 1) and np.all(log.outcome.offset <= PROBLEM.tolerance)
+    assert log.outcome.time.max() < 4.0 and log.outcome.pushes.max() <= 4
+    assert log.outcome.slipped.sum() == 0
+
+
+def test_measuring_begins_while_the_table_runs_up(log):
+    """The first push begins before a table that first ran up and then turned once could have been measured."""
+    table = log["control"]
+    begun = (table.pushing == 1) & (table.pushes_planned == 1)
+    at = [float(table.time.values[(table.part.values == part) & begun.values][0]) for part in range(8)]
+    assert np.mean(at) < 1.05  # s: the ramp to 100 rpm alone
+
+
+def test_pushes_begin_inside_a_sample_and_are_sent_before(log):
+    table = log["control"]
+    sent = np.flatnonzero(np.isfinite(table.profile_angle_command.values))
+    ahead = table.profile_angle_command.values[sent] - table.angle.values[sent]
+    samples = ahead / table.spindle_speed.values[sent] / 0.01
+    assert np.all((samples > 1.0) & (samples < 3.0))
+    assert np.ptp(samples % 1.0) > 0.3
+
+
+def test_what_it_reports_is_true(log):
+    """The last estimate of each part against the hidden place, within the band."""
+    table = log["control"]
+    for part in range(8):
+        row = np.flatnonzero(table.part.values == part)[-1]
+        error = abs(float(table.offset_planned[row]) - float(log.outcome.offset[part]))
+        assert error <= float(table.band_planned[row])
+
+
+def test_without_scatter_two_pushes_do():
+    still = PROBLEM.scatter.replace(friction_part_sd=0.0, friction_push_sd=0.0, direction_sd=0.0, stop_sd=0.0)
+    machine = MACHINE.replace(scatter=still, start_offset=4.0, scheduler=None)
+    strategy = PlainStrategy(PROBLEM)
+    outcome = hwsim.run(machine, CenteringController(strategy), parts=1, rng=1).outcome
+    assert outcome.pushes[0] <= 2 and outcome.finished[0] == 1
+
+
+def test_the_same_readings_give_the_same_commands():
+    def commands(controller):
+        machine = MACHINE.start(np.random.default_rng(3))
+        controller.reset()
+        reading, given = machine.step({}, 0), []
+        while not machine.done:
+            command = controller.step(**reading)
+            given.append({k: np.array(v).tolist() for k, v in command.items()})
+            reading = machine.step(command, 10)
+        return given
+
+    controller = CenteringController(PlainStrategy(PROBLEM))
+    first = commands(controller)
+    assert commands(copy.deepcopy(controller)) == first == commands(controller)
+
+
+def feed(controller, seconds, reading, speed=5.0, **others):
+    """Samples of a part that shows a `reading` at each angle; the slide stands where it must not be told to go."""
+    command, states = {}, []
+    for k in range(round(seconds / 0.01)):
+        angle = speed * 0.01 * k
+        sample = {"time": 0.01 * k, "angle": angle, "slide": 60.0, "probe": reading(angle) - 60.0, "spindle_speed": speed}
+        command = controller.step(**(sample | others))
+        states.append(CycleState(int(controller.report()["state"])))
+    return command, states
+
+
+def test_a_part_that_lies_well_is_left_alone():
+    rng = np.random.default_rng(0)
+    command, states = feed(
+        CenteringController(PlainStrategy(PROBLEM)), 3.0, lambda a: 44.45 + 0.001 * np.cos(a - 1) + rng.normal(0, 3e-4)
+    )
+    assert states[-1] is CycleState.CENTERED and command["finished"] == 1.0 and command["retract"] == 1.0
+
+
+def test_a_part_beyond_the_limit_is_not_called_centred():
+    rng = np.random.default_rng(0)
+    _, states = feed(
+        CenteringController(PlainStrategy(PROBLEM)), 1.2, lambda a: 44.45 + 0.0027 * np.cos(a - 1) + rng.normal(0, 3e-4)
+    )
+    assert CycleState.CENTERED not in states and CycleState.CHECK in states
+
+
+@pytest.mark.parametrize(
+    ("settings", "reading", "others", "state"),
+    [
+        (CycleSettings(timeout=0.5), lambda a: 45.0 + np.cos(a), {}, CycleState.TIMEOUT),
+        (CycleSettings(lost_after=0.2), lambda a: 45.0 + np.cos(a) if a < 1.0 else nan, {}, CycleState.LOST),
+        (CycleSettings(), lambda a: 45.0 + np.cos(a), {"force": 30.0}, CycleState.COLLISION),
+        (CycleSettings(), lambda a: nan, {"slide": 30.0}, CycleState.LOST),
+    ],
+)
+def test_errors_end_the_cycle(settings, reading, others, state):
+    controller = CenteringController(PlainStrategy(PROBLEM), settings=settings)
+    command, states = feed(controller, 1.0, reading, **others)
+    assert states[-1] is state and state.failed
+    assert command["retract"] == 1.0 and "finished" not in command
+
+
+def test_no_more_pushes_than_are_allowed():
+    log = hwsim.run(MACHINE, CenteringController(PlainStrategy(PROBLEM.replace(pushes_max=1))), rng=0)
+    assert log.outcome.pushes[0] == 1 and log.outcome.finished[0] == 0
+
+
+def test_what_a_push_did_is_told_to_the_strategy():
+    strategy = PlainStrategy(PROBLEM)
+    controller = CenteringController(strategy)
+    machine = MACHINE.start(np.random.default_rng(4))
+    reading = machine.step({}, 0)
+    while not machine.done:
+        reading = machine.step(controller.step(**reading), 10)
+    outcome = machine.outcome()
+    moved = np.hypot(np.diff(outcome["center_x"]), np.diff(outcome["center_y"]))
+    told = np.array([travel for _, travel in strategy.told])
+    assert told == pytest.approx(moved[: told.size], abs=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("timeout", 0.0, "timeout must be > 0 .s."),
+        ("margin", -1.0, "margin must be > 0 .mm."),
+        ("following_lag", -1.0, "following_lag must be >= 0 .s."),
+        ("probe_closed", nan, "probe_closed must be finite .mm."),
+        ("force_idle", 0.0, "force_idle must be > 0 .N."),
+    ],
+)
+def test_bad_settings(field, value, message):
+    with pytest.raises(ValueError, match=message):
+        CycleSettings(**{field: value})
+
+
+def test_what_is_no_strategy():
+    with pytest.raises(TypeError, match="strategy must be a strategy such as"):
+        CenteringController(pi)

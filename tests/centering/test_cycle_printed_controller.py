@@ -1,0 +1,96 @@
+"""The source's strategy as a controller."""
+
+import numpy as np
+import pytest
+from cycle_twins import PlainStrategy
+
+import hwsim
+from centering._cycle.printed_controller import PrintedController
+from centering._push.free_slide import free_slide_table
+from centering._push.impact import energy_balance_speed
+from centering._push.presets import preset
+from centering._push.push import plan_push
+from hwsim.plants._centering import CenteringMachine
+from sdpgrind import units
+
+PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
+MACHINE = CenteringMachine(PROBLEM, start_offset=(1.0, 4.0), scheduler=None)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return hwsim.run(MACHINE, PrintedController(PROBLEM), parts=3, rng=0)
+
+
+def test_light_parts_are_centred_in_about_the_published_pushes(log):
+    """8.9 to 10.8 pushes on the real machine, of parts whose mass is not told."""
+    assert np.all(log.outcome.said_finished == 1)
+    assert 2 <= log.outcome.pushes.mean() <= 25
+
+
+def test_a_push_takes_about_a_turn(log):
+    """0.7 to 1.1 turns at 30 rpm, and with each late trigger one more; the last turn only measures."""
+    turns = (log.outcome.time - 2.0) / 2.0 / log.outcome.pushes
+    assert 0.5 < float(turns.mean()) < 2.0
+
+
+def test_the_gap_is_kept_while_following(log):
+    table = log["control"]
+    following = (table.state_planned == 1) & (table.pushes_planned == 0) & (table.time > 0.5)
+    assert float(np.abs(table.probe.values[following.values] + 7.928).mean()) < 1.5
+
+
+def test_the_first_push_is_that_of_the_formulas(log):
+    """Energy balance, free sliding taken off, lead of (5.17): planned again from what was reported."""
+    table = log["control"]
+    row = np.flatnonzero((table.part.values == 0) & np.isfinite(table.profile_angle_command.values))[0]
+    offset = float(table.offset_planned[row])
+    slides = free_slide_table(PROBLEM.model)
+    speed = slides.augmented_speed(offset, energy_balance_speed(PROBLEM, offset))
+    gap = float(table.profile_angle_command[row] - table.offset_angle_planned[row])
+    loose = PROBLEM.replace(limits=PROBLEM.limits.replace(stroke_offset_max=20.0))
+    lead = float(table.lead_angle_planned[row])
+    radius = float(table.slide[row] + table.probe[row])  # of the rim now; the gap at the trigger follows from the fit's
+    assert np.cos(gap + lead) == pytest.approx(1.0, abs=1e-12) and radius > 40.0
+    planned = [
+        plan_push(loose, offset=offset, follow_gap=at, spindle_speed=units.rpm(30), push_speed=speed, direction="end",
+                  timing="printed", stroke_offset=-float(slides.distance_at(speed))).lead_angle
+        for at in (6.0, 10.0)
+    ]  # fmt: skip
+    assert planned[0] < lead < planned[1]
+
+
+def test_the_correction_is_within_its_limit(log):
+    assert np.nanmax(np.abs(log["control"].stroke_offset_planned)) <= PROBLEM.limits.stroke_offset_max
+
+
+def test_table_speeds_of_another_strategy():
+    controller = PrintedController(PROBLEM, scheduled=PlainStrategy(PROBLEM))
+    log = hwsim.run(MACHINE.replace(start_offset=3.0), controller, rng=0)
+    commanded = log["control"].spindle_speed_command.values
+    assert np.nanmax(commanded) > units.rpm(60)
+    assert log.outcome.pushes[0] >= 1
+
+
+def test_constant_push_speed_and_reset():
+    controller = PrintedController(PROBLEM, push_speed=units.mm_per_min(500))
+    first = hwsim.run(MACHINE, controller, rng=5).outcome
+    assert first.identical(hwsim.run(MACHINE, controller, rng=5).outcome)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"spindle_speed": 0.0}, "spindle_speed must be > 0 .rad/s."),
+        ({"push_speed": -1.0}, "push_speed must be > 0 .mm/s."),
+        ({"timing": "mine"}, "timing must be one of printed, exact"),
+    ],
+)
+def test_bad_input(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        PrintedController(PROBLEM, **arguments)
+
+
+def test_what_has_no_speeds():
+    with pytest.raises(TypeError, match="scheduled must be a strategy"):
+        PrintedController(PROBLEM, scheduled=3.0)
