@@ -41,7 +41,7 @@ def plot_trace(trace: "PushTrace") -> Any:
 
 def _title(trace: "PushTrace") -> str:
     ends = "rests at" if trace.final_velocity == 0.0 else "is still moving at"
-    slide = f", slides free by {trace.free_slide / units.um(1.0):.1f} µm" if trace.free_slide > 0.0 else ""
+    slide = f", slides free by {trace.free_slide / units.um(1.0):.1f} µm" if trace.free_slide >= units.um(0.05) else ""
     return f"the part {ends} {trace.final_position:.4f} mm, force up to {trace.peak_force:.1f} N{slide}"
 
 
@@ -57,7 +57,7 @@ def _draw_positions(axis: Any, trace: "PushTrace") -> None:
     axis.plot(time, trace.tip_position, color=RED, lw=1.2, label="tip")
     axis.plot(time, trace.part_position, color=BLUE, lw=1.2, label="part")
     axis.set_ylabel("position [mm]")
-    axis.legend(frameon=False, fontsize=8, loc="upper left")
+    axis.legend(frameon=False, fontsize=8, loc="best")
 
 
 def _draw_lead(axis: Any, trace: "PushTrace") -> None:
@@ -65,6 +65,11 @@ def _draw_lead(axis: Any, trace: "PushTrace") -> None:
     lead = (trace.part_position - trace.tip_position) / units.um(1.0)
     axis.plot(_MILLI * trace.time, lead, color=BLUE, lw=1.0)
     axis.axhline(0.0, color=RED, lw=0.8)
+    phase = np.searchsorted(trace.event_time, trace.time, side="right") - 1
+    near = lead[trace.phases[phase, 1] > 0.0]  # not where the tip is far from a part at rest
+    if near.size:
+        spare = 0.1 * max(float(np.ptp(near)), 1.0)
+        axis.set_ylim(min(near.min(), 0.0) - spare, max(near.max(), 0.0) + spare)
     axis.set_ylabel("part ahead\nof tip [µm]")
 
 
@@ -74,8 +79,8 @@ def _draw_force(axis: Any, trace: "PushTrace") -> None:
     for level, name, style in ((static, "breaks away at $F_s$", "--"), (coulomb, "slides against $F_k$", ":")):
         axis.axhline(level, color=GREY, lw=1.0, ls=style, label=f"{name} = {level:.1f} N")
     axis.set_ylabel("contact force [N]")
-    axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize=8, loc="upper right")
+    axis.set_ylim(0.0, 1.3 * max(float(trace.contact_force.max()), float(static)))
+    axis.legend(frameon=False, fontsize=8, loc="upper right", ncols=2)
 
 
 def _legend_of_modes(figure: Any, trace: "PushTrace") -> None:
