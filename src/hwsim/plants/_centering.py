@@ -52,9 +52,9 @@ class CenteringMachine(Frozen):
 
     Outcome of a part: ``time`` (s), ``pushes``, the hidden ``offset`` (mm) once the ring lies still, ``said_finished``,
     ``finished`` (1: said so, and within tolerance), ``timed_out``, ``slipped`` (1: the table threw the ring), ``lost`` (1: the
-    axis came out of the part), ``collisions``, ``peak_force`` (N), ``true_mu_static``, ``true_mu_kinetic`` of this part,
-    ``overruns`` of tasks, ``worst_response`` (s) of the controller's, and ``center_x``, ``center_y`` (mm, on the table) before
-    each push and at the end.
+    axis came out of the part), ``collisions`` (contacts that begin while no profile runs), ``peak_force`` (N),
+    ``true_mu_static``, ``true_mu_kinetic`` of this part, ``overruns`` of tasks, ``worst_response`` (s) of the controller's, and
+    ``center_x``, ``center_y`` (mm, on the table) before each push and at the end.
 
     Parameters
     ----------
