@@ -50,7 +50,7 @@ def test_bad_input_of_an_update(arguments, message):
 
 
 def test_bad_limit_and_places():
-    with pytest.raises(ValueError, match="limit must be > 0 .mm.; got 0.0"):
+    with pytest.raises(ValueError, match=r"limit must be > 0 .mm.; got 0.0"):
         StrokeCorrection(0.0)
-    with pytest.raises(ValueError, match="offset must be >= 0 .mm."):
+    with pytest.raises(ValueError, match=r"offset must be >= 0 .mm."):
         travelled(1.0, 0.0, -1.0, 0.0)
