@@ -86,9 +86,11 @@ def _parts(axis: Any, log: PartLog) -> None:
     done = log.outcome.finished.values > 0
     time = log.outcome.time.values
     axis.plot(time[done], offset[done], "o", color=_TIP, ms=3.5, label="finished")
-    axis.plot(time[~done], offset[~done], "o", color=_BAD, ms=3.5, label="not finished")
+    if not done.all():
+        axis.plot(time[~done], offset[~done], "o", color=_BAD, ms=3.5, label="not finished")
     axis.axhline(_UM * float(log.outcome.attrs["tolerance"]), color="0.15", lw=1, ls="--")
     axis.set(xlabel="time of a part [s]", ylabel="final offset [µm]", yscale="log")
+    axis.set_ylim(min(0.1, 0.5 * float(offset.min())), 2.0 * max(5.0, float(offset.max())))  # decades, however alike they are
     axis.set_title("Every part; dashed: the tolerance", loc="left", fontsize=10)
     axis.legend(**_SMALL)
 
