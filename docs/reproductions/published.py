@@ -22,6 +22,11 @@ class Published:
         """What the source does not give the inputs of."""
         self.rows.append((what, published, "-", "-", f"cannot be reproduced: {why}"))
 
+    def beyond(self, what, published, correct, ours, tolerance, why):
+        """What the printed inputs do not give: ours is held to what is correct, the printed number stands beside it."""
+        assert abs(ours - correct) <= tolerance, f"{what}: {ours} for {correct}"
+        self.rows.append((what, published, shown(correct), shown(ours), f"cannot be reproduced: {why}"))
+
     def show(self):
         """Print the table."""
         heads = ("", "published", "correct", "ours", "")
