@@ -14,10 +14,7 @@ def travel_at(table, grid, stroke, ratio):
     if stroke <= 0.0:
         return 0.0
     strokes, ratios = table.shape
-    i = (np.log(stroke) - grid[0]) / grid[1]
-    if i <= 0.0:
-        return table[0, 0]
-    i = min(i, strokes - 1.0)
+    i = min(max((np.log(stroke) - grid[0]) / grid[1], 0.0), strokes - 1.0)
     j = min(max((ratio - grid[2]) / grid[3], 0.0), ratios - 1.0)
     a, b = min(int(i), strokes - 2), min(int(j), ratios - 2)
     x, y = i - a, j - b
