@@ -18,7 +18,8 @@ from sdpgrind.base import checks
 _TURN = 2.0 * pi
 _LATEST, _EARLIEST, _FREEZE = 1.3, 2.7, 5.0  # samples before: a profile can still be sent; is sent; the slide is stopped
 _STOPPED = 0.5  # mm/s: commanded speed of a slide that counts as waiting
-_STALE = 0.01  # relative change of offset or table speed that makes a planned push stale
+_STALE = 0.02  # relative change of offset or table speed that makes a planned push stale
+_SOON = 0.07  # s
 _TOLD, _HIDDEN = 0.05, 2e-3  # of the wanted travel, and mm: what turning may add before a push tells nothing of friction
 _LONG = 1.0  # mm: what a longer push is off by is more of its direction than of friction, and small pushes tell it better
 _MEMORY = 4.0  # pushes' worth of evidence at most: friction may change, and models err
@@ -256,13 +257,19 @@ class CenteringController(CycleBase):
         view = self._view
         room = max(self._tip - view.radius - view.offset, 0.0)
         start = Approach(view.offset, room, speed)
-        if self._launch is None or _stale(self._planned, start):
+        if self._launch is None or _stale(self._planned, start, self._near()):
             self._launch = self._launched(choice, start)
             self._planned = start
         wanted = view.offset_angle - self._launch.lead - self._direction.value - self.settings.manual_lead
         soonest = self._table.angle + self._table.speed * _LATEST * self.period
         self._trigger = wanted + _TURN * ceil((soonest - wanted) / _TURN)
         return self._launch
+
+    def _near(self) -> float:
+        """Relative change that makes a planned push stale: little only when it is soon due."""
+        if not isfinite(self._trigger):
+            return _STALE
+        return _STALE if self._table.time_to(self._trigger) < _SOON else 20.0 * _STALE
 
     def _launched(self, choice: ChosenPush, start: Approach) -> Launch:
         """The push with the part's friction as it is believed to be."""
@@ -342,7 +349,7 @@ class CenteringController(CycleBase):
             self._direction.see(travel.across / travel.along, spread)
 
 
-def _stale(planned: Approach, start: Approach) -> bool:
-    """Whether a planned push rests on what has changed since."""
+def _stale(planned: Approach, start: Approach, share: float) -> bool:
+    """Whether a planned push rests on what has changed since, by more than a share."""
     pairs = ((planned.offset, start.offset), (planned.spindle_speed, start.spindle_speed))
-    return any(abs(a - b) > _STALE * abs(b) for a, b in pairs) or abs(planned.room - start.room) > 0.02
+    return any(abs(a - b) > share * abs(b) for a, b in pairs) or abs(planned.room - start.room) > 2.0 * share

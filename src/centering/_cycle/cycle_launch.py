@@ -112,7 +112,7 @@ def launch(kind: PushKind, stroke: float, start: Approach, model: PushModel, lim
         if abs(beyond) <= max(_MEND, _CLOSE * start.offset):
             break
         strokes.append(_mended(strokes, tries))
-        tries.append(_tried(kind, strokes[-1], start, model, limits, goal))
+        tries.append(_tried(kind, strokes[-1], start, model, limits, goal, tries[-1].lead))
     best = min(tries, key=lambda one: abs(one.beyond))
     if lag == 0.0:
         return best
@@ -120,12 +120,14 @@ def launch(kind: PushKind, stroke: float, start: Approach, model: PushModel, lim
     return Launch(best.lead + late, _made_up(best.rows, best.first, lag), best.stop_time + lag, best.beyond, best.first)
 
 
-def _tried(kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, goal: float) -> Launch:
-    """The push with a stroke, and how much further than its goal (mm) the ring goes."""
+def _tried(
+    kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, goal: float, guess: float = 0.0
+) -> Launch:
+    """The push with a stroke, and how much further than its goal (mm) the ring goes; `guess` is a lead to begin with (rad)."""
     contact = kind.profile(model, stroke, limits.max_acceleration).segments
     before = _approach(start.room, float(contact[0, 1]), limits)
     rows = np.vstack((before, contact) if kind.retract else (before, contact, _drawn_back(limits)))
-    lead, left = _lead(rows, start, model)
+    lead, left = _lead(rows, start, model, guess)
     return Launch(lead, rows, _until_turn(rows), start.offset - left - goal, len(before))
 
 
@@ -179,13 +181,13 @@ def _until_turn(rows: Floats) -> float:
     return float(rows[:last, 0].sum())
 
 
-def _lead(rows: Floats, start: Approach, model: PushModel) -> tuple[float, float]:
+def _lead(rows: Floats, start: Approach, model: PushModel, guess: float) -> tuple[float, float]:
     """Lead angle (rad) with which nothing is left across the offset, and what is left along it (mm)."""
     low = start.spindle_speed * _until_turn(rows)
     if start.offset <= 0.0 or start.spindle_speed <= 0.0:
         return low, 0.0
     alongs, across = np.empty(2), np.empty(2)
-    leads = [low, 0.8 * low]
+    leads = [0.95 * guess, guess] if guess > 0.0 else [low, 0.8 * low]
     for k in range(2):
         alongs[k], across[k] = followed(rows, start, model, leads[k])
     for _ in range(_TRIES):

@@ -6,7 +6,7 @@ from centering._cycle.settings import CycleSettings
 from centering._geometry.estimator import GeometryEstimator
 
 _FEWEST = 4  # readings: three fix a circle, a fourth says how well
-_EVERY = 3  # readings between two looks at what they say, once there are many
+_EVERY = 4  # readings between two looks at what they say, once there are many
 _MANY = 12
 _HOLD = 20.0  # deviations of a centre within which it is believed at all
 
