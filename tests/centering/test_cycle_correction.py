@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from centering._cycle.correction import StrokeCorrection, travelled
@@ -10,6 +10,7 @@ from centering._cycle.correction import StrokeCorrection, travelled
 OFFSETS, ANGLES = st.floats(0.0, 20.0), st.floats(-7.0, 7.0)
 
 
+@settings(deadline=None)
 @given(OFFSETS, ANGLES, OFFSETS, ANGLES)
 def test_travel_is_the_difference_of_the_two_places(before, from_angle, offset, angle):
     apart = abs(before * np.exp(1j * from_angle) - offset * np.exp(1j * angle))
@@ -20,6 +21,7 @@ def test_travel_keeps_small_differences():
     assert travelled(10.0, 1.0, 10.0 - 1e-7, 1.0) == pytest.approx(1e-7, rel=1e-6)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.floats(0.01, 10.0), st.floats(0.0, 12.0), st.floats(-1.0, 1.0)), max_size=20))
 def test_the_correction_is_the_clamped_running_sum(pushes):
     correction, value = StrokeCorrection(0.5), 0.0

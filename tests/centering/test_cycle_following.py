@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from centering._cycle.following import Follower, FollowingGains, FollowingLimits, braking_speed, tune_following
@@ -15,6 +15,7 @@ def test_error_gain_of_the_specification():
     assert FollowingGains(25.0, 60.0).error_gain(units.rpm(20)) == pytest.approx(0.057427, rel=1e-5)
 
 
+@settings(deadline=None)
 @given(st.floats(5.0, 40.0), st.floats(0.0, 200.0), st.floats(1.0, 10.0))
 def test_error_gain_is_that_of_the_loop(kp, ki, w):
     """Response of e' = r' - Kp e - Ki integral e to r = cos wt, from its state space."""
@@ -35,6 +36,7 @@ def test_small_deviations_follow_the_linear_law():
     assert max(np.abs(seen[-60_000:])) == pytest.approx(0.5 * gains.error_gain(w), rel=1e-2)
 
 
+@settings(deadline=None)
 @given(st.floats(1e-6, 50.0))
 def test_braking_speed_stops_within_the_distance(distance):
     limits = FollowingLimits()

@@ -92,6 +92,7 @@ def test_a_table_at_rest_never_comes():
     assert table.time_to(1.0) == float("inf") and table.time_to(-1.0) == 0.0
 
 
+@settings(deadline=None)
 @given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi))
 def test_travel_is_the_vector_in_the_frame_of_the_push(x, y, u, v, towards):
     travel = Travel.between((x, y), (u, v), towards=towards)
