@@ -75,6 +75,14 @@ class Area(ABC):
         """Give what learns between parts; None: nothing does."""
         return None
 
+    def watched(self, controller: Any, job: Any, arguments: argparse.Namespace) -> Any:
+        """Give the controller itself, or one that does the same and shows it."""
+        return controller
+
+    def more_pictures(self, log: "Log") -> Mapping[str, Any]:
+        """Name what else of a log is drawn into the folder: file name -> what has ``plot``."""
+        return {}
+
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
         """Do something else than a run, where a switch asks for it, and say in a text what came of it; None: run.
 
@@ -126,7 +134,8 @@ def work(area: Area, arguments: argparse.Namespace) -> None:
         folder.refuse_other_run(controller=job.controller(plan))
         folder.begin(plan)
     log = _run(area, job, plan, folder, arguments)
-    kept = [] if folder is None else folder.keep(log, plan, pictures=not arguments.no_pictures)
+    pictures = {} if arguments.no_pictures else {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
+    kept = [] if folder is None else folder.keep(log, pictures)
     print(area.report(title, log, plan, job))
     if len(log) > arguments.parts:
         held = f"{folder} held {len(log)} finished {area.part}s already"
@@ -205,5 +214,5 @@ def _run(area: Area, job: Job, plan: Any, folder: RunFolder | None, arguments: a
 
     journal = None if folder is None else folder.journal
     parts = arguments.parts if folder is None else max(arguments.parts, folder.finished)
-    adapt, controller = area.adaptation(job, arguments), job.controller(plan)
+    adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
     return run(job.stand, controller, parts=parts, rng=arguments.rng, adapt=adapt, journal=journal, progress=TerminalLine())

@@ -71,10 +71,10 @@ class RunFolder:
         if not self._plan_file.exists():
             plan.save(self._plan_file)
 
-    def keep(self, log: "Log", plan: Any, *, pictures: bool) -> list[str]:
-        """Write log and pictures; give the names of everything in the folder."""
+    def keep(self, log: "Log", pictures: Mapping[str, Any]) -> list[str]:
+        """Write log and pictures (file name -> what has ``plot``); give the names of everything in the folder."""
         log.save(self.path / "run.nc")
-        names = drawn(self.path, {f"{self.word}.png": plan, "run.png": log}) if pictures else []
+        names = drawn(self.path, pictures) if pictures else []
         return [self._plan_file.name, "run.nc", "run.db", *names]
 
 

@@ -10,7 +10,7 @@ from hwsim._area import add_to
 from sdpgrind import __version__
 
 # Modules with an ``AREA`` (see `hwsim._area`).
-_AREAS = ("hwsim._weldbead_cli", "hwsim._plunge_cli", "hwsim._locus_cli", "hwsim._finishing_cli")
+_AREAS = ("hwsim._weldbead_cli", "hwsim._plunge_cli", "hwsim._locus_cli", "hwsim._finishing_cli", "hwsim._centering_cli")
 REFUSED, INTERRUPTED = 2, 130  # exit status
 
 

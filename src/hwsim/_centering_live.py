@@ -1,0 +1,137 @@
+"""A cycle while it runs: the centre on a log-polar chart of plain text, on a terminal; silent elsewhere."""
+
+import copy
+import functools
+import sys
+import time
+from collections.abc import Callable, Mapping
+from math import cos, isfinite, log10, pi, sin
+from typing import Any, TextIO
+
+from centering import CenteringProblem, CycleState
+
+_ROWS, _COLUMNS = 21, 43  # characters are about twice as high as wide
+_SPARE = 0.5  # decades below the tolerance, at the middle
+_DOTS = 240  # in a circle
+_FRAME = 0.1  # s of the machine between two frames
+_UM = 1000.0
+
+
+class Chart:
+    """Offsets of a part by direction, on a logarithmic scale: rings at decades, one of ``o`` at the tolerance.
+
+    Digits are where the centre was before push 1, 2, ...; ``@`` is where it is.
+    """
+
+    def __init__(self, tolerance: float, offset_max: float) -> None:
+        self._low = log10(tolerance) - _SPARE
+        self._span = log10(offset_max) - self._low
+        self._paper = [[" "] * _COLUMNS for _ in range(_ROWS)]
+        decade = -6
+        while decade <= log10(offset_max):
+            self._circle(10.0**decade, ".")
+            decade += 1
+        self._circle(offset_max, ".")
+        self._circle(tolerance, "o")
+        self._mark(0.0, 0.0, "+")
+
+    def drawn(self, places: list[tuple[float, float]]) -> list[str]:
+        """Lines of the chart with places (mm, rad), the last one now."""
+        paper = self._paper
+        self._paper = [row.copy() for row in paper]
+        for k, (offset, angle) in enumerate(places[:-1], 1):
+            self._mark(offset, angle, str(k % 10))
+        if places:
+            self._mark(*places[-1], "@")
+        lines, self._paper = ["".join(row).rstrip() for row in self._paper], paper
+        return lines
+
+    def _circle(self, offset: float, sign: str) -> None:
+        if log10(offset) > self._low:
+            for k in range(_DOTS):
+                self._mark(offset, 2 * pi * k / _DOTS, sign)
+
+    def _mark(self, offset: float, angle: float, sign: str) -> None:
+        share = 0.0 if offset <= 0.0 else (log10(offset) - self._low) / self._span
+        r = min(max(share, 0.0), 1.0)
+        row = round((_ROWS - 1) / 2 * (1 - r * sin(angle)))
+        self._paper[row][round((_COLUMNS - 1) / 2 * (1 + r * cos(angle)))] = sign
+
+
+class LiveView:
+    """Show what a controller reports of a part, in the time of the machine; on a terminal only.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Tolerance (mm) and greatest offset (mm) of the chart.
+    stream : file, optional
+        Where to write; standard error by default.
+    wait : callable, optional
+        Waits for so many s; ``time.sleep``.
+    """
+
+    def __init__(
+        self, problem: CenteringProblem, stream: TextIO | None = None, wait: Callable[[float], None] = time.sleep
+    ) -> None:
+        self._stream = sys.stderr if stream is None else stream
+        self._chart = Chart(problem.tolerance, problem.offset_max)
+        self._wait = wait
+        self._tall = 0  # lines of the last frame
+        self._begin()
+
+    def _begin(self) -> None:
+        """A part begins."""
+        self._shown, self._start = -1.0, time.monotonic()
+        self._pushes, self._places = 0, list[tuple[float, float]]()
+
+    def __call__(self, now: float, report: Mapping[str, float]) -> None:
+        """Take note of a report at a time of the part (s)."""
+        if not self._stream.isatty():
+            return
+        if now < self._shown:
+            self._begin()
+        self._note(report)
+        state = CycleState(int(report["state"]))
+        if self._shown < 0.0 or now - self._shown >= _FRAME or state.over:
+            self._shown = now
+            self._frame(now, state, report)
+
+    def _note(self, report: Mapping[str, float]) -> None:
+        """Where the centre is, and whether it was pushed since."""
+        offset, angle = report.get("offset", float("nan")), report.get("offset_angle", float("nan"))
+        if not (isfinite(offset) and isfinite(angle)):
+            return
+        moved = int(report["pushes"]) != self._pushes
+        self._pushes = int(report["pushes"])
+        if moved or not self._places:
+            self._places.append((offset, angle))
+        self._places[-1] = offset, angle
+
+    def _frame(self, now: float, state: CycleState, report: Mapping[str, float]) -> None:
+        """Redraw, no earlier than the machine would be there."""
+        if (early := self._start + now - time.monotonic()) > 0.0:
+            self._wait(early)
+        offset = f"{_UM * self._places[-1][0]:10.2f} um" if self._places else "not known yet"
+        told = f"{now:6.2f} s  {state.name.lower():9} push {self._pushes:2d}  offset {offset}"
+        lines = [*self._chart.drawn(self._places), told]
+        up = f"\x1b[{self._tall}A" if self._tall else ""
+        self._stream.write("\r" + up + "".join(f"{line}\x1b[K\n" for line in lines))
+        self._stream.flush()
+        self._tall = len(lines)
+
+
+def watched(controller: Any, view: LiveView) -> Any:
+    """Return the same controller, of which each report is shown; for logs and journals it is the one that it was."""
+    kind = type(controller)
+
+    @functools.wraps(kind.step)
+    def step(self: Any, **measured: Any) -> Any:
+        command = kind.step(self, **measured)
+        view(measured["time"], self.report())
+        return command
+
+    names = {"step": step, "__module__": kind.__module__, "__qualname__": kind.__qualname__, "__doc__": kind.__doc__}
+    seen = copy.copy(controller)
+    seen.__class__ = type(kind.__name__, (kind,), names)
+    return seen

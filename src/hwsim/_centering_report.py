@@ -1,0 +1,77 @@
+"""What ``hwsim centering`` prints: the first parts, the strategy's promise beside what came of it, or two controllers."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim._report import parts_table, summary_head, summary_line
+
+if TYPE_CHECKING:
+    from hwsim._log import Log
+
+_SHORT = {"peak_force": "force", "true_mu_kinetic": "mu_kinetic"}
+_COLUMNS = (
+    ("time", ".2f"), ("pushes", "d"), ("offset", ".5f"), ("finished", "d"), ("peak_force", ".0f"), ("true_mu_kinetic", ".4f"),
+)  # fmt: skip
+_UM = 1000.0
+_PREDICTED = 400  # parts that the strategy is followed for on its model
+
+
+def report(title: str, log: "Log", plan: Any) -> str:
+    """Return the whole report as text."""
+    lines = parts_table(log, "part", _COLUMNS, _SHORT)
+    return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan)])
+
+
+def side_by_side(title: str, log: "Log", plan: Any) -> str:
+    """Return what became of the same parts with each controller, as text."""
+    outcome = log.outcome
+    names = [str(name) for name in outcome.controller.values]
+    count = f"{outcome.sizes['part']} parts"
+    lines = [f"{count:<26}" + "".join(f"{name:>12}" for name in names)]
+    for label, values, form in _figures(outcome):
+        lines.append(f"{label:<26}" + "".join(f"{format(float(value), form):>12}" for value in values))
+    return "\n".join([*_head(title, plan), "", *lines])
+
+
+def _figures(outcome: Any) -> Iterator[tuple[str, Any, str]]:
+    """What is compared: name, a value for each controller, format."""
+    yield "finished (%)", 100 * outcome.finished.mean("part").values, ".1f"
+    for name, label, form in (("time", "time (s)", ".2f"), ("pushes", "pushes", ".2f")):
+        yield f"{label}, mean", outcome[name].mean("part").values, form
+        yield f"{label}, 95 % of parts", outcome[name].quantile(0.95, "part").values, form
+    yield "offset at the end (um)", _UM * outcome.offset.mean("part").values, ".2f"
+    yield "peak force (N), mean", outcome.peak_force.mean("part").values, ".1f"
+
+
+def _head(title: str, plan: Any) -> Iterator[str]:
+    problem, model = plan.problem, plan.problem.model
+    yield (
+        f"{title}: a ring of {model.part.mass:g} kg, radius {model.part.radius:g} mm, "
+        f"from up to {problem.offset_max:g} mm to {_UM * problem.tolerance:g} um"
+    )
+    places = ", ".join(f"{plan.cycle_time(offset):.2f} s from {offset:g} mm" for offset in _places(problem))
+    yield f"strategy: {places}; finished where {_UM * plan.finish:.3g} um are measured"
+    if problem.quantum_note:
+        yield f"note: {problem.quantum_note}"
+
+
+def _places(problem: Any) -> list[float]:
+    return [round(share * problem.offset_max, 6) for share in (0.01, 0.1, 1.0) if share * problem.offset_max > problem.tolerance]
+
+
+def _summary(log: "Log", plan: Any) -> Iterator[str]:
+    outcome = log.outcome
+    start = np.clip(np.hypot(outcome.center_x.values[:, 0], outcome.center_y.values[:, 0]), 0.0, plan.problem.offset_max)
+    model = plan.simulate(parts=_PREDICTED, rng=0, start=np.resize(start, _PREDICTED))
+    expected = float(np.mean([plan.cycle_time(float(offset)) for offset in start]))
+    yield summary_head(log, "part")
+    yield summary_line("time (s)", outcome.time.values, ".3f", expected)
+    yield summary_line("pushes", outcome.pushes.values, ".3f", float(model.pushes.mean()))
+    yield summary_line("offset at the end (um)", _UM * outcome.offset.values, ".3f", _UM * float(np.mean(model.offset)))
+    yield summary_line("finished (%)", 100 * outcome.finished.values, ".1f", 100 * float(np.mean(model.finished)))
+    yield summary_line("peak force (N)", outcome.peak_force.values, ".1f")
+    for name, label in (("collisions", "collisions"), ("slipped", "slipped on the table (%)"), ("timed_out", "broken off (%)")):
+        if outcome[name].values.any():
+            yield summary_line(label, (1.0 if name == "collisions" else 100.0) * outcome[name].values, ".2f", 0.0)
