@@ -8,10 +8,11 @@ from hypothesis import strategies as st
 from centering._friction.estimator import FrictionEstimator
 from centering._friction.turning import turning_profile
 from centering._push import direction_kernels as at
-from centering._push.direction import plan_touch, ring_state
+from centering._push.direction import plan_touch
 from centering._push.presets import preset
 from centering._push.profile import TipProfile
 from centering._push.reaction import simulate_pushes
+from centering._push.shooting import ring_state
 from sdpgrind import units
 
 PROBLEM = preset("printed")

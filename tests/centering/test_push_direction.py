@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from centering._push import direction_kernels as at
-from centering._push.direction import after, forward, plan_touch, profile_of, remaining, ring_state
+from centering._push.direction import after, forward, plan_touch, profile_of, remaining
 from centering._push.direction_kernels import push_on_table, touch_back
 from centering._push.presets import preset
 from centering._push.profile import TipProfile
+from centering._push.shooting import ring_state
 from centering._push.trace import simulate_push
 from sdpgrind import units
 

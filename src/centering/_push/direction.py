@@ -3,34 +3,32 @@
 From first touch on the rigid tip keeps the ring's centre on a circle of its radius about the tip's face, and the table carries
 the ring along. Without inertia the centre then moves over the table along the contact normal only; followed backward from the
 axis, that gives the one direction, Mears (5.17) made exact. With inertia the ring also drifts across: friction wears sideways
-speed off only at the rate mu_k g over the sliding speed, and the drift is about w v/(mu_k g) of the push. The exact direction
-holds both.
+speed off only at the rate mu_k g over the sliding speed, and the drift is about w v/(mu_k g) of the push. And it goes beyond the
+tip, or lags behind it, by its inertia, its friction and the table's centrifugal force. The exact push holds all of these.
 """
 
 from dataclasses import dataclass
-from math import atan2, cos, hypot, pi, sin, sqrt
+from functools import partial
+from math import cos, inf, isfinite, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
 from centering._push import direction_kernels as at
-from centering._push.direction_kernels import push_on_table, touch_back
+from centering._push.direction_kernels import touch_back
 from centering._push.gentle import gentle_profile
-from centering._push.model import GRAVITY, PushModel
 from centering._push.problem import CenteringProblem
 from centering._push.profile import TipProfile
+from centering._push.shooting import aimed, missed
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 DIRECTIONS = ("exact", "quasi-static", "contact", "end")
 SHAPES = ("trapezoid", "gentle")
 
-_ROUNDS = 3  # the drift depends little on the angle: each round is one digit or more
-_STEPS = 1000  # of a simulated push
-_PER_SWING = 60  # steps at least in a swing of the ring on the contact
+_ROUNDS = 3  # a gentle profile depends little on the angle: each round is one digit or more
 _SLIVER = 1e-9  # s: what rounding leaves of a row
-_MOVED = 0.2  # share of the offset: below it the ring has stuck, and no drift can be told
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -130,22 +128,33 @@ class _Task(NamedTuple):
     def touch(self, direction: str, shape: str) -> Touch:
         """Find the place of first touch; a gentle profile begins there, and is therefore found with it."""
         profile, gentle = self._profile(shape, self.offset), shape == "gentle"
-        angle = 0.0
+        angle, longer = 0.0, 0.0
         for _ in range(_ROUNDS if gentle and direction != "exact" else 1):
             angle = self._angle(direction, forward(profile.segments))
             profile = self._profile(shape, self._travel(angle)) if gentle else profile
-        for _ in range(_ROUNDS if direction == "exact" else 0):
-            angle = self._way(angle, profile)
-            profile = self._profile(shape, self._travel(angle)) if gentle else profile
-        return self._described(angle, profile)
+        if direction == "exact":
+            angle, longer = aimed(partial(self._missed, shape), angle, self.offset)
+            profile = self._profile(shape, self._travel(angle), longer)
+        return self._described(angle, longer, profile)
 
-    def _profile(self, shape: str, travel: float) -> TipProfile:
-        """The tip from its start on; position 0 where it has `travel` left."""
+    def _profile(self, shape: str, travel: float, longer: float = 0.0) -> TipProfile:
+        """The tip from its start on, which first touches the ring where it has `travel` left to the axis."""
         a = self.problem.limits.max_acceleration
         if shape == "trapezoid":
-            return TipProfile.move(self.total, self.push_speed, a)
+            return TipProfile.move(self.total + longer, self.push_speed, a)
         reach = TipProfile.move(self.total - travel, self.push_speed, a)
-        return reach.then(gentle_profile(self.problem.model, travel, self.push_speed))
+        return reach.then(gentle_profile(self.problem.model, travel + longer, self.push_speed))
+
+    def _missed(self, shape: str, angle: float, longer: float, coarse: bool) -> Floats:
+        """What such a push misses; infinite where there is none."""
+        travel = self._reach(angle) if isfinite(angle) else -inf
+        if not min(travel, travel + longer, self.total - travel) > 0.0:
+            return np.full(2, inf)
+        if shape == "gentle":
+            rows = gentle_profile(self.problem.model, travel + longer, self.push_speed).segments
+        else:
+            rows = after(_trapezoid(self.total + longer, self.push_speed, self.problem.limits.max_acceleration), travel + longer)
+        return missed(self.problem.model, self.spindle_speed, self.offset, angle, rows, coarse)
 
     def _reach(self, angle: float) -> float:
         """Distance of the rim from where it is at an angle (rad, before alignment) to where it is on the axis, mm."""
@@ -156,7 +165,7 @@ class _Task(NamedTuple):
     def _travel(self, angle: float) -> float:
         """Travel of the tip from first touch at an angle to the axis, mm."""
         travel = self._reach(angle)
-        if travel <= 0.0:
+        if not travel > 0.0:
             rule = f"higher for an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
             raise checks.refuse("push_speed", f"{rule}: the ring would be pushed from its side", self.push_speed, "mm/s")
         return travel
@@ -184,41 +193,29 @@ class _Task(NamedTuple):
         most = min(self.spindle_speed * time, pi / 2)
         return float(brentq(apart, 0.0, most, xtol=1e-13)) if apart(most) < 0.0 else most
 
-    def _way(self, angle: float, profile: TipProfile) -> float:
-        """Direction in which a ring with inertia goes that is touched at an angle: so far before the line it must be, rad."""
-        model, w = self.problem.model, self.spindle_speed
-        rows = after(profile.segments, self._travel(angle))
-        state = ring_state(self.offset, -angle, model.part.radius, w)
-        start_x, start_y = state[at.X], state[at.Y]
-        push_on_table(model.parameters, model.part.radius, w, _withdrawn(rows, self.problem), _step(model, rows), state)
-        turned = -w * state[at.CLOCK]
-        x = cos(turned) * state[at.X] - sin(turned) * state[at.Y] - start_x
-        y = sin(turned) * state[at.X] + cos(turned) * state[at.Y] - start_y
-        return angle if hypot(x, y) < _MOVED * self.offset else -atan2(-y, -x)
-
-    def _described(self, angle: float, profile: TipProfile) -> Touch:
+    def _described(self, angle: float, longer: float, profile: TipProfile) -> Touch:
         rows = forward(profile.segments)
-        travel = self._travel(angle)
+        reach = self._travel(angle)
+        travel = reach + longer
         push = after(profile.segments, travel)
         time = float(forward(push)[:, 0].sum())
         return Touch(
             angle=angle,
             time=time,
             travel=travel,
-            run_up=self.total - travel,
+            run_up=self.total - reach,
             run_up_time=float(rows[:, 0].sum()) - time,
-            profile=profile_of(profile.segments, travel - self.total),
+            profile=profile_of(profile.segments, reach - self.total),
             push_profile=profile_of(push, 0.0),
         )
 
 
-def ring_state(offset: float, offset_angle: float, radius: float, spindle_speed: float) -> Floats:
-    """State for `push_on_table` of a ring (mm, rad) that rests on the turning table (rad/s) with the tip at its rim."""
-    state = np.zeros(at.STATES)
-    x, y = offset * cos(offset_angle), offset * sin(offset_angle)
-    state[at.X], state[at.Y], state[at.V_X], state[at.V_Y] = x, y, -spindle_speed * y, spindle_speed * x
-    state[at.TIP], state[at.RESTS], state[at.TOUCH] = x + sqrt(radius * radius - y * y), 1.0, -1.0
-    return state
+def _trapezoid(distance: float, speed: float, acceleration: float) -> Floats:
+    """The rows of `TipProfile.move`, without its checks."""
+    top = min(speed, sqrt(acceleration * distance))
+    rise, cruise = top / acceleration, distance / top - top / acceleration
+    rows = [(rise, 0.0, acceleration), (cruise, top, 0.0), (rise, top, -acceleration)]
+    return np.array([row for row in rows if row[0] > _SLIVER])
 
 
 def profile_of(rows: Floats, start: float) -> TipProfile:
@@ -261,17 +258,3 @@ def after(segments: Floats, travel: float) -> Floats:
             return np.vstack((first, segments[k + 1 :])) if kept > _SLIVER else segments[k + 1 :]
         left -= way
     return rows
-
-
-def _withdrawn(rows: Floats, problem: CenteringProblem) -> Floats:
-    """The rows, and a tip that goes out of the way until every slide has ended."""
-    a, v = problem.limits.max_acceleration, problem.limits.push_speed_max
-    last = rows[-1, 1] + rows[-1, 2] * rows[-1, 0]
-    rest = 2.0 * v / (problem.model.mu_kinetic * GRAVITY)
-    out = [[rest, last, 0.0]] if last < 0.0 else [[v / a, last, -a], [rest, last - v, 0.0]]
-    return np.vstack((rows, out))
-
-
-def _step(model: PushModel, rows: Floats) -> float:
-    swing = 2.0 * pi * sqrt(model.inertia / model.contact_stiffness)
-    return float(max(min(rows[:, 0].sum() / _STEPS, swing / _PER_SWING), 1e-6))

@@ -127,7 +127,7 @@ def plan_push(
     """Plan a push that brings an offset ring to the axis of a turning table: trigger, stroke and time, Mears (5.1) to (5.17).
 
     The slide approaches to `CenteringLimits.safety` before the farthest place of the rim, rests for the settle time, and pushes
-    until the tip is a radius away from the axis. The lead solves lead = speed x time, where the time depends on the lead.
+    until the tip is a radius away from the axis, or so much nearer or farther as ``direction="exact"`` finds. The lead solves lead = speed x time, where the time depends on the lead.
 
     Parameters
     ----------
@@ -140,8 +140,10 @@ def plan_push(
     spindle_speed, push_speed : float
         rad/s, mm/s.
     direction : {"exact", "quasi-static", "contact", "end"}
-        What the lead aims at. ``"exact"``: the ring, carried by the table and drifting by its inertia, goes through the axis.
-        ``"quasi-static"``: the same without inertia. ``"contact"``: alignment at first contact (Mears, chapter 7). ``"end"``:
+        What the push aims at. ``"exact"``: the ring, carried by the table, drifting and thrown by its inertia, comes to rest at
+        the axis; the stroke ends before or beyond it by as much as the ring goes ahead of the tip or lags behind. Where no stroke
+        does (a ring that is thrown by more than its offset), it goes through the axis. ``"quasi-static"``: through the axis,
+        without inertia. ``"contact"``: alignment at first contact (Mears, chapter 7). ``"end"``:
         alignment at the end, Mears (5.17).
     timing : {"exact", "printed"}
         ``"printed"``: times of Mears (5.13) to (5.16), which are too long.
