@@ -19,15 +19,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from centering._cycle.belief import Belief
     from centering._cycle.controller import CenteringController
-    from centering._cycle.correction import StrokeCorrection
-    from centering._cycle.following import FollowingGains, FollowingLimits, tune_following
+    from centering._cycle.correction import StrokeCorrection, travelled
+    from centering._cycle.following import Follower, FollowingGains, FollowingLimits, FollowingMap, tune_following
+    from centering._cycle.outcomes import OutcomeTable, PushKind
     from centering._cycle.plan import plan
     from centering._cycle.printed_controller import PrintedController
     from centering._cycle.settings import CycleSettings
     from centering._cycle.states import CycleState
     from centering._cycle.strategy import Choice, Strategy
     from centering._cycle.strategy_record import CenteringRuns
+    from centering._cycle.strategy_timing import CycleTiming
     from centering._friction.bristle_laws import DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
     from centering._friction.drift import FrictionTrace, friction_drift, simulate_friction
     from centering._friction.estimator import FrictionEstimator, identify_friction
@@ -61,6 +64,7 @@ if TYPE_CHECKING:
     from centering._handover.drift import DriftTrack
     from centering._handover.stock import Stock
     from centering._identify import identify
+    from centering._push.bandstop import band_stop_lag, band_stop_profile
     from centering._push.direction import Touch, plan_touch
     from centering._push.free_slide import FreeSlideTable, free_slide_table
     from centering._push.gentle import gentle_profile, tap_profile
@@ -89,6 +93,7 @@ if TYPE_CHECKING:
     from centering._push.profile import TipProfile
     from centering._push.push import Push, plan_push
     from centering._push.reaction import simulate_pushes
+    from centering._push.resonance import StictionResonance, implied_stiffness, resonance_over_speed, stiction_resonance
     from centering._push.sliding import Launch, RingFriction, Slide, launch_for, ring_friction, slide_to_rest
     from centering._push.timing import Stop, move_peak, move_time, stopping
     from centering._push.trace import PushTrace, simulate_push
@@ -100,6 +105,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Allowance",
+    "Belief",
     "BothRules",
     "CenteringController",
     "CenteringLimits",
@@ -116,12 +122,15 @@ __all__ = [
     "CoulombFriction",
     "CycleSettings",
     "CycleState",
+    "CycleTiming",
     "DahlFriction",
     "DriftAlarm",
     "DriftTrack",
     "ElastoPlasticFriction",
+    "Follower",
     "FollowingGains",
     "FollowingLimits",
+    "FollowingMap",
     "FreeSlide",
     "FreeSlideTable",
     "FrictionEstimator",
@@ -130,6 +139,7 @@ __all__ = [
     "Launch",
     "LuGreFriction",
     "MeasuringController",
+    "OutcomeTable",
     "Part",
     "PrintedController",
     "PrintedEstimator",
@@ -137,6 +147,7 @@ __all__ = [
     "PrintedHistory",
     "Profile",
     "Push",
+    "PushKind",
     "PushModel",
     "PushScatter",
     "PushTrace",
@@ -148,6 +159,7 @@ __all__ = [
     "Slide",
     "Spectrum",
     "SpeedLimit",
+    "StictionResonance",
     "Stock",
     "Stop",
     "Strategy",
@@ -156,6 +168,8 @@ __all__ = [
     "TipProfile",
     "Touch",
     "ViscousFriction",
+    "band_stop_lag",
+    "band_stop_profile",
     "best_allowance",
     "chatter_check",
     "circle_derivatives",
@@ -174,6 +188,7 @@ __all__ = [
     "identify",
     "identify_circle",
     "identify_friction",
+    "implied_stiffness",
     "launch_for",
     "limacon_bias",
     "limacon_radius",
@@ -194,6 +209,7 @@ __all__ = [
     "radial_position",
     "reference_circle",
     "residual_checks",
+    "resonance_over_speed",
     "restitution",
     "rim_advance",
     "rim_motion",
@@ -205,8 +221,10 @@ __all__ = [
     "sliding_speed",
     "spindle_acceleration_limit",
     "spindle_speed_limit",
+    "stiction_resonance",
     "stopping",
     "tap_profile",
+    "travelled",
     "tune_following",
     "turning_profile",
 ]
@@ -251,6 +269,8 @@ _MODULES = {
     "chatter_check": "_handover.chatter",
     "DriftTrack": "_handover.drift",
     "Stock": "_handover.stock",
+    "band_stop_lag": "_push.bandstop",
+    "band_stop_profile": "_push.bandstop",
     "Touch": "_push.direction",
     "plan_touch": "_push.direction",
     "FreeSlideTable": "_push.free_slide",
@@ -283,6 +303,10 @@ _MODULES = {
     "Push": "_push.push",
     "plan_push": "_push.push",
     "simulate_pushes": "_push.reaction",
+    "StictionResonance": "_push.resonance",
+    "implied_stiffness": "_push.resonance",
+    "resonance_over_speed": "_push.resonance",
+    "stiction_resonance": "_push.resonance",
     "Launch": "_push.sliding",
     "RingFriction": "_push.sliding",
     "Slide": "_push.sliding",
@@ -309,11 +333,17 @@ _MODULES = {
     "ViscousFriction": "_friction.laws",
     "PrintedFriction": "_friction.printed",
     "turning_profile": "_friction.turning",
+    "Belief": "_cycle.belief",
     "CenteringController": "_cycle.controller",
     "StrokeCorrection": "_cycle.correction",
+    "travelled": "_cycle.correction",
+    "Follower": "_cycle.following",
     "FollowingGains": "_cycle.following",
     "FollowingLimits": "_cycle.following",
+    "FollowingMap": "_cycle.following",
     "tune_following": "_cycle.following",
+    "OutcomeTable": "_cycle.outcomes",
+    "PushKind": "_cycle.outcomes",
     "plan": "_cycle.plan",
     "PrintedController": "_cycle.printed_controller",
     "CycleSettings": "_cycle.settings",
@@ -321,6 +351,7 @@ _MODULES = {
     "Choice": "_cycle.strategy",
     "Strategy": "_cycle.strategy",
     "CenteringRuns": "_cycle.strategy_record",
+    "CycleTiming": "_cycle.strategy_timing",
     "identify": "_identify",
 }  # compiled loops and tables bring their libraries along: imported when first used
 
