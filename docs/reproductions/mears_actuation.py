@@ -381,7 +381,7 @@ for surface, published, correct, off in (("dry", "0.133", 0.13312, 5.6), ("oily"
 
 # %%
 # The model, told the measured friction, does not give what was read in Table 6.2 either. With the printed parameters forces are
-# a third too high and slides a third too short at 5000 mm/min; the fitted ones, whose viscous friction is three times as much,
+# a third too high and slides a quarter too short at 5000 mm/min; the fitted ones, whose viscous friction is three times as much,
 # are right in the force of fast pushes and give half of the slide. So what the general estimator finds of one pair of readings
 # depends on the speed: one friction does not explain them.
 for name, problem in PRESETS.items():
