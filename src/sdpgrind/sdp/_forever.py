@@ -24,8 +24,6 @@ from sdpgrind.sdp._stops import StopCharges
 
 SETTLED = 1e-11
 """Relative Bellman residual at which the value counts as solved."""
-TIED = 2.0 * _kernels.TIE_ABS
-"""The same where the value is the exact cost of a policy: actions that tie may follow each other for ever."""
 DIRECT = 6000
 """States up to which a policy is evaluated by a direct solve."""
 
@@ -38,26 +36,30 @@ def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Prog
     table = _improve(problem, grid, bundles, stops, value)
     searched = any(move.levels is not None and move.levels.search for move in problem.moves)
     followed: Table | None = None
-    evaluated = False
     for sweep in range(10_000):
         change = float(np.max(np.abs(table.value[0] - value)))
         scale = max(1.0, float(np.max(np.abs(table.value[0]))))
         progress(min(0.99, sweep / 200), f"{grid.size} nodes, sweep {sweep}, change {change:.1e}")
-        if change <= (TIED if evaluated and not searched else SETTLED) * scale:
+        if change <= SETTLED * scale:
             _refuse_idle(problem, grid, table)
             return table
+        # Of actions that tie the first is taken, whose exact cost is off the least by the width of a tie at every sweep; and a
+        # search between levels leaves a residual of its own. There, go on as long as following the policy gets cheaper.
+        near = searched or _tied(table.value[0], value)
         swept = value = table.value[0]
-        evaluated = False
         if change <= 1e-2 * scale or sweep % 20 == 19:
             value = _evaluated(problem, grid, stops, table, swept)
-            evaluated = value is not swept
-        if searched and value is not swept:
-            # A search between levels leaves a residual of its own: go on as long as following the policy gets cheaper.
-            if followed is not None and np.mean(followed.value - value) <= SETTLED * scale:
+        if value is not swept:
+            if near and followed is not None and np.mean(followed.value - value) <= SETTLED * scale:
                 return followed
             followed = dataclasses.replace(table, value=value[None])
         table = _improve(problem, grid, bundles, stops, value)
     raise ValueError(f"the value-to-go does not settle; the last sweep still changed it by {change:.3g} $")
+
+
+def _tied(new: Floats, old: Floats) -> bool:
+    """Whether values differ by no more than actions that tie."""
+    return bool(np.all(np.abs(new - old) <= _kernels.TIE_ABS + _kernels.TIE_REL * np.abs(new)))
 
 
 def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, value: Floats) -> Table:
