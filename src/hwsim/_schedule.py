@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from hwsim._tasks import NANOSECONDS, Task
 from sdpgrind.base import checks, records
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.stored import decode, encode
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class TaskReport:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Schedule:
+class Schedule(ByValue):
     """All events on a processor, in their order; made by `Scheduler.run`.
 
     Parameters
@@ -99,7 +100,7 @@ class Schedule:
     trace: Whole
 
     def __post_init__(self) -> None:
-        self.trace.setflags(write=False)
+        object.__setattr__(self, "trace", lasting(self.trace, np.int64))
 
     def jobs(self, task: str) -> Whole:
         """Return the jobs of a task that are complete, one a row: number, release, start and completion (the
@@ -203,14 +204,6 @@ class Schedule:
             releases, overruns = (mine[mine[:, 1] == kind, 0] for kind in (Kind.RELEASE, Kind.OVERRUN))
             rows.append(Row(label, self.jobs(name)[:, [1, 3]], works, releases, overruns))
         return picture(rows, self.duration, first, last)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Schedule):
-            return NotImplemented
-        return self.tasks == other.tasks and self.duration == other.duration and np.array_equal(self.trace, other.trace)
-
-    def __hash__(self) -> int:
-        return hash((self.tasks, self.duration, self.trace.tobytes()))
 
     def __repr__(self) -> str:
         reports = self.report

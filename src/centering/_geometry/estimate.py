@@ -12,6 +12,7 @@ from centering._geometry.curve import circle_reading
 from centering._geometry.limacon import limacon_reading
 from centering._geometry.picture import plot_fit
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.stored import stored
 from sdpgrind.identify import Estimate
@@ -25,7 +26,7 @@ KNOWN = 2.0
 
 @stored("centering.circle")
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class CircleEstimate(Estimate):
+class CircleEstimate(Estimate, ByValue):
     """A circle about which a part turns off-centre: radius and centre, how sure they are, what limits that.
 
     Parameters
@@ -226,16 +227,6 @@ class CircleEstimate(Estimate):
                 f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}"
             )
         return plot_fit(self, turned, line)
-
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        return all(
-            np.array_equal(getattr(self, field.name), getattr(other, field.name)) for field in dataclasses.fields(type(self))
-        )
-
-    def __hash__(self) -> int:
-        return hash((self.value.tobytes(), self.covariance.tobytes(), self.status, self.samples))
 
     def __repr__(self) -> str:
         angle = f"{self.offset_angle:.6g} ± {self.offset_angle_sd:.2g} rad" if self.angle_known else "not known"

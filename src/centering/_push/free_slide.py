@@ -9,6 +9,7 @@ import numpy.typing as npt
 from centering._push.profile import TipProfile
 from centering._push.reaction import Pushable, parameter_rows, simulate_pushes
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
 _SPEED_MAX = 120.0  # mm/s: what the slide of the source reaches, Mears (3.3)
@@ -156,11 +157,11 @@ def free_slide_table(model: Pushable, *, speed_max: float = _SPEED_MAX) -> FreeS
 def _table(law: tuple[float, ...], speed_max: float) -> FreeSlideTable:
     parameters = np.array(law)
     if _slides(parameters, np.array([speed_max]))[0] <= 0.0:
-        return FreeSlideTable(_frozen(np.array([speed_max])), _frozen(np.zeros(1)))
+        return FreeSlideTable(lasting([speed_max]), lasting([0.0]))
     threshold = _threshold(parameters, speed_max)
     speed = threshold + (speed_max - threshold) * np.linspace(0.0, 1.0, _SPEEDS) ** 2  # steep at the threshold
     distance = np.maximum.accumulate(np.concatenate(((0.0,), _slides(parameters, speed[1:]))))
-    return FreeSlideTable(_frozen(speed), _frozen(distance))
+    return FreeSlideTable(lasting(speed), lasting(distance))
 
 
 def _threshold(parameters: Floats, speed_max: float) -> float:
@@ -182,8 +183,3 @@ def _slides(parameters: Floats, speed: Floats) -> Floats:
     flight = 4.0 * mass * (speed + static / np.sqrt(mass * stiffness)) / coulomb
     pushes = zip(speed, contact + flight, strict=True)
     return simulate_pushes(parameters, [TipProfile.constant_speed(v, t) for v, t in pushes])[:, 1]
-
-
-def _frozen(values: Floats) -> Floats:
-    values.flags.writeable = False
-    return values

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from centering._push.profile_rows import jerk_rise, move_arguments, scaled
 from centering._push.timing import move_peak
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -17,7 +18,7 @@ from sdpgrind.base.stored import stored
 
 @stored("centering.tip_profile")
 @dataclass(frozen=True, eq=False, repr=False)
-class TipProfile(Frozen):
+class TipProfile(Frozen, ByValue):
     """Motion of the pusher tip in segments of constant acceleration.
 
     Position counts from the first touch of a part at rest, positive toward the axis of the table. The speed may jump where two
@@ -53,9 +54,7 @@ class TipProfile(Frozen):
 
     def __post_init__(self) -> None:
         for name, unit in (("duration", "s"), ("velocity", "mm/s"), ("acceleration", "mm/s^2")):
-            values = np.atleast_1d(checks.finite_array(name, getattr(self, name), unit)).copy()
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, lasting(np.atleast_1d(checks.finite_array(name, getattr(self, name), unit))))
         sizes = {self.duration.shape, self.velocity.shape, self.acceleration.shape}
         if len(sizes) > 1 or self.duration.ndim != 1 or self.duration.size == 0:
             raise checks.refuse("duration, velocity and acceleration", "of one length >= 1", sizes)
@@ -269,14 +268,6 @@ class TipProfile(Frozen):
         from centering._push.trace_picture import plot_profile  # the picture imports what it draws
 
         return plot_profile(self)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, TipProfile):
-            return NotImplemented
-        return self.start == other.start and np.array_equal(self.segments, other.segments)
-
-    def __hash__(self) -> int:
-        return hash((self.start, self.segments.tobytes()))
 
     def __repr__(self) -> str:
         return f"TipProfile({self.duration.size} segments of {self.total_time:.4g} s: {self.start:.4g} mm to {self.end:.4g} mm)"

@@ -15,6 +15,7 @@ from centering._push.reaction import COLUMN_NAMES, Pushable, parameter_rows, ref
 from centering._push.reaction_kernels import COLUMNS, LOG_COLUMNS, push
 from centering._push.sample_kernels import sample
 from sdpgrind.base import checks, records, stored
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 
 MODES = ("rest", "stick", "slip", "free")
@@ -31,7 +32,7 @@ _LABELS = {
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class PushTrace:
+class PushTrace(ByValue):
     """A simulated push, exact between its events; `simulate_push` makes it.
 
     Parameters
@@ -63,9 +64,7 @@ class PushTrace:
 
     def __post_init__(self) -> None:
         for name in ("parameters", "phases", "summary"):
-            values = np.array(getattr(self, name), dtype=float)
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, lasting(getattr(self, name)))
 
     @property
     def final_position(self) -> float:
@@ -121,7 +120,7 @@ class PushTrace:
         """Evenly spaced times of the samples, (m,), s: 60 or more in a period of part and contact, at most 20 001."""
         period = 2.0 * pi * sqrt(self.parameters[0] / self.parameters[1])
         wanted = _PER_PERIOD * self.duration / period
-        return _frozen(np.linspace(0.0, self.duration, int(np.clip(wanted, *_SAMPLES))))
+        return lasting(np.linspace(0.0, self.duration, int(np.clip(wanted, *_SAMPLES))))
 
     @property
     def tip_position(self) -> Floats:
@@ -145,7 +144,7 @@ class PushTrace:
 
     @cached_property
     def _samples(self) -> Floats:
-        return _frozen(self._states(self.time))
+        return lasting(self._states(self.time))
 
     def at(self, time: npt.ArrayLike) -> xr.Dataset:
         """Return tip position, part position (mm), part speed (mm/s) and contact force (N) at given times, exactly.
@@ -225,15 +224,6 @@ class PushTrace:
 
         return plot_trace(self)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, PushTrace):
-            return NotImplemented
-        pairs = ((getattr(self, name), getattr(other, name)) for name in ("parameters", "phases", "summary"))
-        return self.profile == other.profile and all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
-
-    def __hash__(self) -> int:
-        return hash((self.profile, self.parameters.tobytes()))
-
     def __repr__(self) -> str:
         told = f"part moved {self.final_position:.4g} mm, peak {self.peak_force:.4g} N, slide {1e3 * self.free_slide:.4g} um"
         return f"PushTrace({told}, {len(self.event_mode)} phases in {self.duration:.4g} s)"
@@ -270,8 +260,3 @@ def simulate_push(model: "Pushable | npt.ArrayLike", profile: TipProfile) -> Pus
     phases = np.empty((int(summary[4]) + 1, LOG_COLUMNS))
     push(law, profile.segments, profile.start, summary, phases)
     return PushTrace(profile, law, phases, summary)
-
-
-def _frozen(values: Floats) -> Floats:
-    values.flags.writeable = False
-    return values

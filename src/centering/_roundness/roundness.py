@@ -10,6 +10,7 @@ import numpy.typing as npt
 from centering._roundness.polar import draw_circle, draw_profile, polar_axes, polar_scale
 from centering._roundness.sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import units
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -32,7 +33,7 @@ def _nothing() -> Floats:
 
 @stored("centering.roundness")
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Roundness(Frozen):
+class Roundness(Frozen, ByValue):
     """A reference circle and the roundness about it, as `reference_circle` gives them.
 
     Parameters
@@ -94,17 +95,13 @@ class Roundness(Frozen):
 
     def __post_init__(self) -> None:
         for name, kind in _ARRAYS.items():
-            array = np.array(getattr(self, name), dtype=kind)
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, lasting(getattr(self, name), kind))
 
     @cached_property
     def deviation(self) -> Floats:
         """Distance of each point from the circle, (n,), mm; positive outside. Read-only."""
         across, up = self.points[:, 0] - self.center[0], self.points[:, 1] - self.center[1]
-        deviation = np.sqrt(across * across + up * up) - (self.radius + self.tip_radius)
-        deviation.flags.writeable = False
-        return np.asarray(deviation)
+        return lasting(np.sqrt(across * across + up * up) - (self.radius + self.tip_radius))
 
     @property
     def value(self) -> float:
@@ -199,14 +196,6 @@ class Roundness(Frozen):
             symbol = "o" if self.contacts.size else ("v" if outer else "^")
             style = {"color": "C3", "markerfacecolor": "C3" if outer else "white", "markersize": 5, "zorder": 4}
             ax.plot(angle[point], scale.height(self.deviation[point]), symbol, **style)
-
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        return all(np.array_equal(getattr(self, field.name), getattr(other, field.name)) for field in dataclasses.fields(self))
-
-    def __hash__(self) -> int:
-        return hash((self.kind, self.radius, self.center.tobytes(), self.points.tobytes()))
 
     def __repr__(self) -> str:
         x, y = (np.round(self.center, 9) + 0.0).tolist()

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -19,7 +20,7 @@ SEEN = 2.448
 
 @stored("centering.runout")
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Runout(Frozen):
+class Runout(Frozen, ByValue):
     """Runout of the roller as the part's angle sees it: ``cosine cos(ratio part_angle) + sine sin(ratio part_angle)``.
 
     A roller of radius rho that rolls on a part of radius R turns R/rho times as fast, Mears (6.19): its phase follows the
@@ -65,9 +66,7 @@ class Runout(Frozen):
 
     def __post_init__(self) -> None:
         for name in ("value", "covariance"):
-            array = np.array(getattr(self, name), dtype=float)
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, lasting(getattr(self, name)))
 
     @property
     def ratio(self) -> float:
@@ -142,14 +141,6 @@ class Runout(Frozen):
         turned = self.ratio * part_angle
         cosine, sine = np.cos(turned), np.sin(turned)
         return np.column_stack([cosine, sine, part_angle * (self.value[1] * cosine - self.value[0] * sine)])
-
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__)
-
-    def __hash__(self) -> int:
-        return hash((self.value.tobytes(), self.covariance.tobytes()))
 
     def __repr__(self) -> str:
         slipped = f", SLIPPED by {self.slip:.2g} mm" if self.slipped else ""

@@ -10,17 +10,16 @@ import numpy.typing as npt
 from centering._roundness.harmonics import values_at
 from centering._roundness.runout import SEEN
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
-_ARRAYS = ("upr", "amplitude", "phase", "sd")
-
 
 @stored("centering.spectrum")
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(Frozen):
+class Spectrum(Frozen, ByValue):
     """Amplitude and phase of each undulation: ``deviation = sum amplitude cos(upr part_angle - phase)``.
 
     Parameters
@@ -64,7 +63,7 @@ class Spectrum(Frozen):
         for name, array in given.items():
             if array.shape != (upr.size,):
                 raise ValueError(f"{name} must be one-dimensional with {upr.size} entries; got shape {array.shape}")
-            object.__setattr__(self, name, _lasting(array))
+            object.__setattr__(self, name, lasting(array))
         if np.any(upr <= 0):
             raise checks.refuse("upr", "> 0", float(upr.min()), "1")
         if np.any(self.amplitude < 0):
@@ -132,24 +131,9 @@ class Spectrum(Frozen):
         ax.set_ylim(0, None)
         return ax.figure
 
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        same = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in _ARRAYS)
-        return same and self.nyquist == other.nyquist
-
-    def __hash__(self) -> int:
-        return hash((self.upr.tobytes(), self.amplitude.tobytes()))
-
     def __repr__(self) -> str:
         shown = ", ".join(f"{upr:g} upr {1e3 * amplitude:.3g} um" for upr, amplitude in self.largest(_NAMED))
         return f"Spectrum({shown}; rms {1e3 * self.rms:.3g} um)"
 
 
 _NAMED = 5
-
-
-def _lasting(array: Floats) -> Floats:
-    kept = np.array(array, dtype=float)
-    kept.flags.writeable = False
-    return kept

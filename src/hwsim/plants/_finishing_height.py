@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
@@ -17,7 +18,7 @@ _LONGEST = 10.0  # times the shortest wavelength
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class HeightField(Frozen):
+class HeightField(Frozen, ByValue):
     """Height of the real surface over the planned one, along its normal: a sum of plane waves through space.
 
     Height at x: sum of ``amplitude * cos(wave . x + phase)``.
@@ -52,20 +53,11 @@ class HeightField(Frozen):
 
     def __post_init__(self) -> None:
         for name, unit in {"waves": "rad/mm", "phases": "rad", "amplitudes": "mm"}.items():
-            value = checks.finite_array(name, getattr(self, name), unit)
-            object.__setattr__(self, name, np.ascontiguousarray(value))
+            object.__setattr__(self, name, lasting(checks.finite_array(name, getattr(self, name), unit)))
         number = self.phases.size
         if self.waves.shape != (number, 3) or self.phases.shape != (number,) or self.amplitudes.shape != (number,):
             shapes = ", ".join(str(each.shape) for each in (self.waves, self.phases, self.amplitudes))
             raise ValueError(f"waves, phases and amplitudes must be of shapes (n, 3), (n,) and (n,); got {shapes}")
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, HeightField):
-            return NotImplemented
-        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("waves", "phases", "amplitudes"))
-
-    def __hash__(self) -> int:
-        return hash((self.waves.tobytes(), self.phases.tobytes(), self.amplitudes.tobytes()))
 
     def __repr__(self) -> str:
         number, spread = self.phases.size, float(np.sqrt(np.sum(self.amplitudes**2) / 2))

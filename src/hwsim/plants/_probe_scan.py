@@ -2,14 +2,13 @@
 
 from dataclasses import dataclass, fields
 
-import numpy as np
-
 from hwsim.plants._probe_ring import Ring
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class ProbeScan:
+class ProbeScan(ByValue):
     """Samples of a ring on a turning table; `Probe.scan` makes it.
 
     Parameters
@@ -42,11 +41,4 @@ class ProbeScan:
 
     def __post_init__(self) -> None:
         for each in fields(self)[:-1]:
-            getattr(self, each.name).setflags(write=False)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, ProbeScan):
-            return NotImplemented
-        arrays = (each.name for each in fields(self)[:-1])
-        same = (np.array_equal(getattr(self, name), getattr(other, name), equal_nan=True) for name in arrays)
-        return self.ring == other.ring and all(same)
+            object.__setattr__(self, each.name, lasting(getattr(self, each.name)))

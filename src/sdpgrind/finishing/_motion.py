@@ -11,6 +11,7 @@ import xarray as xr
 from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base import checks, records, stored
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._arm.heading import pitch_cosine
 from sdpgrind.finishing._problem import FinishingProblem
@@ -140,12 +141,12 @@ class Motion:
     @cached_property
     def poses(self) -> Floats:
         """Poses A_P^B of the tool over the base (mm), with the table where it is: Wang (1); shape (m, 4, 4)."""
-        return _lasting(self.problem.arm.forward(self.joints))
+        return lasting(self.problem.arm.forward(self.joints))
 
     @cached_property
     def points(self) -> Floats:
         """Contact points in the frame of the surface, mm, shape (m, 3): where the joints put the tip of the tool."""
-        return _lasting(self._tips(self.joints))
+        return lasting(self._tips(self.joints))
 
     def _tips(self, joints: Floats) -> Floats:
         """Where joints put the tip of the tool, in the frame of the surface, mm."""
@@ -247,9 +248,3 @@ class Motion:
         way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"
         share = 100 * self.mean_feed_rate / self.problem.feed_rate
         return f"Motion({way}, {share:.0f} % of the feed rate, {self.method}; {self.status})"
-
-
-def _lasting(array: Floats) -> Floats:
-    """The array, which cannot be changed from now on."""
-    array.flags.writeable = False
-    return array
