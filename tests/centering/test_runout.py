@@ -1,11 +1,15 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 from measured_rings import LOBES, RADIUS, TIP, measured, phases, turn, vector
 from scipy.stats import kstest
 
 import hwsim
 from centering._roundness.profile import Profile
 from centering._roundness.runout import Runout
+from centering._roundness.separation_rows import Basis, harmonic_rows
 from sdpgrind.base.stored import decode, encode
 
 TONE = 1.5e-3  # mm
@@ -351,3 +355,22 @@ def test_a_runout_is_frozen_and_equal_by_value():
         assert runout.derivatives(place)[:, k] == pytest.approx((ahead - behind) / (2 * step[k]), abs=1e-8)
     none = Runout(np.array([0.0, 0.0, 16.5]), np.diag([1e-12, 1e-12, 0.0]))
     assert none.phase_sd == np.inf
+
+
+@given(angle=hnp.arrays(float, st.integers(1, 40), elements=st.floats(-30.0, 30.0)), upr_max=st.integers(1, 12))
+def test_products_of_harmonics_are_sums_of_harmonics(angle, upr_max):
+    """Each entry is a sum of n products <= 1; powers multiplied up 2 upr_max times are off by as many roundings."""
+    basis, rows = Basis.of(angle, upr_max), harmonic_rows(angle, upr_max)
+    assert np.abs(basis.gram - rows @ rows.T).max() <= 4 * upr_max * angle.size * 2**-52
+    waves = [wave(k * angle) for k in range(1, upr_max + 1) for wave in (np.cos, np.sin)]
+    assert np.abs(rows - np.vstack([np.ones_like(angle), *waves])).max() <= 30 * upr_max * 2**-52  # k angle is rounded, too
+
+
+def test_what_harmonics_leave_of_further_rows():
+    rng = np.random.default_rng(3)
+    angle, further = rng.uniform(0.0, 20.0, 90), rng.standard_normal((2, 90))
+    basis = Basis.of(angle, 7)
+    left = further - np.linalg.lstsq(basis.rows.T, further.T)[0].T @ basis.rows
+    np.testing.assert_allclose(basis.beyond(further), left, atol=1e-13)
+    rows = np.vstack([basis.rows, further])
+    np.testing.assert_allclose(basis.bordered(further), rows @ rows.T, atol=1e-12)

@@ -12,7 +12,7 @@ from centering._roundness.harmonics import even_harmonics, values_at
 from centering._roundness.part_frame import into_part
 from centering._roundness.profile import Profile
 from centering._roundness.sampling import supported, widest_gap
-from centering._roundness.separation import harmonic_rows
+from centering._roundness.separation_rows import harmonic_rows
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
@@ -38,7 +38,7 @@ def most_material(profile: Profile, axis: tuple[float, float], upr: float) -> Ma
     if profile._origin.filter:
         return _filtered(profile, axis, outward)
     with one_blas_thread():
-        form = form_of(dataclasses.replace(profile._scan, noise_sd=noise if noise < inf else None), _degree(profile, upr))
+        form = form_of(dataclasses.replace(profile._samples, noise_sd=noise if noise < inf else None), _degree(profile, upr))
         place, radius = extreme_between(form.coef, form.circle, profile._tip, np.array(axis), outward)
         sd = _spread(profile, form, place)
     standing_out = _standing_out(profile, form, axis, upr, outward)

@@ -8,10 +8,9 @@ import numpy as np
 from centering._roundness.certainty import amplitude_sd, deviation_sd, leaks_of
 from centering._roundness.filters import PASSED
 from centering._roundness.harmonics import HarmonicFit, fit_harmonics, values_at
-from centering._roundness.part_frame import into_part
 from centering._roundness.runout import Runout
+from centering._roundness.samples import TOO_BAD, Samples
 from centering._roundness.sampling import even_turn, supported, widest_gap
-from centering._roundness.scan import TOO_BAD, Scan
 from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.parallel import one_blas_thread
 
@@ -27,7 +26,7 @@ _BRIDGED = 10.0  # condition: what samples leave unexplained, noise or form, gro
 
 @dataclasses.dataclass(frozen=True)
 class Form:
-    """Harmonics of a scan about a centre: coefficients (mm) without the first two, sd of the amplitudes, what it comes from."""
+    """Harmonics of samples about a centre: coefficients (mm) without the first two, sd of the amplitudes, what it comes from."""
 
     coef: Complex
     sd: Floats
@@ -43,25 +42,25 @@ class Form:
         return deviation_sd(self.fit, self.noise_sd, self.leaks, self.runout, passed, size)
 
 
-def form_of(scan: Scan, degree: int, asked: str = "upr_max", limit: float = TOO_BAD) -> Form:
+def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float = TOO_BAD) -> Form:
     """Harmonics 2..degree about the centre and radius that leave no harmonics 0 and 1; `asked` is what asks for so many."""
     with one_blas_thread():
-        circle = _settled(scan, min(degree, _FIRST), scan.circle, 1)[2]  # few harmonics bring the centre near at low cost
-        fit, part_angle, circle = _settled(scan, degree, circle, _ROUNDS)
+        circle = _settled(samples, min(degree, _FIRST), samples.circle, 1)[2]  # few harmonics bring the centre near at low cost
+        fit, part_angle, circle = _settled(samples, degree, circle, _ROUNDS)
         _refuse_ill(asked, fit.condition, limit, degree, part_angle)
-        noise = fit.noise_sd if fit.freedom >= ENOUGH else scan.noise_sd or inf
-        leaks = leaks_of(fit, scan.runout, part_angle)
-        sd = amplitude_sd(fit, noise, leaks, scan.runout)
+        noise = fit.noise_sd if fit.freedom >= ENOUGH else samples.noise_sd or inf
+        leaks = leaks_of(fit, samples.runout, part_angle)
+        sd = amplitude_sd(fit, noise, leaks, samples.runout)
     coef = fit.coef.copy()
     coef[:2] = 0.0
-    return Form(coef, sd, circle, noise, part_angle, fit, leaks, scan.runout)
+    return Form(coef, sd, circle, noise, part_angle, fit, leaks, samples.runout)
 
 
-def _settled(scan: Scan, degree: int, circle: Floats, rounds: int) -> tuple[HarmonicFit, Floats, Floats]:
+def _settled(samples: Samples, degree: int, circle: Floats, rounds: int) -> tuple[HarmonicFit, Floats, Floats]:
     """The fit about a circle that stays, with the part angles that it has used."""
     for _ in range(rounds):
-        part_angle, distance = into_part(scan.angle, scan.reading, scan.tip_radius, circle[1:])
-        fit = fit_harmonics(part_angle, distance - scan.tip_radius - circle[0], degree)
+        part_angle, deviation = samples.about(circle, samples.tip_radius)
+        fit = fit_harmonics(part_angle, deviation, degree)
         if fit.condition > TOO_BAD:
             break
         moved = np.array([fit.coef[0].real, 2 * fit.coef[1].real, -2 * fit.coef[1].imag])
@@ -80,14 +79,13 @@ def _refuse_ill(asked: str, condition: float, limit: float, degree: int, part_an
         )
 
 
-def broad_form(scan: Scan, cut_off: float, most: int) -> Form:
+def broad_form(samples: Samples, cut_off: float, most: int) -> Form:
     """The form up to five cut-offs or `most`; where samples are missing, as few harmonics as the cut-off needs at least."""
-    part_angle = into_part(scan.angle, scan.reading, scan.tip_radius, scan.circle[1:])[0]
-    sure = min(supported(widest_gap(part_angle)), most)
+    sure = min(supported(widest_gap(samples.part_angle)), most)
     if sure >= min(2 * cut_off, most):
-        return form_of(scan, max(min(PASSED * ceil(cut_off), sure), 1), "upr")
+        return form_of(samples, max(min(PASSED * ceil(cut_off), sure), 1), "upr")
     degrees = [min(ceil(share * cut_off), most) for share in _FEWER]
-    return form_of(scan, max(_allowed(part_angle, degrees), 1), "upr", _BRIDGED)
+    return form_of(samples, max(_allowed(samples.part_angle, degrees), 1), "upr", _BRIDGED)
 
 
 def _allowed(part_angle: Floats, degrees: list[int]) -> int:

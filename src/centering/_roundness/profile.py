@@ -1,38 +1,33 @@
-"""A measured profile of a ring: readings over the spindle angle, and what they say in the part's own frame."""
+"""A measured profile of a ring, and what is done to it: runout taken off, filters, spectrum, reference circles, a file."""
 
 import dataclasses
 import os
 from functools import cached_property
-from math import copysign, cos, inf
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
-from centering._geometry.estimate import CircleEstimate
-from centering._geometry.fit import readings
 from centering._roundness import profile_record
 from centering._roundness import profile_steps as steps_of
 from centering._roundness.filters import warn_if_sparse
-from centering._roundness.form import largest_between
-from centering._roundness.harmonics import even_harmonics
-from centering._roundness.origin import MEASURED, Made, Origin
-from centering._roundness.part_frame import circle_of, into_part, tip_centers
+from centering._roundness.origin import Made
+from centering._roundness.part_readings import PartReadings
 from centering._roundness.roundness import Roundness
 from centering._roundness.runout import Runout
-from centering._roundness.sampling import checked_degree, going_on, is_even, rise, turns_of, widest_gap
-from centering._roundness.scan import Scan
+from centering._roundness.samples import Samples
+from centering._roundness.sampling import checked_degree, is_even
 from centering._roundness.separation_task import task_of
 from centering._roundness.spectrum import Spectrum
 from sdpgrind.base import checks, records
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
 KIND = "centering.profile"
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Profile:
+class Profile(PartReadings):
     """Readings of a ring over the spindle angle; immutable.
 
     All is exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle's axis (in a bore at
@@ -71,68 +66,8 @@ class Profile:
     (3.0, 0.0015)
     """
 
-    angle: Floats
-    reading: Floats
-    _: dataclasses.KW_ONLY
-    tip_radius: float = 0.0
-    internal: bool = False
-    circle: CircleEstimate = dataclasses.field(init=False)
-    _origin: Origin = dataclasses.field(default=MEASURED, init=False)
-    _left: Floats | None = dataclasses.field(default=None, init=False)
-    _sd: Floats | None = dataclasses.field(default=None, init=False)
-
-    def __post_init__(self) -> None:
-        angle, reading = readings(self.angle, self.reading)
-        object.__setattr__(self, "angle", _lasting(going_on(angle)))
-        object.__setattr__(self, "reading", _lasting(reading))
-        object.__setattr__(self, "tip_radius", checks.nonnegative("tip_radius", self.tip_radius, "mm"))
-        checks.kind("internal", self.internal, bool)
-        object.__setattr__(self, "circle", circle_of(self.angle, self.reading, self._tip))
-
-    @property
-    def _tip(self) -> float:
-        """How much farther than the surface the tip's centre lies from the axis, mm: less than 0 in a bore."""
-        return copysign(self.tip_radius, -1.0 if self.internal else 1.0)
-
-    @cached_property
-    def _part_frame(self) -> tuple[Floats, Floats]:
-        part_angle, distance = into_part(self.angle, self.reading, self._tip, self.circle.value[1:])
-        return _lasting(part_angle), _lasting(distance - self._tip)
-
-    @property
-    def part_angle(self) -> Floats:
-        """Angle of the tip's centre about the part's centre, going on over the turns, (n,), rad."""
-        return self._part_frame[0]
-
-    @property
-    def radii(self) -> Floats:
-        """Distance of the surface from the part's centre, (n,), mm: that of the tip's centre less (in a bore plus) its radius."""
-        return self._part_frame[1]
-
-    @cached_property
-    def deviation(self) -> Floats:
-        """Deviation from the part's circle, (n,), mm; positive outside."""
-        return _lasting(self.radii - self.circle.radius)
-
-    @cached_property
-    def points(self) -> Floats:
-        """Centres of the tip about the spindle's axis, (n, 2), mm."""
-        return _lasting(tip_centers(self.angle, self.reading, self._tip))
-
-    @cached_property
-    def turns(self) -> float:
-        """Turns that the angles cover, unit 1; the last step is counted."""
-        return turns_of(self.part_angle if self._origin.filter else self.angle)
-
-    @property
-    def points_per_turn(self) -> float:
-        """Samples over turns, unit 1."""
-        return self.angle.size / self.turns
-
-    @property
-    def nyquist(self) -> float:
-        """Half of the points of one turn as measured, upr (unit 1): faster waves look like others."""
-        return self._origin.nyquist or self.points_per_turn / 2
+    _left: Floats | None = dataclasses.field(default=None, init=False, compare=False)
+    _sd: Floats | None = dataclasses.field(default=None, init=False, compare=False)
 
     @property
     def steps(self) -> tuple[str, ...]:
@@ -150,7 +85,7 @@ class Profile:
 
         Of readings as measured: what the circle leaves of each.
         """
-        return _lasting(self.reading - self.circle.reading(self.angle)) if self._left is None else self._left
+        return lasting(self.reading - self.circle.reading(self.angle)) if self._left is None else self._left
 
     @cached_property
     def noise_sd(self) -> float:
@@ -170,8 +105,8 @@ class Profile:
         return np.full(self.angle.size, self.noise_sd) if self._sd is None else self._sd
 
     @property
-    def _scan(self) -> Scan:
-        return Scan(self.angle, self.reading, self._tip, self.circle.value, self.runout, self._origin.noise_sd)
+    def _samples(self) -> Samples:
+        return Samples(self.angle, self.reading, self._tip, self.circle.value, self.runout, self._origin.noise_sd)
 
     def remove_runout(
         self, ratio: float | None = None, *, upr_max: int | None = None, refine: bool = True, near_integer: bool = False
@@ -211,7 +146,7 @@ class Profile:
         """
         if self._origin.filter:
             raise ValueError(f"remove_runout must come before a filter, which keeps no turns; got {self._origin.filter}")
-        task = task_of(self._scan, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
+        task = task_of(self._samples, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
         return _profile(steps_of.without_runout(self, task))
 
     def filter(self, kind: str = "gaussian", *, upr: float = 50) -> "Profile":
@@ -309,57 +244,6 @@ class Profile:
         """
         return steps_of.roundness(self, kind)
 
-    def largest_radius(self, about: tuple[float, float] = (0.0, 0.0), *, upr: float | None = None) -> float:
-        """Give the largest radius of the part about an axis, mm: of the spindle, or another's.
-
-        Of a filtered profile the largest between samples too, as its harmonics say what is there. Of readings as measured the
-        largest sample: nothing bounds what lies between, unless `upr` says how fast the form can change.
-
-        Parameters
-        ----------
-        about : (float, float)
-            The axis from that of the spindle, mm.
-        upr : float, optional
-            Highest undulation that the form holds, upr; then what it may rise to between samples is added.
-
-        Raises
-        ------
-        ValueError
-            When samples lie too far apart to bound what is between them.
-        """
-        axis = checks.finite_array("about", about, "mm")
-        if axis.shape != (2,):
-            raise ValueError(f"about must be (x, y) (mm); got {checks.shown(about)}")
-        if upr is None and self._origin.filter:
-            coef = even_harmonics(self.deviation)[: len(self._origin.sd)]
-            return largest_between(coef, self.circle.value, self._tip, axis)
-        largest = float(np.hypot(*(self.points - axis).T).max()) - self._tip
-        if upr is None:
-            return largest
-        eccentricity = float(np.hypot(*(self.circle.value[1:] - axis)))
-        higher = (self.rise_between_samples(upr) - 1) * float(np.ptp(self.deviation)) / 2
-        return largest + higher + eccentricity * (1 - cos(min(widest_gap(self.part_angle) / 2, np.pi)))
-
-    def rise_between_samples(self, upr: float) -> float:
-        """Give how many times its largest sampled height a form can reach between samples, unit 1: sec(upr gap/2).
-
-        For N points on an even turn that is sec(pi upr/N); the widest gap counts. It holds for heights about any level.
-
-        Parameters
-        ----------
-        upr : float
-            Highest undulation that the form holds, upr.
-
-        Raises
-        ------
-        ValueError
-            When samples lie too far apart: a wave of that degree could be of any height between them.
-        """
-        degree, gap = checks.nonnegative("upr", upr, "upr"), widest_gap(self.part_angle)
-        if rise(degree, gap) == inf:
-            raise checks.refuse("upr", f"< {np.pi / gap:.6g} for a gap of {np.degrees(gap):.4g} degrees", degree, "upr")
-        return rise(degree, gap)
-
     def plot(self) -> Any:
         """Draw the profile about its circle, magnified (um), beside its spectrum (um over upr); return the figure."""
         from centering._roundness.profile_picture import plot
@@ -383,16 +267,6 @@ class Profile:
     def __deepcopy__(self, memo: object) -> "Profile":
         return self  # nothing in it changes
 
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        same = np.array_equal(self.angle, other.angle) and np.array_equal(self.reading, other.reading)
-        tips = (self.tip_radius, self.internal) == (other.tip_radius, other.internal)
-        return same and tips and (self.circle, self._origin) == (other.circle, other._origin)
-
-    def __hash__(self) -> int:
-        return hash((self.angle.tobytes(), self.reading.tobytes(), self.tip_radius))
-
     def __repr__(self) -> str:
         circle, done = self.circle, "; ".join(self.steps) or "as measured"
         height = f"{1e3 * float(np.ptp(self.deviation)):.4g} um from peak to valley"
@@ -405,16 +279,9 @@ class Profile:
 def _profile(made: Made) -> Profile:
     """The profile that a step makes."""
     profile = Profile.__new__(Profile)
-    fields = {"angle": _lasting(made.angle), "reading": _lasting(made.reading), "tip_radius": made.tip_radius}
-    left, sd = (None if each is None else _lasting(each) for each in (made.left, made.sd))
+    fields = {"angle": lasting(made.angle), "reading": lasting(made.reading), "tip_radius": made.tip_radius}
+    left, sd = (None if each is None else lasting(each) for each in (made.left, made.sd))
     found = {"internal": made.internal, "circle": made.circle, "_origin": made.origin, "_left": left, "_sd": sd}
     for name, value in {**fields, **found}.items():
         object.__setattr__(profile, name, value)
     return profile
-
-
-def _lasting(array: npt.ArrayLike) -> Floats:
-    """A copy that cannot be changed."""
-    kept = np.array(array, dtype=float)
-    kept.flags.writeable = False
-    return kept

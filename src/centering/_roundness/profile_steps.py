@@ -15,8 +15,8 @@ from centering._roundness.harmonics import HarmonicFit, even_harmonics, even_val
 from centering._roundness.origin import Made, Origin, scattered, told_form, told_gap, told_runout
 from centering._roundness.part_frame import from_part, into_part
 from centering._roundness.roundness import Roundness
+from centering._roundness.samples import Samples
 from centering._roundness.sampling import even_turn, highest_degree, supported, widest_gap
-from centering._roundness.scan import Scan
 from centering._roundness.separation import separate
 from centering._roundness.separation_task import Task
 from centering._roundness.spectrum import Spectrum
@@ -34,7 +34,7 @@ _BRIDGE = 2.0  # sd of one reading: a form that is less sure than that in a gap 
 def without_runout(profile: "Profile", task: Task) -> Made:
     """The same samples without the roller's runout; as they are where that is not told from noise."""
     with one_blas_thread():
-        found = separate(task, profile.circle.value)
+        found = separate(task)
     runout, center = found.runout, found.circle[1:]
     steps = (*profile.steps, told_runout(runout))
     origin = dataclasses.replace(profile._origin, steps=steps, runout=runout, noise_sd=runout.noise_sd)
@@ -61,7 +61,7 @@ def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
 def filtered(profile: "Profile", cut_off: float) -> Made:
     """Samples as they lie: harmonics by least squares, then an even grid with as many points as a turn had."""
     most = _most(profile)
-    form = broad_form(_scan(profile, most), cut_off, most)
+    form = broad_form(_samples(profile, most), cut_off, most)
     passed = transmission(np.arange(form.coef.size), cut_off)
     coef = form.coef * passed
     deviation = even_values(coef, max(round(profile.points_per_turn), 2 * coef.size + 1))
@@ -80,10 +80,10 @@ def _named(cut_off: float) -> str:
     return f"Gaussian low-pass, {cut_off:g} upr"
 
 
-def _scan(profile: "Profile", degree: int) -> Scan:
+def _samples(profile: "Profile", degree: int) -> Samples:
     """The samples, with the noise where so many harmonics may leave too few to tell it."""
     few = profile.angle.size - 2 * degree - 1 < ENOUGH
-    return dataclasses.replace(profile._scan, noise_sd=profile.noise_sd) if few else profile._scan
+    return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd) if few else profile._samples
 
 
 def _thinned(sd: Floats, passed: Floats) -> Floats:
@@ -152,7 +152,7 @@ def _sure_told(profile: "Profile") -> int:
 def noise_sd(profile: "Profile") -> float:
     """What all sure harmonics leave; of hardly more than one turn, which leaves nothing, what most of the upper half have."""
     degree = _sure(profile)
-    form = form_of(profile._scan, degree) if degree else None
+    form = form_of(profile._samples, degree) if degree else None
     if form is None:
         return inf
     return form.fit.noise_sd if form.fit.freedom > _LEFT * profile.angle.size else _floor(form.fit)
@@ -172,7 +172,7 @@ def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
         sd = _even_sd(profile, coef.size)
     else:
         wanted = degree or _sure_told(profile)
-        form = form_of(_scan(profile, wanted), wanted)
+        form = form_of(_samples(profile, wanted), wanted)
         coef, sd = form.coef, form.sd
     upr = np.arange(1.0, coef.size)
     return Spectrum(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)
