@@ -7,6 +7,8 @@ from centering._friction.prediction_kernels import log_likelihood
 from centering._push.model import PushModel
 from centering._push.profile import TipProfile
 from centering._push.reaction import simulate_pushes
+from centering._push.turning import TableProfile
+from centering._push.turning_trace import simulate_table_pushes
 from sdpgrind.base.checks import Floats
 
 NODES = (21, 9)
@@ -39,7 +41,7 @@ def predicted(model: PushModel, profile: TipProfile, scales: Floats, ratios: Flo
     slid = np.minimum(model.coulomb_force * np.exp(scales[:, None] - 0.5 * ratios), held)
     rows = np.tile(model.parameters, (held.size, 1))
     rows[:, 3], rows[:, 4] = held.ravel(), slid.ravel()
-    shown = simulate_pushes(rows, profile)
+    shown = simulate_table_pushes(rows, profile) if isinstance(profile, TableProfile) else simulate_pushes(rows, profile)
     return np.ascontiguousarray(shown[:, [_PEAK, _SLIDE, _FINAL]]).reshape(*held.shape, 3)
 
 
