@@ -5,8 +5,9 @@ processor takes what is most urgent. A task whose job before is not complete at 
 and no job comes of it, so that the task keeps its phase and never runs on an old release.
 """
 
+from array import array
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from heapq import heapify, heappop, heappush
 from math import ceil, inf, sqrt
 from typing import NamedTuple
@@ -15,8 +16,11 @@ import numpy as np
 
 from hwsim._clock import simplest
 from hwsim._schedule import Kind, Schedule
-from hwsim._tasks import NANOSECONDS, Draw, Task, release_time
+from hwsim._tasks import NANOSECONDS, Draw, Task
 from sdpgrind.base import checks
+
+NEVER = 2**62  # ns: 146 years
+Told = Collection[tuple[str, Kind]]
 
 
 class Event(NamedTuple):
@@ -74,13 +78,16 @@ class Job(NamedTuple):
 class _Own:
     """What changes of one task."""
 
-    def __init__(self, task: Task, place: int, rng: np.random.Generator, angle: float) -> None:
-        self.task, self.place, self.rng, self.priority = task, place, rng, task.priority
-        self.period = None if task.period is None else simplest(task.period)
+    def __init__(self, task: Task, place: int, rng: np.random.Generator, angle: float, told: Sequence[bool]) -> None:
+        self.task, self.name, self.place, self.rng, self.priority = task, task.name, place, rng, task.priority
+        self.told = told  # of each kind of event
+        period = None if task.period is None else simplest(task.period)
+        self.period = None if period is None else (period.numerator * NANOSECONDS, period.denominator)  # ns
         self.count = -1  # of the release to come
         self.multiple = 0 if task.angle_step is None else ceil(angle / task.angle_step) - 1
-        self.nominal = inf  # ns, when it comes without jitter; inf: not as the spindle turns now
-        self.draw = Draw(0, 0)
+        self.nominal = NEVER  # ns, when it comes without jitter
+        self.drawn: list[Draw] = []  # ns, for the releases after it, the last first
+        self.late = self.execution = 0  # ns, of the release to come
         self.open = False  # whether a job is not complete
         self.number = self.release = self.start = self.remaining = 0  # of that job; ns but the first
         self.begun = False
@@ -89,19 +96,23 @@ class _Own:
         """Go on to the next release; each draws, also where it will be missed, so that a number always has its draw."""
         self.count += 1
         self.multiple += 1
-        self.draw = self.task.draw(self.rng)
-        self.nominal = inf if self.period is None else release_time(self.period, self.count)
+        if not self.drawn:
+            self.drawn = self.task.draws(self.rng)[::-1]
+        self.late, self.execution = self.drawn.pop()
+        if self.period is not None:  # as release_time, the nearest
+            whole, parts = self.period
+            self.nominal = (2 * whole * self.count + parts) // (2 * parts)
 
     def take(self, now: int) -> None:
         """Make a job of a release."""
         self.open, self.begun, self.number, self.release = True, False, self.count, now
-        self.remaining = self.draw.execution
+        self.remaining = self.execution
 
-    def crossing(self, motion: "_Motion") -> float:
-        """When the spindle reaches the next multiple, ns; inf: never as it turns now."""
+    def crossing(self, motion: "_Motion") -> int:
+        """When the spindle reaches the next multiple, ns."""
         assert self.task.angle_step is not None
-        seconds = motion.until(self.multiple * self.task.angle_step)
-        return motion.time + round(seconds * NANOSECONDS) if seconds < inf else inf
+        way = motion.until(self.multiple * self.task.angle_step) * NANOSECONDS
+        return motion.time + round(way) if way < NEVER else NEVER
 
 
 class _Motion(NamedTuple):
@@ -142,6 +153,8 @@ class Processor:
         Random source of each.
     angle : float
         Of the spindle at the start, rad.
+    told : collection, optional
+        Events that `next_event` tells, as pairs of a task's name and a `Kind`; None: all.
 
     Examples
     --------
@@ -156,16 +169,21 @@ class Processor:
     10000000 12000000
     """
 
-    def __init__(self, tasks: Sequence[Task], rngs: Sequence[np.random.Generator], angle: float) -> None:
-        self._own = [_Own(task, place, rng, angle) for place, (task, rng) in enumerate(zip(tasks, rngs, strict=True))]
+    def __init__(
+        self, tasks: Sequence[Task], rngs: Sequence[np.random.Generator], angle: float, told: Told | None = None
+    ) -> None:
+        listed = [[told is None or (task.name, kind) in told for kind in Kind] for task in tasks]
+        self._own = [_Own(task, k, rng, angle, listed[k]) for k, (task, rng) in enumerate(zip(tasks, rngs, strict=True))]
+        self._completions = {own.name for own in self._own if own.told[Kind.COMPLETE]}
         self._angular = [place for place, own in enumerate(self._own) if own.period is None]
         self._now = 0
         self._motion = _Motion(0, angle, 0.0, 0.0)
-        self._releases: list[tuple[float, int, int]] = []  # heap of time (ns), priority, place
+        self._releases: list[tuple[int, int, int]] = []  # heap of time (ns), priority, place
         self._ready: list[tuple[int, int, int]] = []  # heap of priority, release, place
         self._running: _Own | None = None
+        self._ends = NEVER  # ns, the job that has the processor, if it keeps it
         self._news: deque[tuple[Event, Job | None]] = deque()
-        self._trace: list[tuple[int, int, int, int]] = []
+        self._trace = array("q")  # four numbers an event
         for own in self._own:
             own.next()
             self._expect(own)
@@ -206,8 +224,11 @@ class Processor:
         """
         if angle is not None or to < self._now:
             self._turn(to, angle or 0.0, speed, acceleration)
-        news = self._next(to)
-        return None if news is None else news[0]
+        while (news := self._next(to)) is not None:
+            event, done = news
+            if done is None or event.task in self._completions:
+                return event
+        return None
 
     def advance(self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0) -> list[Job]:
         """Go on to a time and return the jobs that became complete on the way, that time included.
@@ -254,37 +275,34 @@ class Processor:
         """Put the next release of a task on the heap, if it is known when it comes."""
         if own.period is None:
             own.nominal = own.crossing(self._motion)
-        if own.nominal < inf:
-            heappush(self._releases, (max(own.nominal + own.draw.late, self._now), own.priority, own.place))
+        if own.nominal < NEVER:
+            heappush(self._releases, (max(own.nominal + own.late, self._now), own.priority, own.place))
 
     def _next(self, to: int) -> tuple[Event, Job | None] | None:
         while not self._news:
-            time = self._releases[0][0] if self._releases else inf
-            if self._running is not None:
-                time = min(time, self._now + self._running.remaining)
-            self._spend(int(min(time, to)))
+            time = min(self._releases[0][0], self._ends) if self._releases else self._ends
             if time > to:
+                self._now = to
                 return None
-            self._happen()
+            self._now = time
+            self._happen(time)
         return self._news.popleft()
 
-    def _spend(self, time: int) -> None:
-        if self._running is not None:
-            self._running.remaining -= time - self._now
-        self._now = time
-
-    def _happen(self) -> None:
+    def _happen(self, now: int) -> None:
         """All that happens now, in its order."""
-        if self._running is not None and self._running.remaining == 0:
+        releases, ready = self._releases, self._ready
+        if self._ends == now and self._running is not None:
             self._complete(self._running)
-        while self._releases and self._releases[0][0] == self._now:
-            self._release(self._own[heappop(self._releases)[2]])
-        if self._ready and (self._running is None or self._ready[0][0] < self._running.priority):
+        while releases and releases[0][0] == now:
+            self._release(self._own[heappop(releases)[2]])
+        if ready and (self._running is None or ready[0][0] < self._running.priority):
             self._dispatch()
 
     def _complete(self, own: _Own) -> None:
-        own.open, self._running = False, None
-        self._tell(Kind.COMPLETE, own, own.number, Job(own.task.name, own.number, own.release, own.start, self._now))
+        own.open, self._running, self._ends = False, None, NEVER
+        self._trace.extend((self._now, Kind.COMPLETE, own.place, own.number))
+        event = Event(self._now, Kind.COMPLETE, own.name, own.number)
+        self._news.append((event, Job(own.name, own.number, own.release, own.start, self._now)))
 
     def _release(self, own: _Own) -> None:
         self._tell(Kind.OVERRUN if own.open else Kind.RELEASE, own, own.count)
@@ -296,14 +314,18 @@ class Processor:
 
     def _dispatch(self) -> None:
         """Give the processor to the most urgent job; one that was taken from it waits with what remains of it."""
-        if self._running is not None:
-            self._tell(Kind.PREEMPT, self._running, self._running.number)
-            heappush(self._ready, (self._running.priority, self._running.release, self._running.place))
+        before = self._running
+        if before is not None:
+            before.remaining = self._ends - self._now
+            self._tell(Kind.PREEMPT, before, before.number)
+            heappush(self._ready, (before.priority, before.release, before.place))
         own = self._running = self._own[heappop(self._ready)[2]]
+        self._ends = self._now + own.remaining
         self._tell(Kind.RESUME if own.begun else Kind.START, own, own.number)
         if not own.begun:
             own.begun, own.start = True, self._now
 
-    def _tell(self, kind: Kind, own: _Own, job: int, done: Job | None = None) -> None:
-        self._news.append((Event(self._now, kind, own.task.name, job), done))
-        self._trace.append((self._now, kind, own.place, job))
+    def _tell(self, kind: Kind, own: _Own, job: int) -> None:
+        self._trace.extend((self._now, kind, own.place, job))
+        if own.told[kind]:
+            self._news.append((Event(self._now, kind, own.name, job), None))

@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hwsim._processor import Processor
+from hwsim._processor import Processor, Told
 from hwsim._schedule import Schedule
 from hwsim._tasks import NANOSECONDS, Task
 from sdpgrind.base import checks
@@ -82,7 +82,7 @@ class Scheduler(Frozen):
         """Share of the processor that the tasks need on average, unit 1."""
         return sum(task.share(self.spindle_speed_max or 0.0) for task in self.tasks)
 
-    def start(self, rng: Seed = 0, *, angle: float = 0.0) -> Processor:
+    def start(self, rng: Seed = 0, *, angle: float = 0.0, told: Told | None = None) -> Processor:
         """Return the tasks, ready to run, at time 0.
 
         Parameters
@@ -91,6 +91,8 @@ class Scheduler(Frozen):
             Random source.
         angle : float
             Of the spindle, rad; a multiple of an angle step that it stands at counts as reached at once.
+        told : collection, optional
+            Events that `Processor.next_event` tells, as pairs of a task's name and a `Kind`; None: all.
 
         Returns
         -------
@@ -103,7 +105,7 @@ class Scheduler(Frozen):
         >>> [job.start for job in core.advance(25_000_000)]  # ns
         [0, 10000000, 20000000]
         """
-        return Processor(self.tasks, children(rng, len(self.tasks)), checks.number("angle", angle, "rad"))
+        return Processor(self.tasks, children(rng, len(self.tasks)), checks.number("angle", angle, "rad"), told)
 
     def run(self, duration: float, rng: Seed = 0, *, spindle: npt.ArrayLike | None = None, start_angle: float = 0.0) -> Schedule:
         """Run the tasks for some time, its end not included.

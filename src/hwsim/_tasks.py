@@ -12,6 +12,7 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
 NANOSECONDS = 1_000_000_000  # in a second
+DRAWN = 64  # jobs whose random numbers are drawn together
 
 
 class Draw(NamedTuple):
@@ -115,11 +116,15 @@ class Task(Frozen):
         assert self.angle_step is not None
         return self.mean * spindle_speed / self.angle_step
 
-    def draw(self, rng: np.random.Generator) -> Draw:
-        """Draw how late the next job is released and how long it runs (private to this package)."""
-        late = int(rng.uniform(0.0, self.jitter) * NANOSECONDS) if self.jitter else 0
-        seconds = rng.gamma((self.mean / self.sd) ** 2, self.sd**2 / self.mean) if self.sd else self.mean
-        return Draw(late, round(seconds * NANOSECONDS))
+    def draws(self, rng: np.random.Generator) -> list[Draw]:
+        """Draw how late the next `DRAWN` jobs are released and how long each runs (private to this package).
+
+        So many at once, whatever is asked of them: how the time is cut does not change what a job gets.
+        """
+        late = rng.uniform(0.0, self.jitter, DRAWN) if self.jitter else np.zeros(DRAWN)
+        seconds = rng.gamma((self.mean / self.sd) ** 2, self.sd**2 / self.mean, DRAWN) if self.sd else np.full(DRAWN, self.mean)
+        whole = (late * NANOSECONDS).astype(np.int64).tolist(), np.rint(seconds * NANOSECONDS).astype(np.int64).tolist()
+        return list(map(Draw, *whole))
 
 
 def release_time(period: Fraction, number: int) -> int:

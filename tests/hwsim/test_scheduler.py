@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from hwsim._schedule import Kind, Schedule
 from hwsim._scheduler import Scheduler
-from hwsim._tasks import Task, release_time
+from hwsim._tasks import DRAWN, Task, release_time
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.rng import children
 
@@ -71,15 +71,23 @@ def twin(tasks, releases, end):
 
 
 def drawn(task, rng, end):
-    """Releases of a periodic task as `Task` says, with exact fractions, and what each draws from its child."""
+    """Releases of a periodic task as `Task` says, with exact fractions, and what each draws, block by block."""
     listed, number = [], 0
     period = Fraction(task.period).limit_denominator(10**12)
     while (nominal := floor(number * period * NS + Fraction(1, 2))) < end:
-        late = int(rng.uniform(0.0, task.jitter) * NS) if task.jitter else 0
-        seconds = rng.gamma((task.mean / task.sd) ** 2, task.sd**2 / task.mean) if task.sd else task.mean
-        listed.append((nominal + late, round(seconds * NS)))
+        listed.append(nominal)
         number += 1
-    return listed
+    drawn = []
+    while len(drawn) < number:
+        late = rng.uniform(0.0, task.jitter, DRAWN) if task.jitter else np.zeros(DRAWN)
+        seconds = rng.gamma((task.mean / task.sd) ** 2, task.sd**2 / task.mean, DRAWN) if task.sd else [task.mean] * DRAWN
+        drawn += [(int(wait * NS), round(long * NS)) for wait, long in zip(late, seconds, strict=True)]
+    return [(due + wait, long) for due, (wait, long) in zip(listed, drawn, strict=False)]
+
+
+def all_draws(task, rng, number):
+    """What the first jobs draw, block after block."""
+    return [draw for _ in range(-(-number // DRAWN)) for draw in task.draws(rng)]
 
 
 @st.composite
@@ -162,7 +170,7 @@ def test_one_at_a_time_the_most_urgent_first_and_nothing_lost(seed, duration):
     assert np.all(slices[:, 2] <= slices[:, 3]) and np.all(slices[1:, 2] >= slices[:-1, 3])
     for place, task in enumerate(tasks):
         work = slices[slices[:, 0] == place]
-        draws = [task.draw(rng) for rng in [children(seed, len(tasks))[place]] for _ in range(400)]
+        draws = all_draws(task, children(seed, len(tasks))[place], 400)
         for number, release, start, completion in schedule.jobs(task.name):
             own = work[work[:, 1] == number]
             assert (own[:, 3] - own[:, 2]).sum() == draws[number].execution
@@ -264,7 +272,7 @@ def test_a_spindle_that_turns_back_releases_each_multiple_once():
 
 def test_a_new_speed_moves_the_next_release_but_not_a_late_one():
     task = Task("model", angle_step=1.0, jitter=0.4)
-    late = task.draw(children(3, 1)[0]).late
+    late = task.draws(children(3, 1)[0])[0].late
     scheduler = Scheduler([task], spindle_speed_max=2.0)
     core = scheduler.start(3, angle=0.5)
     assert core.advance(400_000_000, 0.5, 1.0) == []
@@ -275,8 +283,7 @@ def test_a_new_speed_moves_the_next_release_but_not_a_late_one():
 
 def test_what_is_passed_while_a_late_release_waits_comes_at_once():
     task = Task("model", angle_step=0.1, jitter=0.35)
-    rng = children(1, 1)[0]
-    late = [task.draw(rng).late for _ in range(30)]
+    late = [draw.late for draw in all_draws(task, children(1, 1)[0], 30)]
     schedule = Scheduler([task], spindle_speed_max=1.0).run(2.0, 1, spindle=[(2.0, 1.0, 0.0)])
     releases = schedule.trace[schedule.trace[:, 1] <= Kind.OVERRUN, 0]
     expected, last = [], 0
@@ -296,6 +303,28 @@ def test_a_spindle_that_reverses_within_a_segment():
     np.testing.assert_allclose(
         schedule.jobs("model")[:, 1] / NS, [(1 + np.sqrt(1 + 4 * (k - 0.5))) / 2 for k in range(1, 13)], rtol=0, atol=1e-9
     )
+
+
+@pytest.mark.parametrize("speed", [1e-305, 1e-12])
+def test_a_spindle_that_all_but_stands_releases_nothing(speed):
+    """The next multiple is 1e303 s, or 1600 years, away; beyond 2^62 ns nothing is expected."""
+    core = Scheduler([Task("model", angle_step=0.1)], spindle_speed_max=1.0).start(0, angle=0.05)
+    assert core.next_event(NS, 0.05, speed) is None and core.now == NS
+    assert core.advance(2 * NS, 0.05, speed) == [] and core.schedule.trace.shape == (0, 4)
+    (job,) = core.advance(3 * NS, 0.05, 0.1)  # it turns again
+    assert job.release == 2_500_000_000
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=15, deadline=None)
+def test_only_what_was_asked_for_is_told(seed):
+    periodic = Scheduler([task for task in LOOPS.tasks if task.period])
+    asked = {("control", Kind.START), ("communication", Kind.COMPLETE), ("data", Kind.OVERRUN)}
+    every, some = periodic.start(seed), periodic.start(seed, told=asked)
+    events = [list(iter(lambda core=core: core.next_event(NS), None)) for core in (every, some)]
+    assert events[1] == [event for event in events[0] if (event.task, event.kind) in asked]
+    assert some.schedule == every.schedule
+    assert some.advance(2 * NS) == every.advance(2 * NS)
 
 
 def test_draws_of_one_task_do_not_change_another():

@@ -14,6 +14,7 @@ from sdpgrind.base import checks
 
 CONTROL, MODEL = "control", "model"
 _SECOND = 1 / NANOSECONDS
+_TOLD = {(CONTROL, Kind.START), (CONTROL, Kind.COMPLETE), (MODEL, Kind.COMPLETE)}
 
 
 def source_tasks() -> Scheduler:
@@ -48,7 +49,7 @@ class Tasks:
     """Tasks, running; the controller samples at the start of its job, its command takes effect when the job is complete."""
 
     def __init__(self, scheduler: Scheduler, rng: np.random.Generator) -> None:
-        self._core = scheduler.start(rng)
+        self._core = scheduler.start(rng, told=_TOLD)
         self._job = -1  # of the last sample
         self._models = any(task.name == MODEL for task in scheduler.tasks)
         self._turned, self._until = False, FOREVER  # whether the processor knows how the spindle turns, and until when, ns
