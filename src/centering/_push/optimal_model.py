@@ -1,0 +1,241 @@
+"""The fastest push over several frictions as a nonlinear program, in symbols of CasADi; its dynamics are exact.
+
+Lengths count in F_k/k, times in sqrt(M/k), forces in F_k: then a part of friction r, touched by a tip of speed v and acceleration
+a, obeys d'' + B d' + d = a + r + kappa v with the closing d of the contact. All parts share the motion of the tip, in segments of
+constant acceleration. In the first one all break away, in the last one all come to rest, each at its own moment.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+
+_WATCHED, _PLACES = 0.2, 12  # sqrt(M/k) between places where force and speed are held to their bounds; most in a segment
+_SEGMENT = 1.2, 0.3, 16.0  # first and last segment, growth per time from the nearer end, longest one
+_SHORTEST, _LONGEST = 0.02, 2.0  # sqrt(M/k); times of the first guess
+_CRITICAL = 1e-6  # relative frequency below which the swing is as good as critically damped
+STARTS = ((0.5, 0.8, 0.4), (2.0, 0.9, 1.0))
+"""First guesses: gain and brake (over mu_k g), speed of touching over its bound. Programs have several least times nearby."""
+_ITERATIONS = 200
+SOLVED = "Solve_Succeeded"
+
+
+class Task(NamedTuple):
+    """What is asked, in the units of the program; `at_once`: all break away with the touch, by the damper alone."""
+
+    contact: float  # b and kappa over sqrt(k M)
+    viscous: float
+    breakaway: float  # F_s/F_k
+    frictions: tuple[float, ...]
+    distance: float
+    speed: float
+    acceleration: float
+    margin: float
+    force: float
+    error: float
+    fineness: float
+    at_once: bool
+
+
+class Found(NamedTuple):
+    """Durations, speeds and accelerations of the segments, and what the solver says."""
+
+    duration: Floats
+    velocity: Floats
+    acceleration: Floats
+    message: str
+    steps: int
+
+
+class State(NamedTuple):
+    """Of one part: closing of the contact, speed of the part."""
+
+    closing: Any
+    speed: Any
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Part on contact, of natural frequency 1."""
+
+    task: Task
+
+    def step(self, state: State, v: Any, a: Any, h: Any, r: float) -> State:
+        """State after a time of slip, exactly."""
+        damping = self.task.contact + self.task.viscous
+        slope = self.task.viscous * a
+        rest = a + r + self.task.viscous * v - damping * slope
+        away, moving = state.closing - rest, v - state.speed - slope
+        stays, turns = self._turn(h)
+        half = damping / 2.0
+        later = away * (stays + half * turns) + moving * turns
+        faster = moving * (stays - half * turns) - away * turns
+        return State(later + rest + slope * h, v + a * h - faster - slope)
+
+    def _turn(self, h: Any) -> tuple[Any, Any]:
+        """The damped cosine and sine of a time."""
+        import casadi
+
+        half = (self.task.contact + self.task.viscous) / 2.0
+        square = 1.0 - half * half
+        frequency = max(sqrt(abs(square)), _CRITICAL)
+        cosine, sine = (casadi.cos, casadi.sin) if square > 0.0 else (casadi.cosh, casadi.sinh)
+        fading = casadi.exp(-half * h)
+        return fading * cosine(frequency * h), fading * sine(frequency * h) / frequency
+
+    def force(self, state: State, v: Any) -> Any:
+        """Of the contact."""
+        return state.closing + self.task.contact * (v - state.speed)
+
+
+class Program:
+    """The unknowns, with bounds and start; what is to be least; and conditions with bounds."""
+
+    def __init__(self, task: Task, start: tuple[float, float, float]) -> None:
+        self.task, self.swing, self.begin = task, Swing(task), start
+        self.parts: dict[str, Any] = {}
+        self.lower: list[float] = []
+        self.upper: list[float] = []
+        self.start: list[float] = []
+        self.conditions: list[Any] = []
+        self.low: list[float] = []
+        self.high: list[float] = []
+        self._tip()
+        for k, r in enumerate(task.frictions):
+            self._part(k, r)
+
+    @cached_property
+    def guess(self) -> tuple[Floats, Floats, Floats]:
+        """Durations, speeds (one more) and accelerations of a plain push, in segments that are short at both ends."""
+        task = self.task
+        gain, brake = min(self.begin[0], task.acceleration), min(self.begin[1] * min(task.frictions), task.acceleration)
+        begin = self._touch[0] + self.begin[2] * (self._touch[1] - self._touch[0])
+        reach = (task.distance + begin * begin * 0.5 / gain) / (0.5 / gain + 0.5 / brake)
+        top = max(min(task.speed, sqrt(reach)), begin)
+        covered = (top * top - begin * begin) * 0.5 / gain + top * top * 0.5 / brake
+        ends = np.cumsum([0.0, (top - begin) / gain, max(task.distance - covered, 0.0) / top, top / brake])
+        nodes = _graded(float(ends[-1]), task.fineness)
+        speeds = np.interp(nodes, ends, [begin, top, top, 0.0])
+        return np.diff(nodes), speeds, np.diff(speeds) / np.diff(nodes)
+
+    @property
+    def _touch(self) -> tuple[float, float]:
+        """Least and greatest speed of touching."""
+        least, most = (task_r * self.task.breakaway / max(self.task.contact, 1e-9) for task_r in self._extremes)
+        return (most, self.task.speed) if self.task.at_once else (0.0, min(least, self.task.speed))
+
+    @property
+    def _extremes(self) -> tuple[float, float]:
+        return min(self.task.frictions), max(self.task.frictions)
+
+    def _unknown(self, name: str, start: Any, low: float, high: Any) -> Any:
+        import casadi
+
+        values = np.atleast_1d(start)
+        self.parts[name] = casadi.SX.sym(name, values.size)
+        self.lower += [low] * values.size
+        self.upper += np.broadcast_to(high, values.shape).tolist()
+        self.start += np.clip(values, low, high).tolist()
+        return self.parts[name]
+
+    def _require(self, what: Any, low: float, high: float) -> None:
+        self.conditions.append(what)
+        self.low.append(low)
+        self.high.append(high)
+
+    def _tip(self) -> None:
+        import casadi
+
+        task = self.task
+        lasting, speeds, gains = self.guess
+        self.h = self._unknown("h", lasting, _SHORTEST, _LONGEST * lasting)
+        self.a = self._unknown("a", gains, -task.acceleration, task.acceleration)
+        first = self._unknown("touch", speeds[0], *self._touch)
+        self.v = casadi.vertcat(first, self._unknown("v", speeds[1:], 0.0, task.speed))
+        for k in range(lasting.size):
+            self._require(self.v[k + 1] - self.v[k] - self.a[k] * self.h[k], 0.0, 0.0)
+        self.travel = casadi.sum1(0.5 * (self.v[:-1] + self.v[1:]) * self.h)
+
+    def _part(self, k: int, r: float) -> None:
+        """One friction: breaking away, slipping from node to node, coming to rest."""
+        lasting, speeds, gains = self.guess
+        resting = r + gains[1:] + self.task.viscous * speeds[1:-1]
+        closing = self._unknown(f"closing{k}", resting, -np.inf, np.inf)
+        speed = self._unknown(f"speed{k}", speeds[1:-1], 0.0, np.inf)
+        at, begin = self._broken_away(k, r)
+        for j in range(lasting.size - 1):
+            v = self.v[j] + (self.a[j] * begin if j == 0 else 0.0)
+            after = self._slip(at, v, self.a[j], self.h[j] - (begin if j == 0 else 0.0), r, self._places(j))
+            at = State(closing[j], speed[j])
+            self._require(after.closing - at.closing, 0.0, 0.0)
+            self._require(after.speed - at.speed, 0.0, 0.0)
+        self._rest(k, r, at)
+
+    def _broken_away(self, k: int, r: float) -> tuple[State, Any]:
+        """State and time at which the part breaks away."""
+        if self.task.at_once:
+            return State(0.0, 0.0), 0.0
+        v, a = self.v[0], self.a[0]
+        t = self._unknown(f"begin{k}", 0.1 * self.guess[0][0], 0.0, np.inf)
+        closing = (v + 0.5 * a * t) * t
+        self._require(closing + self.task.contact * (v + a * t) - r * self.task.breakaway, 0.0, 0.0)
+        self._require(self.h[0] - t, 0.0, np.inf)
+        return State(closing, 0.0), t
+
+    def _places(self, j: int) -> int:
+        """Number of places in a segment where bounds are held."""
+        return min(ceil(float(self.guess[0][j]) / _WATCHED) + 1, _PLACES)
+
+    def _slip(self, at: State, v: Any, a: Any, h: Any, r: float, places: int) -> State:
+        """State after a segment in which force and speed keep to their bounds."""
+        for j in range(1, places + 1):
+            t = h * (j / places)
+            after = self.swing.step(at, v, a, t, r)
+            self._require(self.swing.force(after, v + a * t), self.task.margin, self.task.force)
+            if j < places:
+                self._require(after.speed, 0.0, np.inf)
+        return after
+
+    def _rest(self, k: int, r: float, at: State) -> None:
+        """The last segment: the part comes to rest near enough, and the tip that still comes does not set it off again."""
+        v, a, h = self.v[-2], self.a[-1], self.h[-1]
+        t = self._unknown(f"end{k}", 0.9 * self.guess[0][-1], 0.0, np.inf)
+        stopped = self._slip(at, v, a, t, r, self._places(-1))
+        self._require(stopped.speed, 0.0, 0.0)
+        self._require(h - t, 0.0, np.inf)
+        left = (self.v[-1] - 0.5 * a * (h - t)) * (h - t)
+        place = self.travel - left - stopped.closing
+        self._require(place - self.task.distance, -self.task.error, self.task.error)
+        held = stopped.closing + left + self.task.contact * self.v[-1]
+        self._require(held - r * self.task.breakaway, -np.inf, 0.0)
+
+    def solved(self) -> Found:
+        """The least time, by interior points."""
+        import casadi
+
+        x = casadi.vertcat(*self.parts.values())
+        what = {"x": x, "f": casadi.sum1(self.h), "g": casadi.vertcat(*self.conditions)}
+        own: dict[str, Any] = {"print_level": 0, "sb": "yes", "max_iter": _ITERATIONS, "tol": 1e-7, "mu_strategy": "adaptive"}
+        options: dict[str, Any] = {"print_time": False, "error_on_fail": False} | {
+            f"ipopt.{name}": value for name, value in own.items()
+        }
+        solver: Any = casadi.nlpsol("push", "ipopt", what, options)
+        found = solver(x0=self.start, lbx=self.lower, ubx=self.upper, lbg=self.low, ubg=self.high)
+        values = casadi.Function("tip", [x], [self.h, self.v, self.a])(found["x"])
+        h, v, a = (np.asarray(each).ravel() for each in values)
+        stats = solver.stats()
+        return Found(h, v[:-1], a, str(stats["return_status"]), int(stats["iter_count"]))
+
+
+def _graded(whole: float, fineness: float) -> Floats:
+    """Ends of segments that grow toward the middle."""
+    first, growth, most = _SEGMENT
+    half = [0.0]
+    while half[-1] < whole / 2.0:
+        half.append(half[-1] + min(max(first, growth * half[-1]), most) / fineness)
+    nodes = np.array(half) * (whole / 2.0 / half[-1])
+    return np.concatenate((nodes, whole - nodes[-2::-1]))
