@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import sdpgrind
 from centering._handover.chart import ControlChart
 from centering._handover.sequential import ewma_run_length
 
@@ -118,6 +119,27 @@ def test_missing_values_are_passed_over():
     for value in (0.15, np.nan, np.float32("nan"), 0.16):
         assert made.update(stock=value) == ()
     assert made.summary["quantities"]["stock"]["last"] == 0.16 and made.summary["quantities"]["roundness"]["last"] is None
+
+
+@pytest.mark.parametrize("parts", [0, 1, 40])
+def test_a_loaded_chart_goes_on(tmp_path, parts):
+    """To the bit: signals, averages and summary of a chart that was saved on the way and of one that was not."""
+    rng, whole, path = np.random.default_rng(6), chart(sigmas=2.0, weight=0.37, units={"stock": "um"}), tmp_path / "chart.nc"
+    rows = [{"roundness": value, "stock": stock} for value, stock in rng.normal((0.011, 0.16), (0.001, 0.02), (80, 2))]
+    rows[3].pop("stock")
+    rows[5]["roundness"] = np.nan
+    for row in rows[:parts]:
+        whole.update(**row)
+    whole.save(path)
+    loaded = sdpgrind.load(path)
+    assert type(loaded) is ControlChart and loaded.limits == whole.limits and loaded.signals == whole.signals
+    for row in rows[parts:]:
+        assert loaded.update(**row) == whole.update(**row)
+    assert len(whole.signals) > 20 and loaded.signals == whole.signals
+    assert loaded.summary == whole.summary and repr(loaded) == repr(whole)
+    for name in whole.limits:
+        for old, new in zip(whole._history(name), loaded._history(name), strict=True):
+            np.testing.assert_array_equal(new, old)
 
 
 def test_picture():

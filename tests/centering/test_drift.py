@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.special import ndtri, stdtr
 from scipy.stats import norm
 
+import sdpgrind
 from centering._handover.alarm import Shock, likely_step
 from centering._handover.drift import DriftTrack
 from centering._handover.sequential import (
@@ -431,3 +432,69 @@ def test_picture():
 def test_refusals(call, error, said):
     with pytest.raises(error, match=said):
         call()
+
+
+# In a file -----------------------------------------------------------------------------------------------------------
+
+
+def wandering(seed, parts=240):
+    """Readings of both quantities, some rounded, some missing, that step twice; and when is acknowledged."""
+    rng = np.random.default_rng(seed)
+    level = np.cumsum(rng.normal(0.0, 1e-4, parts)) + np.where(np.arange(parts) > 90, 0.02, 0.0)
+    rows = [{"stroke_offset": float(np.round(x + e, 4)), "mu_kinetic": 0.135 + f} for x, e, f in
+            zip(level, rng.normal(0.0, 2e-3, parts), rng.normal(0.0, 4e-3, parts), strict=True)]  # fmt: skip
+    for part in range(150, parts):
+        rows[part]["mu_kinetic"] += 0.03
+    rows[7].pop("mu_kinetic")
+    rows[11]["stroke_offset"] = np.nan
+    return rows, {120: ("stroke_offset",), 180: ("mu_kinetic", "stroke_offset")}
+
+
+def run(track, rows, acknowledged, first, last):
+    """New alarms of each part."""
+    found = []
+    for part in range(first, last):
+        found.append(track.update(**rows[part]))
+        if part in acknowledged:
+            track.acknowledge(*acknowledged[part])
+    return found
+
+
+@pytest.mark.parametrize("noise", [None, BOTH], ids=["learned", "known"])
+@pytest.mark.parametrize("parts", [0, 25, 60, 91, 121, 160, 181])
+def test_a_loaded_track_goes_on(tmp_path, noise, parts):
+    """To the bit, wherever it was saved: while the noise is learned, between step and alarm, after an alarm, after both."""
+    rows, acknowledged = wandering(4)
+    whole, path = DriftTrack(noise, walk=0.05, parts_per_false_alarm=700.0), tmp_path / "track.nc"
+    run(whole, rows, acknowledged, 0, parts)
+    whole.save(path)
+    loaded = sdpgrind.load(path)
+    assert type(loaded) is DriftTrack and loaded.history == whole.history and loaded.alarms == whole.alarms
+    assert run(loaded, rows, acknowledged, parts, 240) == run(whole, rows, acknowledged, parts, 240)
+    assert {alarm.quantity for alarm in whole.history} == set(BOTH) and loaded.history == whole.history
+    assert loaded.dataset.identical(whole.dataset) and repr(loaded) == repr(whole)
+    np.testing.assert_array_equal(loaded.estimate.covariance, whole.estimate.covariance)
+
+
+def test_names_and_units_in_a_file(tmp_path):
+    """Names that a file's variables could not have; noise known of one quantity alone; several looks without a part between."""
+    track = DriftTrack({"a/b c": None, "part": 0.5, "part_level": 0.1}, units={"a/b c": "", "part": "N"})
+    track.update(part=1.0)
+    track.acknowledge("part", "a/b c")
+    track.acknowledge("part")
+    track.save(tmp_path / "track.nc")
+    loaded = DriftTrack.from_file(tmp_path / "track.nc")
+    assert loaded.estimate.units == ("", "N", "mm") and loaded.estimate.names == track.estimate.names
+    assert loaded.count == 1 and np.isinf(loaded.estimate.sd).all()
+    loaded.save(tmp_path / "again.nc")
+    assert (tmp_path / "again.nc").read_bytes() == (tmp_path / "track.nc").read_bytes()
+
+
+def test_what_was_forgotten_is_not_saved(tmp_path):
+    rows, acknowledged = wandering(4)
+    track = DriftTrack(BOTH)
+    run(track, rows, acknowledged, 0, 200)
+    track.reset()
+    track.save(tmp_path / "track.nc")
+    loaded = sdpgrind.load(tmp_path / "track.nc")
+    assert loaded.count == 0 and loaded.history == () and repr(loaded) == repr(DriftTrack(BOTH))

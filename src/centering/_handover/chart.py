@@ -1,5 +1,6 @@
 """A control chart of what the parts bring, for the machine upstream: single values, their moving range, and their average."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from math import isfinite, isnan, pi, sqrt
@@ -9,13 +10,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
 
+from centering._handover import part_record
 from centering._handover.alarm import units_of, with_space
 from centering._handover.sequential import ewma_run_length, ewma_sd, not_read
-from sdpgrind.base import checks
+from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
 
 _RANGE = 2 / sqrt(pi)  # mean of the moving range of standard normal values, 1.128
 _FEWEST = 20  # parts that limits may rest on
+KIND = "centering.chart"
 RULES = ("value", "range", "average")
 
 
@@ -247,6 +250,22 @@ class ControlChart:
         from centering._handover.chart_picture import plot
 
         return plot(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the chart to a NetCDF file at `path`: first batch, limits' settings and every value in its unit."""
+        batch = {name: values.tolist() for name, values in self._batch.items()}
+        settings = {"batch": batch, "units": self._units, "sigmas": self._sigmas, "weight": self._weight}
+        records.write(part_record.dataset_of(self._values, self._units, settings), path, KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "ControlChart":
+        """Read the chart that `save` wrote to `path` (values in their units); it goes on as if it had never stopped."""
+        data = records.read(path)
+        settings = part_record.settings_in(data)
+        chart = cls(settings.pop("batch"), **settings)
+        for values in part_record.parts_in(data):
+            chart.update(**values)
+        return chart
 
     def _history(self, name: str) -> tuple[Floats, Floats, Floats]:
         """First batch, values after it, averages after it."""

@@ -1,16 +1,20 @@
 """Stroke correction and friction over the parts: a Kalman track of each, with alarms that say when it stepped."""
 
+import os
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from centering._handover import part_record
 from centering._handover.alarm import UNITS, DriftAlarm, units_of
 from centering._handover.sequential import cusum_detection, cusum_limit, learned_widening, not_read
 from centering._handover.tracked import FEWEST, REFERENCE, Tracked
-from sdpgrind.base import checks
+from sdpgrind.base import checks, records
 from sdpgrind.identify import Estimate, RandomWalk, Status
+
+KIND = "centering.drift"
 
 
 class DriftTrack:
@@ -82,6 +86,7 @@ class DriftTrack:
         self._units = units_of(given, units)
         self._walk = checks.positive("walk", walk, "1")
         parts = checks.within("parts_per_false_alarm", parts_per_false_alarm, 10.0, 1e8, "1")
+        self._parts = parts
         self._limit = cusum_limit(REFERENCE, parts * len(given))
         unknown = any(sd is None for sd in given.values())
         self._widening = learned_widening(REFERENCE, parts * len(given), FEWEST) if unknown else 0.0
@@ -95,6 +100,7 @@ class DriftTrack:
             for name, sd in self._given.items()
         }
         self._past: list[DriftAlarm] = []
+        self._acknowledged: list[tuple[int, str]] = []  # parts before it, quantity
         self._count = 0
 
     @property
@@ -160,6 +166,7 @@ class DriftTrack:
         """
         for name in names or [alarm.quantity for alarm in self.alarms]:
             self._tracks[checks.one_of("names", name, self._tracks)].restart()
+            self._acknowledged.append((self._count, name))
 
     @property
     def estimate(self) -> Estimate:
@@ -210,6 +217,33 @@ class DriftTrack:
         from centering._handover.drift_picture import plot
 
         return plot(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the track to a NetCDF file at `path`: every reading in its unit, and each `acknowledge`."""
+        settings = {
+            "noise_sd": self._given, "units": self._units, "walk": self._walk, "parts_per_false_alarm": self._parts,
+            "acknowledged": self._acknowledged,
+        }  # fmt: skip
+        readings = {name: [row[0] for row in track.rows] for name, track in self._tracks.items()}
+        records.write(part_record.dataset_of(readings, self._units, settings), path, KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "DriftTrack":
+        """Read the track that `save` wrote to `path` (readings in their units); it goes on as if it had never stopped."""
+        data = records.read(path)
+        settings = part_record.settings_in(data)
+        acknowledged = [(int(part), str(name)) for part, name in settings.pop("acknowledged")]
+        track = cls(settings.pop("noise_sd"), **settings)
+        for readings in part_record.parts_in(data):
+            track._acknowledge_again(acknowledged)
+            track.update(**readings)
+        track._acknowledge_again(acknowledged)
+        return track
+
+    def _acknowledge_again(self, acknowledged: list[tuple[int, str]]) -> None:
+        """Do what was acknowledged after as many parts as there are now."""
+        while acknowledged and acknowledged[0][0] == self._count:
+            self.acknowledge(acknowledged.pop(0)[1])
 
     def __repr__(self) -> str:
         told = "; ".join(map(str, self.alarms)) or "no alarm"
