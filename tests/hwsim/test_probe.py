@@ -85,6 +85,15 @@ def test_a_scan_has_the_samples_of_whole_turns():
     assert timed == hwsim.Probe(RING).scan(turns=3.0) and timed != hwsim.Probe(RING).scan(turns=3.0, rng=1)
 
 
+def test_a_scan_is_told_in_one_line():
+    lost = hwsim.Probe(RING, stroke=1.0, follow_time=0.3).scan(turns=2.0)
+    missing = np.isnan(lost.reading).sum()
+    assert missing > 0
+    assert repr(lost).startswith(f"ProbeScan(600 readings ({missing} without the surface) on 1.997 turns in 5.99 s: radius ")
+    assert f"offset {RING.offset:g} mm)" in repr(lost) and "\n" not in repr(lost)
+    assert "without" not in repr(hwsim.Probe(RING).scan(turns=2.0))
+
+
 @pytest.mark.parametrize("options", [{}, {"samples_per_turn": 360}], ids=["timed", "triggered"])
 def test_check_copies_and_repeats(options):
     probe = hwsim.Probe(RING, truth=drawn, **options)

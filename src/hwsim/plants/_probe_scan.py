@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass, fields
 
+import numpy as np
+
 from hwsim.plants._probe_ring import Ring
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ProbeScan(ByValue):
     """Samples of a ring on a turning table; `Probe.scan` makes it.
 
@@ -28,8 +30,8 @@ class ProbeScan(ByValue):
     --------
     >>> import hwsim
     >>> scan = hwsim.Probe(hwsim.Ring(61.94, 3.6), errors=None).scan(turns=0.25)
-    >>> scan.time[-1], len(scan.reading)  # s
-    (np.float64(0.74), 75)
+    >>> scan
+    ProbeScan(75 readings on 0.2467 turns in 0.74 s: radius 61.94 mm, offset 3.6 mm)
     """
 
     angle: Floats
@@ -42,3 +44,10 @@ class ProbeScan(ByValue):
     def __post_init__(self) -> None:
         for each in fields(self)[:-1]:
             object.__setattr__(self, each.name, lasting(getattr(self, each.name)))
+
+    def __repr__(self) -> str:
+        missing = int(np.isnan(self.reading).sum())
+        none = f" ({missing} without the surface)" if missing else ""
+        turns = float(np.ptp(self.angle)) / (2 * np.pi)
+        sampled = f"{self.reading.size} readings{none} on {turns:.4g} turns in {np.ptp(self.time):.4g} s"
+        return f"ProbeScan({sampled}: radius {self.ring.radius:.7g} mm, offset {self.ring.offset:.4g} mm)"
