@@ -120,15 +120,33 @@ def launch(kind: PushKind, stroke: float, start: Approach, model: PushModel, lim
     return Launch(best.lead + late, _made_up(best.rows, best.first, lag), best.stop_time + lag, best.beyond, best.first)
 
 
+def preview(kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits) -> Launch:
+    """Return about what is to be sent for a push that is not due yet: `launch`, its stroke not mended (`beyond` is 0).
+
+    Parameters
+    ----------
+    kind, stroke, start, model, limits
+        As `launch` has them (mm, rad/s).
+    """
+    return _tried(kind, stroke, start, model, limits, None)
+
+
 def _tried(
-    kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, goal: float, guess: float = 0.0
+    kind: PushKind,
+    stroke: float,
+    start: Approach,
+    model: PushModel,
+    limits: CenteringLimits,
+    goal: float | None,
+    guess: float = 0.0,
 ) -> Launch:
     """The push with a stroke, and how much further than its goal (mm) the ring goes; `guess` is a lead to begin with (rad)."""
     contact = kind.profile(model, stroke, limits.max_acceleration).segments
     before = _approach(start.room, float(contact[0, 1]), limits)
     rows = np.vstack((before, contact) if kind.retract else (before, contact, _drawn_back(limits)))
     lead, left = _lead(rows, start, model, guess)
-    return Launch(lead, rows, _until_turn(rows), start.offset - left - goal, len(before))
+    beyond = 0.0 if goal is None else start.offset - left - goal
+    return Launch(lead, rows, _until_turn(rows), beyond, len(before))
 
 
 def _mended(strokes: list[float], tries: list[Launch]) -> float:

@@ -1,9 +1,17 @@
 """What a push teaches: how far the part went along the push, and how far beside it."""
 
 from dataclasses import dataclass
-from math import cos, hypot, sin
+from math import cos, hypot, pi, sin
 
+from centering._cycle.cycle_next import ChosenPush, PushStrategy
+from centering._cycle.cycle_view import PartView
 from sdpgrind.base.frozen import Frozen
+
+_TOLD, _HIDDEN = 0.05, 2e-3  # of the wanted travel, and mm: what turning may add before a push tells nothing of friction
+_LONG = 1.0  # mm: what a longer push is off by is more of its direction than of friction, and small pushes tell it better
+_MEMORY = 4.0  # pushes' worth of evidence at most: friction may change, and models err
+_TELLING = 0.02  # mm: shorter travels say nothing about the direction
+_DIRECTION_BIAS = 0.0035  # rad: sd of a constant error of direction, before anything is known
 
 
 @dataclass(frozen=True)
@@ -78,3 +86,69 @@ class LearnedBias:
         gain = self._variance / (self._variance + sd * sd)
         self.value += gain * (value - self.value)
         self._variance *= 1.0 - gain
+
+
+@dataclass(frozen=True)
+class _Pushed(Frozen):
+    """A push that was made: centre and its sd before (mm), direction on the table (rad), what turning adds to its travel (mm)."""
+
+    x: float
+    y: float
+    sd: float
+    choice: ChosenPush
+    towards: float
+    beyond: float
+
+
+class PartLearner:
+    """What the pushes of a part have told: its friction, by the strategy's own rule, and a constant error of direction.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        Its problem and its rule of belief.
+    """
+
+    def __init__(self, strategy: PushStrategy) -> None:
+        self._strategy, self._direction = strategy, LearnedBias(_DIRECTION_BIAS)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the part."""
+        self._direction.reset()
+        self.friction, self.evidence = 1.0, 0.0
+        self._last: _Pushed | None = None
+
+    @property
+    def bias(self) -> float:
+        """By how much pushes go to the left of where they are aimed, rad."""
+        return self._direction.value
+
+    def pushed(self, view: PartView, choice: ChosenPush, beyond: float) -> None:
+        """Note where a part is that is being pushed.
+
+        Parameters
+        ----------
+        view : PartView
+            What is known of it.
+        choice : Choice
+            The push.
+        beyond : float
+            How much further the part is expected to go than on a table at rest, mm.
+        """
+        self._last = _Pushed(view.x, view.y, view.sd, choice, view.offset_angle + pi - self.bias, beyond)
+
+    def see(self, view: PartView) -> None:
+        """Take in what the last push did to the part, once; `view` knows where it is now (mm)."""
+        last, self._last = self._last, None
+        if last is None:
+            return
+        travel = Travel.between((last.x, last.y), (view.x, view.y), towards=last.towards)
+        # Else turning hides what friction did.
+        if last.choice.aim <= _LONG and abs(last.beyond) <= max(_TOLD * last.choice.aim, _HIDDEN):
+            told = max(travel.distance - last.beyond, 0.0)
+            belief = self._strategy.update_belief(self.friction, self.evidence, last.choice, told)
+            self.friction, self.evidence = belief[0], min(belief[1], _MEMORY)
+        if travel.along > _TELLING:
+            spread = hypot(self._strategy.problem.scatter.direction_sd, hypot(last.sd, view.sd) / travel.along)
+            self._direction.see(travel.across / travel.along, spread)

@@ -3,12 +3,40 @@
 from math import atan2, hypot, inf, isfinite, pi
 
 from centering._cycle.settings import CycleSettings
+from centering._geometry import estimator_slots as at
 from centering._geometry.estimator import GeometryEstimator
+from centering._geometry.validity_kernels import judge
 
 _FEWEST = 4  # readings: three fix a circle, a fourth says how well
 _EVERY = 4  # readings between two looks at what they say, once there are many
 _MANY = 12
 _HOLD = 20.0  # deviations of a centre within which it is believed at all
+
+
+class PlaceEstimator(GeometryEstimator):
+    """A `GeometryEstimator` that tells where the part is without all else that an estimate says: at each sample.
+
+    Examples
+    --------
+    >>> from math import cos
+    >>> estimator = PlaceEstimator(noise_sd=0.001)
+    >>> for k in range(20):
+    ...     estimator.update(angle=0.1 * k, reading=60.0 + 0.001 * cos(0.1 * k - 1.0))
+    >>> radius, x, y, sd, band = estimator.place
+    >>> (x, y, sd) == (estimator.estimate.center_x, estimator.estimate.center_y, estimator.estimate.center_sd)
+    True
+    """
+
+    @property
+    def place(self) -> tuple[float, float, float, float, float]:
+        """Radius, centre, its sd in the worst direction, and its band, mm; the latter two infinite where nothing is known."""
+        state = self._state
+        if state[at.USED] == 0.0:
+            return 0.0, 0.0, 0.0, inf, inf
+        judge(state, 0.0)
+        scale = max(float(state[at.SCALE]), float(state[at.NOISE]))
+        sd = scale * float(state[at.INFLATION] * state[at.SPREAD]) if isfinite(state[at.SCALE]) else inf
+        return float(state[at.RADIUS]), float(state[at.FIT_X]), float(state[at.FIT_Y]), sd, float(state[at.BAND])
 
 
 class PartView:
@@ -32,7 +60,7 @@ class PartView:
     """
 
     def __init__(self, radius: float, settings: CycleSettings) -> None:
-        self._estimator = GeometryEstimator(
+        self._estimator = PlaceEstimator(
             noise_sd=settings.noise_sd, tip_radius=settings.tip_radius, radius_prior=(radius, settings.radius_sd)
         )
         self._nominal = self.radius = radius
@@ -52,11 +80,11 @@ class PartView:
 
     def _forget(self) -> None:
         self.samples = 0
-        self._looked = 0
+        self._looked = self._banded = 0
         self._first = self._last = 0.0
         self.radius = self._nominal
         self.x = self.y = self.offset = self.offset_angle = 0.0
-        self.sd = inf
+        self.sd = self._band = inf
 
     def take(self, angle: float, reading: float) -> None:
         """Take a reading in.
@@ -81,10 +109,10 @@ class PartView:
         if self.samples < _FEWEST or self._looked == self.samples:
             return
         self._looked = self.samples
-        circle = self._estimator.estimate
-        self.sd = circle.center_sd
+        radius, x, y, self.sd, self._band = self._estimator.place
+        self._banded = self.samples
         if isfinite(self.sd):
-            self.radius, self.x, self.y = circle.radius, circle.center_x, circle.center_y
+            self.radius, self.x, self.y = radius, x, y
             self.offset, self.offset_angle = hypot(self.x, self.y), atan2(self.y, self.x)
 
     @property
@@ -100,7 +128,9 @@ class PartView:
     @property
     def band(self) -> float:
         """Greatest error of the centre at 99.9 %, mm."""
-        return self._estimator.band if self.samples else inf
+        if self._banded != self.samples:
+            self._band, self._banded = self._estimator.band, self.samples
+        return self._band
 
     @property
     def restarts(self) -> int:

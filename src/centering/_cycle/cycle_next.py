@@ -1,0 +1,135 @@
+"""The push to come: which, what is sent for it, and the table angle at which it begins."""
+
+from math import ceil, isfinite, nan, pi
+from typing import Any, Protocol
+
+from centering._cycle.cycle_launch import Approach, Launch, launch, preview
+from centering._cycle.cycle_table import TableMotion
+from centering._cycle.outcomes import PushKind
+from centering._push.model import PushModel
+from centering._push.problem import CenteringProblem
+
+_TURN = 2.0 * pi
+_LATEST = 1.3  # samples before: a profile can still be sent
+_ROUGH, _STALE, _SOON = 0.4, 0.1, 0.07  # relative change that makes a planned push stale, and when it is due in so many s
+
+
+class ChosenPush(Protocol):
+    """What a strategy answers."""
+
+    @property
+    def aim(self) -> float: ...
+    @property
+    def stroke(self) -> float: ...
+    @property
+    def shape(self) -> str: ...
+    @property
+    def push_speed(self) -> float: ...
+    @property
+    def retract(self) -> bool: ...
+    @property
+    def spindle_speed(self) -> float: ...
+
+
+class PushStrategy(Protocol):
+    """What the controller asks of a strategy."""
+
+    @property
+    def problem(self) -> CenteringProblem: ...
+    @property
+    def finish(self) -> float: ...
+    def push(self, *, offset: float, friction: float, pushes: float) -> ChosenPush: ...
+    def update_belief(self, friction: float, pushes: float, commanded: Any, travelled: float) -> tuple[float, float]: ...
+
+
+class NextPush:
+    """Chooses the push, and plans it again when what it rests on has changed: roughly at first, exactly when it is sent.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        Which push when.
+    lag : float
+        How late the slide follows once it is loaded, s.
+    """
+
+    def __init__(self, strategy: PushStrategy, lag: float) -> None:
+        self._strategy, self._problem, self._lag = strategy, strategy.problem, lag
+        self._least = strategy.finish * (1.0 + 1e-6)
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing is chosen or planned."""
+        self.choice: ChosenPush | None = None
+        self.launch: Launch | None = None
+        self.trigger = nan
+        self._planned = Approach(0.0, 0.0, 0.0)
+        self._asked = (nan, nan, nan)
+        self._answer: ChosenPush | None = None
+
+    def ask(self, offset: float, friction: float, evidence: float) -> ChosenPush:
+        """Return what the strategy does at an offset (mm); one that it would leave alone is pushed as the least it would not.
+
+        Parameters
+        ----------
+        offset : float
+            mm.
+        friction, evidence : float
+            What is believed: ratio, and pushes' worth of evidence.
+        """
+        asked = (max(offset, self._least), friction, evidence)
+        if self._answer is None or asked != self._asked:
+            self._asked = asked
+            self._answer = self._strategy.push(offset=asked[0], friction=friction, pushes=evidence)
+        return self._answer
+
+    def plan(self, choice: ChosenPush, start: Approach, friction: float, table: TableMotion) -> None:
+        """Plan a push roughly, unless that was done for about the same `start` (mm, rad/s).
+
+        Parameters
+        ----------
+        choice : Choice
+            The push.
+        start : Approach
+            Where it begins.
+        friction : float
+            Ratio that is believed.
+        table : TableMotion
+            When it is due.
+        """
+        near = isfinite(self.trigger) and table.time_to(self.trigger) < _SOON
+        if self.launch is None or _stale(self._planned, start, _STALE if near else _ROUGH):
+            model = self._felt(friction)
+            self.launch = preview(_kind(choice), choice.stroke, start, model, self._problem.limits)
+            self._planned = start
+
+    def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> Launch:
+        """Plan a push as it is sent, and return that; the parameters are those of `plan` (mm, rad/s)."""
+        model = self._felt(friction)
+        self.launch = launch(_kind(choice), choice.stroke, start, model, self._problem.limits, self._lag)
+        self._planned = start
+        return self.launch
+
+    def _felt(self, friction: float) -> PushModel:
+        """The model with the part's friction as it is believed to be."""
+        model = self._problem.model
+        return model.replace(mu_static=model.mu_static * friction, mu_kinetic=model.mu_kinetic * friction)
+
+    def set_trigger(self, direction: float, table: TableMotion) -> None:
+        """Find the next angle at which the planned push can begin, for a high point under the tip at `direction` (rad)."""
+        wanted = direction - (self.launch.lead if self.launch is not None else 0.0)
+        soonest = table.angle + table.speed * _LATEST * self._problem.limits.sample_time
+        self.trigger = wanted + _TURN * ceil((soonest - wanted) / _TURN)
+
+
+def _kind(choice: ChosenPush) -> PushKind:
+    return PushKind(choice.shape, choice.push_speed, choice.retract)
+
+
+def _stale(planned: Approach, start: Approach, share: float) -> bool:
+    """Whether a planned push rests on what has changed since, by more than a share."""
+    return (
+        abs(planned.offset - start.offset) > share * start.offset
+        or abs(planned.spindle_speed - start.spindle_speed) > share * start.spindle_speed
+        or abs(planned.room - start.room) > 2.0 * share
+    )
