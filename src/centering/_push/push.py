@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from centering._push.arrival import Arrival, arrival
 from centering._push.direction import Touch, plan_touch, profile_of
 from centering._push.lead import Lead, find_lead
 from centering._push.limits import check_speed
@@ -96,6 +97,27 @@ class Push:
         told = self.problem.model if model is None else model
         place = {"offset": self.offset, "touch_angle": self.touch.angle, "spindle_speed": self.spindle_speed}
         return simulate_table_push(told, turning_profile(self.push_profile, told, **place))
+
+    def arrival(self, model: PushModel | None = None) -> Arrival:
+        """Return where the push is expected to leave the ring's centre on the table (mm), and how sure that is.
+
+        The push is followed in the plane, with contact, friction and inertia. How sure it is follows from the scatter of the
+        problem: friction of part and push together, direction, stop of the slide, measuring.
+
+        Parameters
+        ----------
+        model : PushModel, optional
+            Another than that of the problem.
+
+        Examples
+        --------
+        >>> from centering._push.presets import preset
+        >>> there = plan_push(preset("printed"), offset=1.0, spindle_speed=2.0, push_speed=10.0).arrival()
+        >>> there.offset < 0.001, there.sd.round(4)  # mm; the direction scatters by 1.5 deg
+        (True, array([0.0036, 0.0262]))
+        """
+        told = self.problem.model if model is None else model
+        return arrival(told, self.problem.scatter, self.touch, self.offset, self.spindle_speed)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw distances of tip and rim from the axis (mm) over time (s), into the axes `ax` or a new figure; return the figure.

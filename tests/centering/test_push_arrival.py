@@ -1,0 +1,67 @@
+"""Where a push is expected to leave the ring, against draws of everything that scatters."""
+
+import numpy as np
+import pytest
+
+from centering._push import direction_kernels as at
+from centering._push.arrival import Arrival
+from centering._push.presets import preset
+from centering._push.push import plan_push
+from sdpgrind import units
+
+PRINTED = preset("printed")
+
+
+def drawn(push, count, rng):
+    """Places on the table, x through the centre before the push: each ring laid, pushed and turned back by itself."""
+    problem, w, d, touch = push.problem, push.spindle_speed, push.offset, push.touch
+    scatter, ends = problem.scatter, []
+    spread = np.hypot(scatter.friction_part_sd, scatter.friction_push_sd)
+    rows = touch.push_profile.segments
+    early = 0.02 / rows[0, 1]
+    across = d * np.sin(touch.angle)
+    tip = d * np.cos(touch.angle) + np.sqrt(89.5**2 - across**2) + 0.02
+    for _ in range(count):
+        law = problem.model.parameters
+        law[3:5] *= 1 + spread * rng.standard_normal()
+        start = d + scatter.measuring_sd * (rng.standard_normal() + 1j * rng.standard_normal())
+        place = start * np.exp(-1j * (touch.angle + w * early))
+        state = np.zeros(at.STATES)
+        state[at.X], state[at.Y], state[at.V_X], state[at.V_Y] = place.real, place.imag, -w * place.imag, w * place.real
+        state[at.TIP], state[at.RESTS], state[at.TOUCH] = tip + scatter.stop_sd * rng.standard_normal(), 1.0, -1.0
+        whole = np.vstack(([(early, rows[0, 1], 0.0)], rows, [(0.08, 0.0, 0.0)]))
+        at.push_on_table(law, 89.5, w, whole, 4e-5, state)
+        end = complex(state[at.X], state[at.Y]) * np.exp(1j * (touch.angle + w * early - w * state[at.CLOCK]))
+        ends.append(start + (end - start) * np.exp(1j * scatter.direction_sd * rng.standard_normal()))
+    return np.array([(end.real, end.imag) for end in ends])
+
+
+@pytest.mark.parametrize(
+    ("mass", "rpm", "offset", "speed", "shape"),
+    [(18.9, 20.0, 1.0, 10.0, "trapezoid"), (0.8, 60.0, 5.0, 40.0, "trapezoid"), (18.9, 20.0, 3.0, 40.0, "gentle")],
+)
+def test_it_is_where_draws_arrive(mass, rpm, offset, speed, shape):
+    push = plan_push(
+        PRINTED.replace(mass=mass), offset=offset, follow_gap=20.0, spindle_speed=units.rpm(rpm), push_speed=speed, shape=shape
+    )
+    there, ends = push.arrival(), drawn(push, 400, np.random.default_rng(0))
+    assert there.offset < 2e-3  # an exact push
+    mean = ends.mean(axis=0) - [there.x, there.y]
+    assert np.all(np.abs(mean) < 4.0 * ends.std(axis=0) / 20.0 + [0.2 * there.sd[0] + 2e-3, 0.0])  # bent: friction moves the mean
+    assert there.sd == pytest.approx(ends.std(axis=0), rel=0.25 if shape == "gentle" else 0.15)
+
+
+def test_nothing_scatters_where_nothing_does():
+    still = dict.fromkeys(("friction_part_sd", "friction_push_sd", "direction_sd", "stop_sd", "measuring_sd"), 0.0)
+    problem = PRINTED.replace(scatter=PRINTED.scatter.replace(**still))
+    push = plan_push(problem, offset=1.0, spindle_speed=2.0, push_speed=10.0)
+    assert np.all(push.arrival().covariance == 0.0)
+    slippery = push.arrival(problem.model.replace(mu_static=0.16, mu_kinetic=0.12))
+    assert slippery.x < -0.002  # it slides further than planned
+
+
+def test_equality_is_by_value():
+    one, other = (Arrival(1.0, 0.0, np.eye(2)) for _ in range(2))
+    assert one == other and hash(one) == hash(other) and one != one.replace(x=2.0)
+    with pytest.raises(ValueError, match="read-only"):
+        one.covariance[0, 0] = 1.0
