@@ -1,0 +1,212 @@
+"""``hwsim centering``: jobs as TOML, what it prints and keeps, what it refuses, the source's controller beside ours."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import centering
+import hwsim
+import sdpgrind
+from centering._cycle.outcomes import PushKind
+from centering._cycle.plan import prepared, solved
+from centering._cycle.strategy_moves import Size
+from hwsim._centering_toml import read
+from hwsim._log import same
+from hwsim.cli import main
+from sdpgrind import units
+from sdpgrind.base.progress import silent
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "centering.toml"
+KEPT = ["film.png", "run.db", "run.nc", "run.png", "strategy.nc", "strategy.png"]
+KINDS = tuple(PushKind("trapezoid", speed, True) for speed in (5.0, 20.0, 80.0))
+SMALL = """
+offset_max = "6 mm"
+[part]
+mass = "800 g"
+radius = 61.95
+[machine]
+start_offset = ["1 mm", "5 mm"]
+"""
+
+
+def quick(problem, **options):
+    """A coarse strategy in the place of a fine one."""
+    speed = options.get("spindle_speed", "scheduled")
+    return solved(prepared(problem, speed, KINDS, Size(48, 5), None, silent), None, silent)
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    path = tmp_path_factory.mktemp("job") / "job.toml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture(scope="module")
+def strategy(job):
+    made = quick(read(job).problem)
+    made.save(job.parent / "quick.nc")
+    return made
+
+
+@pytest.fixture
+def given(job, strategy):
+    """The options of a run with the quick strategy."""
+    return job, "--strategy", job.parent / "quick.nc"
+
+
+def said(capsys, *arguments):
+    assert main(["centering", *map(str, arguments)]) == 0
+    out, error = capsys.readouterr()
+    assert error == ""
+    return out
+
+
+def refused(capsys, *arguments):
+    """Exit status 2, one line on standard error, nothing on standard output; give the line."""
+    assert main(["centering", *map(str, arguments)]) == 2
+    out, error = capsys.readouterr()
+    assert out == "" and error.count("\n") == 1 and error.startswith("hwsim: ")
+    return error.removeprefix("hwsim: ").strip()
+
+
+@pytest.fixture(scope="module")
+def finished(job, strategy):
+    pytest.importorskip("matplotlib")
+    folder = job.parent / "deep" / "run"
+    options = ["--strategy", str(job.parent / "quick.nc"), "--parts", "3", "--rng", "2", "--out", str(folder)]
+    assert main(["centering", str(job), *options]) == 0
+    return folder
+
+
+# Runs -----------------------------------------------------------------------------------------------------------------
+
+
+def in_python(job, strategy, parts=3):
+    made = read(job)
+    return hwsim.run(made.stand, made.controller(strategy), parts=parts, rng=2)
+
+
+def test_keeps_strategy_log_journal_and_pictures(job, strategy, finished):
+    assert sorted(file.name for file in finished.iterdir()) == KEPT
+    log = sdpgrind.load(finished / "run.nc")
+    assert same(log, in_python(job, strategy))
+    with sdpgrind.load(finished / "run.db") as journal:
+        assert same(journal.log(), log)
+    assert sdpgrind.load(finished / "strategy.nc") == strategy
+
+
+def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, capsys):
+    out = said(capsys, job, "--parts", 3, "--rng", 2, "--no-pictures", "--out", finished)
+    lines, outcome = out.splitlines(), sdpgrind.load(finished / "run.nc").outcome
+    assert lines[0] == f"{job}: a ring of 0.8 kg, radius 61.95 mm, from up to 6 mm to 2.5 um"
+    assert f"{strategy.cycle_time(6.0):.2f} s from 6 mm" in lines[1]
+    start = np.hypot(outcome.center_x[:, 0], outcome.center_y[:, 0]).values
+    row = next(line for line in lines if line.startswith("time (s)")).split()
+    assert float(row[2]) == pytest.approx(np.mean([strategy.cycle_time(x) for x in start]), abs=6e-4)
+    assert float(row[3]) == pytest.approx(float(outcome.time.mean()), abs=6e-4)
+    row = next(line for line in lines if line.startswith("pushes")).split()
+    assert float(row[2]) == pytest.approx(float(outcome.pushes.mean()), abs=6e-4)
+    assert out.endswith(f"kept in {finished}: strategy.nc, run.nc, run.db\n")
+
+
+def test_a_kept_run_goes_on(job, strategy, given, tmp_path, capsys):
+    for parts in (1, 3):
+        out = said(capsys, *given, "--parts", parts, "--rng", 2, "--no-pictures", "--out", tmp_path)
+        assert f"mean of {parts} part" in out
+    assert same(sdpgrind.load(tmp_path / "run.nc"), in_python(job, strategy))
+
+
+def test_plans_anew_where_no_strategy_is_given(job, strategy, monkeypatch, capsys):
+    asked = {}
+
+    def plan(problem, **options):
+        asked.update(options, problem=problem)
+        return strategy
+
+    monkeypatch.setattr(centering, "plan", plan)
+    said(capsys, job, "--parts", 1)
+    assert asked["spindle_speed"] == "scheduled" and asked["problem"] == strategy.problem
+
+
+def test_a_preset_says_that_slow_pushes_are_too_coarse_for_it(monkeypatch, capsys):
+    monkeypatch.setattr(centering, "plan", quick)
+    lines = said(capsys, "--preset", "printed", "--parts", 1).splitlines()
+    assert lines[0] == "printed: a ring of 18.9 kg, radius 89.5 mm, from up to 10 mm to 2.5 um"
+    assert lines[2] == f"note: {centering.preset('printed').quantum_note}"
+
+
+def test_the_sources_controller_on_the_same_parts(job, strategy, given, tmp_path, capsys):
+    out = said(capsys, *given, "--source", "--parts", 2, "--rng", 1, "--no-pictures", "--out", tmp_path / "both")
+    kept = sdpgrind.load(tmp_path / "both" / "compare.nc").outcome
+    made = read(job)
+    both = {"source": made.source(strategy), "ours": made.controller(strategy)}
+    fresh = hwsim.compare(made.stand, both, parts=2, rng=1).outcome
+    np.testing.assert_array_equal(kept.time, fresh.time)
+    row = next(line for line in out.splitlines() if line.startswith("time (s), mean")).split()
+    np.testing.assert_allclose([float(x) for x in row[-2:]], fresh.time.mean("part"), atol=6e-3)
+    assert sdpgrind.load(tmp_path / "both" / "strategy.nc") == strategy
+
+
+# Jobs -----------------------------------------------------------------------------------------------------------------
+
+
+def test_the_example_is_read():
+    made = read(EXAMPLE)
+    assert made.problem.model.part == centering.Part(5.0, 85.0)
+    assert made.problem.tolerance == pytest.approx(0.0025)
+    assert made.problem.limits.spindle_speed_max == pytest.approx(units.rpm(100))
+    assert made.stand.truth == made.problem.model.replace(mu_kinetic=0.16) and made.stand.start_offset == (1.0, 10.0)
+    assert made.spindle_speed == "scheduled" and made.settings.timeout == 60.0
+
+
+def test_all_that_a_file_may_say(tmp_path):
+    path = tmp_path / "job.toml"
+    path.write_text(
+        'preset = "identified"\nspindle_speed = "30 rpm"\npushes_max = 9\n[limits]\nsafety = "0.3 mm"\n[scatter]\nstop_sd = 0\n'
+        '[controller]\nmargin = "0.4 mm"\n[machine]\nstart_offset = 2\ntip_radius = 5\nscheduler = false\n'
+        "gain_scheduling = false\n"
+        '[machine.scatter]\nmeasuring_sd = "1 um"\n[machine.errors]\nrunout = "1 um"\n'
+    )
+    made = read(path)
+    known = centering.preset("identified")
+    assert made.problem == known.replace(
+        pushes_max=9, limits=known.limits.replace(safety=0.3), scatter=known.scatter.replace(stop_sd=0.0)
+    )
+    assert made.spindle_speed == pytest.approx(units.rpm(30)) and made.settings.margin == 0.4 and made.settings.tip_radius == 5.0
+    machine = made.stand
+    assert machine.start_offset == 2.0 and machine.scheduler is None and not machine.gain_scheduling
+    assert machine.scatter.measuring_sd == pytest.approx(1e-3) and machine.errors.runout == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ('preset = "best"', "preset must be one of printed, identified; got 'best'"),
+        ("tolerence = 1", "tolerence is not a key; is tolerance meant?"),
+        ('tolerance = "2 kg"', "tolerance"),
+        ("[part]\nmass = -1", "[part] mass must be > 0 (kg); got -1"),
+        ("[model]\nmu_static = 0.1", "[model] mu_static must be >= mu_kinetic = 0.15 (1); got 0.1"),
+        ("[limits]\nspindle_speed_max = 0", "[limits] spindle_speed_max must be > 0 (rad/s); got 0"),
+        ("[machine]\nstart_offset = [5, 1]", "[machine] start_offset must be of a least and a greatest"),
+        ("[machine]\nscheduler = 1", "machine.scheduler must be true or false; got 1"),
+        ("[machine.truth]\nmu = 1", "machine.truth.mu is not a key"),
+    ],
+)
+def test_faults_of_a_file_are_one_line(tmp_path, capsys, line, message):
+    path = tmp_path / "job.toml"
+    path.write_text(f"{line}\n")
+    told = refused(capsys, path)
+    assert told.startswith(f"{path}: ") and message in told
+
+
+def test_what_cannot_be_asked_for(given, tmp_path, capsys):
+    assert refused(capsys).startswith("problem.toml, --preset or --strategy must be given; try: hwsim centering --preset printed")
+    assert "--live must be left out with --source" in refused(capsys, *given, "--source", "--live")
+    (tmp_path / "old.txt").write_text("")
+    told = refused(capsys, *given, "--source", "--out", tmp_path)
+    assert told == f"--out must be a new or empty folder with --source; {tmp_path} holds something"
+    other = tmp_path / "other.toml"
+    other.write_text(SMALL + "scheduler = false\n[limits]\nsafety = 0.4\n")
+    assert "is for another problem: limits differs" in refused(capsys, other, *given[1:])
