@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from centering._friction.estimator import FrictionEstimator, identify_friction
     from centering._friction.laws import CoulombFriction, StribeckFriction, ViscousFriction
     from centering._friction.printed import PrintedFriction
-    from centering._friction.turning import turning_profile
     from centering._geometry.curve import circle_derivatives, circle_reading, radial_position
     from centering._geometry.estimate import CircleEstimate
     from centering._geometry.estimator import GeometryEstimator
@@ -64,6 +63,7 @@ if TYPE_CHECKING:
     from centering._handover.drift import DriftTrack
     from centering._handover.stock import Stock
     from centering._identify import identify
+    from centering._push.arrival import Arrival
     from centering._push.bandstop import band_stop_lag, band_stop_profile
     from centering._push.direction import Touch, plan_touch
     from centering._push.free_slide import FreeSlideTable, free_slide_table
@@ -88,6 +88,7 @@ if TYPE_CHECKING:
         spindle_speed_limit,
     )
     from centering._push.model import Part, PushModel
+    from centering._push.optimal import OptimalPush, minimum_time_push
     from centering._push.presets import preset, presets
     from centering._push.problem import CenteringLimits, CenteringProblem, PushScatter
     from centering._push.profile import TipProfile
@@ -97,6 +98,8 @@ if TYPE_CHECKING:
     from centering._push.sliding import Launch, RingFriction, Slide, launch_for, ring_friction, slide_to_rest
     from centering._push.timing import Stop, move_peak, move_time, stopping
     from centering._push.trace import PushTrace, simulate_push
+    from centering._push.turning import TableProfile, turning_profile
+    from centering._push.turning_trace import TablePushTrace, simulate_table_push
     from centering._roundness.circles import reference_circle
     from centering._roundness.profile import Profile
     from centering._roundness.roundness import Roundness
@@ -105,6 +108,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Allowance",
+    "Arrival",
     "Belief",
     "BothRules",
     "CenteringController",
@@ -139,6 +143,7 @@ __all__ = [
     "Launch",
     "LuGreFriction",
     "MeasuringController",
+    "OptimalPush",
     "OutcomeTable",
     "Part",
     "PrintedController",
@@ -165,6 +170,8 @@ __all__ = [
     "Strategy",
     "StribeckFriction",
     "StrokeCorrection",
+    "TableProfile",
+    "TablePushTrace",
     "TipProfile",
     "Touch",
     "ViscousFriction",
@@ -197,6 +204,7 @@ __all__ = [
     "linear_gauge_offset",
     "mass_ratio",
     "max_rim_slope",
+    "minimum_time_push",
     "move_peak",
     "move_time",
     "plan",
@@ -217,6 +225,7 @@ __all__ = [
     "simulate_friction",
     "simulate_push",
     "simulate_pushes",
+    "simulate_table_push",
     "slide_to_rest",
     "sliding_speed",
     "spindle_acceleration_limit",
@@ -269,6 +278,7 @@ _MODULES = {
     "chatter_check": "_handover.chatter",
     "DriftTrack": "_handover.drift",
     "Stock": "_handover.stock",
+    "Arrival": "_push.arrival",
     "band_stop_lag": "_push.bandstop",
     "band_stop_profile": "_push.bandstop",
     "Touch": "_push.direction",
@@ -294,6 +304,8 @@ _MODULES = {
     "spindle_speed_limit": "_push.limits",
     "Part": "_push.model",
     "PushModel": "_push.model",
+    "OptimalPush": "_push.optimal",
+    "minimum_time_push": "_push.optimal",
     "preset": "_push.presets",
     "presets": "_push.presets",
     "CenteringLimits": "_push.problem",
@@ -319,6 +331,10 @@ _MODULES = {
     "stopping": "_push.timing",
     "PushTrace": "_push.trace",
     "simulate_push": "_push.trace",
+    "TableProfile": "_push.turning",
+    "turning_profile": "_push.turning",
+    "TablePushTrace": "_push.turning_trace",
+    "simulate_table_push": "_push.turning_trace",
     "DahlFriction": "_friction.bristle_laws",
     "ElastoPlasticFriction": "_friction.bristle_laws",
     "LuGreFriction": "_friction.bristle_laws",
@@ -332,7 +348,6 @@ _MODULES = {
     "StribeckFriction": "_friction.laws",
     "ViscousFriction": "_friction.laws",
     "PrintedFriction": "_friction.printed",
-    "turning_profile": "_friction.turning",
     "Belief": "_cycle.belief",
     "CenteringController": "_cycle.controller",
     "StrokeCorrection": "_cycle.correction",
