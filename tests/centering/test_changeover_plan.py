@@ -96,7 +96,7 @@ def errors_of(lobes, noise_sd, runs, offset=0.05, **options):
 def test_parts_stand_out_as_often_as_told():
     """300 rings with a highest place: at 0, 1 and 2 sd as many reach beyond as the probability says, no more and no fewer."""
     errors = errors_of({2: 0.002}, 3e-5, 300)
-    assert errors.mean() == pytest.approx(0.1, abs=0.2) and errors.std() == pytest.approx(0.97, abs=0.12)
+    assert errors.mean() == pytest.approx(0.1, abs=4 / np.sqrt(300)) and errors.std() == pytest.approx(1.0, abs=4 / np.sqrt(600))
     for z, fewest in ((0.0, 0.5), (1.0, 0.75), (2.0, 0.3)):
         told = norm.sf(z)
         scatter = np.sqrt(told * (1 - told) / errors.size)

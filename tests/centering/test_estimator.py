@@ -168,7 +168,7 @@ def test_turns_with_the_part(shift, arc, backward, wrapped):
 def test_averages_turns():
     angle = turned(4 * 360)
     one, four = fitted(angle[:360], noisy(angle)[:360]).estimate, fitted(angle, noisy(angle)).estimate
-    assert_allclose(four.center_sd, one.center_sd / 2, rtol=0.1)
+    assert_allclose(four.center_sd / four.noise_sd, one.center_sd / one.noise_sd / 2, rtol=1e-3)
     assert_allclose(four.swept, units.deg(4 * 360 - 1))
 
 

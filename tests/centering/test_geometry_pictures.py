@@ -75,7 +75,7 @@ def test_history_of_the_centre(pyplot):
 def test_estimates_are_drawn_with_their_scatter(pyplot):
     wide = CircleEstimate(np.array([61.94, 0.01, 0.0]), np.diag([1e-6, 25e-6, 25e-6]))
     axis = plot_centers([CIRCLE, wide], 0.0025, ax=pyplot.figure().add_subplot(projection="polar")).axes[0]
-    (bars,) = axis.collections[1].get_segments()[1:] if len(axis.collections) > 1 else (None,)
+    (bars,) = axis.collections[1].get_segments()[1:]
     low, high = bars[:, 1]
     assert high - low == pytest.approx(np.log10(0.015 / 0.005))
 

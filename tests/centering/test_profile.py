@@ -137,17 +137,19 @@ def test_roundness_by_all_four(profiles):
     for circle in found.values():
         assert circle.filter == "Gaussian low-pass, 50 upr"
         assert circle.tip_radius == clean.tip_radius
-        assert circle.center == pytest.approx(clean.circle.value[1:], abs=1e-3)
-        assert circle.radius == pytest.approx(RADIUS, abs=2e-3)
+        height = np.ptp(clean.deviation)  # a circle that is farther off would leave more than that on one side
+        assert circle.center == pytest.approx(clean.circle.value[1:], abs=height)
+        assert circle.radius == pytest.approx(clean.circle.radius, abs=height)
 
 
 def test_noise_is_told_at_every_step(profiles):
     first, second, third = profiles
     assert first.noise_sd > 5e-4  # the runout is still in it
-    assert second.noise_sd == pytest.approx(1e-4, rel=0.05)
+    assert second.noise_sd == pytest.approx(1e-4, rel=4 / np.sqrt(2 * (1440 - 2 * 170 - 4)))
     clean = measured(turn(1, 360), offset=3.6, lobes=phases(0))
     exact = Profile(turn(1, 360), clean, tip_radius=TIP).filter(upr=50).deviation
-    assert third.noise_sd == pytest.approx(np.sqrt(np.mean((third.deviation - exact) ** 2)), rel=0.3)
+    true = np.sqrt(np.mean((third.deviation - exact) ** 2))  # of one draw of the 100 coefficients that mostly pass
+    assert third.noise_sd == pytest.approx(true, rel=4 / np.sqrt(2 * 100))
     assert Profile(turn(1, 4), measured(turn(1, 4))).noise_sd == np.inf
 
 
@@ -176,7 +178,7 @@ def test_residuals_are_what_the_last_step_leaves(profiles):
     first, second, third = profiles
     assert first.residuals == pytest.approx(first.reading - first.circle.reading(first.angle), abs=1e-13)
     freedom = second.angle.size - 2 * second.runout.upr_max - 4
-    assert np.linalg.norm(second.residuals) / np.sqrt(freedom) == pytest.approx(1e-4, rel=0.06)
+    assert np.linalg.norm(second.residuals) / np.sqrt(freedom) == pytest.approx(1e-4, rel=4 / np.sqrt(2 * freedom))
     assert third.residuals.size == second.angle.size
 
 
