@@ -5,8 +5,9 @@ log. A set-point for a lower tier takes effect at once: it is there when that ti
 Everything is collected in plain lists; labelling comes after the run.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
+from hashlib import blake2b
 from math import nan
 from typing import Any
 
@@ -41,6 +42,7 @@ class Tier:
     route: Route
     logged: tuple[str, ...]  # measured, in its table
     units: Mapping[str, str]  # of its commands
+    accepted: Container[str]  # what the plant takes; a recording takes any name
     held: dict[str, Any]  # set-points from above
     due: int = 0
     rows: list[Row] = field(default_factory=list)
@@ -99,9 +101,8 @@ def _tier(plant: Plant, name: str, controller: Controller, route: Route, clock: 
     everything = alone or not hasattr(controller, "reads")
     logged = tuple(each for each in plant.measures if everything or each in reads_of(controller))
     units = {**plant.accepts, **route.sends}
-    return Tier(
-        name, controller, period, getattr(controller, "report", None), route, logged, units, dict.fromkeys(route.takes, nan)
-    )
+    report, held = getattr(controller, "report", None), dict.fromkeys(route.takes, nan)
+    return Tier(name, controller, period, report, route, logged, units, plant.accepts, held)
 
 
 def _decide(
@@ -115,7 +116,7 @@ def _decide(
             continue
         read = {**reading, **tier.held} if tier.held else reading
         given = tier.controller.step(**read)
-        _check_command(tier.name, given, tier.units)
+        _check_command(tier, given)
         given = dict(given)
         fresh.append((tier, (now, read, given, dict(tier.report()) if tier.report else _NOTHING)))
         passed = _passed_down(tiers[k + 1 :], tier.route.sends, given) if tier.route.sends else given
@@ -134,15 +135,16 @@ def _passed_down(below: list[Tier], sends: Mapping[str, str], given: Mapping[str
     return {name: value for name, value in given.items() if name not in sends}
 
 
-def _check_command(tier: str, given: Any, units: Mapping[str, str]) -> None:
+def _check_command(tier: Tier, given: Any) -> None:
     """Refuse what nobody knows; a NaN is no command."""
     if type(given) is not dict and not isinstance(given, Mapping):
-        raise TypeError(f"step of {tier} must return a mapping of commands; got {given!r}")
+        raise TypeError(f"step of {tier.name} must return a mapping of commands; got {given!r}")
+    units = tier.units
     for name, value in given.items():
-        if name not in units:
-            raise ValueError(f"a command of {tier} must be one of {', '.join(units)}; got {name!r}")
+        if name not in units and name not in tier.accepted:
+            raise ValueError(f"a command of {tier.name} must be one of {', '.join(units)}; got {name!r}")
         if isinstance(value, float) and value != value:
-            raise ValueError(f"{name} commanded by {tier} must be a number ({units[name] or '1'}); got nan")
+            raise ValueError(f"{name} commanded by {tier.name} must be a number ({units.get(name) or '1'}); got nan")
 
 
 def _wait(tiers: list[Tier], now: int) -> int:
@@ -174,17 +176,35 @@ def _table(tier: Tier, clock: Clock) -> dict[str, Column]:
     table = {"time": clock.all_seconds(ticks)}
     for name in (*tier.logged, *_scalars(tier.route.takes, read)):
         table[name] = column([row[name] for row in read])
-    for name in tier.units:
-        if any(name in row for row in commanded):
-            table[command_column(name)] = column([_entry(row.get(name, nan)) for row in commanded])
+    given = set[str]().union(*commanded)
+    for name in (*tier.units, *sorted(given - tier.units.keys())):
+        if name in given:
+            table |= _commanded(name, [row.get(name, nan) for row in commanded])
     for name in dict.fromkeys(name for row in reported for name in row):
         table[f"{name}_planned"] = column([row.get(name, nan) for row in reported])
     return table
 
 
-def _entry(value: Any) -> Any:
-    """A command as it is logged: of a whole table (a motion) the number of its rows, as it would stand in every row."""
-    return len(value) if isinstance(value, np.ndarray) and value.ndim == 2 else value
+def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
+    """Columns of a command; of whole tables (motions) the number of rows, as they would stand in every row, and a digest."""
+    tables = [isinstance(value, np.ndarray) and value.ndim == 2 for value in values]
+    entries = [len(value) if table else value for value, table in zip(values, tables, strict=True)]
+    columns = {command_column(name): column(entries)}
+    if any(tables):
+        told = [digest(value) if table else nan for value, table in zip(values, tables, strict=True)]
+        columns[command_column(digest_name(name))] = column(told)
+    return columns
+
+
+def digest(table: npt.NDArray[Any]) -> float:
+    """A number that is another one where an entry of a table is: 48 bits of a hash, which a float holds."""
+    whole = np.ascontiguousarray(table, dtype=float) + 0.0  # 0.0: -0 is 0
+    return float(int.from_bytes(blake2b(whole.tobytes(), digest_size=6).digest()))
+
+
+def digest_name(name: str) -> str:
+    """Of the command that stands beside a table; see `digest`."""
+    return f"{name.removesuffix('_command')}_digest"
 
 
 def command_column(name: str) -> str:

@@ -9,11 +9,11 @@ import numpy as np
 
 from hwsim._clock import Clock, common_tick, exact, simplest
 from hwsim._log import Log
-from hwsim._part import Column
+from hwsim._part import Column, digest, digest_name
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 
-_COMMAND, _PLANNED = "_command", "_planned"
+_COMMAND, _PLANNED, _DIGEST = "_command", "_planned", "_digest"
 _COARSE = 1e-3  # s: tick where the times of a recording are on no grid
 _EVEN = 1e-9  # s
 
@@ -46,11 +46,12 @@ class Recording:
 
     Run the controller that made the log, or a changed one, on it: `hwsim.run(hwsim.Recording(log), controller)`. So the code of a
     controller is tried on what a machine did, the real one included. The part ends with the recording, or at the first command
-    that differs. Of a table that is commanded (a motion) the log knows the number of its rows, which is compared.
+    that differs. Of a table that is commanded (a motion) the log knows the number of its rows and a digest of its entries, which
+    are compared: ``motion_digest`` is a difference of an entry. A log that was written before has the number of rows alone.
 
     Outcome: ``same`` (1: every command was the recorded one, to the last bit), ``steps`` that were compared, and of the first
     difference ``difference_time`` (s), ``difference_name``, and the value ``recorded`` and ``commanded`` (NaN: none). A command
-    whose name was never recorded is refused with an error.
+    whose name was never recorded is a difference, too.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ class Recording:
     @property
     def accepts(self) -> Mapping[str, str]:
         """Name -> unit of what was commanded; other names are in it, too."""
-        recorded = {name: unit for name, unit in self._units.items() if name.endswith(_COMMAND)}
+        recorded = {n: unit for n, unit in self._units.items() if n.endswith(_COMMAND) and not n.endswith(_DIGEST + _COMMAND)}
         bare = {name.removesuffix(_COMMAND): unit for name, unit in recorded.items()}
         return _Accepted({n: unit for n, unit in {**bare, **recorded}.items() if n not in self._set_points}, self._set_points)
 
@@ -195,6 +196,8 @@ class _Replay:
         recorded: Mapping[str, Any] = self._instants[self._at].commands if self._here else {}
         given = {name.removesuffix(_COMMAND): value for name, value in command.items()}
         self._steps += bool(recorded or given)
+        tables = {digest_name(name): digest(value) for name, value in given.items() if _is_table(value)}
+        given |= {name: value for name, value in tables.items() if name in recorded}
         for name in dict.fromkeys((*recorded, *given)):
             where, old, new = _differ(recorded.get(name, nan), given.get(name, nan))
             if where is not None:
@@ -248,7 +251,7 @@ def _set_points(tables: Mapping[str, Mapping[str, Column]]) -> Iterator[str]:
     for tier, table in tables.items():
         for name, values in table.items():
             bare = name.removesuffix(_COMMAND)
-            if bare == name:
+            if bare == name or bare.endswith(_DIGEST):
                 continue
             below = tier != lowest and values.ndim == 2
             if below or any(bare in other for each, other in tables.items() if each != tier):
@@ -310,6 +313,10 @@ def _comparable(value: Any) -> Any:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         return str(value)
-    if array.ndim == 2 and isinstance(value, np.ndarray):
+    if _is_table(value):
         return float(len(array))
     return float(array) if array.ndim == 0 else _unpadded(array.ravel())
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.ndim == 2

@@ -13,6 +13,8 @@ from test_loop import Two
 
 import centering
 import hwsim
+from hwsim._frames import Frames
+from hwsim._part import digest
 from hwsim._recording import Recording
 from sdpgrind import plunge, units, weldbead
 from sdpgrind.weldbead import force, passes
@@ -165,9 +167,10 @@ class Told:
         (np.array([1.0, 2.0]), np.array([1.0, 3.0]), "flow[1]", 2.0, 3.0),
         (np.array([1.0, 2.0]), np.array([1.0]), "flow.size", 2.0, 1.0),
         (np.zeros((3, 2)), np.zeros((4, 2)), "flow", 3.0, 4.0),
+        (np.zeros((3, 2)), np.array([[0, 0], [0, 1e-300], [0, 0]]), "flow_digest", None, None),
     ],
 )
-def test_arrays_are_compared_entry_by_entry_and_tables_by_their_rows(first, second, name, recorded, commanded):
+def test_arrays_are_compared_entry_by_entry_and_tables_by_rows_and_digests(first, second, name, recorded, commanded):
     class Open(Tank):
         def start(self, rng):
             return Still()
@@ -187,7 +190,10 @@ def test_arrays_are_compared_entry_by_entry_and_tables_by_their_rows(first, seco
     assert replayed(log, Told({"flow": first.copy()}, {})).outcome.same[0] == 1
     outcome = replayed(log, Told({"flow": second}, {})).outcome.isel(part=0)
     assert str(outcome.difference_name.values) == name
-    assert (float(outcome.recorded), float(outcome.commanded)) == (recorded, commanded)
+    if recorded is None:
+        assert float(outcome.recorded) == digest(first) != float(outcome.commanded) == digest(second)
+    else:
+        assert (float(outcome.recorded), float(outcome.commanded)) == (recorded, commanded)
 
 
 # As a plant ---------------------------------------------------------------------------------------------------------
@@ -208,9 +214,58 @@ def test_it_fits_is_copied_and_pickled():
     assert "close" in pickle.loads(pickle.dumps(recording.accepts))  # a command that is declared but was never given
 
 
-def test_a_command_that_was_never_recorded_is_refused():
-    with pytest.raises(ValueError, match=r"must be one of flow.*got 'close'"):
-        replayed(drained(), Told({"close": 1.0}))
+def test_a_command_that_was_never_recorded_is_a_difference():
+    replay = replayed(drained(), Told({"close": 1.0, "flow": 2.0}))
+    outcome = replay.outcome.isel(part=0)
+    assert (str(outcome.difference_name.values), float(outcome.commanded)) == ("close", 1.0) and isnan(outcome.recorded)
+    assert replay[replay.tiers[0]].close_command.values[0] == 1.0
+    with pytest.raises(ValueError, match=r"must be one of flow.*got 'shut'"):  # by a machine it is refused, as before
+        hwsim.run(Tank(), Told({"shut": 1.0}))
+
+
+class Pusher:
+    """Pushes with a table, once."""
+
+    period = 0.01
+
+    def __init__(self, rows):
+        self.rows = np.array(rows)
+
+    def reset(self):
+        self.steps = 0
+
+    def step(self, **measured):
+        self.steps += 1
+        return {2: {"profile": self.rows.copy()}, 30: {"retract": 1.0}}.get(self.steps, {"velocity": 0.0})
+
+
+ROWS = [[0.02, 0.0, 500.0], [0.1, 10.0, 0.0], [0.02, 10.0, -500.0]]
+
+
+@pytest.mark.parametrize(("row", "column"), [(0, 0), (1, 1), (2, 2)])
+def test_one_number_of_a_profile_is_a_difference(row, column, tmp_path):
+    log = hwsim.run(hwsim.CenteringMachine(centering.preset("printed")), Pusher(ROWS), rng=1)
+    log.save(tmp_path / "log.nc")
+    changed = np.array(ROWS)
+    changed[row, column] = np.nextafter(changed[row, column], 1.0)
+    for each in (log, hwsim.Log.from_file(tmp_path / "log.nc")):
+        same(each, Pusher(ROWS))
+        outcome = replayed(each, Pusher(changed)).outcome.isel(part=0)
+        assert str(outcome.difference_name.values) == "profile_digest"
+        assert float(outcome.difference_time) == pytest.approx(0.01, abs=1e-4)  # when it was sampled
+
+
+def test_a_log_from_before_there_were_digests_is_replayed():
+    log = hwsim.run(hwsim.CenteringMachine(centering.preset("printed")), Pusher(ROWS), rng=1)
+    old = hwsim.Log(lambda: Frames({tier: log[tier].drop_vars("profile_digest_command") for tier in log.tiers}, log.outcome))
+    same(old, Pusher(ROWS))
+    same(old, Pusher(np.array(ROWS) * 0.9))  # of this it knows three rows
+    assert replayed(old, Pusher(ROWS[:2])).outcome.difference_name.values.tolist() == ["profile"]
+
+
+def test_a_minus_before_a_zero_is_no_difference():
+    assert digest(np.array([[0.0, -1.0]])) == digest(np.array([[-0.0, -1.0]])) != digest(np.array([[0.0, 1.0]]))
+    assert digest(np.arange(6.0).reshape(3, 2).T) == digest(np.array([[0.0, 2.0, 4.0], [1.0, 3.0, 5.0]]))
 
 
 def test_what_is_no_log_of_one_controller_is_refused():

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hwsim._clock import Clock, exact
+from hwsim._part import digest
 from hwsim.plants import _finishing_kernels as core
 from hwsim.plants._finishing_course import course_of, loop_of, standing
 from hwsim.plants._finishing_truth import CellTruth
@@ -124,16 +125,17 @@ class FinishingPart:
             rows = np.empty((min(_BLOCK, self._most - self.time), len(core.ROWS)))
             used, self.done = core.finish(*self._core, *held, rows, self._most)
             blocks.append(rows[:used])
-        return {getattr(controller, "tier", "controller"): self._labelled(np.concatenate(blocks), len(motion))}
+        return {getattr(controller, "tier", "controller"): self._labelled(np.concatenate(blocks), motion)}
 
-    def _labelled(self, rows: Floats, length: int) -> dict[str, Floats]:
+    def _labelled(self, rows: Floats, motion: Floats) -> dict[str, Floats]:
         last = self.step({}, 0)
         columns = dict(zip(core.ROWS, np.concatenate([rows, np.full((1, len(core.ROWS)), math.nan)]).T.copy(), strict=True))
         for name, value in last.items():
             columns[name][-1] = value
-        given = np.full(len(rows) + 1, math.nan)
-        given[0] = length
-        return {"time": self._clock.all_seconds(range(len(rows) + 1)), **columns, "motion_command": given}
+        given = np.full((2, len(rows) + 1), math.nan)
+        given[:, 0] = len(motion), digest(motion)
+        commanded = {"motion_command": given[0], "motion_digest_command": given[1]}
+        return {"time": self._clock.all_seconds(range(len(rows) + 1)), **columns, **commanded}
 
     def outcome(self) -> dict[str, Any]:
         """What the part became; see the plant."""
