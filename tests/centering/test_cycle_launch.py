@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from centering._cycle.cycle_launch import Approach, followed, launch, run_up
+from centering._cycle.cycle_launch import Approach, followed, launch, preview, run_up
 from centering._cycle.cycle_learning import LearnedBias, Travel
 from centering._cycle.cycle_table import TableMotion
 from centering._cycle.outcomes import PushKind
@@ -39,6 +39,24 @@ def test_a_wrong_lead_shows():
     sent = launch(GENTLE, 1.0, start, PROBLEM.model, PROBLEM.limits)
     late = followed(sent.rows, start, PROBLEM.model, sent.lead - 0.05)
     assert np.hypot(*late) == pytest.approx(0.05, rel=0.2)  # the offset turned by 0.05 rad and pushed by 1 mm
+
+
+@pytest.mark.parametrize("offset", [5.2, 5.3592, 5.6])
+@pytest.mark.parametrize("lead", ["launch", "preview"])
+def test_a_ring_that_the_tip_misses_is_not_taken_for_one_that_is_hit_straight(offset, lead):
+    """A tip that comes too late leaves nothing across the offset either; the table turns so fast that it is nearly too slow."""
+    problem = preset("printed").replace(mass=5.0, radius=60.0)
+    start = Approach(offset, 0.335, 10.472)
+    kind = {"launch": launch, "preview": preview}[lead]
+    sent = kind(GENTLE, offset + 0.0017, start, problem.model, problem.limits)
+    along, across = followed(sent.rows, start, problem.model, sent.lead)
+    assert abs(along) < (0.1 if lead == "launch" else 0.5) * offset and abs(across) < 2e-4 * offset
+
+
+def test_a_push_that_is_too_weak_is_aligned_at_its_end():
+    problem = preset("printed")  # 18.9 kg
+    sent = preview(PushKind("trapezoid", 2.0, True), 0.01, Approach(0.012, 0.3, 8.0), problem.model, problem.limits)
+    assert sent.lead == pytest.approx(8.0 * sent.stop_time)
 
 
 def test_the_motion_is_one_that_the_slide_can_do():

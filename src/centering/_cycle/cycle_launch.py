@@ -1,7 +1,7 @@
 """From a chosen push to what the machine is sent: motion of the slide, and the table angle at which it begins."""
 
 from dataclasses import dataclass
-from math import cos, pi, sin, sqrt
+from math import atan2, cos, isfinite, nan, pi, sin, sqrt
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from sdpgrind.base.frozen import Frozen
 _STEPS = 60.0  # within a swing of the part on its contact
 _REST = 0.1  # s: after the profile, until a part that slides has come to rest
 _TRIES = 8
+_MOVED = 0.2  # of the offset: a ring that went less far was hardly touched; pushes of less than half of it are not chosen
+_EARLIER, _NEAR_END = 0.5, 1e-3  # of the way to a lead with alignment at the end, and rad more: the next try then
+_SLOPE, _SLOPES, _LEAP = -0.7, (-3.0, -0.3), 0.5  # of the direction over the lead, at first and in bounds; rad at a time
 _CLOSE = 1e-4  # of the offset, across: far below what the direction scatters
 _PAUSE = 0.02  # s: a tip that is not drawn back at once stays so long
 _CLEAR = 0.5  # mm: how far it is drawn back then
@@ -200,22 +203,30 @@ def _until_turn(rows: Floats) -> float:
 
 
 def _lead(rows: Floats, start: Approach, model: PushModel, guess: float) -> tuple[float, float]:
-    """Lead angle (rad) with which nothing is left across the offset, and what is left along it (mm)."""
-    low = start.spindle_speed * _until_turn(rows)
+    """Lead angle (rad) with which nothing is left across the offset, and what is left along it (mm).
+
+    By secants of the direction in which the ring goes: what is left across is also 0 where the tip misses the ring.
+    """
+    end = start.spindle_speed * _until_turn(rows)
     if start.offset <= 0.0 or start.spindle_speed <= 0.0:
-        return low, 0.0
-    alongs, across = np.empty(2), np.empty(2)
-    leads = [0.95 * guess, guess] if guess > 0.0 else [low, 0.8 * low]
-    for k in range(2):
-        alongs[k], across[k] = followed(rows, start, model, leads[k])
+        return end, 0.0
+    lead, slope, before = guess if guess > 0.0 else end, _SLOPE, (0.0, nan)
     for _ in range(_TRIES):
-        if abs(across[1]) <= _CLOSE * start.offset or across[1] == across[0]:
+        along, across = followed(rows, start, model, lead)
+        way = start.offset - along
+        if way < _MOVED * start.offset:  # the rim goes away before the tip; or the push is too weak
+            if lead >= end:
+                return end, along
+            lead, before = min(lead + _EARLIER * (end - lead) + _NEAR_END, end), (0.0, nan)
+            continue
+        if abs(across) <= _CLOSE * start.offset:
             break
-        following = leads[1] - across[1] * (leads[1] - leads[0]) / (across[1] - across[0])
-        following = min(max(following, leads[1] - 1.0), leads[1] + 1.0)
-        leads, alongs[0], across[0] = [leads[1], following], alongs[1], across[1]
-        alongs[1], across[1] = followed(rows, start, model, following)
-    return leads[1], float(alongs[1])
+        off = atan2(across, way)
+        if isfinite(before[1]) and lead != before[0]:
+            slope = min(max((off - before[1]) / (lead - before[0]), _SLOPES[0]), _SLOPES[1])
+        before = lead, off
+        lead -= min(max(off / slope, -_LEAP), _LEAP)
+    return before[0] if abs(across) > _CLOSE * start.offset else lead, along
 
 
 def followed(rows: Floats, start: Approach, model: PushModel, lead: float) -> tuple[float, float]:

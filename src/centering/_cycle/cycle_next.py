@@ -63,7 +63,7 @@ class NextPush:
         self.choice: ChosenPush | None = None
         self.launch: Launch | None = None
         self.trigger = nan
-        self._planned = Approach(0.0, 0.0, 0.0)
+        self._planned, self._exact = Approach(0.0, 0.0, 0.0), False
         self._asked = (nan, nan, nan)
         self._answer: ChosenPush | None = None
 
@@ -84,7 +84,7 @@ class NextPush:
         return self._answer
 
     def plan(self, choice: ChosenPush, start: Approach, friction: float, table: TableMotion) -> None:
-        """Plan a push roughly, unless that was done for about the same `start` (mm, rad/s).
+        """Plan a push unless that was done for about the same `start` (mm, rad/s): roughly as long as it is not soon due.
 
         Parameters
         ----------
@@ -98,16 +98,17 @@ class NextPush:
             When it is due.
         """
         near = isfinite(self.trigger) and table.time_to(self.trigger) < _SOON
-        if self.launch is None or _stale(self._planned, start, _STALE if near else _ROUGH):
-            model = self._felt(friction)
-            self.launch = preview(_kind(choice), choice.stroke, start, model, self._problem.limits)
-            self._planned = start
+        if near and (not self._exact or _stale(self._planned, start, _STALE)):
+            self.finish_plan(choice, start, friction)
+        elif self.launch is None or _stale(self._planned, start, _ROUGH):
+            self.launch = preview(_kind(choice), choice.stroke, start, self._felt(friction), self._problem.limits)
+            self._planned, self._exact = start, False
 
     def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> Launch:
         """Plan a push as it is sent, and return that; the parameters are those of `plan` (mm, rad/s)."""
         model = self._felt(friction)
         self.launch = launch(_kind(choice), choice.stroke, start, model, self._problem.limits, self._lag)
-        self._planned = start
+        self._planned, self._exact = start, True
         return self.launch
 
     def _felt(self, friction: float) -> PushModel:
