@@ -149,13 +149,27 @@ def test_time_is_between_bounds(name, distance):
 
 
 def test_parts_in_contact_spread_by_their_contacts():
-    """Their difference is a free swing about (F_k,max - F_k,min)/k, and that has died after 5 mm; so less is not to be had."""
-    push = _push()
-    assert math.isclose(push.spread, FLOOR, rel_tol=0.01)
-    refused = _push(stop_error_max=0.3 * FLOOR)
-    assert refused.status is PushStatus.NOT_FOUND and not refused.ok
-    assert refused.profile == gentle_profile(HEAVY.model, 5.0, 40.0)
-    assert "NOT_FOUND" in repr(refused)
+    """Their difference is a free swing about (F_k,max - F_k,min)/k, and that has died after 5 mm."""
+    assert math.isclose(_push().spread, FLOOR, rel_tol=0.01)
+
+
+def test_creeping_on_beats_the_gentle_rule_at_less_spread():
+    """What contact alone does not give: each part sticks and jumps once more, and ends (2 F_k - F_s)/k behind the tip."""
+    push = _push(stop_error_max=1.95e-3)
+    time, errors = _gentle(HEAVY, 5.0, push.friction)
+    assert push.ok and push.time < 0.88 * time and push.spread < np.ptp(errors) < FLOOR
+    for trace in push.traces:
+        assert "free" not in trace.event_mode
+        last = [k for k, mode in enumerate(trace.event_mode) if mode == "slip"][-1]
+        assert "stick" in trace.event_mode[2:last]
+
+
+def test_bounds_that_nothing_keeps():
+    """20 um are less than the contact closes by until the part breaks away and jumps."""
+    push = _push(distance=0.02, stop_error_max=5e-4)
+    assert push.status is PushStatus.NOT_FOUND and not push.ok
+    assert push.profile == gentle_profile(HEAVY.model, 0.02, 40.0)
+    assert "NOT_FOUND" in repr(push) and "allow a larger stop error" in push.status
 
 
 def test_one_friction_stops_where_it_should():
@@ -221,6 +235,7 @@ def test_picture():
         ({"friction": (0.0, 1.0)}, "friction must be one or more ratios > 0"),
         ({"friction": (1.0, math.nan)}, r"friction\[1\] must be finite \(1\); got nan"),
         ({"contact_margin": -1.0}, r"contact_margin must be >= 0 \(N\); got -1.0"),
+        ({"contact_margin": 26.0}, "contact_margin must be < 25.02, the least Coulomb force, which has to brake the part"),
         ({"stop_error_max": 0.0}, r"stop_error_max must be > 0 \(mm\); got 0.0"),
         ({"force_max": 30.0}, r"force_max must be > the margin and 40.78, which the part breaks away at \(N\); got 30.0"),
         ({"fineness": 0.0}, r"fineness must be > 0 \(1\); got 0.0"),

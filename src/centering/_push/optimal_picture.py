@@ -8,7 +8,7 @@ from centering._push.trace_picture import BLUE, GREY, RED
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
-    from centering._push.optimal import OptimalPush
+    from centering._push.optimal_push import OptimalPush
 
 _MILLI = 1e3  # ms of a s
 _SAMPLES = 3001
