@@ -1,0 +1,64 @@
+"""Friction from the log of a cycle: what the samples show of each push, against the machine that was pushed."""
+
+import functools
+
+import numpy as np
+import pytest
+
+import hwsim
+from centering._cycle.printed_controller import PrintedController
+from centering._friction.estimator import identify_friction
+from centering._friction.logged import UNITS, logged_pushes
+from centering._push.presets import preset
+from sdpgrind.identify import Status
+
+
+@functools.cache
+def logged(mass, parts):
+    problem = preset("printed").replace(mass=mass, pushes_max=4)
+    machine = hwsim.CenteringMachine(problem)
+    return problem, hwsim.run(machine, PrintedController(problem), parts=parts, rng=3)
+
+
+def test_friction_of_each_part_is_found():
+    """Over 8 parts of a scatter of 8 %, pushes of one differing by 4 %: half of the errors, and the intervals."""
+    problem, log = logged(18.9, 8)
+    off, sure = [], []
+    for part in range(8):
+        found = identify_friction(log, problem, part=part, throw=False)
+        true = np.array([log.outcome.true_mu_static[part], log.outcome.true_mu_kinetic[part]])
+        off.append(found.value / true - 1.0)
+        sure.append((found.value - true) / found.sd)
+    assert np.all(np.median(np.abs(off), axis=0) < 0.04)
+    assert np.mean(np.abs(sure) < 2.0) >= 0.8
+
+
+def test_pushes_are_those_of_the_machine():
+    """Their ways are those of the hidden centre to what bends them; slow or fast, the force is what the contact shows."""
+    problem, log = logged(18.9, 8)
+    x, y = log.outcome.center_x.values[0], log.outcome.center_y.values[0]
+    ways = np.hypot(np.diff(x), np.diff(y))
+    ways = ways[ways > 0.21]
+    pushes = logged_pushes(log, problem, 0)
+    assert len(pushes) >= ways.size > 1
+    found = np.array([push["final_position"] for push in pushes])[: ways.size]
+    assert found == pytest.approx(ways, rel=0.05, abs=5e-3)
+    assert all(push["peak_force"] > 0.9 * problem.model.breakaway_force for push in pushes)
+
+
+def test_arrays_by_name_are_a_log():
+    problem, log = logged(18.9, 8)
+    kept = log["control"].part.values == 2
+    arrays = {name: log["control"][name].values[kept] for name in UNITS}
+    arrays["time"] = log["control"].time.values[kept]
+    one, other = identify_friction(arrays, problem), identify_friction(log, problem, part=2)
+    assert np.array_equal(one.value, other.value) and one.status in (Status.OK, Status.UNSURE)
+
+
+def test_refused():
+    problem, log = logged(18.9, 8)
+    with pytest.raises(ValueError, match="part must say which part"):
+        identify_friction(log, problem)
+    still = {name: np.zeros(5) for name in UNITS} | {"time": np.arange(5.0)}
+    with pytest.raises(ValueError, match="data must be at least one push"):
+        identify_friction(still, problem)
