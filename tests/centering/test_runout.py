@@ -359,7 +359,7 @@ def test_a_runout_is_frozen_and_equal_by_value():
 
 @given(angle=hnp.arrays(float, st.integers(1, 40), elements=st.floats(-30.0, 30.0)), upr_max=st.integers(1, 12))
 def test_products_of_harmonics_are_sums_of_harmonics(angle, upr_max):
-    """Each entry sums n products <= 1, each addition rounds; powers multiplied up 2 upr_max times are off by as many roundings."""
+    """Each entry sums n products <= 1, each addition rounds; powers multiplied up 2 upr_max times are off by as much."""
     basis, rows = Basis.of(angle, upr_max), harmonic_rows(angle, upr_max)
     assert np.abs(basis.gram - rows @ rows.T).max() <= (4 * upr_max + angle.size) * angle.size * 2**-52
     waves = [wave(k * angle) for k in range(1, upr_max + 1) for wave in (np.cos, np.sin)]

@@ -112,7 +112,7 @@ class PushTrace(ByValue):
 
     @property
     def event_mode(self) -> tuple[str, ...]:
-        """Mode of each phase (dimensionless words): at rest ``rest``, apart, or ``stick``; moving ``slip``, touching, or ``free``."""
+        """Mode of each phase (dimensionless): ``rest``, or touching ``stick``; while it moves ``free``, or touching ``slip``."""
         return tuple(MODES[int(mode)] for mode in self.phases[:-1, 1])
 
     @cached_property
