@@ -4,7 +4,9 @@ from math import atan2, hypot, inf, isfinite, pi
 
 from centering._cycle.settings import CycleSettings
 from centering._geometry import estimator_slots as at
+from centering._geometry import printed_kernels as printed
 from centering._geometry.estimator import GeometryEstimator
+from centering._geometry.printed import PrintedEstimator
 from centering._geometry.validity_kernels import judge
 
 _FEWEST = 4  # readings: three fix a circle, a fourth says how well
@@ -37,6 +39,26 @@ class PlaceEstimator(GeometryEstimator):
         scale = max(float(state[at.SCALE]), float(state[at.NOISE]))
         sd = scale * float(state[at.INFLATION] * state[at.SPREAD]) if isfinite(state[at.SCALE]) else inf
         return float(state[at.RADIUS]), float(state[at.FIT_X]), float(state[at.FIT_Y]), sd, float(state[at.BAND])
+
+
+class PrintedPlace(PrintedEstimator):
+    """A `PrintedEstimator` that tells where the part is without all else that an estimate says.
+
+    Examples
+    --------
+    >>> from math import cos
+    >>> fit = PrintedPlace("prls")
+    >>> for k in range(20):
+    ...     fit.update(angle=0.1 * k, reading=60.0 + 0.001 * cos(0.1 * k))
+    >>> [round(value, 6) for value in fit.place]  # mm
+    [60.0, 0.001, 0.0]
+    """
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Radius and centre, mm."""
+        state = self._state
+        return float(state[printed.RADIUS]), float(state[printed.CENTER_X]), float(state[printed.CENTER_Y])
 
 
 class PartView:

@@ -1,19 +1,17 @@
 """The source's own strategy: energy balance, free sliding taken off, one correction carried along; for comparison."""
 
 from collections.abc import Mapping
-from math import ceil, cos, isfinite, nan, pi
+from math import atan2, ceil, cos, hypot, isfinite, nan, pi
 from typing import Any, ClassVar, Protocol
 
-from centering._cycle.correction import StrokeCorrection, travelled
+from centering._cycle.correction import travelled
 from centering._cycle.cycle_base import Command, CycleBase
+from centering._cycle.cycle_view import PrintedPlace
 from centering._cycle.following import FollowingGains
+from centering._cycle.printed_planner import PrintedPlanner
 from centering._cycle.settings import CycleSettings
 from centering._cycle.states import CycleState
-from centering._geometry.printed import PrintedEstimator
-from centering._push.free_slide import free_slide_table
-from centering._push.impact import energy_balance_speed
 from centering._push.problem import CenteringProblem
-from centering._push.push import Push, plan_push
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.checks import one_of
@@ -22,10 +20,7 @@ _TURN = 2.0 * pi
 _LATEST, _EARLIEST, _FREEZE = 1.3, 2.7, 4.0  # samples before: a profile can still be sent; is sent; the slide is stopped
 _EVERY = 3  # readings between two looks at the model: 5 degrees at the source's speed are 4
 _BLIND = 0.11  # s after a push until the probe follows again
-_LEAST_SHARE = 0.1  # of the offset: least stroke that is left when free sliding is taken off
-_SLOWER = 0.9  # of the table speed, where the rim would arrive before the push
-_SLOWEST = 0.2  # of it, below which something else is wrong
-_SLOWEST_PUSH = 0.1  # mm/s
+_SLOWEST_TABLE = 0.1  # rad/s
 
 
 class TableSpeeds(Protocol):
@@ -102,21 +97,16 @@ class PrintedController(CycleBase):
         self.push_speed = None if push_speed is None else checks.positive("push_speed", push_speed, "mm/s")
         self.scheduled = scheduled if scheduled is None else checks.able("scheduled", scheduled, "a strategy", "speed")
         self.timing = one_of("timing", timing, ("printed", "exact"))
-        self._slides = free_slide_table(problem.model)
-        # What free sliding takes off a stroke is no correction: its limit does not hold for that.
-        self._free = problem.replace(limits=problem.limits.replace(stroke_offset_max=2.0 * problem.offset_max))
-        self._fit = PrintedEstimator("prls")
-        self._correction = StrokeCorrection(problem.limits.stroke_offset_max)
+        self._planner = PrintedPlanner(problem, self.push_speed, self.timing)
+        self._fit = PrintedPlace("prls")
         super().__init__(problem, settings, gains)
 
     def _begin(self) -> None:
         super()._begin()
-        self._correction.reset()
-        self._slower = 1.0
+        self._planner.reset()
         self._wanted = 0.0  # of the last push, mm
         self._before: tuple[float, float] | None = None  # offset (mm) and direction before it
         self._nearest = nan  # least gap in the last push, mm
-        self._push: Push | None = None
         self._trigger = nan
         self._again = 0.0  # time from which on is measured
         self._anew()
@@ -174,11 +164,11 @@ class PrintedController(CycleBase):
 
     def report(self) -> dict[str, float]:
         """Return state, offset (mm) and direction (rad) as fitted, pushes, running correction (mm), lead and trigger (rad)."""
-        told = {"state": float(self._state), "pushes": float(self._pushes), "stroke_offset": self._correction.value}
+        told = {"state": float(self._state), "pushes": float(self._pushes), "stroke_offset": self._planner.correction.value}
         if isfinite(self._offset):
             told |= {"offset": self._offset, "offset_angle": self._angle}
-        if self._push is not None and isfinite(self._trigger):
-            told |= {"lead_angle": self._push.lead_angle, "trigger_angle": self._trigger}
+        if self._planner.push is not None and isfinite(self._trigger):
+            told |= {"lead_angle": self._planner.push.lead_angle, "trigger_angle": self._trigger}
         return told
 
     # ---- measuring ------------------------------------------------------------------------------------------------
@@ -191,7 +181,7 @@ class PrintedController(CycleBase):
         self._state = CycleState.COLLECT
         self._collect()
         if self._samples % _EVERY or not self._fit.valid:
-            return following if self._push is None else following | self._near()
+            return following if self._planner.push is None else following | self._near()
         self._look()
         return following | self._decide()
 
@@ -205,8 +195,8 @@ class PrintedController(CycleBase):
     def _speed(self) -> float:
         """Table speed at the offset that is known, rad/s."""
         if self.scheduled is None:
-            return self.spindle_speed * self._slower
-        return self.scheduled.speed(self._offset if isfinite(self._offset) else self.problem.offset_max) * self._slower
+            return self.spindle_speed * self._planner.slower
+        return self.scheduled.speed(self._offset if isfinite(self._offset) else self.problem.offset_max) * self._planner.slower
 
     def _collect(self) -> None:
         if self._samples == 0:
@@ -216,11 +206,11 @@ class PrintedController(CycleBase):
 
     def _look(self) -> None:
         """Take the model as it is now; the first valid one after a push tells what that did."""
-        circle = self._fit.estimate
-        self._offset, self._angle, self._radius = circle.offset, circle.offset_angle, circle.radius
+        self._radius, x, y = self._fit.place
+        self._offset, self._angle = hypot(x, y), atan2(y, x)
         if self._before is not None:
             way = travelled(*self._before, self._offset, self._angle)
-            self._correction.update(wanted=self._wanted, travelled=way, gap_left=max(self._nearest, 0.0))
+            self._planner.correction.update(wanted=self._wanted, travelled=way, gap_left=max(self._nearest, 0.0))
             self._before = None
 
     def _decide(self) -> Command:
@@ -230,59 +220,37 @@ class PrintedController(CycleBase):
             return self._end(CycleState.CENTERED) if whole else {}
         if self._pushes >= self.problem.pushes_max:
             return self._end(CycleState.TIMEOUT)
-        self._plan()
+        self._plan(due=False)
         return self._near()
 
     # ---- a push ---------------------------------------------------------------------------------------------------
 
-    def _plan(self) -> None:
-        """Plan the push for the gap as it will be, and find the next angle at which it can begin."""
-        gap = self.problem.limits.follow_gap if self._push is None else self._gap_at(self._push.lead_angle)
-        try:
-            self._push = self._planned(gap)
-        except ValueError:  # the rim would arrive before the push
-            if self._slower < _SLOWEST:
-                raise
-            self._slower *= _SLOWER
-            self._push, self._trigger = None, nan
+    def _plan(self, due: bool) -> None:
+        """Plan the push, again if that is `due` or it is stale, and find the next angle at which it can begin."""
+        planner, turning = self._planner, self._turning()
+        if due or planner.stale(self._offset, turning):
+            planner.plan(self._offset, self._gap(), turning)
+        if planner.push is None:
+            self._trigger = nan
             return
-        wanted = self._angle - self._push.lead_angle - self.settings.manual_lead
+        wanted = self._angle - planner.push.lead_angle - self.settings.manual_lead
         soonest = self._table.angle + self._table.speed * _LATEST * self.period
         self._trigger = wanted + _TURN * ceil((soonest - wanted) / _TURN)
 
-    def _gap_at(self, lead: float) -> float:
+    def _turning(self) -> float:
+        """Speed of the table at the trigger, rad/s."""
+        return max(self._table.speed_at(self._trigger) if isfinite(self._trigger) else self._speed(), _SLOWEST_TABLE)
+
+    def _gap(self) -> float:
         """Gap at the trigger, mm: the set one while the slide follows; what the rim leaves of it once the slide stands."""
-        if abs(self._velocity) > 0.0:
+        push = self._planner.push
+        if push is None or abs(self._velocity) > 0.0:
             return self.problem.limits.follow_gap
-        return self._tip - (self._radius + self._offset * cos(lead))
-
-    def _planned(self, gap: float) -> Push:
-        """The push of the source: speed by energy balance, free sliding taken off, running correction added."""
-        offset = self._offset
-        speed = self._push_speed()
-        slid = float(self._slides.distance_at(speed))
-        change = max(self._correction.value - slid, -(1.0 - _LEAST_SHARE) * offset)
-        return plan_push(
-            self._free,
-            offset=offset,
-            follow_gap=gap,
-            spindle_speed=max(self._table.speed_at(self._trigger) if isfinite(self._trigger) else self._speed(), 0.1),
-            push_speed=speed,
-            direction="end",
-            timing=self.timing,
-            stroke_offset=change,
-        )
-
-    def _push_speed(self) -> float:
-        """Speed of the push, mm/s: Mears (5.25), not above that whose free slide is the whole way."""
-        if self.push_speed is not None:
-            return self.push_speed
-        balanced = energy_balance_speed(self.problem, self._offset)
-        return max(self._slides.augmented_speed(self._offset, balanced), _SLOWEST_PUSH)
+        return self._tip - (self._radius + self._offset * cos(push.lead_angle))
 
     def _near(self) -> Command:
         """Stop the slide a few samples before the trigger, and send the push."""
-        if self._push is None or not isfinite(self._trigger):
+        if self._planner.push is None or not isfinite(self._trigger):
             return {}
         samples = self._table.time_to(self._trigger) / self.period
         if samples > _FREEZE:
@@ -291,11 +259,12 @@ class PrintedController(CycleBase):
         if samples > _EARLIEST:
             return command
         self._look()
-        self._plan()
-        if self._push is None or self._table.time_to(self._trigger) > _FREEZE * self.period:
+        self._plan(due=True)
+        push = self._planner.push
+        if push is None or self._table.time_to(self._trigger) > _FREEZE * self.period:
             return command
         self._state, self._nearest = CycleState.WAIT, nan
-        return command | {"profile": self._push.profile.segments, "profile_angle": self._trigger}
+        return command | {"profile": push.profile.segments, "profile_angle": self._trigger}
 
     def _pushing(self, runs: bool) -> Command:
         """Note how near the tip came; when the profile is over, follow again."""
@@ -308,7 +277,7 @@ class PrintedController(CycleBase):
             self._nearest = gap if not isfinite(self._nearest) else min(self._nearest, gap)
         if runs:
             return {}
-        self._state, self._push, self._trigger = CycleState.REFOLLOW, None, nan
+        self._state, self._planner.push, self._trigger = CycleState.REFOLLOW, None, nan
         self._again = self._table.time + _BLIND
         self._follower.reset()
         self._anew()
