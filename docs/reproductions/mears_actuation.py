@@ -254,7 +254,8 @@ for rate, um, said in ((500, 81, "70"), (1000, 323, "110"), (2000, 1293, "1000")
 # grows by the flight, and the frequency falls with the speed.
 
 
-def resonance(model, rate):
+def by_hand(model, rate):
+    """The dominant line, by a transform written out here."""
     trace = centering.simulate_push(model, centering.TipProfile.constant_speed(units.mm_per_min(rate), 0.2))
     force = trace.at(np.arange(0, 0.2, 1e-4)).contact_force.values
     lines = np.abs(np.fft.rfft(force - force.mean(), 1 << 17))
@@ -265,16 +266,18 @@ def resonance(model, rate):
 for name, hertz, um in (("printed", 39.8, 57), ("identified", 30.7, 91)):
     model = PRESETS[name].model
     why = f"{name} parameters"
-    beyond(f"{name}: resonance, 18.9 kg, 600 mm/min [Hz]", "29.9", hertz, resonance(model, 600), 0.3, why)
+    slower, at_600, faster = centering.resonance_over_speed(model, [units.mm_per_min(rate) for rate in (300, 600, 2000)])
+    beyond(f"{name}: resonance, 18.9 kg, 600 mm/min [Hz]", "29.9", hertz, at_600.line, 0.3, why)
+    row(f"{name}: the same, transformed by hand [Hz]", "-", by_hand(model, 600), at_600.line, 0.1)
+    row(f"{name}: the same, by the spacing of peaks [Hz]", "-", hertz, at_600.spacing, 0.3)
     trace = centering.simulate_push(model, centering.TipProfile.constant_speed(10.0, 0.4))
     closure = trace.part_position - trace.tip_position
     beyond(f"{name}: part moves against the tip by [um]", "100", um, 1e3 * float(np.ptp(closure)), 1.0, why)
-    falls = [resonance(model, rate) for rate in (300, 2000)]
     correct = {"printed": (40.0, 29.0), "identified": (31.0, 24.0)}[name]
-    row(f"{name}: resonance at 300 mm/min [Hz]", "-", correct[0], falls[0], 0.6)
-    row(f"{name}: resonance at 2000 mm/min [Hz]", "-", correct[1], falls[1], 1.6)
+    row(f"{name}: resonance at 300 mm/min [Hz]", "-", correct[0], slower.line, 0.6)
+    row(f"{name}: resonance at 2000 mm/min [Hz]", "-", correct[1], faster.line, 1.6)
 for mass, hertz, stiffness in ((18.9, 29.9, 667), (18.9, 27.8, 577), (0.8, 51.0, 82)):
-    needed = mass / 1e3 * (2 * math.pi * hertz) ** 2
+    needed = centering.implied_stiffness(hertz, mass=mass)
     row(f"{mass:g} kg at {hertz:g} Hz needs [N/mm]", "1200", stiffness, needed, 0.6, "a nylon tip is softer under less load")
 
 # %%
