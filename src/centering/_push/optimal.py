@@ -114,7 +114,7 @@ def minimum_time_push(
     stop_error_max : float, optional
         How far from the wanted place the part may stop, mm; by default the tolerance of the problem.
     force_max : float, optional
-        Greatest contact force, N.
+        Greatest contact force, N; without it the tip touches hard, and the force may be several times that of `gentle_profile`.
     fineness : float
         Number of segments relative to about one in 1.2 sqrt(M/k) at both ends and fewer between, dimensionless.
 
