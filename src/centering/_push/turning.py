@@ -16,7 +16,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.stored import stored
 
 _TURN = 0.02  # rad of the table in a piece
-_PIECES = 60  # of a push at least
+_PIECES = 25  # of a push at least
 _STANDS = 1e-9  # s: after the end the tip stands against the part, or goes on leaving it
 _PARTS = 16  # in which a slide that goes on after the stroke is followed
 
