@@ -110,7 +110,7 @@ def test_what_the_table_adds():
     w = units.rpm(100.0)
     contact = turning_profile(TipProfile.move(1.0, 40.0, 2560.0), MODEL, offset=5.0, touch_angle=0.0, spindle_speed=w)
     thrown = MODEL.inertia * w * w * 5.0
-    assert contact.held[0] == pytest.approx(thrown, rel=0.03) and contact.slid[0] == pytest.approx(thrown, rel=0.03)  # of the first piece, the part at rest
+    assert contact.held[0] == pytest.approx(thrown, rel=0.03) and contact.slid[0] == pytest.approx(thrown, rel=0.03)
 
 
 def test_samples_are_those_of_the_pieces():
