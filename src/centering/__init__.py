@@ -88,7 +88,8 @@ if TYPE_CHECKING:
         spindle_speed_limit,
     )
     from centering._push.model import Part, PushModel
-    from centering._push.optimal import OptimalPush, minimum_time_push
+    from centering._push.optimal import minimum_time_push
+    from centering._push.optimal_push import OptimalPush, PushStatus
     from centering._push.presets import preset, presets
     from centering._push.problem import CenteringLimits, CenteringProblem, PushScatter
     from centering._push.profile import TipProfile
@@ -155,6 +156,7 @@ __all__ = [
     "PushKind",
     "PushModel",
     "PushScatter",
+    "PushStatus",
     "PushTrace",
     "ResidualChecks",
     "RimMotion",
@@ -304,8 +306,9 @@ _MODULES = {
     "spindle_speed_limit": "_push.limits",
     "Part": "_push.model",
     "PushModel": "_push.model",
-    "OptimalPush": "_push.optimal",
     "minimum_time_push": "_push.optimal",
+    "OptimalPush": "_push.optimal_push",
+    "PushStatus": "_push.optimal_push",
     "preset": "_push.presets",
     "presets": "_push.presets",
     "CenteringLimits": "_push.problem",
