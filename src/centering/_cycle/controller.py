@@ -17,6 +17,7 @@ from sdpgrind.base import checks
 
 _EARLIEST, _FREEZE = 2.7, 5.0  # samples before a push: it is sent; the slide is stopped
 _STOPPED = 0.5  # mm/s: commanded speed of a slide that counts as waiting
+_WELL = 3.0  # standard deviations of a push's direction
 _NEARER = 0.05  # mm by which the slide may wait further out than it need
 
 
@@ -260,7 +261,7 @@ class CenteringController(CycleBase):
     def _pushing(self, runs: bool) -> Command:
         """Wait for the part to rest; readings count from then on, even while the tip goes back."""
         if self._table.angle < self._rest_angle:
-            return {}
+            return {} if runs else self._stand_off(self._left())
         if isfinite(self._reading):
             self._view.take(self._table.angle, self._reading)
         if runs:
@@ -272,6 +273,9 @@ class CenteringController(CycleBase):
 
     def _measuring_after(self) -> Command:
         """The first sample after the profile: nothing is known yet, so the table turns as for what such a push leaves."""
-        share = 3.0 * self.problem.scatter.direction_sd
-        self._expected = max(share * self._pushed_aim, self.problem.tolerance)
+        self._expected = self._left()
         return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
+
+    def _left(self) -> float:
+        """Offset that the last push may well leave, mm."""
+        return max(_WELL * self.problem.scatter.direction_sd * self._pushed_aim, self.problem.tolerance)
