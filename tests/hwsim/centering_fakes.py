@@ -37,6 +37,12 @@ def started(machine, speed=0.0, seed=0):
     return part
 
 
+def running(part, speed):
+    """The same part, its slide going toward the axis at that speed already: a profile that begins with it runs from the start."""
+    part._state[slots.VELOCITY] = speed
+    return part
+
+
 def center(part):
     """Where the centre truly is: along the probe line and across it (in the sense of rising spindle angle), mm."""
     state = part._state

@@ -44,11 +44,15 @@ class CenteringMachine(Frozen):
     Taken: ``velocity`` of the slide (mm/s, toward the axis; greater ones are cut), ``profile`` of its motion toward the axis
     (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2) that begins at ``profile_angle`` (rad), inside
     a tick, or at once where none is given or it has passed; a profile that waits is replaced by another, or taken back by one of
-    no rows, and one that comes while another runs is dropped. ``spindle_speed`` (rad/s) is reached at limited acceleration.
+    no rows, and one that comes while another runs is dropped. A profile is one of speeds: a slide that goes otherwise when it
+    begins, or where its speed jumps, joins it at ``max_acceleration``, and the way that it gains or loses meanwhile stays.
+    ``spindle_speed`` (rad/s) is reached at limited acceleration.
     ``retract`` ends the part, given up unless ``finished`` is commanded; so does ``finished`` alone.
 
     Between ticks slide and spindle move in closed form and the ring by the laws of its contact and friction, on the turning
-    table, centrifugal and Coriolis forces included. A tip that the rim runs into without a push (a collision) pushes it, too.
+    table, centrifugal and Coriolis forces included; it spins against a table that changes its speed while it slides, with the
+    friction of even pressure along a thin ring (the turn of its lobes by that is not followed). A tip that the rim runs into
+    without a push (a collision) pushes it, too.
 
     Outcome of a part: ``time`` (s), ``pushes``, the hidden ``offset`` (mm) once the ring lies still, ``said_finished``,
     ``finished`` (1: said so, and within tolerance), ``timed_out``, ``slipped`` (1: the table threw the ring), ``lost`` (1: the

@@ -11,6 +11,7 @@ from hwsim._clock import Clock
 from hwsim._scheduler import Scheduler
 from hwsim.plants import _centering_kernels as kernels
 from hwsim.plants import _centering_measure_kernels as gauges
+from hwsim.plants import _centering_ring_kernels as laws
 from hwsim.plants import _centering_slide_kernels as slide
 from hwsim.plants._centering_tasks import Tasks
 from hwsim.plants._probe_ring import Ring
@@ -53,7 +54,7 @@ class CenteringPart:
         self._of_pushes, self._of_gauges, of_tasks = rngs
         self._cell, self._state = rig.settings.copy(), np.zeros(slide.STATES)
         self._most = math.ceil(rig.time_max / float(rig.clock.tick) * (1 - 1e-12))
-        self._cell[slide.FRICTION] = rig.friction
+        laws.hold(self._cell, rig.friction, rig.radius)
         self._profile, self._waiting = _NOTHING, _NOTHING
         self._said = self._timed_out = self._lost = False
         self._centers: list[tuple[float, float]] = []
@@ -162,20 +163,20 @@ class CenteringPart:
         """The profile that waits begins now; what scatters from push to push is drawn."""
         state, cell, rig = self._state, self._cell, self._rig
         self._profile, self._waiting = self._waiting, _NOTHING
-        state[slide.ARMED], state[slide.SEGMENT], state[slide.GONE] = 0.0, 0.0, 0.0
-        state[slide.TOUCHED] = 0.0
+        slide.begin_segment(state, self._profile, 0)
+        state[slide.ARMED] = state[slide.TOUCHED] = 0.0
         state[slide.PUSHES] += 1.0
         self._centers.append((float(state[slide.X]), float(state[slide.Y])))
         friction, aim, stop = self._of_pushes.standard_normal(3).tolist()
         of_push = 1.0 + rig.scatter.friction_push_sd * friction
-        cell[slide.FRICTION] = max(rig.friction * of_push, LEAST_FRICTION)
+        laws.hold(cell, max(rig.friction * of_push, LEAST_FRICTION), self._touched_radius())
         cell[slide.AIM], cell[slide.STOP] = rig.scatter.direction_sd * aim, rig.scatter.stop_sd * stop
-        if len(rig.lobes):
-            cell[slide.RADIUS] = self._touched_radius()
 
     def _touched_radius(self) -> float:
         """Distance of the rim from the part's centre where the pusher will about touch it."""
         lobes, state = self._rig.lobes, self._state
+        if not len(lobes):
+            return self._rig.radius
         at = kernels.reading(state, self._rig.shape, lobes)[1]
         return float(self._rig.radius + (lobes[:, 1] * np.cos(lobes[:, 0] * at - lobes[:, 2])).sum())
 

@@ -12,20 +12,22 @@ from numba import njit
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 
-# State. SEGMENT: row of the profile that runs, -1: none; GONE: time in it; ARMED: a profile waits for the angle START.
+# State. SEGMENT: row of the profile that runs, -1: none; GONE: time in it; ARMED: a profile waits for the angle START. RUN_IN: by
+# how much the slide is faster than the profile that it has not joined yet.
 TIME, ANGLE, SPEED, SPEED_SET = range(4)
 REFERENCE, VELOCITY, ACCELERATION, VELOCITY_SET, LAG, SEGMENT, GONE, ARMED, START = range(4, 13)
-# The ring on the table (x, y of the table) and how it moves over it; force of the contact now, greatest since the last sample
-# and of all; what happened.
+# The ring on the table (x, y of the table) and how it moves over it, SPIN: of its rim by its turning over the table, mm/s; force
+# of the contact now, greatest since the last sample and of all; what happened.
 X, Y, SPEED_X, SPEED_Y, MOVING, TOUCHED, TOUCHES = range(13, 20)
-FORCE, PEAK, PEAK_EVER, SLIPPED, PUSHES, COLLISIONS, STATES = range(20, 27)
+FORCE, PEAK, PEAK_EVER, SLIPPED, PUSHES, COLLISIONS, RUN_IN, SPIN, STATES = range(20, 29)
 
 # Settings of slide and spindle, then of the ring and the push under way.
 SPEED_MAX, ACCELERATION_MAX, LOOP, DAMPING, LAG_TIME, SPINDLE_ACCELERATION = range(6)
-INERTIA, STIFFNESS, CONTACT_DAMPING, BREAKAWAY, COULOMB, VISCOUS, RADIUS, FRICTION, AIM, STOP, STEP, SETTINGS = range(6, 18)
+INERTIA, STIFFNESS, CONTACT_DAMPING, BREAKAWAY, COULOMB, VISCOUS, RADIUS, FRICTION, AIM, STOP, STEP, HELD, SETTINGS = range(6, 19)
 
 _SAME = 1e-12  # mm/s, mm/s^2: nothing is left of a transient
 _ROUNDING = 1e-9
+_JOINED = 1e-9  # mm/s: so close to the speed of a profile is at it
 _MOST = 80
 
 
@@ -98,7 +100,11 @@ def piece_length(state, cell, profile, longest):
     if state[ARMED] != 0.0:
         longest = min(longest, time_to(state, cell, state[START]))
     if state[SEGMENT] >= 0.0:
-        return min(longest, max(profile[int(state[SEGMENT]), 0] - state[GONE], 0.0))
+        longest = min(longest, max(profile[int(state[SEGMENT]), 0] - state[GONE], 0.0))
+        if state[RUN_IN] == 0.0:
+            return longest
+        closing = cell[ACCELERATION_MAX] + np.sign(state[RUN_IN]) * profile[int(state[SEGMENT]), 2]
+        return min(longest, abs(state[RUN_IN]) / closing) if closing > 0.0 else longest
     velocity, acceleration, target = state[VELOCITY], state[ACCELERATION], state[VELOCITY_SET]
     if is_full(state, cell):
         return min(longest, (_leaves(cell, velocity, acceleration, target)[1] - velocity) / acceleration)
@@ -126,15 +132,32 @@ def time_to(state, cell, angle):
 
 
 @njit(**_OPTIONS)
+def begin_segment(state, profile, row):
+    """A row of the profile runs from now on; the slide has the speed that it has."""
+    state[SEGMENT], state[GONE] = float(row), 0.0
+    off = state[VELOCITY] - profile[row, 1]
+    state[RUN_IN] = off if abs(off) > _JOINED else 0.0
+
+
+@njit(**_OPTIONS)
+def _of_profile(state, cell, profile):
+    """Speed and acceleration of the slide now, in a profile; what it is off its speed goes as fast as the drive can."""
+    row = int(state[SEGMENT])
+    rate = profile[row, 2]
+    speed = profile[row, 1] + rate * state[GONE] + state[RUN_IN]
+    if state[RUN_IN] != 0.0:
+        rate = -np.copysign(cell[ACCELERATION_MAX], state[RUN_IN])
+    return speed, rate
+
+
+@njit(**_OPTIONS)
 def tip_at(state, cell, profile, time):
     """Where the pusher tip is (mm from the axis) and its speed toward the axis, within the piece that is under way.
 
     In a profile that has touched, the loaded slide follows late: e' = v - e/tau of the lag e.
     """
     if state[SEGMENT] >= 0.0:
-        row = int(state[SEGMENT])
-        rate = profile[row, 2]
-        speed = profile[row, 1] + rate * state[GONE]
+        speed, rate = _of_profile(state, cell, profile)
         travel, velocity = (speed + 0.5 * rate * time) * time, speed + rate * time
     elif is_full(state, cell):
         rate, speed = state[ACCELERATION], state[VELOCITY]
@@ -159,11 +182,14 @@ def commit(state, cell, profile, time):
     place, _ = tip_at(state, cell, profile, time)
     rate, full = spindle_rate(state, cell), is_full(state, cell)
     if state[SEGMENT] >= 0.0:
-        row = int(state[SEGMENT])
-        speed = profile[row, 1] + profile[row, 2] * state[GONE]
-        travel = (speed + 0.5 * profile[row, 2] * time) * time
-        state[VELOCITY], state[ACCELERATION] = speed + profile[row, 2] * time, profile[row, 2]
+        speed, along = _of_profile(state, cell, profile)
+        travel = (speed + 0.5 * along * time) * time
+        state[VELOCITY], state[ACCELERATION] = speed + along * time, along
         state[GONE] += time
+        if state[RUN_IN] != 0.0:
+            state[RUN_IN] += (along - profile[int(state[SEGMENT]), 2]) * time
+            if abs(state[RUN_IN]) <= _JOINED:
+                state[RUN_IN] = 0.0
     elif full:
         travel = (state[VELOCITY] + 0.5 * state[ACCELERATION] * time) * time
         state[VELOCITY] += state[ACCELERATION] * time
