@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+from enum import Enum
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -52,7 +53,7 @@ class Public(NamedTuple):
         thing = _underlying(self.thing)
         if isinstance(self.thing, property | cached_property) or not callable(thing):
             return []
-        if inspect.isclass(thing) and (getattr(thing, "_is_protocol", False) or issubclass(thing, str)):
+        if inspect.isclass(thing) and (getattr(thing, "_is_protocol", False) or issubclass(thing, str | Enum)):
             return []
         if inspect.isclass(thing) and thing.__name__ in MADE_HERE:
             return []

@@ -17,6 +17,7 @@ NO_QUANTITY = {
     "files": r"\.(save|from_file|from_dataset|dataset|close|path)$|^sdpgrind\.load$",
     "pictures": r"\.plot$",
     "yes or no, status, words": r"\.(ok|done|event|problems|notes|message|convex|zero|tiers|identity|names|hidden_names|policy)$",
+    "words about a state": r"\.CycleState\.(failed|over)$",
     "a link and who is at its ends": r"\.(closed|reason|tripped|address|attach)$",
     "resetting a state": r"\.reset$",
     "whole structures": r"\.(replace|updated|next|estimate)$",

@@ -9,10 +9,12 @@ from math import sqrt
 import numpy as np
 
 from centering._cycle.outcome_kernels import stroke_for, travel_at
+from centering._push.batch_kernels import push_many
 from centering._push.gentle import gentle_profile, tap_profile
 from centering._push.model import PushModel
 from centering._push.profile import TipProfile
-from centering._push.reaction import simulate_pushes
+from centering._push.reaction import refuse_unfinished
+from centering._push.reaction_kernels import COLUMNS, FINAL_POSITION
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
@@ -136,7 +138,7 @@ class OutcomeTable(Frozen):
 
     @cached_property
     def grid(self) -> tuple[float, float, float, float]:
-        """Logarithm of the first stroke and of their ratio, first friction ratio and step."""
+        """Logarithms of the first stroke (mm) and of the ratio of strokes, first friction ratio and step (both unit 1)."""
         return float(np.log(self.first_stroke)), float(np.log(self.stroke_ratio)), float(RATIOS[0]), float(RATIOS[1] - RATIOS[0])
 
     @property
@@ -163,7 +165,7 @@ class OutcomeTable(Frozen):
         return float(travel_at(self.travel[kind], self.grid, stroke, friction))
 
     def stroke_for(self, kind: int, travel: float, friction: float) -> float:
-        """Return the stroke (mm) whose mean travel about a friction ratio is `travel` (mm); infinite where there is none."""
+        """Return the stroke (mm) of a kind (by number) with this mean `travel` (mm) about a friction ratio; inf: there is none."""
         return float(stroke_for(self.mean_travel[kind], self.grid, int(self.last[kind]), friction, travel))
 
 
@@ -200,10 +202,23 @@ def _rows(model: PushModel, strokes: Floats, acceleration: float, kind: PushKind
             break
     count = len(profiles)
     travel = np.zeros((strokes.size, RATIOS.size))
-    for k, ratio in enumerate(RATIOS):
-        travel[:count, k] = simulate_pushes(scaled(model, float(ratio)), profiles)[:, 0]
+    travel[:count] = _travels(model, profiles)
     travel[count:] = travel[count - 1]
     return travel, np.pad(times, (0, strokes.size - count), mode="edge"), count - 1
+
+
+def _travels(model: PushModel, profiles: list[TipProfile]) -> Floats:
+    """Travel of the part [profile, ratio], mm."""
+    segments = np.concatenate([profile.segments for profile in profiles])
+    ends = np.cumsum([profile.duration.size for profile in profiles])
+    starts = np.array([profile.start for profile in profiles])
+    out, status = np.empty((starts.size, COLUMNS)), np.empty(starts.size, dtype=np.int64)
+    travel = np.empty((starts.size, RATIOS.size))
+    for k, ratio in enumerate(RATIOS):
+        push_many(scaled(model, float(ratio))[None], segments, ends, starts, out, status)
+        refuse_unfinished(status)
+        travel[:, k] = out[:, FINAL_POSITION]
+    return travel
 
 
 def scaled(model: PushModel, ratio: float) -> Floats:

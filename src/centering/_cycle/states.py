@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class CycleState(IntEnum):
-    """What the cycle is doing: Mears (2006), figure 3.2; logged as its number.
+    """What the cycle is doing: Mears (2006), figure 3.2; logged as its number, dimensionless.
 
     Examples
     --------

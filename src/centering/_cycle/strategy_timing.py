@@ -51,7 +51,7 @@ class CycleTiming(Frozen):
         checks.positive("first_arc", self.first_arc, "rad")
 
     def start_time(self, speed: float, acceleration: float) -> float:
-        """Return the mean time from rest to the first touch, s: run up (rad/s, rad/s^2), measure, half a turn."""
+        """Return the mean time from rest to first touch, s: acceleration (rad/s^2) to a speed (rad/s), measuring, half a turn."""
         angle, turned = self.first_arc + pi, 0.5 * speed**2 / acceleration
         return sqrt(2.0 * angle / acceleration) if angle < turned else speed / acceleration + (angle - turned) / speed
 
