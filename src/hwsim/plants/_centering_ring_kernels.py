@@ -3,8 +3,8 @@
 In the table's frame M u' = F_c + M (w^2 c + 2 w J'u + w' J'c) - (F_k f + k_v |u|) u/|u|, with the contact force F_c = k d + b d'
 of the closure d that only pushes, along the normal of the rim at the tip. A table that changes its speed turns under a ring that
 slides: the speed s of its rim by that spin goes with M s' = -M R w' - (F_k m + k_v |s|) s/|s| for a thin ring. f and m, of |u|
-and |s|, are shares of force and moment with even pressure along it, 1 and 0 without spin. A ring at rest stays until what pulls at
-it is above F_s; friction that holds its spin is not there to hold its place. Serial; arrays as in the kernels of the slide.
+and |s|, are shares of force and moment with even pressure along it, 1 and 0 without spin. A ring at rest stays until what pulls
+at it is above F_s; friction that holds its spin is not there to hold its place. Serial; arrays as in the kernels of the slide.
 """
 
 from typing import Any
