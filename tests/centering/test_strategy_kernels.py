@@ -68,14 +68,14 @@ def test_waiting_turns_until_all_is_done(phase, busy, speed, arc, before, accele
 
 @pytest.mark.parametrize(("travel", "offset", "phase"), [(0.9, 0.1, 2 * pi), (1.1, 0.1, pi), (0.0, 1.0, 2 * pi)])
 def test_after_too_little_a_whole_turn_after_too_much_half(travel, offset, phase):
-    after, angle = push_once(1.0, travel, 0.0, 0.0)
+    after, angle = push_once(1.0, travel, 0.0)
     assert after == pytest.approx(offset)
     assert angle == pytest.approx(phase)
 
 
 @given(st.floats(0.01, 10.0), st.floats(0.0, 12.0), st.floats(-0.3, 0.3))
 def test_a_push_obeys_the_law_of_cosines(offset, travel, angle):
-    after, phase = push_once(offset, travel, angle, 0.0)
+    after, phase = push_once(offset, travel, angle)
     assert after**2 == pytest.approx(offset**2 + travel**2 - 2 * offset * travel * np.cos(angle), abs=1e-9)
     assert 0 < phase <= 2 * pi
 

@@ -34,7 +34,7 @@ class CenteringController(CycleBase):
     Parameters
     ----------
     strategy : Strategy
-        Which push when: `plan(problem)`.
+        Which push (mm, mm/s) when: `plan(problem)`.
     settings : CycleSettings, optional
         Of machine and cycle.
     gains : FollowingGains, optional

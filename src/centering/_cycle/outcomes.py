@@ -21,6 +21,8 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.stored import stored
 
+SHAPES = ("trapezoid", "gentle", "smooth")
+"""How a tip may push."""
 RATIOS = np.linspace(0.6, 1.4, 49)
 """Friction ratios of the tables."""
 _STEP = 1.02
@@ -38,8 +40,9 @@ class PushKind(Frozen):
 
     Parameters
     ----------
-    shape : {"trapezoid", "gentle"}
-        At constant speed from the first touch and stopped at full deceleration, or by `gentle_profile`.
+    shape : {"trapezoid", "gentle", "smooth"}
+        At constant speed from the first touch and stopped at full deceleration; by `gentle_profile`; by that with ramps of whole
+        periods of part and contact.
     push_speed : float
         Greatest speed of the tip, mm/s.
     retract : bool
@@ -61,7 +64,7 @@ class PushKind(Frozen):
     retract: bool
 
     def __post_init__(self) -> None:
-        checks.one_of("shape", self.shape, ("trapezoid", "gentle"))
+        checks.one_of("shape", self.shape, SHAPES)
         checks.positive("push_speed", self.push_speed, "mm/s")
         checks.kind("retract", self.retract, bool)
 
@@ -82,8 +85,9 @@ class PushKind(Frozen):
         acceleration : float
             Of the slide, mm/s^2.
         """
-        if self.shape == "gentle":
-            return gentle_profile(model, stroke, self.push_speed, max_acceleration=acceleration)
+        if self.shape != "trapezoid":
+            whole = self.shape == "smooth"
+            return gentle_profile(model, stroke, self.push_speed, max_acceleration=acceleration, whole_periods=whole)
         if self.retract:
             return tap_profile(stroke, self.push_speed, max_acceleration=acceleration)
         return stopped_push(stroke, self.push_speed, acceleration)
@@ -165,7 +169,7 @@ class OutcomeTable(Frozen):
         return float(travel_at(self.travel[kind], self.grid, stroke, friction))
 
     def stroke_for(self, kind: int, travel: float, friction: float) -> float:
-        """Return the stroke (mm) of a kind (by number) with this mean `travel` (mm) about a friction ratio; inf: there is none."""
+        """Return the stroke (mm) of a kind (by number) with a mean `travel` (mm) about a friction ratio; inf: there is none."""
         return float(stroke_for(self.mean_travel[kind], self.grid, int(self.last[kind]), friction, travel))
 
 

@@ -16,7 +16,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, TerminalLine
 
-SETTLED = 6
+SETTLED = 4
 """Pushes after which the belief is no more than the mean: further ones change its standard deviation by little."""
 GIVEN_UP = 60.0
 """What a part costs that is not centred after the greatest number of pushes, s."""

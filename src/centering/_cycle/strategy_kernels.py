@@ -11,11 +11,16 @@ _OPTIONS: Any = {"cache": True, "nogil": True}
 
 
 @njit(**_OPTIONS)
+def between(values, i):
+    """Value at a place between the nodes, linear."""
+    a = min(int(i), values.size - 2)
+    return values[a] + (i - a) * (values[a + 1] - values[a])
+
+
+@njit(**_OPTIONS)
 def table_speed(speeds, axis, offset):
     """Table speed (rad/s) at an offset (mm): linear in the logarithm; `axis` = (log low, step) of the offset."""
-    i = min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0)
-    a = min(int(i), speeds.size - 2)
-    return speeds[a] + (i - a) * (speeds[a + 1] - speeds[a])
+    return between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))
 
 
 @njit(**_OPTIONS)
@@ -44,14 +49,17 @@ def learning_rate(travel, friction, weight, noise):
 
 
 @njit(**_OPTIONS)
-def push_once(offset, travel, angle, place_share):
+def turn_to(along, across):
+    """Angle (rad) that the table turns until the high point of a ring is under the tip again, in (0, 2 pi]."""
+    phase = -np.arctan2(across, along)
+    return phase if phase > 0.0 else phase + 2.0 * np.pi
+
+
+@njit(**_OPTIONS)
+def push_once(offset, travel, angle):
     """Offset (mm) after a push, and the angle (rad) that the table turns until its high point is under the tip again."""
-    x = offset + place_share - travel * np.cos(angle)
-    y = -travel * np.sin(angle)
-    phase = -np.arctan2(y, x)
-    if phase <= 0.0:
-        phase += 2.0 * np.pi
-    return np.hypot(x, y), phase
+    along, across = offset - travel * np.cos(angle), -travel * np.sin(angle)
+    return np.hypot(along, across), turn_to(along, across)
 
 
 @njit(**_OPTIONS)
@@ -73,7 +81,7 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     axes : tuple
         (log low, log step, nodes) of the offset and (low, step, nodes) of the friction ratio.
     draws : tuple
-        (friction (1), direction (rad), place (mm), share of the place that measuring hid, weight), each (Q,).
+        (friction (1), cosine and sine of the direction, place (mm), share of the place that measuring hid, weight), each (Q,).
     out : array, (P,)
         Expected time (s) to the next touch or the end; infinite where no stroke is long enough.
 
@@ -90,8 +98,9 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     spread = np.sqrt(sd * sd + push_sd * push_sd)
     share = sd * sd / spread if spread > 0.0 else 0.0  # of a push's deviation, what is the part's
     high = low + step * (n_friction - 1)
-    moved = np.empty(draws[0].size)
-    points, count = offset.size, draws[0].size
+    luck, cosine, sine, place, hidden, weight = draws
+    moved, at_end = np.empty(luck.size), table_speed(speeds, (log_low, log_step), finish)
+    points, count = offset.size, luck.size
     starts = np.zeros(points + 1, dtype=np.int64)
     room = 4 * count
     columns = np.empty(points * room, dtype=np.int32)
@@ -106,25 +115,23 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
             out[p] = np.inf
             starts[p + 1] = at
             continue
-        place = min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0)
-        lower = min(int(place), contact.size - 2)
-        pressed = contact[lower] + (place - lower) * (contact[lower + 1] - contact[lower])
+        pressed = between(contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0))
         before = table_speed(speeds, axis, d)
         for q in range(count):
-            moved[q] = travel_at(travel, grid, s + draws[2][q], m + spread * draws[0][q])
-        expected, rate = learning_rate(moved, draws[0], draws[4], noise)
+            moved[q] = travel_at(travel, grid, s + place[q], m + spread * luck[q])
+        expected, rate = learning_rate(moved, luck, weight, noise)
         time, many = 0.0, 0
         for q in range(count):
-            x = moved[q]
-            after, phase = push_once(d, x, draws[1][q], draws[3][q])
-            w = draws[4][q]
-            speed = table_speed(speeds, axis, max(after, finish))
-            if after <= finish:
-                time += w * (pressed + busy + arc / speed)
+            x, w = moved[q], weight[q]
+            along, across = d + hidden[q] - x * cosine[q], -x * sine[q]
+            square = along * along + across * across
+            if square <= finish * finish:
+                time += w * (pressed + busy + arc / at_end)
                 continue
-            time += w * waiting_time(phase, pressed + busy, speed, arc, before, acceleration)
+            i = min(max((0.5 * np.log(square) - log_low) / log_step, 0.0), n_offset - 1.0)
+            speed = between(speeds, i)
+            time += w * waiting_time(turn_to(along, across), pressed + busy, speed, arc, before, acceleration)
             learned = min(max(m + share * rate * (x - expected), low), high)
-            i = min(max((np.log(after) - log_low) / log_step, 0.0), n_offset - 1.0)
             j = min((learned - low) / step, n_friction - 1.0)
             a, b = min(int(i), n_offset - 2), min(int(j), n_friction - 2)
             for corner in range(4):

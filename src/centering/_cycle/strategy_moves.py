@@ -96,6 +96,11 @@ def draws(problem: CenteringProblem) -> tuple[Floats, ...]:
     return friction, scatter.direction_sd * direction, place * where, hidden * where, np.full(DRAWS, 1.0 / DRAWS)
 
 
+def _compiled(friction: Floats, direction: Floats, *others: Floats) -> tuple[Floats, ...]:
+    """Draws as the kernel takes them: cosine and sine of the direction."""
+    return friction, np.cos(direction), np.sin(direction), *others
+
+
 @dataclasses.dataclass(frozen=True)
 class KindOfPush:
     """One kind of push as a transition; `pushes` were seen before, or as many as the stage coordinate says are left to see."""
@@ -144,7 +149,7 @@ class KindOfPush:
             (belief.sd(WORTH * seen), belief.push_sd, float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd))),
             (ground.timing.busy_time, ground.timing.measuring_arc, ground.problem.limits.spindle_acceleration_max),
             packed_axes(where, ratio),
-            draws(ground.problem),
+            _compiled(*draws(ground.problem)),
             out,
         )
         return out, found

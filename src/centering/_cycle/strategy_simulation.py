@@ -86,7 +86,7 @@ class _Parts:
     def _move(self, k: int, choice: "Choice", travel: float, unit: Floats) -> None:
         """Book a push of part k: where it is now, what was measured, how long it took, what it says of friction."""
         strategy, limits = self.strategy, self.strategy.problem.limits
-        self.offset[k], phase = push_once(self.offset[k], travel, self.scatter.direction_sd * unit[2], 0.0)
+        self.offset[k], phase = push_once(self.offset[k], travel, self.scatter.direction_sd * unit[2])
         before = self.measured[k]
         self.measured[k] = abs(self.offset[k] + self.scatter.measuring_sd * unit[3])
         seen = float(np.sqrt(before**2 + self.measured[k] ** 2 - 2.0 * before * self.measured[k] * np.cos(phase)))
