@@ -12,7 +12,7 @@ from scipy import sparse
 from strategy_twins import quick_strategy
 
 import sdpgrind
-from centering._cycle.belief import FrictionBelief
+from centering._cycle.belief import RatioBelief
 from centering._cycle.outcomes import PushKind
 from centering._cycle.plan import GIVEN_UP, SETTLED, plan, prepared, solved
 from centering._cycle.strategy import Strategy
@@ -215,7 +215,7 @@ def test_what_a_strategy_refuses(light):
     with pytest.raises(ValueError, match=r"push_speed must be > 0 \(mm/s\)"):
         PushKind("gentle", 0.0, True)
     with pytest.raises(ValueError, match="part_sd must be >= 0"):
-        FrictionBelief(-0.1, 0.04)
+        RatioBelief(-0.1, 0.04)
 
 
 def test_table_speeds():
@@ -232,11 +232,11 @@ def test_a_slower_table_takes_longer():
 
 
 def test_evidence_and_standard_deviation_are_inverse():
-    belief = FrictionBelief(0.08, 0.04)
+    belief = RatioBelief(0.08, 0.04)
     for pushes in (0.0, 0.5, 3.0, 20.0):
         assert belief.evidence(belief.sd(pushes)) == pytest.approx(pushes, abs=1e-9)
     assert belief.sd(3) == pytest.approx(1 / np.sqrt(1 / 0.08**2 + 3 / 0.04**2))
-    assert FrictionBelief(0.0, 0.0).next_sd(5) == 0.0
+    assert RatioBelief(0.0, 0.0).next_sd(5) == 0.0
 
 
 def test_load_knows_the_kind(heavy, tmp_path):

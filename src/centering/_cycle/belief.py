@@ -27,7 +27,7 @@ class Belief(NamedTuple):
 
 @stored("centering.belief")
 @dataclasses.dataclass(frozen=True)
-class FrictionBelief(Frozen):
+class RatioBelief(Frozen):
     """Belief about the friction ratio of a part: friction over that of the model, both coefficients together.
 
     The ratio of a part is 1 with a standard deviation of `part_sd`; each push scatters about it by `push_sd`. After n pushes that
@@ -46,7 +46,7 @@ class FrictionBelief(Frozen):
 
     Examples
     --------
-    >>> belief = FrictionBelief(part_sd=0.08, push_sd=0.04)
+    >>> belief = RatioBelief(part_sd=0.08, push_sd=0.04)
     >>> [round(belief.sd(pushes), 4) for pushes in (0, 1, 3)]
     [0.08, 0.0358, 0.0222]
     >>> round(belief.next_sd(0), 4), round(belief.evidence(belief.sd(3)), 6)
@@ -61,7 +61,7 @@ class FrictionBelief(Frozen):
         checks.nonnegative("push_sd", self.push_sd, "relative")
 
     @classmethod
-    def of(cls, scatter: PushScatter) -> "FrictionBelief":
+    def of(cls, scatter: PushScatter) -> "RatioBelief":
         """Return the belief before the first push under the `scatter` of a problem (relative standard deviations)."""
         return cls(scatter.friction_part_sd, scatter.friction_push_sd)
 

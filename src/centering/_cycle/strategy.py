@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from centering._cycle.belief import Belief, FrictionBelief
+from centering._cycle.belief import Belief, RatioBelief
 from centering._cycle.belief_kernels import posterior
 from centering._cycle.outcomes import OutcomeTable
 from centering._cycle.strategy_kernels import table_speed
@@ -83,7 +83,7 @@ class Strategy:
         What a cycle takes besides, s and rad.
     kinds : tuple of PushKind
         Kinds of push that were tried.
-    belief : FrictionBelief
+    belief : RatioBelief
         Of a part's friction, before it was pushed and after (relative).
     finish : float
         Measured offset at which the part counts as centred, mm: the tolerance less what measuring may hide.
@@ -102,7 +102,7 @@ class Strategy:
         self._speeds = np.ascontiguousarray(speeds)
         self._table = table
         self._value, self._kind, self._share = (np.ascontiguousarray(x) for x in table)
-        self.belief = FrictionBelief.of(problem.scatter)
+        self.belief = RatioBelief.of(problem.scatter)
         self._settled = self._value.shape[0] - 1
         self._axes = packed_axes(offset_axis(problem, self._value.shape[1]), friction_axis(problem, self._value.shape[2]))
         self._outcomes = (outcomes.travel, outcomes.mean_travel, outcomes.last, outcomes.grid)

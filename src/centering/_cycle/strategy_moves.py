@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 from scipy.special import ndtri
 
-from centering._cycle.belief import FrictionBelief
+from centering._cycle.belief import RatioBelief
 from centering._cycle.outcomes import OutcomeTable
 from centering._cycle.strategy_kernels import all_draws
 from centering._cycle.strategy_timing import CycleTiming
@@ -49,9 +49,9 @@ class Ground:
     size: Size
 
     @property
-    def belief(self) -> FrictionBelief:
+    def belief(self) -> RatioBelief:
         """Belief before the first push."""
-        return FrictionBelief.of(self.problem.scatter)
+        return RatioBelief.of(self.problem.scatter)
 
     @property
     def axes(self) -> tuple[sdp.Axis, sdp.Axis]:
