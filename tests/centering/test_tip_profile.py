@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from reaction_twins import tip_at
 
@@ -15,6 +15,7 @@ from centering._push.trace import simulate_push
 
 sizes = st.floats(1e-3, 20.0)
 speeds = st.floats(0.5, 120.0)
+PARAMETERS = preset("printed").model.parameters
 accelerations = st.floats(100.0, 2560.0)
 
 
@@ -35,6 +36,30 @@ def test_a_jerk_limited_move_keeps_its_limits(size, speed, acceleration, jerk):
     assert profile.total_time == pytest.approx(move_time(size, speed=speed, acceleration=acceleration, jerk=jerk), rel=1e-9)
     assert np.abs(profile.acceleration).max() <= acceleration * (1 + 1e-12)
     assert np.abs(profile.velocity[1:] - (profile.velocity + profile.acceleration * profile.duration)[:-1]).max() < 1e-9 * speed
+
+
+@settings(deadline=None)
+@given(sizes, speeds, accelerations)
+def test_a_move_leaves_the_part_at_rest(size, speed, acceleration):
+    """However the last digit of its speed falls."""
+    profile = TipProfile.move(size, speed, acceleration)
+    assert profile.final_velocity == 0.0
+    assert simulate_pushes(PARAMETERS, profile)[0, 7] == 0.0
+
+
+@pytest.mark.parametrize("rest", [7e-15, -7e-15, 0.0])
+def test_a_rounding_of_the_last_speed_is_none(rest):
+    stop = TipProfile([0.03, 0.03], [80.0, 80.0], [0.0, (rest - 80.0) / 0.03])
+    trace = simulate_push(PARAMETERS, stop)
+    assert stop.final_velocity == 0.0 and trace.final_velocity == 0.0
+    assert trace.duration < 1.0 and trace.final_position > stop.stroke  # it slides on beyond the tip
+    assert TipProfile([1.0], [1e-8], [0.0]).final_velocity == 1e-8  # a slow tip is no rounding
+
+
+def test_a_move_by_the_printed_model_ends_where_it_ends():
+    """2.06697 mm, by steps of the differential equations; the last speed of this move is 7e-15 mm/s."""
+    trace = simulate_push(preset("printed").model, TipProfile.move(1.4, 80.0, 2560.0))
+    assert trace.final_velocity == 0.0 and trace.final_position == pytest.approx(2.06697, abs=1e-5)
 
 
 def test_position_and_speed_are_those_of_the_segments():

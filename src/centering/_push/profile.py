@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from centering._push.profile_rows import jerk_rise, move_arguments, scaled
+from centering._push.profile_rows import STILL, jerk_rise, move_arguments, scaled
 from centering._push.timing import move_peak
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
@@ -196,8 +196,10 @@ class TipProfile(Frozen, ByValue):
 
     @property
     def final_velocity(self) -> float:
-        """At the end of the last segment, mm/s."""
-        return float(self.velocity[-1] + self.acceleration[-1] * self.duration[-1])
+        """At the end of the last segment, mm/s; 0 where it is a rounding of the greatest speed."""
+        ends = self.velocity + self.acceleration * self.duration
+        greatest = max(float(np.abs(self.velocity).max()), float(np.abs(ends).max()))
+        return float(ends[-1]) if abs(ends[-1]) > STILL * greatest else 0.0
 
     def position(self, time: npt.ArrayLike) -> Floats:
         """Return where the tip is, mm; before the begin where it begins, after the end where it would be at its last speed.

@@ -6,6 +6,8 @@ import numpy as np
 
 from sdpgrind.base import checks
 
+STILL = 1e-9
+"""Share of a profile's greatest speed that is rounding of a standstill."""
 _LEAST = 1e-12  # share of the whole, below which a segment has no length
 _JERK_STEPS = 16  # segments of constant acceleration that stand for one of constant jerk
 

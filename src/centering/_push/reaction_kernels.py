@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from centering._push.phase_kernels import FREE, SLIP, horizon, mode_of, phase, phase_energies
+from centering._push.profile_rows import STILL
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 
@@ -30,7 +31,8 @@ _WORK, _FRICTION, _FLYING, _LEFT_AT = range(4)
 def push(parameters, segments, start, out, log):
     """Simulate a push; write what it gave into `out` and its phases into as many rows as `log` has, and return how it ended.
 
-    After the last segment a tip that does not advance keeps its speed until the part is at rest; a tip that does ends the push.
+    After the last segment a tip that does not advance keeps its speed until the part is at rest; a tip that does ends the push. What
+    is left of its speed by rounding is none. A part at rest that a receding tip still touches stays where it is, and is left there.
 
     Parameters
     ----------
@@ -61,11 +63,22 @@ def push(parameters, segments, start, out, log):
         tip_speed += acceleration * duration
         if status != DONE:
             return status
+    tip_speed = end_speed(segments, tip_speed)
     if tip_speed <= 0.0:
         tip, gap, speed, status = _segment(law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums)
         speed = 0.0 if status == DONE else speed
     _finish(law, tip, tip_speed, gap, speed, out, log, sums)
     return status
+
+
+@njit(**_OPTIONS)
+def end_speed(segments, speed):
+    """The speed (mm/s) at the end of segments, 0 where it is what rounding leaves of a standstill."""
+    greatest = 0.0
+    for s in range(segments.shape[0]):
+        begins = segments[s, 1]
+        greatest = max(greatest, abs(begins), abs(begins + segments[s, 2] * segments[s, 0]))
+    return speed if abs(speed) > STILL * greatest else 0.0
 
 
 @njit(**_OPTIONS)

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from centering._push.direction_kernels import RESTS, TIP, V_X, V_Y, X, Y, push_on_table
-from centering._push.reaction_kernels import BREAKAWAY_TIME, COLUMNS, DONE, _finish, _segment
+from centering._push.reaction_kernels import BREAKAWAY_TIME, COLUMNS, DONE, _finish, _segment, end_speed
 from centering._push.sample_kernels import state_in
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
@@ -90,6 +90,7 @@ def loaded_push(parameters, pieces, start, out, log):
         tip_speed += pieces[k, ACCELERATION] * pieces[k, DURATION]
         if status != DONE:
             return status
+    tip_speed = end_speed(pieces, tip_speed)
     if tip_speed <= 0.0:
         tip, gap, speed, status = _segment(law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums)
         speed = 0.0 if status == DONE else speed
