@@ -49,6 +49,7 @@ def _slip(state, w):
     return u @ n / np.linalg.norm(n)
 
 
+@settings(deadline=None)
 @given(offset=st.floats(0.0, 20.0), angle=st.floats(-1.0, 1.0), v=st.floats(0.5, 80.0))
 def test_a_table_that_stands_adds_nothing_but_the_slant(offset, angle, v):
     push = TipProfile.constant_speed(v, 0.01)
@@ -191,3 +192,13 @@ def test_refused(call, message):
     with pytest.raises(ValueError) as caught:
         call()
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(("offset", "speed"), [(0.05, 10.0), (0.02, 5.0), (1.0, 10.0)])
+def test_a_push_ends_when_the_part_rests(offset, speed):
+    """The rim of a part at rest may recede from the tip by nm in a second: that is no part of the push."""
+    trace = plan_push(PROBLEM, offset=offset, spindle_speed=2.0, push_speed=speed).simulate()
+    assert trace.duration < 1.0 and trace.final_velocity == 0.0
+    if offset == 0.05:
+        assert trace.event_mode[-1] == "stick"
+        assert trace.at([trace.duration]).part_position[0] == pytest.approx(trace.final_position, abs=1e-12)

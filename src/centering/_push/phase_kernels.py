@@ -48,11 +48,9 @@ def mode_of(law, gap, closing, speed, acceleration):
 
 @njit(**_OPTIONS)
 def horizon(law, mode, gap, tip_speed, speed):
-    """Time (s) within which a mode ends by itself when the tip (mm/s, not advancing) keeps its speed; 0: it lasts."""
-    if mode == REST or (mode == STICK and tip_speed == 0.0):
-        return 0.0
-    if mode == STICK:
-        return gap / -tip_speed
+    """Time (s) within which a motion ends by itself when the tip (mm/s, not advancing) keeps its speed; 0: the part rests."""
+    if mode in (REST, STICK):
+        return 0.0  # a tip that recedes only clears the spring
     if mode == FREE:
         return 2.0 * _stop(law, speed)
     motion = swing(gap, tip_speed - speed, tip_speed, 0.0, law)
