@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from importlib import import_module
 from math import nan
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,7 @@ _PICTURES = {
     "WeldBeadStand": "hwsim.plants._weldbead_picture",
 }
 _MOST_LETTERS = 36  # names of controllers in more of them would run into each other
+_LINE = 48  # letters below a panel
 _SMALL = 0.02  # mm
 _MOST_PARTS = 50  # more lines than these cannot be told apart
 
@@ -54,7 +56,10 @@ def _legible(variable: Any) -> Any:
 
 
 def compared(log: PartLog) -> "Figure":
-    """Draw every scalar outcome: of each controller less the first on the same part, with the mean and its 95 % interval."""
+    """Draw every scalar outcome: of each controller less the first on the same part, with the mean and its 95 % interval.
+
+    Below each panel stand the means themselves.
+    """
     outcome = log.outcome
     names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _tells(v)]
     if not names:
@@ -67,6 +72,7 @@ def compared(log: PartLog) -> "Figure":
         values = variable.values
         if len(controllers) > 1:
             _differences(axis, controllers[1:], values[1:] - values[:1])
+            axis.set_xlabel(_means(controllers, values), fontsize="small")
         else:
             axis.boxplot([values[0][np.isfinite(values[0])]], tick_labels=controllers, showmeans=True)
         axis.set_title(label(variable, name), fontsize="medium")
@@ -75,6 +81,13 @@ def compared(log: PartLog) -> "Figure":
     less = f", less those of {controllers[0]}" if len(controllers) > 1 else ""
     figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller{less}")
     return figure
+
+
+def _means(controllers: list[str], values: Any) -> str:
+    """What each controller came to by itself."""
+    known = [row[np.isfinite(row)] for row in values]
+    each = (f"{name} {row.mean() if row.size else nan:.3g}" for name, row in zip(controllers, known, strict=True))
+    return fill("means: " + ", ".join(each), _LINE)
 
 
 def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
