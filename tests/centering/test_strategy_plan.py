@@ -18,6 +18,7 @@ from centering._cycle.plan import GIVEN_UP, SETTLED, plan, prepared, solved
 from centering._cycle.strategy import Strategy
 from centering._cycle.strategy_moves import FRACTIONS, KindOfPush, Size
 from centering._cycle.strategy_timing import CycleTiming, table_speeds
+from centering._push.limits import spindle_speed_limit
 from centering._push.presets import preset
 from sdpgrind.base.progress import silent
 
@@ -224,6 +225,16 @@ def test_table_speeds():
     assert scheduled[0] == HEAVY.limits.spindle_speed_max
     assert np.all(np.diff(scheduled) <= 0)
     np.testing.assert_array_equal(table_speeds(HEAVY, offsets, 3.0), np.minimum(3.0, scheduled))
+
+
+@pytest.mark.parametrize("which", ["printed", "identified"])
+@pytest.mark.parametrize("mass", [0.8, 18.9])
+def test_table_speeds_are_within_the_limits_of_the_push(which, mass):
+    """Friction at rest, table, samples in a turn, and what the slide could follow."""
+    problem = preset(which).replace(mass=mass)
+    offsets = np.geomspace(2e-3, 1.5 * problem.offset_max, 40)
+    limits = [spindle_speed_limit(problem, offset=float(offset)).value for offset in offsets]
+    assert np.all(table_speeds(problem, offsets, "scheduled") <= np.array(limits) * (1 + 1e-9))
 
 
 def test_a_slower_table_takes_longer():

@@ -21,8 +21,6 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.stored import stored
 
-SHAPES = ("trapezoid", "gentle", "smooth")
-"""How a tip may push."""
 RATIOS = np.linspace(0.6, 1.4, 49)
 """Friction ratios of the tables."""
 _STEP = 1.02
@@ -40,9 +38,9 @@ class PushKind(Frozen):
 
     Parameters
     ----------
-    shape : {"trapezoid", "gentle", "smooth"}
-        At constant speed from the first touch and stopped at full deceleration; by `gentle_profile`; by that with ramps of whole
-        periods of part and contact.
+    shape : {"trapezoid", "gentle"}
+        At constant speed from the first touch and stopped at full deceleration, or by `gentle_profile`. (With ramps of whole
+        periods these are no better: strategies that had them, too, took as long.)
     push_speed : float
         Greatest speed of the tip, mm/s.
     retract : bool
@@ -64,7 +62,7 @@ class PushKind(Frozen):
     retract: bool
 
     def __post_init__(self) -> None:
-        checks.one_of("shape", self.shape, SHAPES)
+        checks.one_of("shape", self.shape, ("trapezoid", "gentle"))
         checks.positive("push_speed", self.push_speed, "mm/s")
         checks.kind("retract", self.retract, bool)
 
@@ -85,9 +83,8 @@ class PushKind(Frozen):
         acceleration : float
             Of the slide, mm/s^2.
         """
-        if self.shape != "trapezoid":
-            whole = self.shape == "smooth"
-            return gentle_profile(model, stroke, self.push_speed, max_acceleration=acceleration, whole_periods=whole)
+        if self.shape == "gentle":
+            return gentle_profile(model, stroke, self.push_speed, max_acceleration=acceleration)
         if self.retract:
             return tap_profile(stroke, self.push_speed, max_acceleration=acceleration)
         return stopped_push(stroke, self.push_speed, acceleration)
