@@ -12,6 +12,7 @@ from centering_fakes import RADIUS, STILL, Follower, at, center, constant, exact
 from scipy.integrate import solve_ivp
 
 import hwsim
+from centering import PrintedController
 from centering._geometry.curve import circle_reading
 from hwsim._log import same
 from hwsim._recording import Recording
@@ -400,6 +401,14 @@ def test_a_controller_for_another_part_is_refused():
 
     with pytest.raises(ValueError, match=r"its mass is 5\.0 kg, that of the plant 18\.9 kg"):
         hwsim.run(CenteringMachine(problem()), Other())
+
+
+@pytest.mark.parametrize("changed", ["max_acceleration", "spindle_acceleration_max", "slide_speed_max", "follow_gap"])
+def test_a_controller_for_another_machine_is_refused(changed):
+    of = problem()
+    other = of.replace(limits=of.limits.replace(**{changed: 1.5 * getattr(of.limits, changed)}))
+    with pytest.raises(ValueError, match=f"its {changed} is "):
+        hwsim.run(CenteringMachine(other), PrintedController(of))
 
 
 @pytest.mark.parametrize(

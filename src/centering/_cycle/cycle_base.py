@@ -52,9 +52,8 @@ class CycleBase:
 
     @property
     def job(self) -> Mapping[str, object]:
-        """The part that it is made for, mass (kg) and radius (mm), and the tolerance (mm)."""
-        part = self.problem.model.part
-        return {"mass": (part.mass, "kg"), "radius": (part.radius, "mm"), "tolerance": (self.problem.tolerance, "mm")}
+        """Part (kg, mm), tolerance (mm) and machine (mm/s, rad/s) that it is made for."""
+        return self.problem.job
 
     def _begin(self) -> None:
         """Forget the part before."""

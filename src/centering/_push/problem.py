@@ -1,6 +1,7 @@
 """What is to be centred: the model of the push, the machine's limits, how much pushes scatter, how near is near enough."""
 
 import dataclasses
+from collections.abc import Mapping
 from math import inf, isfinite
 from typing import ClassVar, Self
 
@@ -126,6 +127,13 @@ class PushScatter(Frozen):
             checks.nonnegative(name, getattr(self, name), unit)
 
 
+_MACHINE = {
+    "slide_speed_max": "mm/s",
+    "max_acceleration": "mm/s^2",
+    "follow_gap": "mm",
+    "spindle_speed_max": "rad/s",
+    "spindle_acceleration_max": "rad/s^2",
+}
 _ESTIMATED = ("mu_static", "mu_kinetic", "viscous_coefficient", "contact_stiffness", "contact_damping")
 
 
@@ -180,6 +188,16 @@ class CenteringProblem(Frozen):
             raise checks.refuse("offset_max", f"> tolerance = {self.tolerance:g}", self.offset_max, "mm")
         if self.offset_max >= self.model.part.radius:
             raise checks.refuse("offset_max", f"< the radius of the part = {self.model.part.radius:g}", self.offset_max, "mm")
+
+    @property
+    def job(self) -> Mapping[str, tuple[float, str]]:
+        """What tells part and machine from others, with units: mass kg, lengths mm, speeds mm/s and rad/s, and so on."""
+        part = {
+            "mass": (self.model.part.mass, "kg"),
+            "radius": (self.model.part.radius, "mm"),
+            "tolerance": (self.tolerance, "mm"),
+        }
+        return part | {name: (float(getattr(self.limits, name)), unit) for name, unit in _MACHINE.items()}
 
     @property
     def quantum_note(self) -> str:

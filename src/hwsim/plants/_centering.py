@@ -195,9 +195,8 @@ class CenteringMachine(Frozen):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part (kg, mm) and tolerance (mm) of the problem; `truth` may differ, as nobody knows it."""
-        part = self.problem.model.part
-        return {"mass": (part.mass, "kg"), "radius": (part.radius, "mm"), "tolerance": (self.problem.tolerance, "mm")}
+        """Part (kg, mm), tolerance (mm) and limits (mm/s, rad/s) of the problem; `truth` may differ, as nobody knows it."""
+        return self.problem.job
 
     def with_tick(self, tick: float) -> Self:
         """Return the same plant with another tick.
