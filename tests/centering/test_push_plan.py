@@ -1,4 +1,5 @@
 import math
+import re
 
 import numpy as np
 import pytest
@@ -93,7 +94,7 @@ def test_beyond_half_a_turn_the_part_waits():
 
 def test_rim_that_arrives_first_is_refused():
     with pytest.raises(ValueError, match="the rim arrives before the push; slow the spindle or open the gap"):
-        _at(offset=10.0, rpm=80.0)
+        _at(offset=10.0, rpm=80.0, direction="quasi-static")
     with pytest.raises(ValueError, match="rough must be >= 0"):
         plan_push(SOURCE, offset=1.0, follow_gap=0.3, spindle_speed=2.0, push_speed=10.0)
 
@@ -159,8 +160,43 @@ def test_ring_that_is_thrown_is_pushed_less_far():
 
 
 def test_ring_that_sticks_is_aimed_at_the_axis():
-    stuck, touch = _left(PRINTED, SLOW, 0.01, 5.0)  # the contact gives way by more before the ring breaks away
+    with pytest.warns(UserWarning, match="leaves the ring 0.01 mm from the axis .*: it sticks"):
+        stuck, touch = _left(PRINTED, SLOW, 0.01, 5.0)  # the contact gives way by more before the ring breaks away
     assert math.isclose(abs(stuck), 0.01, rel_tol=1e-9) and math.isclose(touch.travel, 0.01, rel_tol=1e-3)
+
+
+FAST_RIMS = [
+    (18.9, 89.5, 90.7, 7.3, 16.0, "gentle"),
+    (18.9, 89.5, 74.5, 8.6, 22.0, "gentle"),
+    (59.19, 61.0, 93.23, 5.2754, 30.8, "gentle"),
+    (18.9, 89.5, 100.0, 10.0, 40.0, "gentle"),
+]
+
+
+@pytest.mark.parametrize(("mass", "radius", "rpm", "offset", "speed", "shape"), FAST_RIMS)
+def test_push_that_cannot_reach_the_axis_is_refused(mass, radius, rpm, offset, speed, shape):
+    """The rim is faster than the tip: planned all the same, such pushes miss the axis by mm, one of them by 76 mm."""
+    problem = PRINTED.replace(mass=mass, radius=radius)
+    with pytest.raises(ValueError, match=f"must be lower for an offset of .*{speed:.4g} mm/s, which .* push faster"):
+        plan_push(problem, offset=offset, spindle_speed=units.rpm(rpm), push_speed=speed, shape=shape)
+
+
+def test_exact_push_for_which_the_rim_comes_first_is_refused():
+    place = {"offset": 6.3, "spindle_speed": units.rpm(62.0), "push_speed": 5.0}
+    with pytest.warns(UserWarning, match="rim is as fast as the tip"), pytest.raises(ValueError, match="the rim arrives before"):
+        plan_push(PRINTED, **place)
+
+
+@pytest.mark.parametrize(
+    ("mass", "rpm", "offset", "speed", "why"),
+    [(18.9, 100.0, 2.0, 3.0, "the rim is as fast as the tip"), (5.0, 40.1, 1.246, 45.03, "it is thrown beyond")],
+)
+def test_push_that_leaves_some_of_the_offset_says_how_much(mass, rpm, offset, speed, why):
+    with pytest.warns(UserWarning, match=why) as told:
+        push = plan_push(PRINTED.replace(mass=mass), offset=offset, spindle_speed=units.rpm(rpm), push_speed=speed)
+    left = float(re.search(r"leaves the ring (\S+) mm", str(told[0].message))[1])
+    assert 0.01 * offset < left < 0.1 * offset
+    assert math.isclose(push.arrival().offset, left, rel_tol=0.02)
 
 
 def test_push_is_drawn():
@@ -189,5 +225,5 @@ def test_bad_pushes_are_refused(arguments, message):
 
 
 def test_ring_pushed_from_its_side_is_refused():
-    with pytest.raises(ValueError, match=r"push_speed must be higher for an offset of 10 mm at spindle_speed = 20 rad/s"):
+    with pytest.raises(ValueError, match=r"spindle_speed must be lower for an offset of 10 mm .* has no push toward the axis"):
         plan_touch(PRINTED, offset=10.0, spindle_speed=20.0, push_speed=1.0)

@@ -7,6 +7,7 @@ speed off only at the rate mu_k g over the sliding speed, and the drift is about
 tip, or lags behind it, by its inertia, its friction and the table's centrifugal force. The exact push holds all of these.
 """
 
+import warnings
 from dataclasses import dataclass
 from functools import partial
 from math import cos, inf, isfinite, pi, sin, sqrt
@@ -20,7 +21,7 @@ from centering._push.direction_kernels import touch_back
 from centering._push.gentle import gentle_profile
 from centering._push.problem import CenteringProblem
 from centering._push.profile import TipProfile
-from centering._push.shooting import aimed, missed
+from centering._push.shooting import Aim, aimed, missed
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
@@ -28,6 +29,8 @@ DIRECTIONS = ("exact", "quasi-static", "contact", "end")
 SHAPES = ("trapezoid", "gentle")
 
 _ROUNDS = 3  # a gentle profile depends little on the angle: each round is one digit or more
+_FINE, _SHARE = 0.01, 0.1  # of the offset: what is told when it is left, and what is too much unless the ring sticks or is thrown
+_CLOSES, _STUCK = 2.0, 0.98  # times F_s/k: a ring nearer than that may stick; share of the offset that is left where it does
 _SLIVER = 1e-9  # s: what rounding leaves of a row
 
 
@@ -133,7 +136,9 @@ class _Task(NamedTuple):
             angle = self._angle(direction, forward(profile.segments))
             profile = self._profile(shape, self._travel(angle)) if gentle else profile
         if direction == "exact":
-            angle, longer = aimed(partial(self._missed, shape), angle, self.offset)
+            aim = aimed(partial(self._missed, shape), angle, self.offset)
+            self._tell(aim)
+            angle, longer = aim.angle, aim.longer
             profile = self._profile(shape, self._travel(angle), longer)
         return self._described(angle, longer, profile)
 
@@ -155,6 +160,24 @@ class _Task(NamedTuple):
         else:
             rows = after(_trapezoid(self.total + longer, self.push_speed, self.problem.limits.max_acceleration), travel + longer)
         return missed(self.problem.model, self.spindle_speed, self.offset, angle, rows, coarse)
+
+    def _tell(self, aim: Aim) -> None:
+        """Refuse a push that does not bring the ring near the axis; warn of one that leaves some, as it sticks or is thrown."""
+        d, left = self.offset, aim.left(self.offset)
+        if aim.solved or left <= max(_FINE * d, self.problem.tolerance):
+            return
+        model, along = self.problem.model, aim.missed[1]
+        overrun = self.spindle_speed * d >= self.push_speed  # the rim may come and go faster than the tip
+        sticks = along > _STUCK * d and d <= _CLOSES * model.breakaway_force / model.contact_stiffness
+        thrown = along < 0.0 and not overrun
+        where = f"for an offset of {d:.4g} mm at push_speed = {self.push_speed:.4g} mm/s"
+        if not (sticks or thrown or left <= _SHARE * d):
+            found = f"leaves {left:.3g} mm" if isfinite(left) else "has no push toward the axis"
+            rule = f"lower {where}, which {found}: the rim runs into the tip or away from it; slow the spindle or push faster"
+            raise checks.refuse("spindle_speed", rule, self.spindle_speed, "rad/s")
+        why = "it is thrown beyond, push slower" if thrown else "it chatters on the tip"
+        why = "the rim is as fast as the tip, slow the spindle or push faster" if overrun else "it sticks" if sticks else why
+        warnings.warn(f"the push leaves the ring {left:.3g} mm from the axis {where}: {why}", stacklevel=4)
 
     def _reach(self, angle: float) -> float:
         """Distance of the rim from where it is at an angle (rad, before alignment) to where it is on the axis, mm."""

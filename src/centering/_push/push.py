@@ -178,9 +178,9 @@ def plan_push(
     direction : {"exact", "quasi-static", "contact", "end"}
         What the push aims at. ``"exact"``: the ring, carried by the table, drifting and thrown by its inertia, comes to rest at
         the axis; the stroke ends before or beyond it by as much as the ring goes ahead of the tip or lags behind. Where no stroke
-        does (a ring that is thrown by more than its offset), it goes through the axis. ``"quasi-static"``: through the axis,
-        without inertia. ``"contact"``: alignment at first contact (Mears, chapter 7). ``"end"``:
-        alignment at the end, Mears (5.17).
+        does (a ring that is thrown by more than its offset), it goes through the axis, with a warning. ``"quasi-static"``:
+        through the axis, without inertia. ``"contact"``: alignment at first contact (Mears, chapter 7). ``"end"``: alignment at
+        the end, Mears (5.17).
     timing : {"exact", "printed"}
         ``"printed"``: times of Mears (5.13) to (5.16), which are too long.
     shape : {"trapezoid", "gentle"}
@@ -191,7 +191,14 @@ def plan_push(
     Raises
     ------
     ValueError
-        When a value is out of range, the table is too fast for the offset, or the rim would arrive before the push.
+        When a value is out of range, the table is too fast for the offset, the rim would arrive before the push, or no exact push
+        brings the ring near the axis: the rim is faster than the tip.
+
+    Warns
+    -----
+    UserWarning
+        When an exact push leaves more of the offset than 1 % and the tolerance, with how much: a ring that sticks is not moved,
+        one that is thrown goes beyond. `Push.arrival` tells where to.
 
     Examples
     --------

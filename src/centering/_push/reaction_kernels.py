@@ -31,8 +31,8 @@ _WORK, _FRICTION, _FLYING, _LEFT_AT = range(4)
 def push(parameters, segments, start, out, log):
     """Simulate a push; write what it gave into `out` and its phases into as many rows as `log` has, and return how it ended.
 
-    After the last segment a tip that does not advance keeps its speed until the part is at rest; a tip that does ends the push. What
-    is left of its speed by rounding is none. A part at rest that a receding tip still touches stays where it is, and is left there.
+    After the last segment a tip that does not advance keeps its speed until the part is at rest; a tip that does ends the push.
+    What is left of its speed by rounding is none. A part at rest that a receding tip still touches is left where it is.
 
     Parameters
     ----------

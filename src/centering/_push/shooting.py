@@ -2,8 +2,8 @@
 
 from cmath import exp, phase
 from functools import partial
-from math import cos, isfinite, nan, pi, sin, sqrt
-from typing import Protocol
+from math import cos, hypot, inf, isfinite, nan, pi, sin, sqrt, tan
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -77,27 +77,52 @@ def missed(model: PushModel, spindle_speed: float, offset: float, angle: float, 
     return np.array([phase(-moved), offset + moved.real])
 
 
-def aimed(miss: Miss, angle: float, offset: float) -> tuple[float, float]:
-    """Angle of first touch (rad) and lengthening of the stroke (mm) with which nothing is missed.
+class Aim(NamedTuple):
+    """Angle of first touch (rad), lengthening of the stroke (mm), what is missed with them (rad, mm); whether that is nothing."""
 
-    Found with coarse steps first. A ring that is thrown so far that no stroke does is aimed at the axis in its direction only.
+    angle: float
+    longer: float
+    missed: Floats
+    solved: bool
+
+    def left(self, offset: float) -> float:
+        """Distance from the axis at which the ring is left, mm; infinite where it is not pushed."""
+        astray, along = self.missed
+        return hypot(along, (offset - along) * tan(astray)) if abs(astray) < _ASTRAY else inf
+
+
+def aimed(miss: Miss, angle: float, offset: float) -> Aim:
+    """The push with which nothing is missed, found with coarse steps first; else of those tried the one that leaves least.
+
+    A ring that is thrown so far that no stroke does is aimed at the axis in its direction only.
     """
     x = np.array([angle, 0.0])
     for _ in range(_TURNS):
         x[0] -= min(max(miss(float(x[0]), 0.0, True)[0], -_MOST_FIRST), _MOST_FIRST)
-    found = _solved(miss, x, _inverse(miss, x, offset), offset) or _solved(miss, x, _USUAL, offset)
-    if found is None and (start := _thrown(miss, float(x[0]), offset)) is not None:
-        found = _solved(miss, start, _inverse(miss, start, offset), offset)
-    return (_directed(miss, angle), 0.0) if found is None else found
+    tried = [_solved(miss, x, _inverse(miss, x, offset), offset)]
+    if not tried[-1].solved:
+        tried.append(_solved(miss, x, _USUAL, offset))
+    if not tried[-1].solved and (start := _thrown(miss, float(x[0]), offset)) is not None:
+        tried.append(_solved(miss, start, _inverse(miss, start, offset), offset))
+    return tried[-1] if tried[-1].solved else _least(miss, angle, offset, tried)
 
 
-def _solved(miss: Miss, x: Floats, inverse: Floats, offset: float) -> tuple[float, float] | None:
-    """Angle (rad) and lengthening (mm) near some with which nothing is missed, with coarse steps and then fine ones."""
+def _least(miss: Miss, angle: float, offset: float, tried: list[Aim]) -> Aim:
+    """Of pushes that miss the one that leaves least: the one of unchanged stroke where others are no better."""
+    straight = _directed(miss, angle)
+    plain = Aim(straight, 0.0, miss(straight, 0.0, False), False)
+    sound = [one for one in tried if one.longer > -_MOST_TENTHS / _TENTHS * offset and isfinite(straight)]
+    best = min([plain, *sound], key=lambda one: one.left(offset))
+    return plain if plain.left(offset) <= best.left(offset) + _FAIR * offset else best
+
+
+def _solved(miss: Miss, x: Floats, inverse: Floats, offset: float) -> Aim:
+    """The push near some angle and lengthening that misses least, with coarse steps and then fine ones."""
     most, near = np.array([_MOST_TURN, _MOST_LONGER * offset]), np.array([_ROUGH, _ROUGH * offset])
     x, _, inverse = _broyden(partial(miss, coarse=True), x, inverse, near, most)
     x, f, _ = _broyden(partial(miss, coarse=False), x, inverse, np.array([_ANGLE, _PLACE]), most)
     near_enough = np.all(np.abs(f) <= (_FAIR, _FAIR * offset)) and x[1] > -_MOST_TENTHS / _TENTHS * offset
-    return (float(x[0]), float(x[1])) if near_enough else None
+    return Aim(float(x[0]), float(x[1]), f, bool(near_enough))
 
 
 def _thrown(miss: Miss, angle: float, offset: float) -> Floats | None:
