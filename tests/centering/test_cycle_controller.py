@@ -8,7 +8,9 @@ import pytest
 from cycle_twins import PlainStrategy
 
 import hwsim
+from centering._cycle import cycle_next
 from centering._cycle.controller import CenteringController
+from centering._cycle.cycle_launch import launch, preview
 from centering._cycle.settings import CycleSettings
 from centering._cycle.states import CycleState
 from centering._push.presets import preset
@@ -26,7 +28,34 @@ def log():
 def test_every_part_is_centred_and_said_to_be_so(log):
     assert np.all(log.outcome.finished == 1) and np.all(log.outcome.offset <= PROBLEM.tolerance)
     assert log.outcome.time.max() < 4.0 and log.outcome.pushes.max() <= 4
-    assert log.outcome.slipped.sum() == 0
+    assert log.outcome.slipped.sum() == 0 and log.outcome.collisions.sum() == 0
+
+
+def test_pushes_are_planned_in_full_only_when_they_are_soon_due(monkeypatch):
+    planned = []
+    monkeypatch.setattr(cycle_next, "launch", lambda *a: planned.append("full") or launch(*a))
+    monkeypatch.setattr(cycle_next, "preview", lambda *a: planned.append("rough") or preview(*a))
+    pushes = hwsim.run(MACHINE, CenteringController(PlainStrategy(PROBLEM)), parts=4, rng=0).outcome.pushes.sum()
+    assert pushes <= planned.count("full") <= 3 * pushes
+    assert planned.count("rough") <= 6 * pushes
+
+
+def test_the_slide_goes_on_backing_while_a_thrown_part_slides():
+    """A push that throws the part: between the end of its profile and the part's rest the slide does not stand."""
+
+    class Thrower(PlainStrategy):
+        def push(self, *, offset, friction, pushes):
+            return super().push(offset=offset, friction=friction, pushes=pushes)._replace(shape="trapezoid", push_speed=83.0)
+
+    machine = MACHINE.replace(start_offset=6.0).start(np.random.default_rng(1))
+    controller, told = CenteringController(Thrower(PROBLEM)), []
+    reading = machine.step({}, 0)
+    while not machine.done and len(told) < 3:
+        command = controller.step(**reading)
+        if controller.report()["pushes"] == 1.0 and reading["pushing"] < 0.5:
+            told.append(command.get("velocity", 0.0))
+        reading = machine.step(command, 10)
+    assert len(told) == 3 and max(told) < 0.0  # mm/s, away
 
 
 def test_measuring_begins_while_the_table_runs_up(log):
