@@ -31,6 +31,7 @@ SHAPES = ("trapezoid", "gentle")
 _ROUNDS = 3  # a gentle profile depends little on the angle: each round is one digit or more
 _FINE, _SHARE = 0.01, 0.1  # of the offset: what is told when it is left, and what is too much unless the ring sticks or is thrown
 _CLOSES, _STUCK = 2.0, 0.98  # times F_s/k: a ring nearer than that may stick; share of the offset that is left where it does
+_LOOKS, _NEAR = 400, 1e-6  # at a run-up, and mm: a rim that is ahead of the tip by more has met it
 _SLIVER = 1e-9  # s: what rounding leaves of a row
 
 
@@ -222,6 +223,7 @@ class _Task(NamedTuple):
         travel = reach + longer
         push = after(profile.segments, travel)
         time = float(forward(push)[:, 0].sum())
+        self._refuse_early(angle, rows, time)
         return Touch(
             angle=angle,
             time=time,
@@ -231,6 +233,21 @@ class _Task(NamedTuple):
             profile=profile_of(profile.segments, reach - self.total),
             push_profile=profile_of(push, 0.0),
         )
+
+    def _refuse_early(self, angle: float, rows: Floats, time: float) -> None:
+        """Refuse a push so slow that the rim meets the tip on its run-up, `time` (s) before whose end it shall be touched."""
+        ends = np.cumsum(rows[:, 0])
+        t = np.linspace(0.0, ends[-1] - time, _LOOKS)[:-1]
+        row = np.searchsorted(ends, t, side="right")
+        begins, moved = ends - rows[:, 0], (rows[:, 1] + 0.5 * rows[:, 2] * rows[:, 0]) * rows[:, 0]
+        into = t - begins[row]
+        gone = (np.cumsum(moved) - moved)[row] + (rows[row, 1] + 0.5 * rows[row, 2] * into) * into
+        turned = angle + self.spindle_speed * (ends[-1] - time - t)
+        across, r = self.offset * np.sin(turned), self.problem.model.part.radius
+        rim = self.offset * np.cos(turned) - across**2 / (r + np.sqrt(r * r - across**2))
+        if np.any(rim - (self.total - gone) > _NEAR):
+            rule = f"higher for an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
+            raise checks.refuse("push_speed", f"{rule}: the rim arrives before the push", self.push_speed, "mm/s")
 
 
 def _trapezoid(distance: float, speed: float, acceleration: float) -> Floats:
