@@ -98,7 +98,7 @@ def turning_profile(
     What `simulate_table_push` and `FrictionEstimator` must be given of a push on a table that turns. The table carries the part
     against the tip, so that it is pushed farther and faster than the slide moves, and throws it outward. Mears has neither. With
     c the centre, n the contact normal from the tip to it, J a quarter turn, u the slip on the table and u_n, u_t its shares along
-    n and across: the contact closes by s - u_n, s = -n . w J c - v n_x, and M du_n/dt = F_c - F_k u_n/|u| - k_v u_n
+    n and across: the contact closes by s - u_n, s = -n . w J c - v n_x, and ``M du_n/dt = F_c - F_k u_n/|u| - k_v u_n``
     + M w^2 c . n + M (w + dbeta/dt) u_t. Speed and loads are those along the way that the model goes in the plane, taken as
     linear and as constant over pieces of 0.02 rad or less. Left out: the part's way across the normal; the way along it is what
     is told. After the profile the tip stays where it is, or goes on leaving, until the part rests.
