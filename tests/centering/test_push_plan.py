@@ -120,6 +120,13 @@ def test_gentle_push_begins_at_first_touch(direction):
     assert math.isclose((push.profile.position(time) - push.profile.start).max(), push.stroke, abs_tol=1e-4)
 
 
+def test_correction_may_take_the_whole_run_up():
+    """As for a ring that slides on by most of its offset."""
+    far = SOURCE.replace(limits=LIMITS.replace(stroke_offset_max=5.0))
+    push = _at(far, offset=4.26, rpm=5.56, push_speed=60.5, direction="end", stroke_offset=-3.8)
+    assert push.fine == pytest.approx(0.96) and push.touch.run_up_time == pytest.approx(0.0, abs=1e-9)
+
+
 def test_gentle_push_is_gentle():
     gentle = _at(PRINTED, offset=5.0, push_speed=40.0, shape="gentle").simulate()
     hard = _at(PRINTED, offset=5.0, push_speed=40.0).simulate()
@@ -207,9 +214,30 @@ def test_push_that_leaves_some_of_the_offset_says_how_much(mass, rpm, offset, sp
 
 
 def test_push_is_drawn():
-    figure = _at(PRINTED).plot()
-    assert "distance from the axis (mm)" in figure.axes[0].get_ylabel()
-    assert "lead 33.64 deg" in repr(_at(PRINTED))
+    push = _at(PRINTED)
+    (axis,) = push.plot().axes
+    assert axis.get_ylabel() == "place on the push line [mm]" and axis.get_xlabel() == "time since the trigger [ms]"
+    lines = {line.get_label(): line.get_xydata() for line in axis.lines}
+    (place,) = lines["first touch"]
+    tip = lines["tip"]
+    assert np.interp(place[0], *tip.T) == pytest.approx(place[1], abs=1e-3)
+    assert tip[0, 1] - lines["rim, until it is touched"][0, 1] == pytest.approx(7.928, abs=1e-6)  # the gap that is followed with
+    told = {text.get_text() for text in axis.figure.legends[0].get_texts()}
+    assert told >= {*lines, "approach", "pause", "run-up", "push"}
+    assert axis.get_title().startswith("1 mm off the axis at 20 rpm: begin 33.64° before")
+    assert "lead 33.64 deg" in repr(push)
+
+
+def test_push_is_drawn_where_it_is_asked():
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    figure, axis = pyplot.subplots()
+    assert _at(PRINTED).plot(axis) is figure and axis.lines
+    pyplot.close(figure)
+
+
+def test_equal_plans_are_equal():
+    assert _at() == _at() and hash(_at()) == hash(_at()) and _at() != _at(offset=1.5)
+    assert _at().touch == _at().touch and _at().touch != _at(offset=1.5).touch
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from centering._push.problem import CenteringProblem
 from centering._push.profile import TipProfile
 from centering._push.shooting import Aim, aimed, missed
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 
 DIRECTIONS = ("exact", "quasi-static", "contact", "end")
@@ -36,7 +37,7 @@ _SLIVER = 1e-9  # s: what rounding leaves of a row
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Touch:
+class Touch(ByValue):
     """A push from its start near the rim: what the tip does, and where the ring is at first touch.
 
     Attributes
@@ -223,7 +224,8 @@ class _Task(NamedTuple):
         travel = reach + longer
         push = after(profile.segments, travel)
         time = float(forward(push)[:, 0].sum())
-        self._refuse_early(angle, rows, time)
+        if self.total > reach:  # else a correction has shortened the stroke by more than its run-up
+            self._refuse_early(angle, rows, time)
         return Touch(
             angle=angle,
             time=time,

@@ -17,13 +17,13 @@ from centering._push.timing import printed_time, rest_to_rest
 from centering._push.turning import turning_profile
 from centering._push.turning_trace import TablePushTrace, simulate_table_push
 from sdpgrind.base import checks
-from sdpgrind.base.extras import need
+from sdpgrind.base.arrays import ByValue
 
 _LEAST = 1e-9  # mm: no approach is left
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Push:
+class Push(ByValue):
     """A planned push: approach, pause, push. What the slide does begins at the trigger, `lead_angle` before alignment.
 
     Attributes
@@ -80,7 +80,8 @@ class Push:
         """Return what the model says of the push (mm, s, N): the part along the contact normal, Mears (5.26) and (5.27).
 
         The rim's own advance and the centrifugal force of the turning table count, see `turning_profile`. The tip stays where the
-        stroke ends. What the part slips across the normal is left out: positions fall short of the whole way by up to 2 % of it.
+        stroke ends. What the part slips across the normal is left out: positions fall short of the whole way by up to 2 % of it,
+        of short fast pushes at 100 rpm by up to 4 %.
 
         Parameters
         ----------
@@ -120,25 +121,20 @@ class Push:
         return arrival(told, self.problem.scatter, self.touch, self.offset, self.spindle_speed)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw distances of tip and rim from the axis (mm) over time (s), into the axes `ax` or a new figure; return the figure.
+        """Draw how far tip and rim are from the axis (mm) over time (ms), and the parts of the push; return the figure.
+
+        The rim is drawn until it is touched. Zero is where the rim of a ring on the axis is.
 
         Parameters
         ----------
         ax : matplotlib axes, optional
-            Where.
+            Where; by default in a new figure.
         """
-        if ax is None:
-            ax = need("matplotlib.pyplot", "plot").figure(figsize=(7, 4), layout="constrained").add_subplot()
-        r, touched = self.problem.model.part.radius, self.time - self.touch.time
-        time = np.linspace(0.0, self.profile.total_time, 501)
-        before = time[time <= touched]
-        angle = self.spindle_speed * before - self.lead_angle
-        rim = self.offset * np.cos(angle) + np.sqrt(r**2 - (self.offset * np.sin(angle)) ** 2)
-        ax.plot(time, r + self.stroke - (self.profile.position(time) - self.profile.start), label="tip")
-        ax.plot(before, rim, label="rim, until it is touched")
-        ax.set(xlabel="time since the trigger (s)", ylabel="distance from the axis (mm)")
-        ax.legend(frameon=False)
-        return ax.figure
+        from centering._push.push_picture import draw_push, new_axes  # the picture imports what it draws
+
+        axes = new_axes() if ax is None else ax
+        draw_push(self, axes)
+        return axes.figure
 
     def __repr__(self) -> str:
         return (
