@@ -411,13 +411,26 @@ def test_readings_that_no_friction_explains_count_for_nothing():
     assert (estimator.pushes, estimator.refused) == (0, 1)
     assert np.array_equal(estimator.estimate.value, FrictionEstimator(PROBLEM).estimate.value)
     assert estimator.estimate.status is Status.IMPOSSIBLE
-    assert estimator.estimate.message.startswith("no friction explains 1 of 1 pushes: look for bad readings")
+    assert estimator.estimate.message.startswith("no friction explains 1 of 1 pushes: look for a contact stiffness or damping")
     estimator.update(profile=HARD, **reading(HARD))
     assert estimator.estimate.message.startswith("1 push, 1 more explained by no friction")
     with pytest.raises(ValueError, match=r"^no friction explains 1 of 1 pushes"):
         identify_friction([{"profile": HARD, "peak_force": 400.0}], PROBLEM)
     found = identify_friction([{"profile": HARD, "peak_force": 400.0}], PROBLEM, throw=False)
     assert found.status is Status.IMPOSSIBLE
+
+
+def test_noise_takes_the_reading_of_nothing_below_zero():
+    """Every reading of a part that did not move is as good as one of 0."""
+    tap = TipProfile.move(0.005, 2.0, 2560.0)  # the contact gives way by more
+    estimates = []
+    for way in (-3e-4, 0.0, 3e-4):
+        estimator = FrictionEstimator(PROBLEM)
+        estimator.update(profile=tap, final_position=way, free_slide=way, peak_force=way)
+        estimator.update(profile=HARD, **reading(HARD))
+        estimates.append(estimator.estimate.value)
+    np.testing.assert_allclose(estimates[0], estimates[1], rtol=2e-3)
+    np.testing.assert_allclose(estimates[2], estimates[1], rtol=2e-3)
 
 
 SURE = PROBLEM.replace(scatter=PROBLEM.scatter.replace(friction_part_sd=0.0))
@@ -434,8 +447,13 @@ REFUSED = [
     (lambda: FrictionEstimator(PROBLEM, model_error=nan), ValueError, "model_error must be finite (relative); got nan"),
     (lambda: FrictionEstimator(PROBLEM, way_error=-0.1), ValueError, "way_error must be in [0, 1] (relative); got -0.1"),
     (lambda: FrictionEstimator(PROBLEM, ratio_sd=2.0), ValueError, "ratio_sd must be in [0, 1] (relative); got 2.0"),
-    (lambda: NEW.update(profile=HARD, peak_force=-1.0), ValueError, "peak_force must be in [0, 446] (N); got -1.0"),
-    (lambda: NEW.update(profile=HARD, peak_force=500.0), ValueError, "peak_force must be in [0, 446] (N); got 500.0"),
+    (lambda: NEW.update(profile=HARD, peak_force=-3.0), ValueError, "peak_force must be in [-2.5, 446] (N); got -3.0"),
+    (lambda: NEW.update(profile=HARD, peak_force=500.0), ValueError, "peak_force must be in [-2.5, 446] (N); got 500.0"),
+    (
+        lambda: FrictionEstimator(PROBLEM, position_sd=1e-3).update(profile=HARD, final_position=-0.006),
+        ValueError,
+        "final_position must be in [-0.005, 1000] (mm); got -0.006",
+    ),
     (lambda: NEW.update(profile=HARD, free_slide=float("inf")), ValueError, "free_slide must be finite (mm); got inf"),
     (
         lambda: NEW.update(profile=HARD, peak_force=nan),

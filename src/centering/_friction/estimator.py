@@ -20,6 +20,8 @@ from sdpgrind.identify import Estimate, Status
 NAMES = ("mu_static", "mu_kinetic")
 _OFF = 25.0
 """Squared standard deviations by which readings may be off at the nearest friction, before they are refused."""
+_BELOW = 5.0
+"""Standard deviations by which a reading may be below 0."""
 _TOLD = 0.5
 """Perfectly read pushes, from whose worth on a value counts as learned."""
 
@@ -31,7 +33,9 @@ class FrictionEstimator:
     read are compared with what each predicts. The friction of a part persists; what a push meets scatters about it by
     `PushScatter.friction_push_sd`, both coefficients together, so that n pushes tell a part's friction no better than to
     that over sqrt(n). Where what is predicted jumps from friction to friction (stick and slip), it counts for less. Errors of the
-    model are taken as independent from push to push; what persists of them becomes part of the friction found.
+    model are taken as independent from push to push; what persists of them becomes part of the friction found. So does a contact
+    that is not the one of the problem: with a stiffness 20 % off, 12 to 17 of 60 parts are called impossible; with one 20 % below
+    the true one, 95 % intervals of mu_kinetic hold 55 to 58 %. Measure the contact first (`contact_stiffness`).
 
     What tells what: the peak force of a slow push tells mu_static of a heavy part, up to a few mm/s (above, speed times contact
     damping and stiffness make the force); the way that a part slides free after a fast push or a hard stop tells mu_kinetic. Of a
@@ -139,9 +143,10 @@ class FrictionEstimator:
         Raises
         ------
         ValueError, TypeError
-            Without a profile or any reading, or for one that is below 0, infinite, or beyond the range of the sensor, 446 N.
+            Without a profile or any reading, or for one that is below 0 by more than 5 of its standard deviations, infinite, or
+            beyond the range of the sensor, 446 N. Noise may take the reading of nothing a little below 0.
         """
-        path, read = _readings(trace, profile, peak_force, free_slide, final_position)
+        path, read = _readings(self._sd, trace, profile, peak_force, free_slide, final_position)
         farthest = float(path.position(np.cumsum(path.duration)).max())
         noise_sd = np.hypot(self._sd, [0.0, 0.0, self._way_error * farthest])
         likely, off = likelihood(self._belief, self._problem.model, path, read, noise_sd, (self._error, farthest))
@@ -171,8 +176,9 @@ class FrictionEstimator:
         """How far the pushes have told the friction, in a word and in a sentence."""
         if self._refused > self._pushes:
             return Status.IMPOSSIBLE, (
-                f"no friction explains {self._refused} of {self._refused + self._pushes} pushes: look for bad readings, a wrong"
-                " unit or profile, or a part that is not the one of the problem"
+                f"no friction explains {self._refused} of {self._refused + self._pushes} pushes: look for a contact stiffness or"
+                " damping that is not the machine's, bad readings, a wrong unit or profile, or a part that is not the one of the"
+                " problem"
             )
         if not self._pushes:
             return Status.UNDETERMINED, "no pushes yet: what was expected"
@@ -262,7 +268,7 @@ def _pushes(data: Any) -> list[Any]:
     return list(data)
 
 
-def _readings(trace: PushTrace | None, profile: TipProfile | None, *given: float | None) -> tuple[TipProfile, Floats]:
+def _readings(sd: Floats, trace: PushTrace | None, profile: TipProfile | None, *given: float | None) -> tuple[TipProfile, Floats]:
     """The tip's way, and (peak force, free slide, final position), NaN for what was not read."""
     if trace is not None:
         checks.kind("trace", trace, PushTrace)
@@ -270,7 +276,7 @@ def _readings(trace: PushTrace | None, profile: TipProfile | None, *given: float
         shown = trace.peak_force, trace.free_slide, trace.final_position
         given = tuple(own if other is None else other for own, other in zip(shown, given, strict=True))
     path = checks.kind("profile", profile, TipProfile, ", how the tip moved")
-    read = np.array([_reading(*each) for each in zip(_READ, given, strict=True)])
+    read = np.array([_reading(*each) for each in zip(_READ, sd.tolist(), given, strict=True)])
     if not np.isfinite(read).any():
         raise ValueError(f"at least one of {', '.join(name for name, _, _ in _READ)} must be given; got none")
     return path, read
@@ -279,9 +285,9 @@ def _readings(trace: PushTrace | None, profile: TipProfile | None, *given: float
 _READ = (("peak_force", "N", SENSOR_RANGE), ("free_slide", "mm", 1e3), ("final_position", "mm", 1e3))
 
 
-def _reading(kind: tuple[str, str, float], value: float | None) -> float:
+def _reading(kind: tuple[str, str, float], sd: float, value: float | None) -> float:
     """A reading; NaN where there is none."""
     name, unit, most = kind
     if value is None or value != value:
         return nan
-    return checks.within(name, value, 0.0, most, unit)
+    return checks.within(name, value, -_BELOW * sd, most, unit)
