@@ -57,6 +57,15 @@ def test_replace_reaches_the_part_through_the_problem():
         PRINTED.replace(mu_kinetc=0.1)
 
 
+def test_replace_reaches_limits_and_scatter():
+    changed = PRINTED.replace(slide_speed_max=90.0, stop_sd=0.001, mass=5.0)
+    assert changed.limits == PRINTED.limits.replace(slide_speed_max=90.0) and changed.model == PRINTED.model.replace(mass=5.0)
+    assert changed.scatter == PRINTED.scatter.replace(stop_sd=0.001)
+    both = r"approach_speed and push_speed_max must be <= slide_speed_max = 60; lower both \(mm/s\); got 83\.3"
+    with pytest.raises(ValueError, match=both):
+        PRINTED.replace(slide_speed_max=60.0)
+
+
 def test_note_of_the_quantum_has_the_numbers():
     assert "7.72 um" in PRINTED.quantum_note and "2.5 um" in PRINTED.quantum_note
     assert PRINTED.replace(mass=0.8).quantum_note == ""
@@ -109,7 +118,10 @@ def test_equal_coefficients_are_warned_of():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: CenteringLimits(approach_speed=130.0), r"approach_speed must be <= slide_speed_max = 120 \(mm/s\); got 130.0"),
+        (
+            lambda: CenteringLimits(approach_speed=130.0),
+            r"approach_speed must be <= slide_speed_max = 120; lower it \(mm/s\); got 130.0",
+        ),
         (lambda: CenteringLimits(max_acceleration=0.0), r"max_acceleration must be > 0 \(mm/s\^2\); got 0.0"),
         (lambda: CenteringLimits(settle_time=-1.0), r"settle_time must be >= 0 \(s\); got -1.0"),
         (lambda: PushScatter(friction_part_sd=1.5), r"friction_part_sd must be in \[0, 1\) \(relative\); got 1.5"),

@@ -1,8 +1,12 @@
 """`replace` of models and problems: their own fields, and those of the model inside, however deep."""
 
+import dataclasses
+from typing import ClassVar
+
 import pytest
 
 from sdpgrind import units, weldbead
+from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead import passes
 
 P1 = weldbead.preset("P1")
@@ -45,3 +49,35 @@ def test_what_has_no_model_says_so():
 def test_a_value_that_is_none_is_refused_by_its_owner():
     with pytest.raises(ValueError, match=r"specific_energy must be > 0 \(J/mm\^3\); got -1\.0"):
         PASS.replace(specific_energy=-1.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Wheel(Frozen):
+    width: float
+    mass: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Cart(Frozen):
+    model: Wheel
+    limits: Wheel | None
+    load: P1.model.__class__
+    _inside: ClassVar[tuple[str, ...]] = ("model", "limits", "load")
+
+
+CART = Cart(Wheel(2.0), None, P1.model)
+
+
+def test_several_things_inside_are_reached_together():
+    changed = CART.replace(width=3.0, specific_energy=12.0, mass=4.0)
+    assert changed == Cart(Wheel(3.0, 4.0), None, P1.model.replace(specific_energy=12.0))
+    assert CART.replace(model=Wheel(9.0), mass=5.0).model == Wheel(9.0, 5.0)
+    with pytest.raises(ValueError, match=r"Cart has no field 'specific_enrgy'; is specific_energy meant\?"):
+        CART.replace(specific_enrgy=1.0)
+
+
+def test_what_is_in_two_of_them_is_refused():
+    both = CART.replace(limits=Wheel(1.0))
+    with pytest.raises(ValueError, match="Cart has 'width' in model and in limits; replace the one that is meant"):
+        both.replace(width=3.0)
+    assert both.replace(limits=both.limits.replace(width=3.0)).limits.width == 3.0

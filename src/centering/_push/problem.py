@@ -78,9 +78,11 @@ class CenteringLimits(Frozen):
     stroke_offset_max: float = 0.5
 
     def __post_init__(self) -> None:
-        for name in _SPEEDS:
-            if checks.positive(name, getattr(self, name), "mm/s") > self.slide_speed_max:
-                raise checks.refuse(name, f"<= slide_speed_max = {self.slide_speed_max:g}", getattr(self, name), "mm/s")
+        speeds = {name: checks.positive(name, getattr(self, name), "mm/s") for name in _SPEEDS}
+        fast = {name: speed for name, speed in speeds.items() if speed > self.slide_speed_max}
+        if fast:
+            rule = f"<= slide_speed_max = {self.slide_speed_max:g}; lower {'it' if len(fast) == 1 else 'both'}"
+            raise checks.refuse(" and ".join(fast), rule, max(fast.values()), "mm/s")
         for name, unit in _OTHERS.items():
             checks.positive(name, getattr(self, name), unit)
         checks.nonnegative("settle_time", self.settle_time, "s")
@@ -145,7 +147,7 @@ class CenteringProblem(Frozen):
     Parameters
     ----------
     model : PushModel
-        Part, contact and friction; `replace` takes its fields too, and those of its part.
+        Part, contact and friction; `replace` takes its fields too, and those of its part, of limits and scatter.
     limits : CenteringLimits
         Of slide, table and controller.
     scatter : PushScatter
@@ -168,6 +170,8 @@ class CenteringProblem(Frozen):
     >>> problem = preset("printed").replace(mass=0.8, tolerance=0.005)
     >>> problem.model.part.mass, problem.tolerance, problem.quantum_note
     (0.8, 0.005, '')
+    >>> problem.replace(spindle_acceleration_max=5.0, stop_sd=0.001).limits.spindle_acceleration_max  # rad/s^2
+    5.0
     """
 
     model: PushModel
@@ -176,7 +180,7 @@ class CenteringProblem(Frozen):
     tolerance: float = 0.0025
     offset_max: float = 10.0
     pushes_max: int = 60
-    _inside: ClassVar[str] = "model"
+    _inside: ClassVar[tuple[str, ...]] = ("model", "limits", "scatter")
 
     def __post_init__(self) -> None:
         checks.kind("model", self.model, PushModel)

@@ -1,4 +1,4 @@
-"""Models and problems are frozen dataclasses; `replace` makes a changed copy and knows the fields of the model inside."""
+"""Models and problems are frozen dataclasses; `replace` makes a changed copy and knows the fields of what is inside."""
 
 import dataclasses
 import difflib
@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Self
 class Frozen:
     """Base of frozen dataclasses with ``replace``."""
 
-    _inside: ClassVar[str] = "model"
-    """The field whose own fields `replace` takes too."""
+    _inside: ClassVar[str | tuple[str, ...]] = "model"
+    """The field, or fields, whose own fields `replace` takes too."""
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
@@ -17,19 +17,20 @@ class Frozen:
         Parameters
         ----------
         **changes
-            Fields of this object, in their own units; where it has a ``model`` (or a ``disc``), the fields in it too.
+            Fields of this object, in their own units; where it has a ``model`` (or a ``disc``, ``limits``), the fields in it too.
 
         Raises
         ------
         ValueError
-            When a name is a field of neither.
+            When a name is a field of none, or of several things inside.
         """
         own = _fields(self)
         further = {name: changes.pop(name) for name in list(changes) if name not in own}
         if further:
-            inside: Any = changes.get(self._inside, getattr(self, self._inside, None))
-            _refuse_unknown(type(self).__name__, further, own | _all_fields(inside))
-            changes[self._inside] = inside.replace(**further)
+            inside: dict[str, Any] = {name: changes.get(name, getattr(self, name, None)) for name in _inside(self)}
+            _refuse_unknown(type(self).__name__, further, own.union(*map(_all_fields, inside.values())))
+            for home, named in _by_home(type(self).__name__, further, inside).items():
+                changes[home] = inside[home].replace(**named)
         thing: Any = self  # a dataclass, which this base cannot promise
         changed: Self = dataclasses.replace(thing, **changes)
         return changed
@@ -39,10 +40,25 @@ def _fields(thing: Any) -> set[str]:
     return {field.name for field in dataclasses.fields(thing)} if dataclasses.is_dataclass(thing) else set()
 
 
+def _inside(thing: Any) -> tuple[str, ...]:
+    names: str | tuple[str, ...] = getattr(thing, "_inside", ())
+    return (names,) if isinstance(names, str) else names
+
+
 def _all_fields(thing: Any) -> set[str]:
     """Names that `replace` of an object takes."""
-    further = getattr(thing, getattr(thing, "_inside", ""), None)
-    return _fields(thing) | (_all_fields(further) if further is not None else set())
+    return _fields(thing).union(*(_all_fields(getattr(thing, name, None)) for name in _inside(thing)))
+
+
+def _by_home(owner: str, names: dict[str, Any], inside: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Changes by the thing inside that each belongs to."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, value in names.items():
+        homes = [home for home, thing in inside.items() if name in _all_fields(thing)]
+        if len(homes) > 1:
+            raise ValueError(f"{owner} has {name!r} in {' and in '.join(homes)}; replace the one that is meant")
+        found.setdefault(homes[0], {})[name] = value
+    return found
 
 
 def _refuse_unknown(owner: str, names: dict[str, Any], known: set[str]) -> None:
