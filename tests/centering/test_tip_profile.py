@@ -173,3 +173,15 @@ def test_a_retract_makes_the_smallest_jump_small():
     drawn = slow.then(TipProfile.move(-0.5, 100.0, 2560.0))
     assert 1e3 * simulate_push(model, held).final_position > 10.0
     assert 1e3 * simulate_push(model, drawn).final_position < 5.0
+
+
+@pytest.mark.parametrize(
+    ("mass", "speed", "least", "most"), [(0.8, 40.0, 0.0, 0.0), (18.9, 10.0, 3e-3, 7e-3), (18.9, 40.0, 0.2, 0.3)]
+)
+def test_a_heavy_part_leaves_a_gentle_tip_for_a_moment(mass, speed, least, most):
+    """As far as it says, before the tip is drawn back; in whole periods it does not."""
+    model = preset("printed").model.replace(mass=mass)
+    slides = [simulate_push(model, gentle_profile(model, d, speed)).free_slide for d in (1.0, 3.0, 5.0, 10.0)]
+    assert least <= max(slides) <= most
+    whole = gentle_profile(model, 5.0, speed, whole_periods=True)
+    assert simulate_push(model, whole).free_slide < 1e-3
