@@ -105,3 +105,10 @@ def test_there_is_one_pair_of_speeds(speed, spin):
 def test_bad_values_are_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+@pytest.mark.parametrize(("distance", "turn"), [(1e-9, 1.0), (1e-6, 1.0), (1e-4, 2.0), (5.0, 1e-12), (50.0, 1e-7), (1e-3, -0.5)])
+def test_launch_of_nearly_pure_motions_is_that_of_the_slide(distance, turn):
+    launch = launch_for(MODEL, distance=distance, turn=turn)
+    slide = slide_to_rest(MODEL, speed=launch.speed, spin=launch.spin)
+    assert slide.distance == pytest.approx(distance, rel=1e-6) and slide.turn == pytest.approx(turn, rel=1e-6)

@@ -105,6 +105,7 @@ def plan_touch(
     >>> round(touch.angle * 180 / 3.141592653589793, 3), round(touch.travel, 5), round(touch.run_up, 5)  # deg, mm, mm
     (5.925, 0.9946, 0.5054)
     """
+    checks.kind("problem", problem, CenteringProblem)
     w, d = checks.positive("spindle_speed", spindle_speed, "rad/s"), checks.positive("offset", offset, "mm")
     if d >= problem.model.part.radius:
         raise checks.refuse("offset", f"< the radius of the part = {problem.model.part.radius:g}", d, "mm")

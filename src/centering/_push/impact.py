@@ -52,6 +52,7 @@ def sliding_speed(model: PushModel, distance: float) -> float:
     >>> round(sliding_speed(model.replace(viscous_coefficient=0.0), 0.1), 5), round(sliding_speed(model, 0.1), 5)  # mm/s
     (17.15255, 17.50708)
     """
+    checks.kind("model", model, PushModel)
     d = checks.nonnegative("distance", distance, "mm")
     coulomb = sqrt(2.0 * model.mu_kinetic * GRAVITY * d)
     if _viscous(model, coulomb).distance >= d:  # nothing viscous, or less than rounding
@@ -87,6 +88,7 @@ def free_slide(model: PushModel, speed: float) -> FreeSlide:
     >>> round(free_slide(model, 40.0).distance, 6), round(free_slide(model.replace(viscous_coefficient=0.0), 40.0).distance, 6)
     (0.496718, 0.543829)
     """
+    checks.kind("model", model, PushModel)
     return _viscous(model, checks.nonnegative("speed", speed, "mm/s"))
 
 
@@ -115,6 +117,7 @@ def energy_balance_speed(problem: CenteringProblem, distance: float, *, slide_ma
     >>> round(energy_balance_speed(preset("printed"), 0.1) * 60, 2)  # mm/min; the source says 3700
     556.3
     """
+    checks.kind("problem", problem, CenteringProblem)
     model, d = problem.model, checks.nonnegative("distance", distance, "mm")
     ratio = 0.0 if slide_mass == inf else model.part.mass / checks.positive("slide_mass", slide_mass, "kg")
     hit = sqrt(2.0 * model.mu_kinetic * GRAVITY * d) * (1.0 + ratio) / (1.0 + model.restitution)

@@ -185,6 +185,7 @@ def spindle_speed_limit(
     >>> limit.reason, round(limit.value * 60 / (2 * pi), 2), round(limit.all["slide_speed"], 3)  # rpm, rad/s
     ('slide_speed', 44.14, 4.622)
     """
+    checks.kind("problem", problem, CenteringProblem)
     d, r = _offset(offset, problem.model.part.radius)
     limits = problem.limits
     turn = 2.0 * pi / (checks.count("samples_per_turn", samples_per_turn) * limits.sample_time)
@@ -241,6 +242,7 @@ def spindle_acceleration_limit(problem: CenteringProblem, *, offset: float, spin
     >>> round(spindle_acceleration_limit(problem, offset=10.0, spindle_speed=10.0), 3)
     16.457
     """
+    checks.kind("problem", problem, CenteringProblem)
     d, r = _offset(offset, problem.model.part.radius)
     w, most = checks.nonnegative("spindle_speed", spindle_speed, "rad/s"), problem.model.mu_static * GRAVITY
     if w * w * d >= most:

@@ -117,7 +117,7 @@ class Push(ByValue):
         >>> there.offset < 0.001, there.sd.round(4)  # mm; the direction scatters by 1.5 deg
         (True, array([0.0036, 0.0262]))
         """
-        told = self.problem.model if model is None else model
+        told = self.problem.model if model is None else checks.kind("model", model, PushModel)
         return arrival(told, self.problem.scatter, self.touch, self.offset, self.spindle_speed)
 
     def plot(self, ax: Any = None) -> Any:

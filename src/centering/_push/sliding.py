@@ -119,6 +119,7 @@ def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> Slide:
     >>> round(slide_to_rest(model, speed=100.0, spin=2.0).distance, 4)  # spin takes friction from the slide, mm
     8.732
     """
+    checks.kind("model", model, PushModel)
     v, w = checks.nonnegative("speed", speed, "mm/s"), checks.number("spin", spin, "rad/s")
     braking, r = model.mu_kinetic * GRAVITY, model.part.radius
     rim = abs(w) * r
@@ -154,6 +155,7 @@ def launch_for(model: PushModel, *, distance: float, turn: float) -> Launch:
     >>> round(slide.distance, 9), round(slide.turn, 9)
     (5.0, 0.05)
     """
+    checks.kind("model", model, PushModel)
     x, theta = checks.nonnegative("distance", distance, "mm"), checks.number("turn", turn, "rad")
     braking, r = model.mu_kinetic * GRAVITY, model.part.radius
     along = abs(theta) * r
@@ -167,7 +169,9 @@ def launch_for(model: PushModel, *, distance: float, turn: float) -> Launch:
     angle = float(brentq(off, _EDGE, pi / 2 - _EDGE, xtol=1e-14)) if off(_EDGE) < 0 < off(pi / 2 - _EDGE) else _nearest(x, along)
     far, turned, _ = _unit_slide(cos(angle), sin(angle))
     size = (braking * hypot(x, along) / hypot(far, turned)) ** 0.5
-    return Launch(size * cos(angle), float(np.sign(theta)) * size * sin(angle) / r)
+    less = x * turned / (far * along)  # than the root gives, of a motion that is small and goes as its speed
+    v, s = (cos(angle) * less, sin(angle)) if x < along else (cos(angle), sin(angle) / less)
+    return Launch(size * v, float(np.sign(theta)) * size * s / r)
 
 
 def _nearest(x: float, along: float) -> float:

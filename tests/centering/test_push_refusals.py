@@ -1,0 +1,40 @@
+"""What is no problem or no model is refused by name, at every door."""
+
+import pytest
+
+from centering._push.direction import plan_touch
+from centering._push.gentle import gentle_profile
+from centering._push.impact import energy_balance_speed, free_slide, sliding_speed
+from centering._push.limits import spindle_acceleration_limit, spindle_speed_limit
+from centering._push.presets import preset
+from centering._push.push import plan_push
+from centering._push.sliding import launch_for, slide_to_rest
+
+PROBLEMS = [
+    lambda: spindle_speed_limit(5, offset=1.0),
+    lambda: spindle_acceleration_limit(5, offset=1.0, spindle_speed=1.0),
+    lambda: energy_balance_speed(5, 1.0),
+    lambda: plan_touch(5, offset=1.0, spindle_speed=1.0, push_speed=1.0),
+    lambda: plan_push(5, offset=1.0, spindle_speed=1.0, push_speed=1.0),
+]
+MODELS = [
+    lambda: sliding_speed(5, 1.0),
+    lambda: free_slide(5, 1.0),
+    lambda: slide_to_rest(5, speed=1.0, spin=1.0),
+    lambda: launch_for(5, distance=1.0, turn=1.0),
+    lambda: gentle_profile(5, 1.0, 1.0),
+    lambda: plan_push(preset("printed"), offset=1.0, spindle_speed=1.0, push_speed=10.0).arrival(5),
+    lambda: plan_push(preset("printed"), offset=1.0, spindle_speed=1.0, push_speed=10.0).simulate(5),
+]
+
+
+@pytest.mark.parametrize("call", PROBLEMS)
+def test_what_is_no_problem_is_refused(call):
+    with pytest.raises(TypeError, match=r"^problem must be a CenteringProblem; got 5$"):
+        call()
+
+
+@pytest.mark.parametrize("call", MODELS)
+def test_what_is_no_model_is_refused(call):
+    with pytest.raises(TypeError, match=r"^model must be a PushModel; got 5$"):
+        call()
