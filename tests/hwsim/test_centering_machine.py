@@ -325,6 +325,13 @@ def test_a_cycle_is_closed(log):
     assert out.offset.units == "mm" and out.worst_response.units == "s"
 
 
+def test_parts_begin_within_the_greatest_offset_of_the_problem():
+    machine = CenteringMachine(problem(offset_max=0.5))
+    first = [abs(complex(*machine.start(np.random.default_rng(k))._state[[slots.X, slots.Y]])) for k in range(50)]
+    assert 0.05 <= min(first) < 0.1 and 0.45 < max(first) <= 0.5
+    assert CenteringMachine(problem(), start_offset=10.0)._offsets == (10.0, 10.0)
+
+
 def test_it_fits_and_is_drawn(log):
     assert hwsim.check(CenteringMachine(problem()), Follower())
     pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -415,7 +422,8 @@ def test_a_controller_for_another_machine_is_refused(changed):
     ("options", "error", "message"),
     [
         ({"problem": 3}, TypeError, r"problem must be a CenteringProblem \(see centering\.preset\); got 3"),
-        ({"start_offset": 90.0}, ValueError, r"start_offset\[0\] must be < the radius of the part = 89\.5 \(mm\); got 90\.0"),
+        ({"start_offset": 90.0}, ValueError, r"start_offset must be <= offset_max = 10 \(mm\); got 90\.0"),
+        ({"start_offset": (1.0, 15.0)}, ValueError, r"start_offset must be <= offset_max = 10 \(mm\); got \(1\.0, 15\.0\)"),
         ({"start_offset": (3.0, 2.0)}, ValueError, r"start_offset must be of a least and a greatest \(mm\); got \(3\.0, 2\.0\)"),
         ({"start_offset": (3.0, nan)}, ValueError, r"start_offset\[1\] must be finite \(mm\); got nan"),
         ({"start_offset": (3.0,)}, ValueError, r"start_offset must be a number or a pair of them \(mm\)"),

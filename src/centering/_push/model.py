@@ -16,6 +16,16 @@ GRAVITY = 9807.0
 
 _NEWTON = 1e-3  # N s^2/mm of a kg
 
+# What no ring and no tip reaches, in the library's units, and what was meant then.
+_HEAVIEST, _STIFFEST, _ROUGHEST = 500.0, 2e5, 2.0
+
+
+def below(name: str, value: float, most: float, unit: str, hint: str) -> float:
+    """Return a number; one so large that it smells of another unit is refused with the way to write it."""
+    if value >= most:
+        raise checks.refuse(name, f"< {most:g}; {hint}", value, unit)
+    return value
+
 
 @stored("centering.part")
 @dataclasses.dataclass(frozen=True)
@@ -32,7 +42,7 @@ class Part(Frozen):
     Raises
     ------
     ValueError
-        When a value is not > 0.
+        When a value is not > 0, or a mass smells of grams.
 
     Examples
     --------
@@ -44,7 +54,7 @@ class Part(Frozen):
     radius: float
 
     def __post_init__(self) -> None:
-        checks.positive("mass", self.mass, "kg")
+        below("mass", checks.positive("mass", self.mass, "kg"), _HEAVIEST, "kg", "grams/1000")
         checks.positive("radius", self.radius, "mm")
 
 
@@ -74,7 +84,7 @@ class PushModel(Frozen):
     Raises
     ------
     ValueError
-        When a value is out of range; mu_static must be >= mu_kinetic, and where they are equal a warning tells that nothing
+        When a value is out of range or smells of another unit; mu_static must be >= mu_kinetic, and where they are equal a warning tells that nothing
         sticks.
 
     Examples
@@ -97,15 +107,16 @@ class PushModel(Frozen):
 
     def __post_init__(self) -> None:
         checks.kind("part", self.part, Part)
-        checks.positive("contact_stiffness", self.contact_stiffness, "N/mm")
+        stiffness = checks.positive("contact_stiffness", self.contact_stiffness, "N/mm")
+        below("contact_stiffness", stiffness, _STIFFEST, "N/mm", "N/m over 1000")
         checks.nonnegative("contact_damping", self.contact_damping, "N s/mm")
-        checks.positive("mu_kinetic", self.mu_kinetic, "1")
+        below("mu_kinetic", checks.positive("mu_kinetic", self.mu_kinetic, "1"), _ROUGHEST, "1", "percent/100")
         checks.nonnegative("viscous_coefficient", self.viscous_coefficient, "N s/mm")
         checks.within("restitution", self.restitution, 0.0, 1.0, "1")
         self._check_static()
 
     def _check_static(self) -> None:
-        checks.positive("mu_static", self.mu_static, "1")
+        below("mu_static", checks.positive("mu_static", self.mu_static, "1"), _ROUGHEST, "1", "percent/100")
         if self.mu_static < self.mu_kinetic:
             raise checks.refuse("mu_static", f">= mu_kinetic = {self.mu_kinetic:g}", self.mu_static, "1")
         if self.mu_static == self.mu_kinetic:

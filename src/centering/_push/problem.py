@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from math import inf, isfinite
 from typing import ClassVar, Self
 
-from centering._push.model import PushModel
+from centering._push.model import PushModel, below
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
@@ -24,6 +24,23 @@ _OTHERS = {
     "sample_time": "s",
     "stroke_offset_max": "mm",
 }
+# What no machine reaches: number, unit, what was meant then.
+_TOO_MUCH = {
+    "slide_speed_max": (2000.0, "mm/s", "mm/min over 60"),
+    "settle_time": (5.0, "s", "ms/1000"),
+    "safety": (100.0, "mm", "units.um(...) for micrometres"),
+    "follow_gap": (200.0, "mm", "units.um(...) for micrometres"),
+    "spindle_speed_max": (30.0, "rad/s", "units.rpm(...) for rev/min"),
+    "sample_time": (1.0, "s", "ms/1000"),
+    "stroke_offset_max": (50.0, "mm", "units.um(...) for micrometres"),
+}
+_SLOWEST = 20.0  # mm/s^2
+_SCATTERED = {
+    "direction_sd": (0.3, "rad", "units.deg(...) for degrees"),
+    "stop_sd": (0.1, "mm", "units.um(...) for micrometres"),
+    "measuring_sd": (0.1, "mm", "units.um(...) for micrometres"),
+}
+_COARSEST = 0.1  # of the greatest offset: a ring that is centred to that needs no push
 
 
 @stored("centering.limits")
@@ -57,7 +74,7 @@ class CenteringLimits(Frozen):
     Raises
     ------
     ValueError
-        When a value is not > 0 (settle_time: < 0), or a speed is above slide_speed_max.
+        When a value is not > 0 (settle_time: < 0), a speed is above slide_speed_max, or a value smells of another unit.
 
     Examples
     --------
@@ -86,6 +103,10 @@ class CenteringLimits(Frozen):
         for name, unit in _OTHERS.items():
             checks.positive(name, getattr(self, name), unit)
         checks.nonnegative("settle_time", self.settle_time, "s")
+        for name, (most, unit, hint) in _TOO_MUCH.items():
+            below(name, getattr(self, name), most, unit, hint)
+        if self.max_acceleration <= _SLOWEST:
+            raise checks.refuse("max_acceleration", f"> {_SLOWEST:g}; 1000 times m/s^2", self.max_acceleration, "mm/s^2")
 
 
 @stored("centering.scatter")
@@ -107,7 +128,7 @@ class PushScatter(Frozen):
     Raises
     ------
     ValueError
-        When a value is < 0, or a relative one is >= 1.
+        When a value is < 0 or smells of another unit, or a relative one is >= 1.
 
     Examples
     --------
@@ -125,8 +146,8 @@ class PushScatter(Frozen):
         for name in ("friction_part_sd", "friction_push_sd"):
             if checks.nonnegative(name, getattr(self, name), "relative") >= 1:
                 raise checks.refuse(name, "in [0, 1)", getattr(self, name), "relative")
-        for name, unit in {"direction_sd": "rad", "stop_sd": "mm", "measuring_sd": "mm"}.items():
-            checks.nonnegative(name, getattr(self, name), unit)
+        for name, (most, unit, hint) in _SCATTERED.items():
+            below(name, checks.nonnegative(name, getattr(self, name), unit), most, unit, hint)
 
 
 _MACHINE = {
@@ -153,7 +174,7 @@ class CenteringProblem(Frozen):
     scatter : PushScatter
         How much pushes differ.
     tolerance : float
-        Offset at which a part is centred, mm.
+        Offset at which a part is centred, mm; below a tenth of offset_max.
     offset_max : float
         Greatest offset that a part begins with, mm; smaller than its radius.
     pushes_max : int
@@ -162,7 +183,7 @@ class CenteringProblem(Frozen):
     Raises
     ------
     ValueError
-        When a value is out of range.
+        When a value is out of range, or smells of another unit.
 
     Examples
     --------
@@ -188,8 +209,10 @@ class CenteringProblem(Frozen):
         checks.kind("scatter", self.scatter, PushScatter)
         checks.positive("tolerance", self.tolerance, "mm")
         checks.count("pushes_max", self.pushes_max)
-        if checks.positive("offset_max", self.offset_max, "mm") <= self.tolerance:
-            raise checks.refuse("offset_max", f"> tolerance = {self.tolerance:g}", self.offset_max, "mm")
+        coarsest = _COARSEST * checks.positive("offset_max", self.offset_max, "mm")
+        if self.tolerance >= coarsest:
+            rule = f"< a tenth of offset_max, {coarsest:g}; units.um(...) for micrometres"
+            raise checks.refuse("tolerance", rule, self.tolerance, "mm")
         if self.offset_max >= self.model.part.radius:
             raise checks.refuse("offset_max", f"< the radius of the part = {self.model.part.radius:g}", self.offset_max, "mm")
 

@@ -29,6 +29,7 @@ _FORCE_MAX = 446.0  # N
 _FORCE_QUANTUM = 2 * _FORCE_MAX / 4096  # N: 12 bits of the sensor's range
 _FINENESS = 0.08  # of the contact's own times sqrt(M/k) and M/b
 _LONGEST_STEP = 5e-4  # s
+_NEAREST = 0.1  # of the greatest offset: where parts begin, if nobody says
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,9 @@ class CenteringMachine(Frozen):
         What part and friction really are, or a function of a Generator that draws it. None: the problem's own model.
     ring : Ring, optional
         The ring as it lies at first, its form included, rather than a place by `start_offset`; its radius is that of the part.
-    start_offset : tuple or float
-        Offset at the start, mm: uniform between two, or always the same; its direction is uniform.
+    start_offset : tuple or float, optional
+        Offset at the start, mm: uniform between two, or always the same; at most ``problem.offset_max``. None: from a tenth of
+        that on. Its direction is uniform.
     scatter : PushScatter, optional
         How much parts and pushes differ; None: that of the problem.
     errors : ProbeErrors, optional
@@ -109,7 +111,7 @@ class CenteringMachine(Frozen):
     _: KW_ONLY
     truth: Truth = None
     ring: Ring | None = None
-    start_offset: tuple[float, float] | float = (1.0, 10.0)
+    start_offset: tuple[float, float] | float | None = None
     scatter: PushScatter | None = None
     errors: ProbeErrors | None = field(default_factory=lambda: ProbeErrors(noise_sd=0.0, runout=0.0))
     scheduler: Scheduler | None = field(default_factory=source_tasks)
@@ -142,11 +144,12 @@ class CenteringMachine(Frozen):
         self._check_start()
 
     def _check_start(self) -> None:
-        """Where the ring lies at first: about the axis."""
-        radius = self.problem.model.part.radius
+        """Where the ring lies at first: no further from the axis than a controller plans for."""
+        radius, most = self.problem.model.part.radius, self.problem.offset_max
         for name, offset in zip(("start_offset[0]", "start_offset[1]"), self._offsets, strict=True):
-            if checks.nonnegative(name, offset, "mm") >= radius:
-                raise checks.refuse(name, f"< the radius of the part = {radius:g}", offset, "mm")
+            checks.nonnegative(name, offset, "mm")
+        if max(self._offsets) > most:
+            raise checks.refuse("start_offset", f"<= offset_max = {most:g}", self.start_offset, "mm")
         if self._offsets[0] > self._offsets[1]:
             raise checks.refuse("start_offset", "of a least and a greatest", self.start_offset, "mm")
         if self.ring is not None and checks.kind("ring", self.ring, Ring, " or None").radius != radius:
@@ -154,6 +157,8 @@ class CenteringMachine(Frozen):
 
     @property
     def _offsets(self) -> tuple[float, float]:
+        if self.start_offset is None:
+            return _NEAREST * self.problem.offset_max, self.problem.offset_max
         if isinstance(self.start_offset, tuple | list):
             if len(self.start_offset) != 2:
                 raise checks.refuse("start_offset", "a number or a pair of them", self.start_offset, "mm")
