@@ -22,10 +22,9 @@ def gentle_profile(
     """Return a push after which the part rests near the tip's stop: slow until it breaks away, stopped below mu_k g, drawn back.
 
     The tip moves at 1 mm/s until the contact has closed by 1.12 F_s/k, gains speed at 0.5 mu_k g and stops at 0.7 mu_k g. A slide
-    that stops harder than mu_k g throws the part off. A part of 0.8 kg stays on the tip. A heavy one swings on the contact after each
-    change of acceleration, and may leave the tip for a moment: 18.9 kg of the printed preset by up to 0.006 mm at 10 mm/s, 0.08
-    at 20, 0.29 at 40, while the tip gains speed or brakes. In whole periods it stays, where there
-    is room for them.
+    that stops harder than mu_k g throws the part off. A part of 0.8 kg stays on the tip. A heavy one swings on the contact after
+    each change of acceleration, and may leave the tip for a moment while that gains speed or brakes: 18.9 kg of the printed
+    preset by up to 0.006 mm at 10 mm/s, 0.08 at 20, 0.29 at 40. In whole periods it stays, where there is room for them.
 
     Parameters
     ----------
