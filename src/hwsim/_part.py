@@ -187,6 +187,7 @@ def _table(tier: Tier, clock: Clock) -> dict[str, Column]:
 
 def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
     """Columns of a command; of whole tables (motions) the number of rows, as they would stand in every row, and a digest."""
+    values = [as_table(value) for value in values]
     tables = [isinstance(value, np.ndarray) and value.ndim == 2 for value in values]
     entries = [len(value) if table else value for value, table in zip(values, tables, strict=True)]
     columns = {command_column(name): column(entries)}
@@ -194,6 +195,13 @@ def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
         told = [digest(value) if table else nan for value, table in zip(values, tables, strict=True)]
         columns[command_column(digest_name(name))] = column(told)
     return columns
+
+
+def as_table(value: Any) -> Any:
+    """A motion as an array of rows, whether it came as one, as rows in a list or as what has them as its ``segments``."""
+    value = getattr(value, "segments", value)
+    rows = isinstance(value, list | tuple) and all(isinstance(row, list | tuple | np.ndarray) for row in value)
+    return np.array(value, dtype=float).reshape(len(value), -1) if rows and value else value
 
 
 def digest(table: npt.NDArray[Any]) -> float:

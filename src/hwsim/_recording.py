@@ -9,7 +9,7 @@ import numpy as np
 
 from hwsim._clock import Clock, common_tick, exact, simplest
 from hwsim._log import Log
-from hwsim._part import Column, digest, digest_name
+from hwsim._part import Column, as_table, digest, digest_name
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 
@@ -194,7 +194,7 @@ class _Replay:
 
     def _compare(self, command: Mapping[str, Any]) -> None:
         recorded: Mapping[str, Any] = self._instants[self._at].commands if self._here else {}
-        given = {name.removesuffix(_COMMAND): value for name, value in command.items()}
+        given = {name.removesuffix(_COMMAND): as_table(value) for name, value in command.items()}
         self._steps += bool(recorded or given)
         tables = {digest_name(name): digest(value) for name, value in given.items() if _is_table(value)}
         given |= {name: value for name, value in tables.items() if name in recorded}

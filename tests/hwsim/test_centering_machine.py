@@ -12,7 +12,7 @@ from centering_fakes import RADIUS, STILL, Follower, at, center, constant, exact
 from scipy.integrate import solve_ivp
 
 import hwsim
-from centering import PrintedController
+from centering import PrintedController, TipProfile
 from centering._geometry.curve import circle_reading
 from hwsim._log import same
 from hwsim._recording import Recording
@@ -330,6 +330,33 @@ def test_parts_begin_within_the_greatest_offset_of_the_problem():
     first = [abs(complex(*machine.start(np.random.default_rng(k))._state[[slots.X, slots.Y]])) for k in range(50)]
     assert 0.05 <= min(first) < 0.1 and 0.45 < max(first) <= 0.5
     assert CenteringMachine(problem(), start_offset=10.0)._offsets == (10.0, 10.0)
+
+
+class Otherwise(Follower):
+    """Sends its profile as something else than an array."""
+
+    def __init__(self, made):
+        super().__init__()
+        self.of = made
+
+    def step(self, **read):
+        command = super().step(**read)
+        return command | {"profile": self.of(command["profile"])} if "profile" in command else command
+
+
+@pytest.mark.parametrize("made", [np.ndarray.tolist, lambda rows: TipProfile(*rows.T)], ids=["list", "TipProfile"])
+def test_a_profile_may_be_a_list_or_a_tip_profile_and_is_logged_like_an_array(log, made):
+    other = hwsim.run(CenteringMachine(problem(mass=0.8)), Otherwise(made), parts=3, rng=7)
+    np.testing.assert_array_equal(other["push"].profile_command, log["push"].profile_command)
+    np.testing.assert_array_equal(other["push"].profile_digest_command, log["push"].profile_digest_command)
+    np.testing.assert_array_equal(other.outcome.center_x, log.outcome.center_x)
+    assert hwsim.run(Recording(log), Otherwise(made)).outcome.same.item() == 1.0
+
+
+def test_what_a_controller_needs_to_know_of_a_late_slide():
+    assert CenteringMachine(problem()).following_lag == 0.0
+    late = CenteringMachine(problem(), gain_scheduling=False)
+    assert late.following_lag == lag_time(18.9) and late.replace(mass=0.8).following_lag == lag_time(0.8)
 
 
 def test_it_fits_and_is_drawn(log):

@@ -43,7 +43,7 @@ class CenteringMachine(Frozen):
     Slide and probe together are the reading.
 
     Taken: ``velocity`` of the slide (mm/s, toward the axis; greater ones are cut), ``profile`` of its motion toward the axis
-    (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2) that begins at ``profile_angle`` (rad), inside
+    (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2, or a `centering.TipProfile`) that begins at ``profile_angle`` (rad), inside
     a tick, or at once where none is given or it has passed; a profile that waits is replaced by another, or taken back by one of
     no rows, and one that comes while another runs is dropped. A profile is one of speeds: a slide that goes otherwise when it
     begins, or where its speed jumps, joins it at ``max_acceleration``, and the way that it gains or loses meanwhile stays.
@@ -87,7 +87,8 @@ class CenteringMachine(Frozen):
         From the tip of the pusher to the rim at the start, mm; None: the problem's follow_gap.
     gain_scheduling : bool
         The gains of the drive go with the load, so that a slide that pushes follows without delay. False: it follows late, by a
-        time constant that is calibrated to the source's Table 3.2: 0.24 ms with 0.8 kg, 2.49 ms with 18.9 kg, linear in mass.
+        time constant that is calibrated to the source's Table 3.2: 0.24 ms with 0.8 kg, 2.49 ms with 18.9 kg, linear in mass;
+        tell a controller: ``CycleSettings(following_lag=machine.following_lag)``.
     tick : float
         In which time is counted, s.
     time_max : float
@@ -202,6 +203,11 @@ class CenteringMachine(Frozen):
     def job(self) -> Mapping[str, object]:
         """Part (kg, mm), tolerance (mm) and limits (mm/s, rad/s) of the problem; `truth` may differ, as nobody knows it."""
         return self.problem.job
+
+    @property
+    def following_lag(self) -> float:
+        """How late a slide that pushes the part of the problem follows, s, Mears, Table 3.2; 0 with gain_scheduling."""
+        return 0.0 if self.gain_scheduling else lag_time(self.problem.model.part.mass)
 
     def with_tick(self, tick: float) -> Self:
         """Return the same plant with another tick.

@@ -226,8 +226,8 @@ class CenteringPart:
 
 
 def _checked(profile: Any, cell: Floats) -> Floats:
-    """A profile that the slide can do, as rows."""
-    rows = checks.finite_array("profile", profile, "s, mm/s, mm/s^2")
+    """A profile that the slide can do, as rows; it may come as what has them as its ``segments``."""
+    rows = checks.finite_array("profile", getattr(profile, "segments", profile), "s, mm/s, mm/s^2")
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise checks.refuse("profile", f"of shape (n, 3): {_PROFILE}", rows.shape)
     if not len(rows):
