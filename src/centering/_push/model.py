@@ -84,8 +84,8 @@ class PushModel(Frozen):
     Raises
     ------
     ValueError
-        When a value is out of range or smells of another unit; mu_static must be >= mu_kinetic, and where they are equal a warning tells that nothing
-        sticks.
+        When a value is out of range or smells of another unit; mu_static must be >= mu_kinetic, and where they are equal a
+        warning tells that nothing sticks.
 
     Examples
     --------
