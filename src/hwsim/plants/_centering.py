@@ -43,10 +43,11 @@ class CenteringMachine(Frozen):
     Slide and probe together are the reading.
 
     Taken: ``velocity`` of the slide (mm/s, toward the axis; greater ones are cut), ``profile`` of its motion toward the axis
-    (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2, or a `centering.TipProfile`) that begins at ``profile_angle`` (rad), inside
-    a tick, or at once where none is given or it has passed; a profile that waits is replaced by another, or taken back by one of
-    no rows, and one that comes while another runs is dropped. A profile is one of speeds: a slide that goes otherwise when it
-    begins, or where its speed jumps, joins it at ``max_acceleration``, and the way that it gains or loses meanwhile stays.
+    (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2, or a `centering.TipProfile`) that begins at
+    ``profile_angle`` (rad), inside a tick, or at once where none is given or it has passed; a profile that waits is replaced
+    by another, or taken back by one of no rows, and one that comes while another runs is dropped. A profile is one of speeds:
+    a slide that goes otherwise when it begins, or where its speed jumps, joins it at ``max_acceleration``, and the way that it
+    gains or loses meanwhile stays.
     ``spindle_speed`` (rad/s) is reached at limited acceleration.
     ``retract`` ends the part, given up unless ``finished`` is commanded; so does ``finished`` alone.
 
