@@ -6,6 +6,7 @@ from cycle_twins import PlainStrategy
 
 import hwsim
 from centering._cycle.printed_controller import PrintedController
+from centering._cycle.printed_planner import PrintedPlanner
 from centering._push.free_slide import free_slide_table
 from centering._push.impact import energy_balance_speed
 from centering._push.presets import preset
@@ -83,6 +84,8 @@ def test_constant_push_speed_and_reset():
     [
         ({"spindle_speed": 0.0}, "spindle_speed must be > 0 .rad/s."),
         ({"push_speed": -1.0}, "push_speed must be > 0 .mm/s."),
+        ({"push_speed": 600.0}, r"push_speed must be <= push_speed_max = 83.3333 \(mm/s\); got 600"),
+        ({"spindle_speed": 1000.0}, r"spindle_speed must be <= spindle_speed_max = 10.472 \(rad/s\); got 1000"),
         ({"timing": "mine"}, "timing must be one of printed, exact"),
     ],
 )
@@ -94,3 +97,42 @@ def test_bad_input(arguments, message):
 def test_what_has_no_speeds():
     with pytest.raises(TypeError, match="scheduled must be a strategy"):
         PrintedController(PROBLEM, scheduled=3.0)
+
+
+@pytest.mark.parametrize("offset", [7.0, 9.0, 10.0])
+def test_a_slide_that_lags_behind_the_rim_still_gets_its_push_away(offset):
+    """The rim comes at the greatest speed that a table is scheduled for: gap and trigger are not those of a slide that keeps up."""
+    problem = PROBLEM.replace(radius=61.95)
+    controller = PrintedController(problem, scheduled=PlainStrategy(problem), timing="exact")
+    log = hwsim.run(CenteringMachine(problem, start_offset=offset, time_max=4.0), controller, parts=3, rng=1)
+    assert log.outcome.pushes.values.min() >= 1
+
+
+def test_a_push_from_a_slide_that_stands_begins_where_it_stands():
+    """Two ways: the gap at the trigger follows from the lead here, the approach from the room there."""
+    planner = PrintedPlanner(PROBLEM, None, "printed")
+    for offset, room in ((6.0, 4.0), (2.0, 0.6), (0.01, 7.0)):
+        planner.plan_from(offset, room, 4.0)
+        assert planner.push.rough == pytest.approx(room - PROBLEM.limits.safety, abs=1e-9)
+
+
+def test_a_table_that_was_slowed_for_one_push_is_fast_again_after_it():
+    planner = PrintedPlanner(PROBLEM, None, "printed")
+    planner.plan(10.0, 1.0, 9.0)
+    assert planner.push is None and planner.slower < 1.0
+    controller = PrintedController(PROBLEM)
+    machine = MACHINE.replace(start_offset=3.0).start(np.random.default_rng(1))
+    reading, seen = machine.step({}, 0), []
+    controller._planner.slower = 0.5
+    while not machine.done and controller.report()["pushes"] < 1:
+        command = controller.step(**reading)
+        seen.append(command.get("spindle_speed"))
+        reading = machine.step(command, 10)
+    assert seen[0] == pytest.approx(0.5 * units.rpm(30)) and controller._planner.slower == 1.0
+
+
+def test_only_what_a_slower_table_cures_is_taken_for_that():
+    planner = PrintedPlanner(PROBLEM, 100.0, "printed")
+    with pytest.raises(ValueError, match="push_speed must be <= push_speed_max"):
+        planner.plan(3.0, 8.0, 3.0)
+    assert planner.slower == 1.0

@@ -195,7 +195,7 @@ def _stop(share, text):
         ({"spindle_speed": -1.0}, r"spindle_speed must be > 0 \(rad/s\); got -1.0"),
         ({"spindle_speed": "fast"}, "spindle_speed must be one of"),
         ({"spindle_speed": float("nan")}, "spindle_speed must be"),
-        ({"tolerance": 0.0}, r"tolerance must be > 0 \(mm\)"),
+        ({"spindle_speed": 1e4}, r"spindle_speed must be <= spindle_speed_max = 10.472 \(rad/s\); got 10000"),
     ],
 )
 def test_bad_input_is_refused(arguments, message):

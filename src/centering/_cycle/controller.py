@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import hypot, isfinite
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from centering._cycle.cycle_base import Command, CycleBase
 from centering._cycle.cycle_launch import Approach, run_up
@@ -71,60 +71,22 @@ class CenteringController(CycleBase):
         chosen = settings or CycleSettings()
         self._view = PartView(strategy.problem.model.part.radius, chosen)
         self._learner = PartLearner(strategy)
-        self._next = NextPush(strategy, chosen.following_lag)
+        self._coming = NextPush(strategy, chosen.following_lag)
         super().__init__(strategy.problem, settings, gains)
 
     def _begin(self) -> None:
         super()._begin()
         self._view.reset()
         self._learner.reset()
-        self._next.forget()
+        self._coming.forget()
         self._expected = self.problem.offset_max  # offset, mm, while there is no estimate
         self._pushed_aim = 0.0  # of the last push, mm
         self._rest_angle = 0.0  # of the table, from which on the part is at rest again
 
-    def reset(self) -> None:
-        """Forget the part before."""
-        self._begin()
-
-    def step(
-        self,
-        *,
-        time: float,
-        angle: float,
-        slide: float,
-        probe: float,
-        force: float = 0.0,
-        spindle_speed: float = 0.0,
-        pushing: float = 0.0,
-        **others: Any,
-    ) -> Command:
-        """Return what slide and table shall do until the next sample.
-
-        Parameters
-        ----------
-        time, angle : float
-            s; of the table, rad, turns counted.
-        slide, probe : float
-            mm, both positive away from the axis; together where the rim is on the push line. A probe that touches nothing: NaN.
-        force : float
-            Of the tip, N.
-        spindle_speed : float
-            Of the table, rad/s.
-        pushing : float
-            1 while a profile runs.
-        **others
-            Whatever else the machine measures; not used.
-        """
-        if self._state.over:
-            return self._last
-        self._sense(time, angle, slide, probe, spindle_speed)
-        trouble = self._trouble(force, pushing > 0.5)
-        if trouble is not None:
-            return self._end(trouble)
+    def _next(self, pushing: bool) -> Command:
         if self._state is CycleState.PUSH:
-            return self._pushing(pushing > 0.5)
-        if self._state is CycleState.WAIT and (pushing > 0.5 or self._table.angle >= self._next.trigger):
+            return self._pushing(pushing)
+        if self._state is CycleState.WAIT and (pushing or self._table.angle >= self._coming.trigger):
             return self._begin_push()
         return self._measuring()
 
@@ -134,9 +96,9 @@ class CenteringController(CycleBase):
         told = {"state": float(self._state), "friction": self._learner.friction, "pushes": float(self._pushes)}
         if view.known:
             told |= {"offset": view.offset, "offset_angle": view.offset_angle, "band": view.band}
-        launch = self._next.launch
-        if launch is not None and isfinite(self._next.trigger):
-            told |= {"lead_angle": launch.lead, "trigger_angle": self._next.trigger}
+        launch = self._coming.launch
+        if launch is not None and isfinite(self._coming.trigger):
+            told |= {"lead_angle": launch.lead, "trigger_angle": self._coming.trigger}
         return told
 
     # ---- measuring ------------------------------------------------------------------------------------------------
@@ -180,7 +142,7 @@ class CenteringController(CycleBase):
 
     def _room(self) -> float:
         """Between the tip that waits and the furthest that the rim comes, mm: what the run-up needs, and what is not known."""
-        choice = self._next.choice
+        choice = self._coming.choice
         need = run_up(choice.push_speed, self.problem.limits) if choice is not None else self.settings.margin
         unsure = 4.0 * self._view.sd if self._view.known else 0.0
         return max(need, 0.3 * self.settings.margin) + min(unsure, self.settings.margin)
@@ -193,11 +155,11 @@ class CenteringController(CycleBase):
 
     def _choose(self, offset: float) -> ChosenPush:
         """What the strategy does at an offset."""
-        return self._next.ask(offset, self._learner.friction, self._learner.evidence)
+        return self._coming.ask(offset, self._learner.friction, self._learner.evidence)
 
     def _prepare(self) -> Command:
         """Choose and plan the push; stop the slide in time; send the push when it is due."""
-        view, table, coming = self._view, self._table, self._next
+        view, table, coming = self._view, self._table, self._coming
         ready = self._good_enough()
         if ready:
             self._learner.see(view)
@@ -234,18 +196,18 @@ class CenteringController(CycleBase):
     def _send(self, choice: ChosenPush, speed: float) -> Command:
         """Send the push with the latest estimate."""
         self._view.look()
-        push = self._next.finish_plan(choice, self._start(speed), self._learner.friction)
-        self._next.set_trigger(self._aim_angle(), self._table)
-        if self._table.time_to(self._next.trigger) > _FREEZE * self.period:  # it has just been missed
+        push = self._coming.finish_plan(choice, self._start(speed), self._learner.friction)
+        self._coming.set_trigger(self._aim_angle(), self._table)
+        if self._table.time_to(self._coming.trigger) > _FREEZE * self.period:  # it has just been missed
             return {}
         self._state = CycleState.WAIT
-        return {"profile": push.rows, "profile_angle": self._next.trigger}
+        return {"profile": push.rows, "profile_angle": self._coming.trigger}
 
     # ---- the push and after ---------------------------------------------------------------------------------------
 
     def _begin_push(self) -> Command:
         """Note where the part was, and forget it."""
-        push, choice = self._next.launch, self._next.choice
+        push, choice = self._coming.launch, self._coming.choice
         if push is None or choice is None:
             raise RuntimeError("a push began that was not planned")
         self._state = CycleState.PUSH
@@ -254,7 +216,7 @@ class CenteringController(CycleBase):
         self._pushed_aim = choice.aim
         speed = max(self._table.set_point, 1e-6)
         thrown = 0.0 if choice.shape == "gentle" else 2.0 * choice.push_speed / (self.problem.model.mu_kinetic * GRAVITY)
-        self._rest_angle = self._next.trigger + speed * (push.stop_time + thrown + self.period)
+        self._rest_angle = self._coming.trigger + speed * (push.stop_time + thrown + self.period)
         self._view.moved()
         return {}
 
@@ -266,7 +228,7 @@ class CenteringController(CycleBase):
             self._view.take(self._table.angle, self._reading)
         if runs:
             return {}
-        self._next.forget()
+        self._coming.forget()
         self._state = CycleState.COLLECT
         self._follower.reset()
         return self._measuring_after()

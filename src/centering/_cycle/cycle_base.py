@@ -1,5 +1,6 @@
 """What both controllers share: senses, errors, the way in, the stand-off of the slide."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from math import isfinite
 from typing import Any, ClassVar
@@ -14,7 +15,7 @@ from sdpgrind.base import checks
 Command = dict[str, Any]
 
 
-class CycleBase:
+class CycleBase(ABC):
     """Senses, errors, approach and stand-off of a cycle; what to do with the part the controllers decide."""
 
     tier: ClassVar[str] = "control"
@@ -63,13 +64,58 @@ class CycleBase:
         self._seen = 0.0  # time of the last reading
         self._tip = float("nan")  # pusher tip from the axis
         self._velocity = 0.0  # of the slide, as commanded
+        self._moving = 0.0
         self._last: Command = {}
         self._table.reset()
         self._follower.reset()
 
+    def reset(self) -> None:
+        """Forget the part before."""
+        self._begin()
+
+    def step(
+        self,
+        *,
+        time: float,
+        angle: float,
+        slide: float,
+        probe: float,
+        force: float = 0.0,
+        spindle_speed: float = 0.0,
+        pushing: float = 0.0,
+        **others: Any,
+    ) -> Command:
+        """Return what slide and table shall do until the next sample.
+
+        Parameters
+        ----------
+        time, angle : float
+            s; of the table, rad, turns counted.
+        slide, probe : float
+            mm, both positive away from the axis; together where the rim is on the push line. A probe that touches nothing: NaN.
+        force : float
+            Of the tip, N.
+        spindle_speed : float
+            Of the table, rad/s.
+        pushing : float
+            1 while a profile runs.
+        **others
+            Whatever else the machine measures; not used.
+        """
+        if self._state.over:
+            return self._last
+        self._sense(time, angle, slide, probe, spindle_speed)
+        trouble = self._trouble(force, pushing > 0.5)
+        return self._next(pushing > 0.5) if trouble is None else self._end(trouble)
+
+    @abstractmethod
+    def _next(self, pushing: bool) -> Command:
+        """What to do with a part that is well; `pushing`: a profile runs."""
+
     def _sense(self, time: float, angle: float, slide: float, probe: float, spindle_speed: float) -> None:
         """Take in what was measured."""
         self._table.see(time, angle, spindle_speed)
+        self._moving = self._velocity  # as it was told at the sample before
         self._tip = slide + self.settings.probe_closed
         self._reading = slide + probe
         if isfinite(self._reading):

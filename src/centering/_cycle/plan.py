@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from centering._cycle.outcomes import PushKind, default_kinds, simulated
+from centering._cycle.settings import limited
 from centering._cycle.strategy import Strategy
 from centering._cycle.strategy_moves import FRACTIONS, Ground, Size, finish_offset, moves, offset_axis
 from centering._cycle.strategy_timing import CycleTiming, table_speeds
@@ -27,7 +28,6 @@ def plan(
     problem: CenteringProblem,
     *,
     spindle_speed: str | float = "scheduled",
-    tolerance: float | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Strategy:
@@ -39,8 +39,6 @@ def plan(
         Part, machine, scatter of the pushes, tolerance.
     spindle_speed : "scheduled" or float
         Table speed, rad/s: the fastest that the offset allows, or a fixed one (less where the offset does not allow it).
-    tolerance : float, optional
-        Offset at which a part is centred, mm; that of the problem by default.
     executor : concurrent.futures.Executor, optional
         Where to simulate pushes and to evaluate them; the result does not depend on it.
     progress : callable(share, text), optional
@@ -54,7 +52,7 @@ def plan(
     Raises
     ------
     ValueError
-        When `spindle_speed` is no speed > 0, or the tolerance is not > 0.
+        When `spindle_speed` is no speed > 0, or more than `CenteringLimits.spindle_speed_max`.
 
     Warns
     -----
@@ -71,9 +69,7 @@ def plan(
     if isinstance(spindle_speed, str):
         checks.one_of("spindle_speed", spindle_speed, ("scheduled",))
     else:
-        checks.positive("spindle_speed", spindle_speed, "rad/s")
-    if tolerance is not None:
-        problem = problem.replace(tolerance=tolerance)
+        limited("spindle_speed", spindle_speed, "spindle_speed_max", problem.limits, "rad/s")
     if problem.quantum_note:
         warnings.warn(problem.quantum_note, stacklevel=2)
     tell = progress if progress is not None else TerminalLine()

@@ -1,23 +1,25 @@
 """The source's own strategy: energy balance, free sliding taken off, one correction carried along; for comparison."""
 
 from collections.abc import Mapping
-from math import atan2, ceil, cos, hypot, isfinite, nan, pi
-from typing import Any, ClassVar, Protocol
+from math import atan2, ceil, copysign, hypot, isfinite, nan, pi
+from typing import ClassVar, Protocol
 
 from centering._cycle.correction import travelled
 from centering._cycle.cycle_base import Command, CycleBase
 from centering._cycle.cycle_view import PrintedPlace
 from centering._cycle.following import FollowingGains
 from centering._cycle.printed_planner import PrintedPlanner
-from centering._cycle.settings import CycleSettings
+from centering._cycle.settings import CycleSettings, limited
 from centering._cycle.states import CycleState
 from centering._push.problem import CenteringProblem
+from centering._push.push import Push
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.checks import one_of
 
 _TURN = 2.0 * pi
-_LATEST, _EARLIEST, _FREEZE = 1.3, 2.7, 4.0  # samples before: a profile can still be sent; is sent; the slide is stopped
+# Samples before a push: it can still be sent; is sent; the slide is stopped; it is planned from where the slide is.
+_LATEST, _EARLIEST, _FREEZE, _NEAR = 1.3, 2.7, 6.0, 14.0
 _EVERY = 3  # readings between two looks at the model: 5 degrees at the source's speed are 4
 _BLIND = 0.11  # s after a push until the probe follows again
 _SLOWEST_TABLE = 0.1  # rad/s
@@ -92,9 +94,9 @@ class PrintedController(CycleBase):
         settings: CycleSettings | None = None,
         gains: FollowingGains | None = None,
     ) -> None:
-        checks.kind("problem", problem, CenteringProblem)
-        self.spindle_speed = checks.positive("spindle_speed", spindle_speed, "rad/s")
-        self.push_speed = None if push_speed is None else checks.positive("push_speed", push_speed, "mm/s")
+        limits = checks.kind("problem", problem, CenteringProblem).limits
+        self.spindle_speed = limited("spindle_speed", spindle_speed, "spindle_speed_max", limits, "rad/s")
+        self.push_speed = None if push_speed is None else limited("push_speed", push_speed, "push_speed_max", limits, "mm/s")
         self.scheduled = scheduled if scheduled is None else checks.able("scheduled", scheduled, "a strategy", "speed")
         self.timing = one_of("timing", timing, ("printed", "exact"))
         self._planner = PrintedPlanner(problem, self.push_speed, self.timing)
@@ -109,6 +111,7 @@ class PrintedController(CycleBase):
         self._nearest = nan  # least gap in the last push, mm
         self._trigger = nan
         self._again = 0.0  # time from which on is measured
+        self._held = False  # whether the slide was stopped for the push
         self._anew()
 
     def _anew(self) -> None:
@@ -117,47 +120,9 @@ class PrintedController(CycleBase):
         self._samples, self._first = 0, nan
         self._offset = self._angle = self._radius = nan
 
-    def reset(self) -> None:
-        """Forget the part before."""
-        self._begin()
-
-    def step(
-        self,
-        *,
-        time: float,
-        angle: float,
-        slide: float,
-        probe: float,
-        force: float = 0.0,
-        spindle_speed: float = 0.0,
-        pushing: float = 0.0,
-        **others: Any,
-    ) -> Command:
-        """Return what slide and table shall do until the next sample.
-
-        Parameters
-        ----------
-        time, angle : float
-            s; of the table, rad, turns counted.
-        slide, probe : float
-            mm, both positive away from the axis; together where the rim is on the push line. A probe that touches nothing: NaN.
-        force : float
-            Of the tip, N.
-        spindle_speed : float
-            Of the table, rad/s.
-        pushing : float
-            1 while a profile runs.
-        **others
-            Whatever else the machine measures; not used.
-        """
-        if self._state.over:
-            return self._last
-        self._sense(time, angle, slide, probe, spindle_speed)
-        trouble = self._trouble(force, pushing > 0.5)
-        if trouble is not None:
-            return self._end(trouble)
-        if self._state in (CycleState.PUSH, CycleState.WAIT) and (pushing > 0.5 or self._state is CycleState.PUSH):
-            return self._pushing(pushing > 0.5)
+    def _next(self, pushing: bool) -> Command:
+        if self._state in (CycleState.PUSH, CycleState.WAIT) and (pushing or self._state is CycleState.PUSH):
+            return self._pushing(pushing)
         if self._state is CycleState.WAIT:
             return {}
         return self._measuring()
@@ -175,13 +140,14 @@ class PrintedController(CycleBase):
 
     def _measuring(self) -> Command:
         """Follow, collect, and work toward the next push."""
-        following = self._follow() | self._turn_at(self._speed())
+        held, self._held = self._held, False
+        following = self._follow() | ({} if held else self._turn_at(self._speed()))
         if not isfinite(self._reading) or self._table.time < self._again:
             return following
         self._state = CycleState.COLLECT
         self._collect()
-        if self._samples % _EVERY or not self._fit.valid:
-            return following if self._planner.push is None else following | self._near()
+        if not self._fit.valid or (self._samples % _EVERY and not self._soon()):
+            return following
         self._look()
         return following | self._decide()
 
@@ -220,20 +186,34 @@ class PrintedController(CycleBase):
             return self._end(CycleState.CENTERED) if whole else {}
         if self._pushes >= self.problem.pushes_max:
             return self._end(CycleState.TIMEOUT)
-        self._plan(due=False)
-        return self._near()
+        if not self._soon():
+            self._plan()
+        return self._near() if self._soon() else {}
 
     # ---- a push ---------------------------------------------------------------------------------------------------
 
-    def _plan(self, due: bool) -> None:
-        """Plan the push, again if that is `due` or it is stale, and find the next angle at which it can begin."""
-        planner, turning = self._planner, self._turning()
-        if due or planner.stale(self._offset, turning):
-            planner.plan(self._offset, self._gap(), turning)
-        if planner.push is None:
+    def _soon(self) -> bool:
+        """Whether a push is to begin soon, so that it matters where the slide really is."""
+        return self._planner.push is not None and self._samples_left() <= _NEAR
+
+    def _samples_left(self) -> float:
+        """Samples until the push begins."""
+        return self._table.time_to(self._trigger) / self.period
+
+    def _plan(self) -> None:
+        """Plan the push for a slide that follows, where it is stale, and find the next angle at which it can begin."""
+        turning = self._turning()
+        if self._planner.stale(self._offset, turning):
+            self._planner.plan(self._offset, self.problem.limits.follow_gap, turning)
+        self._find_trigger()
+
+    def _find_trigger(self) -> None:
+        """The next angle of the table at which the push can begin."""
+        push = self._planner.push
+        if push is None:
             self._trigger = nan
             return
-        wanted = self._angle - planner.push.lead_angle - self.settings.manual_lead
+        wanted = self._angle - push.lead_angle - self.settings.manual_lead
         soonest = self._table.angle + self._table.speed * _LATEST * self.period
         self._trigger = wanted + _TURN * ceil((soonest - wanted) / _TURN)
 
@@ -241,36 +221,40 @@ class PrintedController(CycleBase):
         """Speed of the table at the trigger, rad/s."""
         return max(self._table.speed_at(self._trigger) if isfinite(self._trigger) else self._speed(), _SLOWEST_TABLE)
 
-    def _gap(self) -> float:
-        """Gap at the trigger, mm: the set one while the slide follows; what the rim leaves of it once the slide stands."""
-        push = self._planner.push
-        if push is None or abs(self._velocity) > 0.0:
-            return self.problem.limits.follow_gap
-        return self._tip - (self._radius + self._offset * cos(push.lead_angle))
+    def _standing(self) -> float:
+        """Where the tip comes to stand if the slide is stopped now, mm from the axis."""
+        speed = self._moving
+        way = abs(speed) * (self.period + 0.5 * abs(speed) / self.problem.limits.max_acceleration)
+        return self._tip - copysign(way, speed)
 
     def _near(self) -> Command:
-        """Stop the slide a few samples before the trigger, and send the push."""
-        if self._planner.push is None or not isfinite(self._trigger):
+        """Plan the push from where the slide stands if it is stopped now; stop it when that is due, and send the push.
+
+        A slide that follows lags behind the rim: the gap that it should keep is not the one from which it starts.
+        """
+        room = self._standing() - (self._radius + self._offset)
+        if room >= self.problem.limits.safety:
+            self._planner.plan_from(self._offset, room, self._turning())
+        elif self._samples_left() <= _FREEZE:
+            self._planner.slow_down()
+        self._find_trigger()
+        if self._planner.push is None or self._samples_left() > _FREEZE:
             return {}
-        samples = self._table.time_to(self._trigger) / self.period
-        if samples > _FREEZE:
-            return {}
+        self._held = True
         command = self._stand_still()
-        if samples > _EARLIEST:
-            return command
-        self._look()
-        self._plan(due=True)
-        push = self._planner.push
-        if push is None or self._table.time_to(self._trigger) > _FREEZE * self.period:
-            return command
+        return command if self._samples_left() > _EARLIEST else command | self._send(self._planner.push)
+
+    def _send(self, push: Push) -> Command:
+        """The push, to begin at the trigger."""
         self._state, self._nearest = CycleState.WAIT, nan
-        return command | {"profile": push.profile.segments, "profile_angle": self._trigger}
+        return {"profile": push.profile.segments, "profile_angle": self._trigger}
 
     def _pushing(self, runs: bool) -> Command:
         """Note how near the tip came; when the profile is over, follow again."""
         if self._state is CycleState.WAIT:
             self._state = CycleState.PUSH
             self._pushes += 1
+            self._planner.slower = 1.0
             self._before, self._wanted = (self._offset, self._angle), self._offset
         if isfinite(self._reading):
             gap = self._tip - self._reading

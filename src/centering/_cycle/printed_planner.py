@@ -3,12 +3,15 @@
 from centering._cycle.correction import StrokeCorrection
 from centering._push.free_slide import free_slide_table
 from centering._push.impact import energy_balance_speed
+from centering._push.lead import rim_advance
 from centering._push.problem import CenteringProblem
 from centering._push.push import Push, plan_push
+from centering._push.timing import move_time
 
 _LEAST_SHARE = 0.1  # of the offset: least stroke that is left when free sliding is taken off
 _SLOWER = 0.9  # of the table speed, where the rim would arrive before the push
 _SLOWEST = 0.2  # of it, below which something else is wrong
+_TOO_FAST = ("rough must be >= 0", "spindle_speed must be <=")  # what a slower table cures, as `plan_push` refuses it
 _SLOWEST_PUSH = 0.1  # mm/s
 _STALE, _CHANGED = 0.02, 2e-3  # relative change of offset or table speed, and of the offset in mm, that make a push stale
 
@@ -52,11 +55,41 @@ class PrintedPlanner:
         """
         try:
             self.push = self._planned(offset, gap, spindle_speed)
-        except ValueError:
-            if self.slower < _SLOWEST:
+        except ValueError as error:
+            if not str(error).startswith(_TOO_FAST):
                 raise
-            self.slower *= _SLOWER
-            self.push = None
+            self.slow_down()
+
+    def plan_from(self, offset: float, room: float, spindle_speed: float) -> None:
+        """Plan a push from a slide that stands.
+
+        Parameters
+        ----------
+        offset, room : float
+            Of the part, and from the tip to the furthest that the rim comes, mm.
+        spindle_speed : float
+            At the trigger, rad/s.
+        """
+        far = room + 2.0 * offset  # the gap on the other side: with it the lead is too long by what the approach is
+        self.plan(offset, far, spindle_speed)
+        if self.push is None:
+            return
+        limits, radius = self._problem.limits, self._problem.model.part.radius
+        spared = self._approach(self.push.rough) - self._approach(room - limits.safety)
+        lead = self.push.lead_angle - spindle_speed * spared
+        self.plan(offset, room + rim_advance(lead, offset=offset, radius=radius), spindle_speed)
+
+    def _approach(self, way: float) -> float:
+        """Time of an approach over a way (mm), s."""
+        limits = self._problem.limits
+        return move_time(way, speed=limits.approach_speed, acceleration=limits.max_acceleration, timing=self._timing)
+
+    def slow_down(self) -> None:
+        """There is no push: the table is to be slower."""
+        if self.slower < _SLOWEST:
+            raise RuntimeError(f"the rim arrives before the push even at {self.slower:.2g} of the table speed")
+        self.slower *= _SLOWER
+        self.push = None
 
     def stale(self, offset: float, spindle_speed: float) -> bool:
         """Return whether there is no push, or what it rests on has changed: an offset (mm) and a speed of the table (rad/s)."""
