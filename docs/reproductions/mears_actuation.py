@@ -58,7 +58,7 @@ row(
     "(3.3): rim speed [mm/s]", "154.3", 154.39, speed, 5e-3, "no speed is stated; it belongs to (3.9), 42.29 1/min with g = 9.807"
 )
 row("the same at the working speed of 20 1/min [mm/s]", "154.3", 73.013, slope * units.rpm(20), 5e-4, "see above")
-stop = centering.stopping(274.3, ACCELERATION)
+stop = centering.stopping_way(274.3, ACCELERATION)
 row("(3.5): stopping from 274.3 mm/s [s]", "0.11", 0.10715, stop.time, 1e-5)
 row("(3.6): the same [mm]", "14.7", 14.6954, stop.distance, 1e-4)
 closing = {"offset": 25.0, "radius": 30.0, "spindle_speed": units.rpm(42.2916), "slide_speed": 120.0}

@@ -1,9 +1,17 @@
-"""Measuring an off-centre ring while it turns: geometry with its confidence, roundness, what the grinder is told (Mears 2006).
+"""Centering of rings on a turning table, and measuring them there: where a ring lies, pushes, whole cycles (Mears 2006).
 
-Begin with `GeometryEstimator` (reading by reading, sure or not yet) or `identify` (a batch); with `Profile` for roundness, free
-of the roller's runout; with `plan_changeover` for the grinder. `DriftTrack` and `ControlChart` watch parts over weeks. Readings
-are in mm, outward; angles in rad. `hwsim.Probe` simulates the measuring head. The first call of a kind compiles it, for up to
-half a minute, once on a machine.
+Where to begin:
+
+* a ring's place: `GeometryEstimator` (reading by reading, sure or not yet) or `identify` (a batch);
+* a push: `preset` gives a `CenteringProblem` (part, friction, limits, scatter), `plan_push` aims one, ``push.simulate()`` says what
+  it does, `simulate_push` follows any `TipProfile`;
+* friction from pushes: `FrictionEstimator`, then ``problem.updated(estimate)``;
+* a cycle: `plan` solves for the `Strategy` of least time, `CenteringController` follows it, on `hwsim.CenteringMachine` or a real
+  machine; `PrintedController` is the source's, to compare with;
+* form: `Profile` for roundness, `plan_changeover` for the grinder, `DriftTrack` and `ControlChart` for parts over weeks.
+
+Lengths are in mm, readings outward, angles in rad, forces in N. `hwsim.Probe` simulates the measuring head. The first call of a kind
+compiles it, for up to half a minute, once on a machine.
 
 Examples
 --------
@@ -12,6 +20,10 @@ Examples
 >>> scan = hwsim.Probe(hwsim.Ring(radius=62.0, offset=2.0, offset_angle=0.5), samples_per_turn=360).scan(turns=1.0, rng=0)
 >>> circle = centering.identify((scan.angle, scan.reading), "circle", tip_radius=3.75)
 >>> bool(abs(circle.radius - 62.0) < 1e-3), bool(abs(circle.offset - 2.0) < 1e-3)  # mm
+(True, True)
+>>> problem = centering.preset("printed").replace(mass=0.8)
+>>> push = centering.plan_push(problem, offset=2.0, spindle_speed=2.0, push_speed=20.0)  # mm, rad/s, mm/s
+>>> round(push.simulate().free_slide, 2) < 0.5, push.stroke > 2.0  # mm
 (True, True)
 """
 
@@ -28,7 +40,7 @@ if TYPE_CHECKING:
     from centering._cycle.printed_controller import PrintedController
     from centering._cycle.settings import CycleSettings
     from centering._cycle.states import CycleState
-    from centering._cycle.strategy import Choice, Strategy
+    from centering._cycle.strategy import PushChoice, Strategy
     from centering._cycle.strategy_record import CenteringRuns
     from centering._cycle.strategy_timing import CycleTiming
     from centering._friction.bristle_laws import DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
@@ -96,8 +108,8 @@ if TYPE_CHECKING:
     from centering._push.push import Push, plan_push
     from centering._push.reaction import simulate_pushes
     from centering._push.resonance import StictionResonance, implied_stiffness, resonance_over_speed, stiction_resonance
-    from centering._push.sliding import Launch, RingFriction, Slide, launch_for, ring_friction, slide_to_rest
-    from centering._push.timing import Stop, move_peak, move_time, stopping
+    from centering._push.sliding import RingFriction, RingLaunch, RingSlide, launch_for, ring_friction, slide_to_rest
+    from centering._push.timing import StoppingWay, move_peak, move_time, stopping_way
     from centering._push.trace import PushTrace, simulate_push
     from centering._push.turning import TableProfile, turning_profile
     from centering._push.turning_trace import TablePushTrace, simulate_table_push
@@ -121,7 +133,6 @@ __all__ = [
     "ChartSignal",
     "ChatterBand",
     "ChatterCheck",
-    "Choice",
     "CircleEstimate",
     "ControlChart",
     "CoulombFriction",
@@ -141,7 +152,6 @@ __all__ = [
     "FrictionEstimator",
     "FrictionTrace",
     "GeometryEstimator",
-    "Launch",
     "LuGreFriction",
     "MeasuringController",
     "OptimalPush",
@@ -153,6 +163,7 @@ __all__ = [
     "PrintedHistory",
     "Profile",
     "Push",
+    "PushChoice",
     "PushKind",
     "PushModel",
     "PushScatter",
@@ -161,14 +172,15 @@ __all__ = [
     "ResidualChecks",
     "RimMotion",
     "RingFriction",
+    "RingLaunch",
+    "RingSlide",
     "Roundness",
     "Runout",
-    "Slide",
     "Spectrum",
     "SpeedLimit",
     "StictionResonance",
     "Stock",
-    "Stop",
+    "StoppingWay",
     "Strategy",
     "StribeckFriction",
     "StrokeCorrection",
@@ -233,7 +245,7 @@ __all__ = [
     "spindle_acceleration_limit",
     "spindle_speed_limit",
     "stiction_resonance",
-    "stopping",
+    "stopping_way",
     "tap_profile",
     "travelled",
     "tune_following",
@@ -322,16 +334,16 @@ _MODULES = {
     "implied_stiffness": "_push.resonance",
     "resonance_over_speed": "_push.resonance",
     "stiction_resonance": "_push.resonance",
-    "Launch": "_push.sliding",
+    "RingLaunch": "_push.sliding",
     "RingFriction": "_push.sliding",
-    "Slide": "_push.sliding",
+    "RingSlide": "_push.sliding",
     "launch_for": "_push.sliding",
     "ring_friction": "_push.sliding",
     "slide_to_rest": "_push.sliding",
-    "Stop": "_push.timing",
+    "StoppingWay": "_push.timing",
     "move_peak": "_push.timing",
     "move_time": "_push.timing",
-    "stopping": "_push.timing",
+    "stopping_way": "_push.timing",
     "PushTrace": "_push.trace",
     "simulate_push": "_push.trace",
     "TableProfile": "_push.turning",
@@ -366,7 +378,7 @@ _MODULES = {
     "PrintedController": "_cycle.printed_controller",
     "CycleSettings": "_cycle.settings",
     "CycleState": "_cycle.states",
-    "Choice": "_cycle.strategy",
+    "PushChoice": "_cycle.strategy",
     "Strategy": "_cycle.strategy",
     "CenteringRuns": "_cycle.strategy_record",
     "CycleTiming": "_cycle.strategy_timing",

@@ -1,4 +1,6 @@
+import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from centering._push.lead import rim_advance
 from centering._push.limits import closing_distance, max_rim_slope, rim_motion, spindle_acceleration_limit, spindle_speed_limit
 from centering._push.presets import preset
 from centering._push.push import plan_push
-from centering._push.timing import stopping
+from centering._push.timing import stopping_way
 from sdpgrind import units
 
 PROBLEM = preset("printed")
@@ -98,12 +100,12 @@ def test_closing_is_the_worst_of_all_phases():
 def test_printed_stop_is_more_where_the_slide_withdraws_fast_enough():
     """The 14.7 mm of (3.6) hold for a slide that withdraws at 154 mm/s; at 120 mm/s the rim comes 0.9 mm nearer."""
     w, slope = units.rpm(42.2916), 34.861
-    printed = stopping(120.0 + slope * w, 2560.0).distance
+    printed = stopping_way(120.0 + slope * w, 2560.0).distance
     limited = closing_distance(offset=25.0, radius=30.0, spindle_speed=w, slide_speed=120.0, acceleration=2560.0)
     assert printed + 0.5 < limited < printed + 1.5
     slower = units.rpm(20.0)
     easy = closing_distance(offset=25.0, radius=30.0, spindle_speed=slower, slide_speed=120.0, acceleration=2560.0)
-    assert easy < stopping(120.0 + slope * slower, 2560.0).distance
+    assert easy < stopping_way(120.0 + slope * slower, 2560.0).distance
 
 
 def _gauge(force, moment):
@@ -121,6 +123,11 @@ def test_a_change_of_speed_is_at_the_edge_of_slipping(d, w):
     alpha, most = spindle_acceleration_limit(PROBLEM, offset=d, spindle_speed=w), 0.2 * 9807.0
     assert alpha > 0.0
     assert math.isclose(_gauge(math.hypot(w * w * d, alpha * d) / most, alpha * 89.5 / most), 1.0, rel_tol=2e-6)
+
+
+def test_a_limit_is_copied_and_sent():
+    limit = spindle_speed_limit(preset("printed"), offset=5.0)
+    assert pickle.loads(pickle.dumps(limit)) == copy.deepcopy(limit) == limit
 
 
 def test_change_of_speed_alone_and_at_the_limit():

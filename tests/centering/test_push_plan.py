@@ -127,6 +127,14 @@ def test_correction_may_take_the_whole_run_up():
     assert push.fine == pytest.approx(0.96) and push.touch.run_up_time == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("direction", ["exact", "quasi-static"])
+def test_gentle_push_asks_no_more_than_the_slide_can_do(direction):
+    """Its way back as well."""
+    weak = PRINTED.replace(limits=PRINTED.limits.replace(max_acceleration=800.0))
+    push = plan_push(weak, offset=1.0, spindle_speed=SLOW, push_speed=10.0, direction=direction, shape="gentle")
+    assert np.abs(push.profile.acceleration).max() == pytest.approx(800.0, rel=1e-12)
+
+
 def test_gentle_push_is_gentle():
     gentle = _at(PRINTED, offset=5.0, push_speed=40.0, shape="gentle").simulate()
     hard = _at(PRINTED, offset=5.0, push_speed=40.0).simulate()

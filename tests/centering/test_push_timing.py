@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from centering._push.timing import move_peak, move_time, stopping
+from centering._push.timing import move_peak, move_time, stopping_way
 from sdpgrind import units
 
 A = 2560.0
@@ -28,7 +28,7 @@ def _travelled(time, peak, a, j):
 
 
 def test_stop_of_the_source():
-    stop = stopping(274.3, A)
+    stop = stopping_way(274.3, A)
     assert math.isclose(stop.time, 0.10715, abs_tol=1e-5) and math.isclose(stop.distance, 14.6954, rel_tol=1e-5)
 
 

@@ -151,7 +151,12 @@ class _Task(NamedTuple):
         if shape == "trapezoid":
             return TipProfile.move(self.total + longer, self.push_speed, a)
         reach = TipProfile.move(self.total - travel, self.push_speed, a)
-        return reach.then(gentle_profile(self.problem.model, travel + longer, self.push_speed))
+        return reach.then(self._gentle(travel + longer))
+
+    def _gentle(self, travel: float) -> TipProfile:
+        """The tip from first touch on; neither it nor its way back asks more than the slide can do."""
+        most = self.problem.limits.max_acceleration
+        return gentle_profile(self.problem.model, travel, self.push_speed, max_acceleration=most)
 
     def _missed(self, shape: str, angle: float, longer: float, coarse: bool) -> Floats:
         """What such a push misses; infinite where there is none."""
@@ -159,7 +164,7 @@ class _Task(NamedTuple):
         if not min(travel, travel + longer, self.total - travel) > 0.0:
             return np.full(2, inf)
         if shape == "gentle":
-            rows = gentle_profile(self.problem.model, travel + longer, self.push_speed).segments
+            rows = self._gentle(travel + longer).segments
         else:
             rows = after(_trapezoid(self.total + longer, self.push_speed, self.problem.limits.max_acceleration), travel + longer)
         return missed(self.problem.model, self.spindle_speed, self.offset, angle, rows, coarse)

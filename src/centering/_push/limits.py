@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from math import cos, hypot, inf, pi, sin, sqrt
-from types import MappingProxyType
 from typing import NamedTuple
 
 from scipy.optimize import brentq
@@ -109,8 +108,8 @@ def max_rim_slope(*, offset: float, radius: float) -> float:
 def closing_distance(*, offset: float, radius: float, spindle_speed: float, slide_speed: float, acceleration: float) -> float:
     """Return how much the distance from slide to rim shrinks when a slide that nears the rim brakes and withdraws, mm.
 
-    The worst phase of the rim is taken. Mears (3.5) brakes the sum of both speeds at the slide's acceleration (`stopping`), as if
-    the slide could withdraw as fast as the rim comes: that is more where it can, and too little where its speed is less.
+    The worst phase of the rim is taken. Mears (3.5) brakes the sum of both speeds at the slide's acceleration (`stopping_way`),
+    as if the slide could withdraw as fast as the rim comes: that is more where it can, and too little where its speed is less.
 
     Parameters
     ----------
@@ -196,7 +195,7 @@ def spindle_speed_limit(
         gap = limits.follow_gap if follow_gap is None else checks.positive("follow_gap", follow_gap, "mm")
         every["push"] = _push_limit(problem, d, gap - limits.safety, checks.positive("push_speed", push_speed, "mm/s"))
     reason = min(every, key=lambda name: every[name])
-    return SpeedLimit(every[reason], reason, MappingProxyType(every))
+    return SpeedLimit(every[reason], reason, every)
 
 
 def friction_limit(mu: float, d: float) -> float:

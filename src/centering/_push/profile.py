@@ -272,7 +272,8 @@ class TipProfile(Frozen, ByValue):
         return plot_profile(self)
 
     def __repr__(self) -> str:
-        return f"TipProfile({self.duration.size} segments of {self.total_time:.4g} s: {self.start:.4g} mm to {self.end:.4g} mm)"
+        way = f"{self.start:.4g} mm to {self.end:.4g} mm"
+        return f"{type(self).__name__}({self.duration.size} segments of {self.total_time:.4g} s: {way})"
 
     @property
     def _moved(self) -> Floats:

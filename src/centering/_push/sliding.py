@@ -38,7 +38,7 @@ class RingFriction(NamedTuple):
     moment: float
 
 
-class Slide(NamedTuple):
+class RingSlide(NamedTuple):
     """How far a ring goes until it rests, Mears (2.8) and (2.9).
 
     Attributes
@@ -56,7 +56,7 @@ class Slide(NamedTuple):
     time: float
 
 
-class Launch(NamedTuple):
+class RingLaunch(NamedTuple):
     """Speeds with which a slide begins.
 
     Attributes
@@ -95,7 +95,7 @@ def ring_friction(speed: float, rim_speed: float) -> RingFriction:
     return RingFriction(*_shares(v, s))
 
 
-def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> Slide:
+def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> RingSlide:
     """Return how far a thin ring goes that slides and spins freely, Mears (2.6) to (2.9), without viscous friction.
 
     Parameters
@@ -124,14 +124,14 @@ def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> Slide:
     braking, r = model.mu_kinetic * GRAVITY, model.part.radius
     rim = abs(w) * r
     if rim == 0.0 or v == 0.0:
-        return Slide(v * v / (2 * braking), w * abs(w) * r / (2 * braking), (v + rim) / braking)
+        return RingSlide(v * v / (2 * braking), w * abs(w) * r / (2 * braking), (v + rim) / braking)
     size = hypot(v, rim)
     distance, turn, time = _unit_slide(v / size, rim / size)
     way = size * size / braking
-    return Slide(distance * way, float(np.sign(w)) * turn * way / r, time * size / braking)
+    return RingSlide(distance * way, float(np.sign(w)) * turn * way / r, time * size / braking)
 
 
-def launch_for(model: PushModel, *, distance: float, turn: float) -> Launch:
+def launch_for(model: PushModel, *, distance: float, turn: float) -> RingLaunch:
     """Return the one pair of speeds with which a thin ring slides a distance and turns by an angle: the inverse sliding problem.
 
     Parameters
@@ -160,7 +160,7 @@ def launch_for(model: PushModel, *, distance: float, turn: float) -> Launch:
     braking, r = model.mu_kinetic * GRAVITY, model.part.radius
     along = abs(theta) * r
     if along == 0.0 or x == 0.0:
-        return Launch((2 * braking * x) ** 0.5, float(np.sign(theta)) * (2 * braking * along) ** 0.5 / r)
+        return RingLaunch((2 * braking * x) ** 0.5, float(np.sign(theta)) * (2 * braking * along) ** 0.5 / r)
 
     def off(angle: float) -> float:
         far, turned, _ = _unit_slide(cos(angle), sin(angle))
@@ -171,7 +171,7 @@ def launch_for(model: PushModel, *, distance: float, turn: float) -> Launch:
     size = (braking * hypot(x, along) / hypot(far, turned)) ** 0.5
     less = x * turned / (far * along)  # than the root gives, of a motion that is small and goes as its speed
     v, s = (cos(angle) * less, sin(angle)) if x < along else (cos(angle), sin(angle) / less)
-    return Launch(size * v, float(np.sign(theta)) * size * s / r)
+    return RingLaunch(size * v, float(np.sign(theta)) * size * s / r)
 
 
 def _nearest(x: float, along: float) -> float:

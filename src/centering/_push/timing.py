@@ -6,7 +6,7 @@ from typing import NamedTuple
 from sdpgrind.base import checks
 
 
-class Stop(NamedTuple):
+class StoppingWay(NamedTuple):
     """What stopping takes, Mears (3.5) and (3.6).
 
     Attributes
@@ -21,7 +21,7 @@ class Stop(NamedTuple):
     distance: float
 
 
-def stopping(speed: float, acceleration: float) -> Stop:
+def stopping_way(speed: float, acceleration: float) -> StoppingWay:
     """Return time and distance of stopping from a speed, Mears (3.5) and (3.6).
 
     Parameters
@@ -38,12 +38,12 @@ def stopping(speed: float, acceleration: float) -> Stop:
 
     Examples
     --------
-    >>> stop = stopping(274.3, 2560.0)
+    >>> stop = stopping_way(274.3, 2560.0)
     >>> round(stop.time, 5), round(stop.distance, 4)  # s, mm
     (0.10715, 14.6954)
     """
     v, a = checks.nonnegative("speed", speed, "mm/s"), checks.positive("acceleration", acceleration, "mm/s^2")
-    return Stop(v / a, v * v / (2.0 * a))
+    return StoppingWay(v / a, v * v / (2.0 * a))
 
 
 def move_time(distance: float, *, speed: float, acceleration: float, jerk: float = inf, timing: str = "exact") -> float:

@@ -226,7 +226,7 @@ class PushTrace(ByValue):
 
     def __repr__(self) -> str:
         told = f"part moved {self.final_position:.4g} mm, peak {self.peak_force:.4g} N, slide {1e3 * self.free_slide:.4g} um"
-        return f"PushTrace({told}, {len(self.event_mode)} phases in {self.duration:.4g} s)"
+        return f"{type(self).__name__}({told}, {len(self.event_mode)} phases in {self.duration:.4g} s)"
 
 
 def simulate_push(model: "Pushable | npt.ArrayLike", profile: TipProfile) -> PushTrace:
