@@ -3,15 +3,15 @@
 Where to begin:
 
 * a ring's place: `GeometryEstimator` (reading by reading, sure or not yet) or `identify` (a batch);
-* a push: `preset` gives a `CenteringProblem` (part, friction, limits, scatter), `plan_push` aims one, ``push.simulate()`` says what
-  it does, `simulate_push` follows any `TipProfile`;
+* a push: `preset` gives a `CenteringProblem` (part, friction, limits, scatter), `plan_push` aims one, ``push.simulate()`` says
+  what it does, `simulate_push` follows any `TipProfile`;
 * friction from pushes: `FrictionEstimator`, then ``problem.updated(estimate)``;
 * a cycle: `plan` solves for the `Strategy` of least time, `CenteringController` follows it, on `hwsim.CenteringMachine` or a real
   machine; `PrintedController` is the source's, to compare with;
 * form: `Profile` for roundness, `plan_changeover` for the grinder, `DriftTrack` and `ControlChart` for parts over weeks.
 
-Lengths are in mm, readings outward, angles in rad, forces in N. `hwsim.Probe` simulates the measuring head. The first call of a kind
-compiles it, for up to half a minute, once on a machine.
+Lengths are in mm, readings outward, angles in rad, forces in N. `hwsim.Probe` simulates the measuring head. The first call of a
+kind compiles it, for up to half a minute, once on a machine.
 
 Examples
 --------
