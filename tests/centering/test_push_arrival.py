@@ -65,3 +65,22 @@ def test_equality_is_by_value():
     assert one == other and hash(one) == hash(other) and one != one.replace(x=2.0)
     with pytest.raises(ValueError, match="read-only"):
         one.covariance[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "along", "across"), [(0.0, 0.0, 3.6, 26.0), (1.5, -2.0, 2.0, 2.0), (8.0, 3.0, 1.0, 9.0), (0.0, 0.0, 0.0, 5.0)]
+)
+def test_probability_within_is_the_share_of_draws(x, y, along, across):
+    turned = np.array([[0.8, -0.6], [0.6, 0.8]])
+    there = Arrival(1e-3 * x, 1e-3 * y, 1e-6 * turned @ np.diag([along**2, across**2]) @ turned.T)
+    draws = np.random.default_rng(0).normal(size=(400_000, 2)) * (along, across) @ turned.T + (x, y)
+    share = np.mean(np.hypot(*draws.T) <= 2.5)
+    assert there.probability_within(2.5e-3) == pytest.approx(share, abs=4.5 * np.sqrt(max(share * (1 - share), 1e-5) / 400_000))
+
+
+def test_probability_within_far_away_and_repr():
+    there = Arrival(0.5, 0.0, [[1e-6, 0.0], [0.0, 4e-6]])
+    assert there.probability_within(0.0025) == 0.0
+    assert repr(there) == "Arrival(500 um from the axis, give or take 1 um along and 2 um across)"
+    with pytest.raises(ValueError, match=r"tolerance must be > 0 \(mm\); got 0\.0"):
+        there.probability_within(0.0)

@@ -5,22 +5,25 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 
 import numpy as np
+from scipy.special import ndtr
 
 from centering._push import direction_kernels as at
 from centering._push.direction import Touch
 from centering._push.model import PushModel
 from centering._push.problem import PushScatter
 from centering._push.shooting import landing, ring_state, step_of
+from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
 _BEFORE = 0.05  # mm: so far before first touch the tip is followed from, so that the ring may lie nearer
 _WEIGHTS = np.array([2.0, 0.5, 0.5]) / 3.0
+_NODES, _REACH = 64, 9.0  # of a quadrature over the place, which reaches so many standard deviations
 _CHANGE = 0.01  # mm: over which derivatives by place are taken
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Arrival(Frozen, ByValue):
     """Place on the table where a ring's centre is expected to come to rest; `Push.arrival` makes it.
 
@@ -55,6 +58,36 @@ class Arrival(Frozen, ByValue):
     def sd(self) -> Floats:
         """Standard deviations of x and y, (2,), mm."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def probability_within(self, tolerance: float) -> float:
+        """Probability that the centre comes to rest within a distance of the axis, with a normal scatter.
+
+        Parameters
+        ----------
+        tolerance : float
+            That distance, mm.
+
+        Examples
+        --------
+        >>> round(Arrival(0.0, 0.0, [[0.01**2, 0.0], [0.0, 0.01**2]]).probability_within(0.02), 6)  # 1 - exp(-2)
+        0.864665
+        """
+        r = checks.positive("tolerance", tolerance, "mm")
+        variances, axes = np.linalg.eigh(self.covariance)
+        (narrow, wide), (m, n) = np.sqrt(np.maximum(variances, (1e-9 * r) ** 2)), axes.T @ (self.x, self.y)
+        low, high = max(-r, n - _REACH * wide), min(r, n + _REACH * wide)
+        if low >= high:
+            return 0.0
+        v, weight = np.polynomial.legendre.leggauss(_NODES)
+        v = 0.5 * (low + high) + 0.5 * (high - low) * v
+        half = np.sqrt(np.maximum(r * r - v * v, 0.0))
+        chord = ndtr((half - m) / narrow) - ndtr((-half - m) / narrow)
+        density = np.exp(-0.5 * ((v - n) / wide) ** 2) / (wide * np.sqrt(2.0 * np.pi))
+        return float(0.5 * (high - low) * np.sum(weight * chord * density))
+
+    def __repr__(self) -> str:
+        along, across = 1e3 * self.sd
+        return f"Arrival({1e3 * self.offset:.3g} um from the axis, give or take {along:.3g} um along and {across:.3g} um across)"
 
 
 def arrival(model: PushModel, scatter: PushScatter, touch: Touch, offset: float, spindle_speed: float) -> Arrival:

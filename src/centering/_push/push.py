@@ -80,8 +80,8 @@ class Push(ByValue):
         """Return what the model says of the push (mm, s, N): the part along the contact normal, Mears (5.26) and (5.27).
 
         The rim's own advance and the centrifugal force of the turning table count, see `turning_profile`. The tip stays where the
-        stroke ends. What the part slips across the normal is left out: positions fall short of the whole way by up to 2 % of it,
-        of short fast pushes at 100 rpm by up to 4 %.
+        stroke ends. Positions are ways over the table along the normal, which turns: they differ by some percent from the offset
+        that the push takes away. Where the centre comes to rest tells `arrival`.
 
         Parameters
         ----------

@@ -4,7 +4,7 @@ import dataclasses
 import os
 from functools import cached_property
 from math import pi, sqrt
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -61,6 +61,7 @@ class PushTrace(ByValue):
     parameters: Floats
     phases: Floats
     summary: Floats
+    _rests: ClassVar[str] = "rests at"
 
     def __post_init__(self) -> None:
         for name in ("parameters", "phases", "summary"):

@@ -40,7 +40,7 @@ def plot_trace(trace: "PushTrace") -> Any:
 
 
 def _title(trace: "PushTrace") -> str:
-    ends = "rests at" if trace.final_velocity == 0.0 else "is still moving at"
+    ends = trace._rests if trace.final_velocity == 0.0 else "is still moving at"
     slide = f", slides free by {trace.free_slide / units.um(1.0):.1f} µm" if trace.free_slide >= units.um(0.05) else ""
     return f"the part {ends} {trace.final_position:.4f} mm, force up to {trace.peak_force:.1f} N{slide}"
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +43,7 @@ class TablePushTrace(PushTrace):
     """
 
     profile: TableProfile
+    _rests: ClassVar[str] = "slides over the table by"
 
     def _states(self, times: Floats) -> Floats:
         out = np.empty((times.size, 4))
