@@ -121,8 +121,8 @@ def strategies() -> None:
         print(f"| {mass:g} | {time.process_time() - begin:.1f} |")
     push = strategy.push(offset=1.0)
     runs = {
-        "push": lambda: [strategy.push(offset=0.3, friction=1.05, pushes=2) for _ in range(1000)],
-        "value": lambda: [strategy.value(offset=0.3, friction=1.05, pushes=2) for _ in range(1000)],
+        "push": lambda: [strategy.push(offset=0.3, friction=1.05, evidence=2) for _ in range(1000)],
+        "value": lambda: [strategy.value(offset=0.3, friction=1.05, evidence=2) for _ in range(1000)],
         "update_belief": lambda: [strategy.update_belief(1.0, 1.0, push, 0.98 * push.aim) for _ in range(1000)],
     }
     took = {name: seconds / 1000 for name, seconds in in_turn(runs, 21).items()}

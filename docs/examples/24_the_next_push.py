@@ -39,7 +39,7 @@ for offset in (10.0, 1.0, 0.1, 0.03, 0.01, 0.005):
     )
 begin = time.perf_counter()
 for _ in range(1000):
-    strategy.push(offset=0.3, friction=1.05, pushes=2)
+    strategy.push(offset=0.3, friction=1.05, evidence=2)
 print(f"a look-up takes {1e3 * (time.perf_counter() - begin):.0f} us")
 
 # %%
@@ -62,11 +62,11 @@ axis.legend(frameon=False)
 # ----------------
 # The friction of a ring persists. A ring that went too far goes too far again, unless the strategy carries what it has seen: a
 # mean, and how many pushes' worth of evidence there is.
-friction, pushes = 1.0, 0.0
+friction, evidence = 1.0, 0.0
 for travelled in (1.03, 0.99, 1.0):
-    push = strategy.push(offset=1.0, friction=friction, pushes=pushes)
-    friction, pushes = strategy.update_belief(friction, pushes, push, travelled * push.aim)
-    print(f"went {100 * travelled:.0f} % of its aim: friction {friction:.3f} of the model's, evidence of {pushes:.2f} pushes")
+    push = strategy.push(offset=1.0, friction=friction, evidence=evidence)
+    friction, evidence = strategy.update_belief(friction, evidence, push, travelled * push.aim)
+    print(f"went {100 * travelled:.0f} % of its aim: friction {friction:.3f} of the model's, evidence of {evidence:.2f} pushes")
 
 # %%
 # What it promises

@@ -12,15 +12,26 @@ if TYPE_CHECKING:
 
 _SHORT = {"peak_force": "force", "true_mu_kinetic": "mu_kinetic"}
 _COLUMNS = (
-    ("time", ".2f"), ("pushes", "d"), ("offset", ".5f"), ("finished", "d"), ("peak_force", ".0f"), ("true_mu_kinetic", ".4f"),
+    ("time", ".2f"), ("pushes", "d"), ("offset", ".2f"), ("finished", "d"), ("peak_force", ".0f"), ("true_mu_kinetic", ".4f"),
 )  # fmt: skip
 _UM = 1000.0
 _PREDICTED = 400  # parts that the strategy is followed for on its model
 
 
+class _InMicrometres:
+    """A log whose offset is in um, as those of the lines below."""
+
+    def __init__(self, log: "Log") -> None:
+        offset = (_UM * log.outcome.offset).assign_attrs(units="um")
+        self.outcome, self._parts = log.outcome.assign(offset=offset), len(log)
+
+    def __len__(self) -> int:
+        return self._parts
+
+
 def report(title: str, log: "Log", plan: Any) -> str:
     """Return the whole report as text."""
-    lines = parts_table(log, "part", _COLUMNS, _SHORT)
+    lines = parts_table(_InMicrometres(log), "part", _COLUMNS, _SHORT)
     return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan)])
 
 
@@ -64,7 +75,7 @@ def _places(problem: Any) -> list[float]:
 def _summary(log: "Log", plan: Any) -> Iterator[str]:
     outcome = log.outcome
     start = np.clip(np.hypot(outcome.center_x.values[:, 0], outcome.center_y.values[:, 0]), 0.0, plan.problem.offset_max)
-    model = plan.simulate(parts=_PREDICTED, rng=0, start=np.resize(start, _PREDICTED))
+    model = plan.simulate(runs=_PREDICTED, rng=0, start=np.resize(start, _PREDICTED))
     expected = float(np.mean([plan.cycle_time(float(offset)) for offset in start]))
     yield summary_head(log, "part")
     yield summary_line("time (s)", outcome.time.values, ".3f", expected)

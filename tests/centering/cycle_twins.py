@@ -22,15 +22,16 @@ class PlainStrategy:
     def __init__(self, problem: CenteringProblem) -> None:
         self.problem = problem
         self.finish = 0.8 * problem.tolerance
+        self.offset_max = 1.5 * problem.offset_max
         self.told: list[tuple[float, float]] = []
 
-    def speed(self, offset: float) -> float:
+    def spindle_speed(self, offset: float) -> float:
         return min(self.problem.limits.spindle_speed_max, 60.0 / offset)
 
-    def push(self, *, offset: float, friction: float, pushes: float) -> Plain:
+    def push(self, *, offset: float, friction: float, evidence: float) -> Plain:
         speed = 40.0 if offset > 0.3 else 10.0
-        return Plain(offset, offset, speed, "gentle", True, self.speed(offset))
+        return Plain(offset, offset, speed, "gentle", True, self.spindle_speed(offset))
 
-    def update_belief(self, friction: float, pushes: float, commanded: Plain, travelled: float) -> tuple[float, float]:
+    def update_belief(self, friction: float, evidence: float, commanded: Plain, travelled: float) -> tuple[float, float]:
         self.told.append((commanded.aim, travelled))
-        return friction, pushes + 1.0
+        return friction, evidence + 1.0

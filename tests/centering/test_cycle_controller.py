@@ -44,8 +44,8 @@ def test_the_slide_goes_on_backing_while_a_thrown_part_slides():
     """A push that throws the part: between the end of its profile and the part's rest the slide does not stand."""
 
     class Thrower(PlainStrategy):
-        def push(self, *, offset, friction, pushes):
-            return super().push(offset=offset, friction=friction, pushes=pushes)._replace(shape="trapezoid", push_speed=83.0)
+        def push(self, *, offset, friction, evidence):
+            return super().push(offset=offset, friction=friction, evidence=evidence)._replace(shape="trapezoid", push_speed=83.0)
 
     machine = MACHINE.replace(start_offset=6.0).start(np.random.default_rng(1))
     controller, told = CenteringController(Thrower(PROBLEM)), []

@@ -101,7 +101,7 @@ def test_what_has_no_speeds():
 
 @pytest.mark.parametrize("offset", [7.0, 9.0, 10.0])
 def test_a_slide_that_lags_behind_the_rim_still_gets_its_push_away(offset):
-    """The rim comes at the greatest speed that a table is scheduled for: gap and trigger are not those of a slide that keeps up."""
+    """The rim comes at the greatest scheduled speed: gap and trigger are not those of a slide that keeps up."""
     problem = PROBLEM.replace(radius=61.95)
     controller = PrintedController(problem, scheduled=PlainStrategy(problem), timing="exact")
     log = hwsim.run(CenteringMachine(problem, start_offset=offset, time_max=4.0), controller, parts=3, rng=1)

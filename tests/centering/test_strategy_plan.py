@@ -83,7 +83,7 @@ def test_any_executor_gives_the_same_bits():
 def test_prediction_and_exact_pushes_agree(request, which, bar):
     """Bars: >= 99 % finished within 60 pushes, mean cycle, prediction within 15 %; here on a coarse grid."""
     strategy = request.getfixturevalue(which)
-    runs = strategy.simulate(parts=250, rng=1)
+    runs = strategy.simulate(runs=250, rng=1)
     predicted = np.mean([strategy.cycle_time(float(offset)) for offset in runs.start])
     assert np.mean(runs.finished) >= 0.98  # 99 %, less what 250 parts may miss it by
     assert runs.mean < bar
@@ -99,7 +99,7 @@ def test_friction_of_a_part_persists(heavy):
         part = 1 + 0.08 * rng.standard_normal()
         friction, evidence = 1.0, 0.0
         for _ in range(4):
-            choice = heavy.push(offset=8.0, friction=friction, pushes=evidence)
+            choice = heavy.push(offset=8.0, friction=friction, evidence=evidence)
             ratio = part * (1 + 0.04 * rng.standard_normal())
             seen = heavy.outcomes.expected(choice.kind, choice.stroke, ratio) + 0.7e-3 * rng.standard_normal()
             friction, evidence = heavy.update_belief(friction, evidence, choice, seen)
@@ -111,7 +111,7 @@ def test_friction_of_a_part_persists(heavy):
 
 
 def test_simulation_is_repeatable_and_starts_where_told(light):
-    one, two = (light.simulate(parts=20, rng=7, start=2.0) for _ in range(2))
+    one, two = (light.simulate(runs=20, rng=7, start=2.0) for _ in range(2))
     np.testing.assert_array_equal(one.time, two.time)
     assert np.all(one.start == 2.0)
     assert one.dataset["time"].attrs["units"] == "s"
@@ -120,14 +120,18 @@ def test_simulation_is_repeatable_and_starts_where_told(light):
 
 def test_pushes_are_simulated_and_not_looked_up(light):
     changed = Strategy(
-        light.problem, light.outcomes.replace(travel=light.outcomes.travel + 0.05), light.timing, light._speeds, light._table
+        light.problem,
+        light.outcomes.replace(travel=light.outcomes.travel + 0.05),
+        light.timing,
+        light._speeds,
+        (light._value, light._kind, light._share),
     )
-    assert changed.simulate(parts=30, rng=0).mean > light.simulate(parts=30, rng=0).mean + 0.1
+    assert changed.simulate(runs=30, rng=0).mean > light.simulate(runs=30, rng=0).mean + 0.1
 
 
-@given(offset=st.floats(0.0021, 12.0), friction=st.floats(0.7, 1.3), pushes=st.floats(0.0, 60.0))
-def test_choices_are_sound(heavy, offset, friction, pushes):
-    choice = heavy.push(offset=offset, friction=friction, pushes=pushes)
+@given(offset=st.floats(0.0021, 12.0), friction=st.floats(0.7, 1.3), evidence=st.floats(0.0, 60.0))
+def test_choices_are_sound(heavy, offset, friction, evidence):
+    choice = heavy.push(offset=offset, friction=friction, evidence=evidence)
     assert np.isfinite(choice.stroke)
     assert choice.stroke > 0
     assert 0 < choice.spindle_speed <= HEAVY.limits.spindle_speed_max
@@ -135,7 +139,7 @@ def test_choices_are_sound(heavy, offset, friction, pushes):
     profile = heavy.profile(choice)
     position = np.cumsum((profile.velocity + 0.5 * profile.acceleration * profile.duration) * profile.duration)
     assert position.max() == pytest.approx(choice.stroke, rel=1e-9)
-    assert heavy.value(offset=offset, friction=friction, pushes=pushes) > 0.2
+    assert heavy.value(offset=offset, friction=friction, evidence=evidence) > 0.2
 
 
 @given(offset=st.floats(0.01, 8.0), shift=st.floats(-0.3, 0.3))
@@ -143,7 +147,7 @@ def test_beliefs_stay_in_bounds_and_never_widen(heavy, offset, shift):
     choice = heavy.push(offset=offset)
     belief = heavy.update_belief(1.0, 2.0, choice, max(0.0, choice.aim * (1 + shift)))
     assert 0.6 <= belief.friction <= 1.4
-    assert belief.pushes >= 2.0
+    assert belief.evidence >= 2.0
 
 
 def test_kept_and_loaded(heavy, tmp_path):
@@ -153,7 +157,7 @@ def test_kept_and_loaded(heavy, tmp_path):
     assert again == heavy
     assert again != again.problem
     for offset in (0.004, 0.1, 7.0):
-        assert again.push(offset=offset, friction=1.05, pushes=2) == heavy.push(offset=offset, friction=1.05, pushes=2)
+        assert again.push(offset=offset, friction=1.05, evidence=2) == heavy.push(offset=offset, friction=1.05, evidence=2)
 
 
 def test_a_value_between_nodes_lies_between_them(light):
@@ -166,7 +170,7 @@ def test_a_value_between_nodes_lies_between_them(light):
 
 def test_pictures(heavy, light):
     assert len(heavy.plot().axes) == 5  # four, and the bar of colours
-    assert len(light.simulate(parts=5, rng=0).plot().axes) == 3
+    assert len(light.simulate(runs=5, rng=0).plot().axes) == 3
     matplotlib.pyplot.close("all")
 
 
@@ -207,9 +211,9 @@ def test_what_a_strategy_refuses(light):
     with pytest.raises(ValueError, match=r"offset must be > 0.00205, at which the part is centred \(mm\); got 0.001"):
         light.push(offset=0.001)
     with pytest.raises(ValueError, match=r"start must be in \(0, 10\] \(mm\); got 11.0"):
-        light.simulate(parts=2, start=11.0)
-    with pytest.raises(ValueError, match="parts must be"):
-        light.simulate(parts=0)
+        light.simulate(runs=2, start=11.0)
+    with pytest.raises(ValueError, match="runs must be"):
+        light.simulate(runs=0)
     for name in ("measuring_arc", "busy_time", "first_arc"):
         with pytest.raises(ValueError, match=f"{name} must be > 0"):
             CycleTiming(**{name: 0.0})

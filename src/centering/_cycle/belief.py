@@ -17,18 +17,18 @@ class Belief(NamedTuple):
     ----------
     friction : float
         Mean of the ratio to the model's friction, dimensionless.
-    pushes : float
-        Pushes' worth of evidence: the standard deviation is that after so many pushes that showed their friction.
+    evidence : float
+        Pushes' worth of it: the standard deviation is that after so many pushes that showed their friction.
     """
 
     friction: float
-    pushes: float
+    evidence: float
 
 
 @stored("centering.belief")
 @dataclasses.dataclass(frozen=True)
 class RatioBelief(Frozen):
-    """Belief about the friction ratio of a part: friction over that of the model, both coefficients together.
+    """Belief about the friction scale of a part: friction over that of the model, both coefficients together.
 
     The ratio of a part is 1 with a standard deviation of `part_sd`; each push scatters about it by `push_sd`. After n pushes that
     showed their friction the variance is ``1/(1/part_sd^2 + n/push_sd^2)``: a function of n alone, so that only n and the mean

@@ -1,4 +1,4 @@
-"""Bayes' rule for the friction ratio of a part, on a grid of what the part and the push may have."""
+"""Bayes' rule for the friction scale of a part, on a grid of what the part and the push may have."""
 
 from typing import Any
 

@@ -123,6 +123,8 @@ class CenteringController(CycleBase):
         doubt = self.settings.doubt * view.band
         if view.offset + doubt <= tolerance:
             return self._end(CycleState.CENTERED)
+        if view.offset - view.band > self.strategy.offset_max:
+            return self._end(CycleState.BEYOND)
         maybe = view.offset - doubt <= tolerance
         self._state = CycleState.CHECK if maybe else CycleState.COLLECT
         if maybe and view.turns < self.settings.turns_in_doubt:

@@ -7,14 +7,14 @@ from sdpgrind.base import checks
 _MISSED = 0.05  # of the wanted push: a part that moved less was not touched
 
 
-def travelled(offset_before: float, angle_before: float, offset: float, angle: float) -> float:
+def travelled(offset_before: float, offset_angle_before: float, offset: float, offset_angle: float) -> float:
     """Return how far a part was moved, mm, from its offsets before and after: the law of cosines in Mears (6.18).
 
     Parameters
     ----------
     offset_before, offset : float
         Distance of its centre from the axis before and after, mm.
-    angle_before, angle : float
+    offset_angle_before, offset_angle : float
         Directions of the centre on the table, rad.
 
     Raises
@@ -30,7 +30,9 @@ def travelled(offset_before: float, angle_before: float, offset: float, angle: f
     """
     before = checks.nonnegative("offset_before", offset_before, "mm")
     after = checks.nonnegative("offset", offset, "mm")
-    between = checks.number("angle", angle, "rad") - checks.number("angle_before", angle_before, "rad")
+    between = checks.number("offset_angle", offset_angle, "rad") - checks.number(
+        "offset_angle_before", offset_angle_before, "rad"
+    )
     # The difference form keeps its digits where the two nearly agree.
     return sqrt((before - after) ** 2 + 2.0 * before * after * (1.0 - cos(between)))
 

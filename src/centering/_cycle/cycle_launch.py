@@ -31,7 +31,7 @@ _NO_LOG = np.empty((0, LOG_COLUMNS))
 
 
 @dataclass(frozen=True, eq=False)
-class Launch(Frozen):
+class SentPush(Frozen):
     """A push as it is sent.
 
     Parameters
@@ -84,7 +84,9 @@ def run_up(speed: float, limits: CenteringLimits) -> float:
     return speed * speed / (2.0 * limits.max_acceleration)
 
 
-def launch(kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, lag: float = 0.0) -> Launch:
+def launch(
+    kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, lag: float = 0.0
+) -> SentPush:
     """Return what is to be sent for a push.
 
     The tip runs up to its speed before the place of the rim's furthest point and stops where it would with a table at rest, for
@@ -120,10 +122,10 @@ def launch(kind: PushKind, stroke: float, start: Approach, model: PushModel, lim
     if lag == 0.0:
         return best
     late = lag * start.spindle_speed
-    return Launch(best.lead + late, _made_up(best.rows, best.first, lag), best.stop_time + lag, best.beyond, best.first)
+    return SentPush(best.lead + late, _made_up(best.rows, best.first, lag), best.stop_time + lag, best.beyond, best.first)
 
 
-def preview(kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits) -> Launch:
+def preview(kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits) -> SentPush:
     """Return about what is to be sent for a push that is not due yet: `launch`, its stroke not mended (`beyond` is 0).
 
     Parameters
@@ -142,17 +144,17 @@ def _tried(
     limits: CenteringLimits,
     goal: float | None,
     guess: float = 0.0,
-) -> Launch:
+) -> SentPush:
     """The push with a stroke, and how much further than its goal (mm) the ring goes; `guess` is a lead to begin with (rad)."""
     contact = kind.profile(model, stroke, limits.max_acceleration).segments
     before = _approach(start.room, float(contact[0, 1]), limits)
     rows = np.vstack((before, contact) if kind.retract else (before, contact, _drawn_back(limits)))
     lead, left = _lead(rows, start, model, guess)
     beyond = 0.0 if goal is None else start.offset - left - goal
-    return Launch(lead, rows, _until_turn(rows), beyond, len(before))
+    return SentPush(lead, rows, _until_turn(rows), beyond, len(before))
 
 
-def _mended(strokes: list[float], tries: list[Launch]) -> float:
+def _mended(strokes: list[float], tries: list[SentPush]) -> float:
     """The next stroke to try: by the slope of the last two where it is sound, else by a slope of 1."""
     slope = 1.0
     if len(tries) > 1 and strokes[-1] != strokes[-2]:

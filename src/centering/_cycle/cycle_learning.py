@@ -131,7 +131,7 @@ class PartLearner:
         ----------
         view : PartView
             What is known of it.
-        choice : Choice
+        choice : PushChoice
             The push.
         beyond : float
             How much further the part is expected to go than on a table at rest, mm.

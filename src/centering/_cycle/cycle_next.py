@@ -3,7 +3,7 @@
 from math import ceil, isfinite, nan, pi
 from typing import Any, Protocol
 
-from centering._cycle.cycle_launch import Approach, Launch, launch, preview
+from centering._cycle.cycle_launch import Approach, SentPush, launch, preview
 from centering._cycle.cycle_table import TableMotion
 from centering._cycle.outcomes import PushKind
 from centering._push.model import PushModel
@@ -38,8 +38,10 @@ class PushStrategy(Protocol):
     def problem(self) -> CenteringProblem: ...
     @property
     def finish(self) -> float: ...
-    def push(self, *, offset: float, friction: float, pushes: float) -> ChosenPush: ...
-    def update_belief(self, friction: float, pushes: float, commanded: Any, travelled: float) -> tuple[float, float]: ...
+    @property
+    def offset_max(self) -> float: ...
+    def push(self, *, offset: float, friction: float, evidence: float) -> ChosenPush: ...
+    def update_belief(self, friction: float, evidence: float, commanded: Any, travelled: float) -> tuple[float, float]: ...
 
 
 class NextPush:
@@ -61,14 +63,14 @@ class NextPush:
     def forget(self) -> None:
         """Nothing is chosen or planned."""
         self.choice: ChosenPush | None = None
-        self.launch: Launch | None = None
+        self.launch: SentPush | None = None
         self.trigger = nan
         self._planned, self._exact = Approach(0.0, 0.0, 0.0), False
         self._asked = (nan, nan, nan)
         self._answer: ChosenPush | None = None
 
     def ask(self, offset: float, friction: float, evidence: float) -> ChosenPush:
-        """Return what the strategy does at an offset (mm); one that it would leave alone is pushed as the least it would not.
+        """Return what the strategy does at an offset (mm); one out of its range is pushed as the nearest within.
 
         Parameters
         ----------
@@ -77,10 +79,10 @@ class NextPush:
         friction, evidence : float
             What is believed: ratio, and pushes' worth of evidence.
         """
-        asked = (max(offset, self._least), friction, evidence)
+        asked = (min(max(offset, self._least), self._strategy.offset_max), friction, evidence)
         if self._answer is None or asked != self._asked:
             self._asked = asked
-            self._answer = self._strategy.push(offset=asked[0], friction=friction, pushes=evidence)
+            self._answer = self._strategy.push(offset=asked[0], friction=friction, evidence=evidence)
         return self._answer
 
     def plan(self, choice: ChosenPush, start: Approach, friction: float, table: TableMotion) -> None:
@@ -88,7 +90,7 @@ class NextPush:
 
         Parameters
         ----------
-        choice : Choice
+        choice : PushChoice
             The push.
         start : Approach
             Where it begins.
@@ -104,7 +106,7 @@ class NextPush:
             self.launch = preview(_kind(choice), choice.stroke, start, self._felt(friction), self._problem.limits)
             self._planned, self._exact = start, False
 
-    def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> Launch:
+    def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> SentPush:
         """Plan a push as it is sent, and return that; the parameters are those of `plan` (mm, rad/s)."""
         model = self._felt(friction)
         self.launch = launch(_kind(choice), choice.stroke, start, model, self._problem.limits, self._lag)

@@ -22,7 +22,7 @@ from sdpgrind.base.parallel import execute
 from sdpgrind.base.stored import stored
 
 RATIOS = np.linspace(0.6, 1.4, 49)
-"""Friction ratios of the tables."""
+"""Friction scales of the tables."""
 _STEP = 1.02
 """Ratio of neighbouring strokes."""
 _LONGEST = 0.25
@@ -108,7 +108,7 @@ def default_kinds(top_speed: float) -> tuple[PushKind, ...]:
 @stored("centering.outcomes")
 @dataclasses.dataclass(frozen=True, eq=False)
 class OutcomeTable(Frozen):
-    """Travel of a part by kind of push, stroke and friction ratio.
+    """Travel of a part by kind of push, stroke and friction scale.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class OutcomeTable(Frozen):
     first_stroke, stroke_ratio : float
         Strokes of the table are ``first_stroke stroke_ratio^i``, mm.
     travel : array, (K, S, R)
-        At the friction ratios `RATIOS`, mm.
+        At the friction scales `RATIOS`, mm.
     contact_time : array, (K, S)
         From first touch to the turning point of the tip, s.
     last : array of int, (K,)
@@ -139,7 +139,7 @@ class OutcomeTable(Frozen):
 
     @cached_property
     def grid(self) -> tuple[float, float, float, float]:
-        """Logarithms of the first stroke (mm) and of the ratio of strokes, first friction ratio and step (both unit 1)."""
+        """Logarithms of the first stroke (mm) and of the ratio of strokes, first friction scale and step (both unit 1)."""
         return float(np.log(self.first_stroke)), float(np.log(self.stroke_ratio)), float(RATIOS[0]), float(RATIOS[1] - RATIOS[0])
 
     @property
@@ -154,7 +154,7 @@ class OutcomeTable(Frozen):
 
     @cached_property
     def mean_travel(self) -> Floats:
-        """Mean travel about each friction ratio, never falling with the stroke, (K, S, R), mm: what a stroke is chosen by."""
+        """Mean travel about each friction scale, never falling with the stroke, (K, S, R), mm: what a stroke is chosen by."""
         node, weight = np.polynomial.hermite_e.hermegauss(9)
         at = np.clip(np.add.outer(RATIOS, _SPREAD * node), RATIOS[0], RATIOS[-1])
         hat = np.maximum(0.0, 1.0 - np.abs(at[:, :, None] - RATIOS) / self.grid[3])
@@ -162,11 +162,11 @@ class OutcomeTable(Frozen):
         return np.ascontiguousarray(np.maximum.accumulate(self.travel @ blur.T, axis=1))
 
     def expected(self, kind: int, stroke: float, friction: float) -> float:
-        """Return the travel (mm) of a kind of push with a stroke (mm) at a friction ratio."""
+        """Return the travel (mm) of a kind of push with a stroke (mm) at a friction scale."""
         return float(travel_at(self.travel[kind], self.grid, stroke, friction))
 
     def stroke_for(self, kind: int, travel: float, friction: float) -> float:
-        """Return the stroke (mm) of a kind (by number) with a mean `travel` (mm) about a friction ratio; inf: there is none."""
+        """Return the stroke (mm) of a kind (by number) with a mean `travel` (mm) about a friction scale; inf: there is none."""
         return float(stroke_for(self.mean_travel[kind], self.grid, int(self.last[kind]), friction, travel))
 
 

@@ -28,7 +28,7 @@ _SLOWEST_TABLE = 0.1  # rad/s
 class TableSpeeds(Protocol):
     """What has a table speed for each offset; a `Strategy` does."""
 
-    def speed(self, offset: float) -> float: ...
+    def spindle_speed(self, offset: float) -> float: ...
 
 
 class PrintedController(CycleBase):
@@ -97,7 +97,7 @@ class PrintedController(CycleBase):
         limits = checks.kind("problem", problem, CenteringProblem).limits
         self.spindle_speed = limited("spindle_speed", spindle_speed, "spindle_speed_max", limits, "rad/s")
         self.push_speed = None if push_speed is None else limited("push_speed", push_speed, "push_speed_max", limits, "mm/s")
-        self.scheduled = scheduled if scheduled is None else checks.able("scheduled", scheduled, "a strategy", "speed")
+        self.scheduled = scheduled if scheduled is None else checks.able("scheduled", scheduled, "a strategy", "spindle_speed")
         self.timing = one_of("timing", timing, ("printed", "exact"))
         self._planner = PrintedPlanner(problem, self.push_speed, self.timing)
         self._fit = PrintedPlace("prls")
@@ -160,9 +160,10 @@ class PrintedController(CycleBase):
 
     def _speed(self) -> float:
         """Table speed at the offset that is known, rad/s."""
+        slower = self._planner.slower
         if self.scheduled is None:
-            return self.spindle_speed * self._planner.slower
-        return self.scheduled.speed(self._offset if isfinite(self._offset) else self.problem.offset_max) * self._planner.slower
+            return self.spindle_speed * slower
+        return self.scheduled.spindle_speed(self._offset if isfinite(self._offset) else self.problem.offset_max) * slower
 
     def _collect(self) -> None:
         if self._samples == 0:

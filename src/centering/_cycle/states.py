@@ -32,6 +32,8 @@ class CycleState(IntEnum):
     """Given up: force on the slide while nothing was to be pushed, or more than the sensor's range."""
     LOST = 9
     """Given up: the probe finds no part."""
+    BEYOND = 10
+    """Given up: further from the axis than the strategy knows pushes for."""
 
     @property
     def failed(self) -> bool:

@@ -2,9 +2,10 @@
 
 import os
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from centering._cycle.belief import Belief, RatioBelief
@@ -17,14 +18,19 @@ from centering._cycle.strategy_timing import CycleTiming
 from centering._push.problem import CenteringProblem
 from centering._push.profile import TipProfile
 from sdpgrind.base import checks, records
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.base.stored import decode, encode
 
+if TYPE_CHECKING:
+    from centering._cycle.strategy_record import CenteringRuns
+
 KIND = "centering.strategy"
+_ROUNDING = 1.0 + 1e-9
 
 
-class Choice(NamedTuple):
+class PushChoice(NamedTuple):
     """A push that a strategy chooses.
 
     Attributes
@@ -57,7 +63,7 @@ class Choice(NamedTuple):
 class Strategy:
     """Which push next, by offset, believed friction and pushes seen: a plan, immutable, made by `plan`.
 
-    The friction ratio is the part's friction over that of the model; the belief about it has a mean, which is looked up, and a
+    The friction scale is the part's friction over that of the model; the belief about it has a mean, which is looked up, and a
     standard deviation, which the number of pushes seen tells.
 
     Parameters
@@ -99,9 +105,8 @@ class Strategy:
     ) -> None:
         self.problem, self.outcomes, self.timing = problem, outcomes, timing
         self.kinds, self.finish = outcomes.kinds, finish_offset(problem)
-        self._speeds = np.ascontiguousarray(speeds)
-        self._table = table
-        self._value, self._kind, self._share = (np.ascontiguousarray(x) for x in table)
+        self._speeds = lasting(speeds)
+        self._value, self._kind, self._share = (lasting(x, kind) for x, kind in zip(table, (float, np.int64, float), strict=True))
         self.belief = RatioBelief.of(problem.scatter)
         self._settled = self._value.shape[0] - 1
         self._axes = packed_axes(offset_axis(problem, self._value.shape[1]), friction_axis(problem, self._value.shape[2]))
@@ -109,7 +114,7 @@ class Strategy:
 
     # -- looking up ------------------------------------------------------------------------------------------------
 
-    def push(self, *, offset: float, friction: float = 1.0, pushes: float = 0) -> Choice:
+    def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice:
         """Return the push that leads to the end soonest.
 
         Parameters
@@ -117,24 +122,25 @@ class Strategy:
         offset : float
             Measured offset, mm; greater than `finish`.
         friction : float
-            Mean of the believed friction ratio, dimensionless.
-        pushes : float
-            Pushes' worth of evidence in it, see `update_belief`; or simply the pushes so far.
+            Mean of the believed friction scale, dimensionless.
+        evidence : float
+            Pushes' worth of it, see `update_belief`; or simply the pushes so far.
 
         Raises
         ------
         ValueError
-            When the offset is not > `finish`: the part is centred.
+            When the offset is not > `finish`: the part is centred; or beyond `offset_max`.
         """
         if not offset > self.finish:
             raise checks.refuse("offset", f"> {self.finish:g}, at which the part is centred", offset, "mm")
+        self._refuse_beyond(offset)
         kind, aim, stroke, speed = choose(
-            (self._kind, self._share), self._outcomes, self._speeds, self._axes, offset, friction, self._mode(pushes)
+            (self._kind, self._share), self._outcomes, self._speeds, self._axes, offset, friction, self._mode(evidence)
         )
         how = self.kinds[kind]
-        return Choice(aim, stroke, how.push_speed, how.shape, how.retract, speed, kind)
+        return PushChoice(aim, stroke, how.push_speed, how.shape, how.retract, speed, kind)
 
-    def value(self, *, offset: float, friction: float = 1.0, pushes: float = 0) -> float:
+    def value(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> float:
         """Return the expected time from the touch of the next push to the end, s; 0 where the part is centred.
 
         Parameters
@@ -142,43 +148,59 @@ class Strategy:
         offset : float
             mm.
         friction : float
-            Mean of the believed friction ratio, dimensionless.
-        pushes : float
-            Pushes' worth of evidence in it.
+            Mean of the believed friction scale, dimensionless.
+        evidence : float
+            Pushes' worth of it.
+
+        Raises
+        ------
+        ValueError
+            When the offset is beyond `offset_max`.
         """
+        self._refuse_beyond(offset)
         if offset <= self.finish:
             return 0.0
-        return float(value_at(self._value, self._axes, offset, friction, self._mode(pushes)))
+        return float(value_at(self._value, self._axes, offset, friction, self._mode(evidence)))
 
-    def _mode(self, pushes: float) -> int:
+    @property
+    def offset_max(self) -> float:
+        """Greatest offset that the strategy knows pushes for, mm."""
+        return float(np.exp(self._axes[0] + self._axes[1] * (self._axes[2] - 1)))
+
+    def _refuse_beyond(self, offset: float) -> None:
+        """Refuse an offset that nothing is known about."""
+        if not offset <= self.offset_max * _ROUNDING:
+            raise checks.refuse("offset", f"<= {self.offset_max:g} (the strategy's)", offset, "mm")
+
+    def _mode(self, evidence: float) -> int:
         """Row of the table for so much evidence: a push is worth less than one that shows its friction fully."""
         settled: int = self._settled
-        return min(int(pushes / WORTH + 0.5), settled)
+        return min(int(evidence / WORTH + 0.5), settled)
 
     def cycle_time(self, offset: float) -> float:
         """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s."""
-        speed = self.speed(offset)
+        speed = self.spindle_speed(offset)
         return self.timing.start_time(speed, self.problem.limits.spindle_acceleration_max) + self.value(offset=offset)
 
-    def speed(self, offset: float) -> float:
+    def spindle_speed(self, offset: float) -> float:
         """Return the table speed at an `offset` (mm), rad/s."""
         return float(table_speed(self._speeds, self._axes[:2], offset))
 
-    def profile(self, choice: Choice) -> TipProfile:
+    def profile(self, choice: PushChoice) -> TipProfile:
         """Return the motion of the tip from the first touch on, for a `choice` of `push` (mm, s)."""
         kind = self.kinds[choice.kind]
         return kind.profile(self.problem.model, choice.stroke, self.problem.limits.max_acceleration)
 
-    def update_belief(self, friction: float, pushes: float, commanded: Choice, travelled: float) -> Belief:
+    def update_belief(self, friction: float, evidence: float, commanded: PushChoice, travelled: float) -> Belief:
         """Return what is believed after a push: Bayes' rule, the push scattering about the friction of the part.
 
         Parameters
         ----------
         friction : float
             Mean of the ratio before, dimensionless.
-        pushes : float
+        evidence : float
             Pushes' worth of evidence before: 0 at the first push, then what this method gave.
-        commanded : Choice
+        commanded : PushChoice
             The push.
         travelled : float
             How far the part was moved, mm: the length of the difference of two measured places.
@@ -188,11 +210,11 @@ class Strategy:
         Belief
             Mean and evidence; a push that told little adds little evidence.
         """
-        prior = friction, self.belief.sd(pushes)
+        prior = friction, self.belief.sd(evidence)
         table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
         mean, sd = posterior(table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled)
         low, high = self._axes[3], self._axes[3] + self._axes[4] * (self._axes[5] - 1)
-        return Belief(min(max(mean, low), high), max(pushes, self.belief.evidence(sd)))
+        return Belief(min(max(mean, low), high), max(evidence, self.belief.evidence(sd)))
 
     @cached_property
     def _noise(self) -> float:
@@ -201,16 +223,16 @@ class Strategy:
 
     # -- predicting ------------------------------------------------------------------------------------------------
 
-    def simulate(self, *, parts: int = 200, rng: Seed = 0, start: Any = None) -> Any:
+    def simulate(self, *, runs: int = 200, rng: Seed = 0, start: npt.ArrayLike | None = None) -> "CenteringRuns":
         """Follow the strategy on the model: pushes simulated exactly, friction that stays with its part; no machine.
 
         Parameters
         ----------
-        parts : int
-            Number of parts.
+        runs : int
+            How many parts.
         rng : int, SeedSequence or Generator
             Source of randomness.
-        start : float or array (parts,), optional
+        start : float or array (runs,), optional
             Offset at the begin, mm; by default uniform from a tenth of the problem's greatest offset to the greatest.
 
         Returns
@@ -220,7 +242,7 @@ class Strategy:
         """
         from centering._cycle.strategy_simulation import simulate
 
-        return simulate(self, parts, rng, start)
+        return simulate(self, runs, rng, start)
 
     # -- keeping ---------------------------------------------------------------------------------------------------
 
@@ -234,7 +256,7 @@ class Strategy:
             "value": (dims, self._value, {"units": "s", "long_name": "expected time from the next touch to the end"}),
             "kind": (dims, self._kind, {"long_name": "kind of push: " + "; ".join(k.name for k in self.kinds)}),
             "share": (dims, self._share, {"units": "1", "long_name": "wanted mean travel over offset"}),
-            "table_speed": (("offset",), self._speeds, {"units": "rad/s", "long_name": "table speed"}),
+            "spindle_speed": (("offset",), self._speeds, {"units": "rad/s", "long_name": "table speed"}),
             "travel": (("push_kind", "stroke", "ratio"), table.travel, {"units": "mm", "long_name": "travel of the part"}),
             "contact_time": (("push_kind", "stroke"), table.contact_time, {"units": "s", "long_name": "time of contact"}),
             "last": (("push_kind",), table.last, {"long_name": "greatest stroke of a kind of push, its number"}),
@@ -242,7 +264,7 @@ class Strategy:
         coordinates = {
             "pushes": ("pushes", np.arange(self._settled + 1), {"long_name": "pushes seen"}),
             "offset": ("offset", np.exp(low + step * np.arange(nodes)), {"units": "mm"}),
-            "friction": ("friction", first + ratio * np.arange(count), {"units": "1", "long_name": "mean friction ratio"}),
+            "friction": ("friction", first + ratio * np.arange(count), {"units": "1", "long_name": "mean friction scale"}),
             "stroke": ("stroke", table.strokes, {"units": "mm"}),
         }
         plain = encode({"problem": self.problem, "timing": self.timing, "kinds": self.kinds, "strokes": table.stroke_range})
@@ -261,10 +283,13 @@ class Strategy:
         first, ratio = plain["strokes"]
         outcomes = OutcomeTable(plain["kinds"], first, ratio, arrays["travel"], arrays["contact_time"], arrays["last"])
         table = arrays["value"], arrays["kind"], arrays["share"]
-        return cls(plain["problem"], outcomes, plain["timing"], arrays["table_speed"], table)
+        return cls(plain["problem"], outcomes, plain["timing"], arrays["spindle_speed"], table)
 
     def plot(self) -> Any:
-        """Draw expected time and best push over the offset, and what the friction belief changes; return the figure."""
+        """Draw expected time and best push over the offset, and what the friction belief changes; return the figure.
+
+        Specks in the map of the kinds of push are pushes that are equal within the noise of the table.
+        """
         from centering._cycle.strategy_picture import plot
 
         return plot(self)

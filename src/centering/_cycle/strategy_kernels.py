@@ -79,7 +79,7 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     timing : tuple
         (time of retreat and approach (s), arc of measuring (rad), table acceleration (rad/s^2)).
     axes : tuple
-        (log low, log step, nodes) of the offset and (low, step, nodes) of the friction ratio.
+        (log low, log step, nodes) of the offset and (low, step, nodes) of the friction scale.
     draws : tuple
         (friction (1), cosine and sine of the direction, place (mm), share of the place that measuring hid, weight), each (Q,).
     out : array, (P,)

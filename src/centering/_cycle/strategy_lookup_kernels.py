@@ -13,14 +13,14 @@ _OPTIONS: Any = {"cache": True, "nogil": True}
 
 @njit(**_OPTIONS)
 def place(axes, offset, friction):
-    """Cells of an offset (mm) and a friction ratio; `axes` = (log low, log step, nodes, low, step, nodes)."""
+    """Cells of an offset (mm) and a friction scale; `axes` = (log low, log step, nodes, low, step, nodes)."""
     i = min(max((np.log(offset) - axes[0]) / axes[1], 0.0), axes[2] - 1.0)
     return i, min(max((friction - axes[3]) / axes[4], 0.0), axes[5] - 1.0)
 
 
 @njit(**_OPTIONS)
 def value_at(value, axes, offset, friction, pushes):
-    """Expected time (s), bilinear in log offset and friction ratio."""
+    """Expected time (s), bilinear in log offset and friction scale."""
     i, j = place(axes, offset, friction)
     a, b = min(int(i), value.shape[1] - 2), min(int(j), value.shape[2] - 2)
     x, y = i - a, j - b

@@ -24,14 +24,14 @@ WORTH = 0.65
 DRAWS = 101
 """Draws of friction, direction and place of a push."""
 _LATTICE = (1, 26, 40)
-_SIGMAS = 3.0  # how far the axis of the friction ratio reaches, in standard deviations from part to part
+_SIGMAS = 3.0  # how far the axis of the friction scale reaches, in standard deviations from part to part
 _BEYOND = 1.5  # greatest offset of the table over that of the problem
 _SURE = 1.5  # standard deviations of a measured offset that are kept from the tolerance
 _MIDDLE = 0.5  # least share of the tolerance at which a part counts as centred, however badly it is measured
 
 
 class Size(NamedTuple):
-    """How fine a strategy is worked out: nodes of the offset and of the believed friction ratio."""
+    """How fine a strategy is worked out: nodes of the offset and of the believed friction scale."""
 
     offsets: int = 128
     frictions: int = 7
@@ -55,7 +55,7 @@ class Ground:
 
     @property
     def axes(self) -> tuple[sdp.Axis, sdp.Axis]:
-        """Offset and friction ratio."""
+        """Offset and friction scale."""
         return offset_axis(self.problem, self.size.offsets), friction_axis(self.problem, self.size.frictions)
 
 
@@ -71,7 +71,7 @@ def offset_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
 
 
 def friction_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
-    """Axis of the believed friction ratio."""
+    """Axis of the believed friction scale."""
     reach = max(_SIGMAS * problem.scatter.friction_part_sd, 0.01)
     return sdp.Axis("friction", max(0.6, 1 - reach), min(1.4, 1 + reach), nodes, "", below="hold", above="hold")
 

@@ -9,7 +9,7 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from centering._cycle.strategy import Strategy
 
-_COLORS = ("#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c", "#08306b", "#999999", "#fdae6b", "#e6550d", "#a63603")
+_COLORS = ("#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c", "#41ab5d", "#999999", "#fdae6b", "#e6550d", "#a63603")
 
 
 def plot(strategy: "Strategy") -> Any:
@@ -44,13 +44,19 @@ def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
     image = ax.pcolormesh(1e3 * data.offset, data.friction, data["kind"].values[1].T, cmap=colors, norm=norm, rasterized=True)
     bar = ax.figure.colorbar(image, ax=ax, ticks=range(count))
     bar.ax.set_yticklabels([kind.name for kind in strategy.kinds], fontsize=7)
-    ax.set(xscale="log", xlabel="offset [um]", ylabel="believed friction over the model's", title="best push, 1 push seen")
+    ax.set(
+        xscale="log",
+        xlim=(None, 1e3 * strategy.problem.offset_max),
+        xlabel="offset [um]",
+        ylabel="believed friction over the model's",
+        title="best push, 1 push seen",
+    )
 
 
 def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
     """Tip stroke and aimed travel over the offset."""
     offset = data.offset.values[1:]
-    choices = [strategy.push(offset=float(d), pushes=1) for d in offset]
+    choices = [strategy.push(offset=float(d), evidence=1) for d in offset]
     ax.semilogx(
         1e3 * offset, [c.stroke / d for c, d in zip(choices, offset, strict=True)], color="0.6", label="travel of the tip"
     )
@@ -74,6 +80,8 @@ def _draw_belief(ax: Any, strategy: "Strategy") -> None:
 
 
 def _mark(ax: Any, strategy: "Strategy") -> None:
-    """Tolerance, and the jump of stick and slip."""
-    ax.axvline(1e3 * strategy.problem.tolerance, color="k", lw=0.8, ls=":")
-    ax.axvline(1e3 * strategy.problem.model.stick_slip_quantum, color="#a63603", lw=0.8, ls=":")
+    """Tolerance, and half the jump of stick and slip; the axis ends with the offsets of the problem."""
+    ax.axvline(1e3 * strategy.problem.tolerance, color="k", lw=0.8, ls=":", label="tolerance")
+    half = 0.5 * strategy.problem.model.stick_slip_quantum
+    ax.axvline(1e3 * half, color="#a63603", lw=0.8, ls="-.", label="half a jump of stick and slip")
+    ax.set_xlim(right=1e3 * strategy.problem.offset_max)

@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 
 if TYPE_CHECKING:
-    from centering._cycle.strategy import Choice, Strategy
+    from centering._cycle.strategy import PushChoice, Strategy
 
 _LEAST_SHARE = 0.1  # of the greatest offset: where parts begin unless told
 
@@ -21,7 +21,7 @@ _LEAST_SHARE = 0.1  # of the greatest offset: where parts begin unless told
 def simulate(strategy: "Strategy", parts: int, rng: Seed, start: Any) -> CenteringRuns:
     """Centre so many parts; see `Strategy.simulate`."""
     random = generator(rng)
-    checks.count("parts", parts)
+    checks.count("runs", parts)
     offset_max = strategy.problem.offset_max
     begun = random.uniform(_LEAST_SHARE * offset_max, offset_max, parts) if start is None else np.array(start, dtype=float)
     begun = np.broadcast_to(checks.finite_array("start", begun, "mm"), parts)
@@ -56,7 +56,7 @@ class _Parts:
     def _start_time(self, offset: float) -> float:
         """Time from rest to the first touch: run up, measure, and any part of a turn, s."""
         acceleration = self.strategy.problem.limits.spindle_acceleration_max
-        speed = self.strategy.speed(offset)
+        speed = self.strategy.spindle_speed(offset)
         mean = self.strategy.timing.start_time(speed, acceleration)
         return mean + float(self.random.uniform(-np.pi, np.pi)) / speed
 
@@ -65,14 +65,14 @@ class _Parts:
         unit = self.random.standard_normal((4, self.offset.size))
         at = np.flatnonzero(self.waiting)
         choices = [
-            self.strategy.push(offset=float(d), friction=float(m), pushes=float(n))
+            self.strategy.push(offset=float(d), friction=float(m), evidence=float(n))
             for d, m, n in zip(self.measured[at], self.friction[at], self.evidence[at], strict=True)
         ]
         travel = self._travel(at, choices, unit)
         for k, choice, x in zip(at, choices, travel, strict=True):
             self._move(int(k), choice, float(x), unit[:, k])
 
-    def _travel(self, at: Any, choices: "list[Choice]", unit: Floats) -> Floats:
+    def _travel(self, at: Any, choices: "list[PushChoice]", unit: Floats) -> Floats:
         """Travel of the parts, mm: the tip meets a part where it is and stops where it is told, but for its scatter."""
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
         ratio = np.maximum(0.2, self.ratio[at] * (1.0 + self.scatter.friction_push_sd * unit[0, at]))
@@ -83,7 +83,7 @@ class _Parts:
         ]
         return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in ratio]), profiles)[:, 0])
 
-    def _move(self, k: int, choice: "Choice", travel: float, unit: Floats) -> None:
+    def _move(self, k: int, choice: "PushChoice", travel: float, unit: Floats) -> None:
         """Book a push of part k: where it is now, what was measured, how long it took, what it says of friction."""
         strategy, limits = self.strategy, self.strategy.problem.limits
         self.offset[k], phase = push_once(self.offset[k], travel, self.scatter.direction_sd * unit[2])
@@ -95,7 +95,7 @@ class _Parts:
         self.pushes[k] += 1
         self.waiting[k] = self.measured[k] > strategy.finish
         busy = pushing_time(strategy.profile(choice)) + strategy.timing.busy_time
-        speed, arc = strategy.speed(float(self.measured[k])), strategy.timing.measuring_arc
+        speed, arc = strategy.spindle_speed(float(self.measured[k])), strategy.timing.measuring_arc
         if self.waiting[k]:
             self.time[k] += waiting_time(phase, busy, speed, arc, choice.spindle_speed, limits.spindle_acceleration_max)
         else:
