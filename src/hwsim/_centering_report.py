@@ -31,7 +31,8 @@ class _InMicrometres:
 
 def report(title: str, log: "Log", plan: Any) -> str:
     """Return the whole report as text."""
-    lines = parts_table(_InMicrometres(log), "part", _COLUMNS, _SHORT)
+    shown: Any = _InMicrometres(log)
+    lines = parts_table(shown, "part", _COLUMNS, _SHORT)
     return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan)])
 
 

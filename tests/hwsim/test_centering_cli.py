@@ -108,6 +108,10 @@ def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, cap
     assert float(row[3]) == pytest.approx(float(outcome.time.mean()), abs=6e-4)
     row = next(line for line in lines if line.startswith("pushes")).split()
     assert float(row[2]) == pytest.approx(float(outcome.pushes.mean()), abs=6e-4)
+    heads, first = lines[3], lines[4].split()
+    assert "offset um" in heads and float(first[3]) == pytest.approx(1000 * float(outcome.offset[0]), abs=6e-3)
+    row = next(line for line in lines if line.startswith("offset at the end (um)")).split()
+    assert float(row[-2]) == pytest.approx(1000 * float(outcome.offset.mean()), abs=6e-4)
     assert out.endswith(f"kept in {finished}: strategy.nc, run.nc, run.db\n")
 
 

@@ -12,7 +12,7 @@ from centering_fakes import RADIUS, STILL, Follower, at, center, constant, exact
 from scipy.integrate import solve_ivp
 
 import hwsim
-from centering import PrintedController, TipProfile
+from centering import PrintedController, TipProfile, plot_centers
 from centering._geometry.curve import circle_reading
 from hwsim._log import same
 from hwsim._recording import Recording
@@ -332,6 +332,14 @@ def test_parts_begin_within_the_greatest_offset_of_the_problem():
     assert CenteringMachine(problem(), start_offset=10.0)._offsets == (10.0, 10.0)
 
 
+def test_numbers_of_many_pushes_do_not_pile_up():
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    centers = np.vstack([[8.0, 0.0], [0.0, 3.0], np.full((18, 2), 0.4) + 1e-3 * np.arange(18)[:, None]])
+    figure = plot_centers(centers, 0.0025)
+    assert sorted(int(text.get_text()) for text in figure.axes[0].texts) == [0, 1, 19]
+    pyplot.close(figure)
+
+
 class Otherwise(Follower):
     """Sends its profile as something else than an array."""
 
@@ -364,6 +372,9 @@ def test_it_fits_and_is_drawn(log):
     pyplot = pytest.importorskip("matplotlib.pyplot")
     figure = log.plot()
     assert "0.8 kg" in figure.get_suptitle() and len(figure.axes) == 4
+    paths = [line.get_ydata() for line in figure.axes[2].lines if len(line.get_xdata()) == log.outcome.center_x.shape[1]]
+    wanted = 1000 * np.hypot(log.outcome.center_x, log.outcome.center_y).values
+    assert {tuple(each) for each in wanted} <= {tuple(each) for each in paths}  # every part, push by push
     pyplot.close(figure)
 
 

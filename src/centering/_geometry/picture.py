@@ -7,13 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks, units
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from centering._geometry.estimate import CircleEstimate
 
 BLUE, RED, GREEN, GREY = "#4878a8", "#b04a3a", "#3f8f5f", "0.45"
+_ROOM = 0.06  # of the greatest height: for a number
 FINE = 721
 SPARE = 0.5
 """Decades below the least of tolerance and centres, at the middle of the chart."""
@@ -120,14 +121,23 @@ def _draw_tolerance(axis: Any, wanted: float, height: float) -> None:
 
 
 def _draw_path(axis: Any, line: Floats, widths: Floats, middle: float) -> None:
-    """Centres in their order, numbered, with their standard deviations as far as they show."""
+    """Centres in their order, numbered where there is room, with their standard deviations as far as they show."""
     angle, offset = np.arctan2(line[:, 1], line[:, 0]), np.hypot(line[:, 0], line[:, 1])
     height = _height(offset, middle)
     axis.plot(angle, height, color=BLUE, lw=0.8, alpha=0.7)
     low, high = _height(offset - widths, middle), _height(offset + widths, middle)
     axis.errorbar(angle, height, yerr=[height - low, high - height], fmt="o", color=BLUE, ms=4, lw=1, label="centre")
-    for k, (direction, place) in enumerate(zip(angle, height, strict=True)):
-        axis.annotate(str(k), (direction, place), xytext=(5, 5), textcoords="offset points", fontsize=8)
+    for k in _apart(np.asarray(height * np.exp(1j * angle), dtype=complex), _ROOM * float(height.max())):
+        axis.annotate(str(k), (angle[k], height[k]), xytext=(5, 5), textcoords="offset points", fontsize=8)
+
+
+def _apart(places: Complex, room: float) -> list[int]:
+    """The last of some places, the first, and whichever is not nearer than `room` to one that was taken already."""
+    taken = [len(places) - 1]
+    for k in range(len(places) - 1):
+        if np.abs(places[taken] - places[k]).min() >= room:
+            taken.append(k)
+    return sorted(taken)
 
 
 def _height(offset: Floats, middle: float) -> Floats:

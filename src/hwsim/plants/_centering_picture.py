@@ -22,9 +22,10 @@ def picture(log: PartLog) -> "Figure":
     """Draw a log of `CenteringMachine`: the last part on a log-polar chart and against time, and all parts."""
     pyplot = need("matplotlib.pyplot", "plot")
     figure: Figure = pyplot.figure(figsize=(12.0, 7.0), layout="constrained")
-    grid = figure.add_gridspec(3, 2, width_ratios=(1.2, 1))
-    above = figure.add_subplot(grid[0, 0])
-    axes = [above, figure.add_subplot(grid[1, 0], sharex=above), figure.add_subplot(grid[2, 0])]
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1), height_ratios=(1.9, 1))
+    pair = grid[0, 0].subgridspec(2, 1, hspace=0.0)  # of one axis of time: no room for labels between
+    above = figure.add_subplot(pair[0])
+    axes = [above, figure.add_subplot(pair[1], sharex=above), figure.add_subplot(grid[1, 0])]
     last = _last(log)
     _motion(axes[0], last)
     _force(axes[1], last)
@@ -69,7 +70,7 @@ def _motion(axis: Any, last: dict[str, Floats]) -> None:
     axis.set(ylabel="from the axis [mm]")
     axis.set_title("The last part; a profile of the slide runs where it is shaded", loc="left", fontsize=10)
     axis.tick_params(labelbottom=False)
-    axis.legend(**_SMALL)
+    axis.legend(**_SMALL, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
 
 
 def _force(axis: Any, last: dict[str, Floats]) -> None:
@@ -81,18 +82,21 @@ def _force(axis: Any, last: dict[str, Floats]) -> None:
 
 
 def _parts(axis: Any, log: PartLog) -> None:
-    """Final offset of every part; those that were not finished in red."""
-    offset = _UM * np.maximum(log.outcome.offset.values, _LEAST)
-    done = log.outcome.finished.values > 0
-    time = log.outcome.time.values
-    axis.plot(time[done], offset[done], "o", color=_TIP, ms=3.5, label="finished")
-    if not done.all():
-        axis.plot(time[~done], offset[~done], "o", color=_BAD, ms=3.5, label="not finished")
-    axis.axhline(_UM * float(log.outcome.attrs["tolerance"]), color="0.15", lw=1, ls="--")
-    axis.set(xlabel="time of a part [s]", ylabel="final offset [µm]", yscale="log")
-    axis.set_ylim(min(0.1, 0.5 * float(offset.min())), 2.0 * max(5.0, float(offset.max())))  # decades, however alike they are
-    axis.set_title("Every part; dashed: the tolerance", loc="left", fontsize=10)
-    axis.legend(**_SMALL)
+    """Offset of every part push by push, and where it ended; those that were not finished in red."""
+    out = log.outcome
+    offset = _UM * np.maximum(np.hypot(out.center_x.values, out.center_y.values), _LEAST)
+    final = _UM * np.maximum(out.offset.values, _LEAST)
+    done = out.finished.values > 0
+    axis.plot(offset.T, color=_RIM, lw=0.6, alpha=max(0.15, 1.0 / len(offset)))
+    for those, color, label in ((done, _TIP, "finished"), (~done, _BAD, "not finished")):
+        if those.any():
+            axis.plot(out.pushes.values[those], final[those], "o", color=color, ms=3.5, label=label)
+    axis.axhline(_UM * float(out.attrs["tolerance"]), color="0.15", lw=1, ls="--", label="tolerance")
+    axis.set(xlabel="pushes", ylabel="offset [µm]", yscale="log")
+    axis.set_ylim(min(0.1, 0.5 * float(final.min())), 2.0 * max(5.0, float(np.nanmax(offset))))
+    axis.xaxis.get_major_locator().set_params(integer=True)
+    axis.set_title("Every part, push by push", loc="left", fontsize=10)
+    axis.legend(**_SMALL, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _title(log: PartLog) -> str:
