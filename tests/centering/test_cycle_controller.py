@@ -198,3 +198,20 @@ def test_bad_settings(field, value, message):
 def test_what_is_no_strategy():
     with pytest.raises(TypeError, match="strategy must be a strategy such as"):
         CenteringController(pi)
+
+
+def test_a_part_further_off_than_the_strategy_knows_pushes_for_is_given_up():
+    class Short(PlainStrategy):
+        def push(self, *, offset, friction, evidence):
+            assert offset <= self.offset_max
+            return super().push(offset=offset, friction=friction, evidence=evidence)
+
+    strategy = Short(PROBLEM)
+    strategy.offset_max = 4.0
+    log = hwsim.run(MACHINE.replace(start_offset=8.0, time_max=6.0), CenteringController(strategy), rng=0)
+    assert log["control"].state_planned.values[-1] == CycleState.BEYOND and log.outcome.pushes[0] == 0
+    assert CycleState.BEYOND.failed
+
+
+def test_a_controller_says_what_it_is_in_a_line():
+    assert repr(CenteringController(PlainStrategy(PROBLEM))) == "CenteringController(0.8 kg, radius 44.45 mm, approach)"

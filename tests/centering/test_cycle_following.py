@@ -103,3 +103,10 @@ def test_short_moves_are_triangles():
 def test_bad_input(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_a_map_is_equal_by_value_and_says_what_it_is_in_a_line():
+    one, two = (tune_following(proportional=[5.0, 32.0], integral=[0.0, 60.0]) for _ in range(2))
+    assert one == two and hash(one) == hash(two) and one != two.replace(objective=two.objective + 1.0)
+    assert repr(one) == "FollowingMap(2 x 2 gains, the best FollowingGains(proportional=32.0, integral=0.0))"
+    assert not one.objective.flags.writeable

@@ -12,6 +12,7 @@ from centering._cycle.cycle_learning import LearnedBias, Travel
 from centering._cycle.cycle_table import TableMotion
 from centering._cycle.outcomes import PushKind
 from centering._push.presets import preset
+from centering._push.trace import simulate_push
 
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
 GENTLE, TAP = PushKind("gentle", 40.0, True), PushKind("trapezoid", 10.0, True)
@@ -129,3 +130,20 @@ def test_a_bias_is_the_weighted_mean_of_what_was_seen():
     assert bias.sd == pytest.approx((weights.sum() + 4.0) ** -0.5, rel=1e-12)
     bias.reset()
     assert (bias.value, bias.sd) == (0.0, 0.5)
+
+
+def test_a_ring_that_slides_long_is_followed_until_it_rests():
+    """mu_k of 0.03: after a blow it slides for half a second. Two ways: the event-exact push along a table at rest."""
+    model = PROBLEM.model.replace(mu_static=0.04, mu_kinetic=0.03)
+    hit = PushKind("trapezoid", 80.0, True).profile(model, 4.0, PROBLEM.limits.max_acceleration)
+    along, across = followed(hit.segments, Approach(9.0, 0.0, 1e-9), model, 0.0)
+    assert across == pytest.approx(0.0, abs=1e-9)
+    assert 9.0 - along == pytest.approx(simulate_push(model, hit).final_position, abs=2e-3)
+
+
+def test_where_a_ring_comes_to_rest_does_not_depend_on_how_long_the_motion_lasts():
+    model = PROBLEM.model.replace(mu_static=0.04, mu_kinetic=0.03)
+    rows = PushKind("trapezoid", 80.0, True).profile(model, 2.0, PROBLEM.limits.max_acceleration).segments
+    start = Approach(6.0, 0.0, 3.0)
+    longer = np.vstack((rows, [(1.0, 0.0, 0.0)]))
+    assert followed(rows, start, model, 0.2) == pytest.approx(followed(longer, start, model, 0.2), abs=1e-4)

@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategy_twins import made_up_table, posterior_twin, push_twin, stroke_twin, travel_twin, waiting_twin
 
@@ -25,11 +25,13 @@ def ground():
     return prepared(preset("printed"), "scheduled", kinds, Size(24, 3), None, silent)
 
 
+@settings(deadline=None)
 @given(st.floats(0.001, 40.0), st.floats(0.5, 1.5))
 def test_travel_is_bilinear(stroke, ratio):
     assert TABLE.expected(0, stroke, ratio) == pytest.approx(travel_twin(TABLE, 0, stroke, ratio), abs=1e-9)
 
 
+@settings(deadline=None)
 @given(st.floats(0.001, 15.0), st.floats(0.7, 1.3))
 def test_a_stroke_reaches_the_wanted_mean_travel(travel, ratio):
     stroke = TABLE.stroke_for(0, travel, ratio)
@@ -52,6 +54,7 @@ def test_mean_travel_is_the_mean_over_a_normal_ratio():
     assert np.all(np.diff(TABLE.mean_travel[0, :, middle]) >= 0)
 
 
+@settings(deadline=None)
 @given(
     st.floats(0.01, 2 * pi),
     st.floats(0.0, 1.0),
@@ -73,6 +76,7 @@ def test_after_too_little_a_whole_turn_after_too_much_half(travel, offset, phase
     assert angle == pytest.approx(phase)
 
 
+@settings(deadline=None)
 @given(st.floats(0.01, 10.0), st.floats(0.0, 12.0), st.floats(-0.3, 0.3))
 def test_a_push_obeys_the_law_of_cosines(offset, travel, angle):
     after, phase = push_once(offset, travel, angle)

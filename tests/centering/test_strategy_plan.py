@@ -257,3 +257,35 @@ def test_evidence_and_standard_deviation_are_inverse():
 def test_load_knows_the_kind(heavy, tmp_path):
     heavy.save(tmp_path / "strategy.nc")
     assert isinstance(sdpgrind.load(tmp_path / "strategy.nc"), Strategy)
+
+
+@pytest.mark.parametrize("offset", [15.1, 30.0, 3000.0])
+def test_an_offset_beyond_the_strategy_is_refused(light, offset):
+    for ask in (light.push, light.value):
+        with pytest.raises(ValueError, match=rf"offset must be <= 15 \(the strategy's\) \(mm\); got {offset}"):
+            ask(offset=offset)
+    with pytest.raises(ValueError, match="offset must be <= 15"):
+        light.cycle_time(offset)
+    assert np.isfinite(light.push(offset=light.offset_max).stroke)
+
+
+def test_a_strategy_cannot_be_changed_from_outside(light):
+    before = light.push(offset=1.0), light.value(offset=1.0)
+    for variable in light.dataset.variables.values():
+        if variable.values.flags.writeable and variable.values.dtype.kind in "fi":
+            variable.values[:] = 0
+    assert (light.push(offset=1.0), light.value(offset=1.0)) == before
+    given = light._speeds.copy()
+    one = Strategy(light.problem, light.outcomes, light.timing, given, (light._value, light._kind, light._share))
+    given[:] = 0.0
+    assert one == light and one.push(offset=1.0).spindle_speed > 0.0
+
+
+def test_tables_are_equal_by_value_and_say_what_they_are_in_a_line(light):
+    table = light.outcomes
+    assert table == table.replace(travel=table.travel.copy()) and hash(table) == hash(table.replace(travel=table.travel.copy()))
+    assert table != table.replace(travel=table.travel + 1e-9)
+    assert (
+        repr(table)
+        == f"OutcomeTable({len(table.kinds)} kinds of push, {table.strokes.size} strokes up to {table.strokes[-1]:.4g} mm)"
+    )

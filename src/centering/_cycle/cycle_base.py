@@ -46,6 +46,10 @@ class CycleBase(ABC):
         self._table = TableMotion(limits.spindle_acceleration_max)
         self._begin()
 
+    def __repr__(self) -> str:
+        part = self.problem.model.part
+        return f"{type(self).__name__}({part.mass:g} kg, radius {part.radius:g} mm, {self._state.name.lower()})"
+
     @property
     def period(self) -> float:
         """Time between two steps, s."""

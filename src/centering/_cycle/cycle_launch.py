@@ -1,22 +1,21 @@
 """From a chosen push to what the machine is sent: motion of the slide, and the table angle at which it begins."""
 
+from cmath import exp
 from dataclasses import dataclass
-from math import atan2, cos, isfinite, nan, pi, sin, sqrt
+from math import atan2, isfinite, nan, pi, sqrt
 
 import numpy as np
 
-from centering._cycle.outcomes import PushKind
-from centering._push.direction_kernels import CLOCK, RESTS, STATES, TIP, TOUCH, V_X, V_Y, push_on_table
-from centering._push.direction_kernels import X as AT_X
-from centering._push.direction_kernels import Y as AT_Y
+from centering._cycle.outcomes import PushKind, until_turn
+from centering._push.direction_kernels import TIP
 from centering._push.model import PushModel
 from centering._push.problem import CenteringLimits
 from centering._push.reaction_kernels import COLUMNS, DONE, FINAL_POSITION, LOG_COLUMNS, push
+from centering._push.shooting import landing, ring_state
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
 _STEPS = 60.0  # within a swing of the part on its contact
-_REST = 0.1  # s: after the profile, until a part that slides has come to rest
 _TRIES = 8
 _MOVED = 0.2  # of the offset: a ring that went less far was hardly touched; pushes of less than half of it are not chosen
 _EARLIER, _NEAR_END = 0.5, 1e-3  # of the way to a lead with alignment at the end, and rad more: the next try then
@@ -151,7 +150,7 @@ def _tried(
     rows = np.vstack((before, contact) if kind.retract else (before, contact, _drawn_back(limits)))
     lead, left = _lead(rows, start, model, guess)
     beyond = 0.0 if goal is None else start.offset - left - goal
-    return SentPush(lead, rows, _until_turn(rows), beyond, len(before))
+    return SentPush(lead, rows, until_turn(rows), beyond, len(before))
 
 
 def _mended(strokes: list[float], tries: list[SentPush]) -> float:
@@ -197,19 +196,12 @@ def _drawn_back(limits: CenteringLimits) -> Floats:
     return np.array([(_PAUSE, 0.0, 0.0), (half, 0.0, -most), (half, -most * half, most)])
 
 
-def _until_turn(rows: Floats) -> float:
-    """Time until the tip no longer advances, s."""
-    ahead = rows[:, 1] + rows[:, 2] * rows[:, 0] > 1e-9
-    last = int(np.flatnonzero(ahead)[-1]) + 2 if ahead.any() else 1
-    return float(rows[:last, 0].sum())
-
-
 def _lead(rows: Floats, start: Approach, model: PushModel, guess: float) -> tuple[float, float]:
     """Lead angle (rad) with which nothing is left across the offset, and what is left along it (mm).
 
     By secants of the direction in which the ring goes: what is left across is also 0 where the tip misses the ring.
     """
-    end = start.spindle_speed * _until_turn(rows)
+    end = start.spindle_speed * until_turn(rows)
     if start.offset <= 0.0 or start.spindle_speed <= 0.0:
         return end, 0.0
     lead, slope, before = guess if guess > 0.0 else end, _SLOPE, (0.0, nan)
@@ -246,13 +238,8 @@ def followed(rows: Floats, start: Approach, model: PushModel, lead: float) -> tu
         Angle of the offset before the push line at the begin, rad.
     """
     radius, speed = model.part.radius, start.spindle_speed
-    state = np.zeros(STATES)
-    state[AT_X], state[AT_Y] = start.offset * cos(lead), -start.offset * sin(lead)
-    state[V_X], state[V_Y] = -speed * state[AT_Y], speed * state[AT_X]
-    state[TIP], state[RESTS], state[TOUCH] = radius + start.offset + start.room, 1.0, -1.0
+    state = ring_state(start.offset, -lead, radius, speed)
+    state[TIP] = radius + start.offset + start.room
     step = 2.0 * pi * sqrt(model.inertia / model.contact_stiffness) / _STEPS
-    moved = np.vstack((rows, [(_REST, 0.0, 0.0)]))
-    push_on_table(model.parameters, radius, speed, moved, step, state)
-    turned = speed * state[CLOCK] - lead
-    x, y = float(state[AT_X]), float(state[AT_Y])
-    return x * cos(turned) + y * sin(turned), y * cos(turned) - x * sin(turned)
+    left = landing(model, speed, rows, state, step) * exp(1j * lead)
+    return left.real, left.imag

@@ -1,5 +1,6 @@
 """The probe is followed by a PI law of the slide's speed that brakes in time and does not wind up."""
 
+import dataclasses
 from dataclasses import dataclass
 from math import copysign, sqrt
 
@@ -7,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
@@ -182,8 +184,8 @@ def braking_speed(distance: float, limits: FollowingLimits) -> float:
     return sqrt(lost * lost + 2.0 * limits.acceleration * distance) - lost
 
 
-@dataclass(frozen=True, eq=False)
-class FollowingMap(Frozen):
+@dataclass(frozen=True, eq=False, repr=False)
+class FollowingMap(ByValue, Frozen):
     """The objective of Mears (3.15), Z = t_s/t_s,nom + OV/OV_nom, over both gains.
 
     Parameters
@@ -210,8 +212,11 @@ class FollowingMap(Frozen):
     objective: Floats
 
     def __post_init__(self) -> None:
-        for array in (self.proportional, self.integral, self.settling_time, self.overshoot, self.objective):
-            array.setflags(write=False)
+        for field in dataclasses.fields(self):
+            object.__setattr__(self, field.name, lasting(getattr(self, field.name)))
+
+    def __repr__(self) -> str:
+        return f"FollowingMap({self.proportional.size} x {self.integral.size} gains, the best {self.gains})"
 
     @property
     def gains(self) -> FollowingGains:

@@ -16,6 +16,7 @@ from centering._push.profile import TipProfile
 from centering._push.reaction import refuse_unfinished
 from centering._push.reaction_kernels import COLUMNS, FINAL_POSITION
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.parallel import execute
@@ -106,8 +107,8 @@ def default_kinds(top_speed: float) -> tuple[PushKind, ...]:
 
 
 @stored("centering.outcomes")
-@dataclasses.dataclass(frozen=True, eq=False)
-class OutcomeTable(Frozen):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class OutcomeTable(ByValue, Frozen):
     """Travel of a part by kind of push, stroke and friction scale.
 
     Attributes
@@ -133,9 +134,11 @@ class OutcomeTable(Frozen):
 
     def __post_init__(self) -> None:
         for name, kind in (("travel", float), ("contact_time", float), ("last", np.int64)):
-            array = np.array(getattr(self, name), dtype=kind)
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, lasting(getattr(self, name), kind))
+
+    def __repr__(self) -> str:
+        last = self.first_stroke * self.stroke_ratio ** (self.travel.shape[1] - 1)
+        return f"OutcomeTable({len(self.kinds)} kinds of push, {self.travel.shape[1]} strokes up to {last:.4g} mm)"
 
     @cached_property
     def grid(self) -> tuple[float, float, float, float]:
@@ -150,7 +153,7 @@ class OutcomeTable(Frozen):
     @cached_property
     def strokes(self) -> Floats:
         """Strokes of the table, (S,), mm."""
-        return np.asarray(self.first_stroke * self.stroke_ratio ** np.arange(self.travel.shape[1]))
+        return lasting(self.first_stroke * self.stroke_ratio ** np.arange(self.travel.shape[1]))
 
     @cached_property
     def mean_travel(self) -> Floats:
@@ -159,7 +162,7 @@ class OutcomeTable(Frozen):
         at = np.clip(np.add.outer(RATIOS, _SPREAD * node), RATIOS[0], RATIOS[-1])
         hat = np.maximum(0.0, 1.0 - np.abs(at[:, :, None] - RATIOS) / self.grid[3])
         blur = np.einsum("q,jqr->jr", weight / weight.sum(), hat)
-        return np.ascontiguousarray(np.maximum.accumulate(self.travel @ blur.T, axis=1))
+        return lasting(np.maximum.accumulate(self.travel @ blur.T, axis=1))
 
     def expected(self, kind: int, stroke: float, friction: float) -> float:
         """Return the travel (mm) of a kind of push with a stroke (mm) at a friction scale."""
@@ -231,7 +234,11 @@ def scaled(model: PushModel, ratio: float) -> Floats:
 
 def pushing_time(profile: TipProfile) -> float:
     """Time from first touch to the turning point of the tip, s."""
-    forward = profile.velocity + profile.acceleration * profile.duration > 1e-9
-    held = np.flatnonzero(forward)
-    stop = held[-1] + 2 if held.size else 1
-    return float(np.sum(profile.duration[:stop]))
+    return until_turn(profile.segments)
+
+
+def until_turn(rows: Floats) -> float:
+    """Time until a tip no longer advances, s; rows of duration (s), speed at the begin (mm/s), acceleration (mm/s^2)."""
+    ahead = np.flatnonzero(rows[:, 1] + rows[:, 2] * rows[:, 0] > 1e-9)
+    last = int(ahead[-1]) + 2 if ahead.size else 1
+    return float(rows[:last, 0].sum())
