@@ -53,6 +53,44 @@ for name in ("source", "ours"):
 both.plot()
 
 # %%
+# One of your own
+# ---------------
+# A controller is any object with these names. This one measures a whole turn before each push, and believes in the nominal
+# friction; whatever the machine measures comes in, whatever it accepts may go out.
+
+
+class Mine:
+    """Follow the rim for a turn, fit a circle, push by the nominal plan; again until the offset is small."""
+
+    period, speed, gap = 0.01, 2.0, problem.limits.follow_gap  # s, rad/s, mm
+    reads = {name: machine.measures[name] for name in ("angle", "slide", "probe", "pushing")}
+    commands = machine.accepts
+
+    def reset(self):
+        self.rim, self.since = [], 1.0  # rad: by then the table has its speed
+
+    def step(self, *, angle, slide, probe, pushing, **others):
+        follow = {"spindle_speed": self.speed, "velocity": -25.0 * (probe + self.gap) if np.isfinite(probe) else 0.0}
+        if angle < self.since or pushing:
+            return follow
+        self.rim.append((angle, slide + probe))
+        if angle < self.since + 2 * np.pi:
+            return follow
+        circle, self.rim = centering.fit_circle(*np.transpose(self.rim), tip_radius=machine.tip_radius), []
+        if circle.offset < 0.9 * problem.tolerance:
+            return {"finished": 1.0}
+        push = centering.plan_push(problem, offset=circle.offset, spindle_speed=self.speed, push_speed=10.0)
+        start = angle + (circle.offset_angle - push.lead_angle - angle) % (2 * np.pi)
+        self.since = start + self.speed * (push.time + 0.5)
+        return follow | {"profile": push.profile, "profile_angle": start}
+
+
+mine = hwsim.run(machine, Mine(), parts=3, rng=1).outcome
+print(
+    f"{float(mine.time.mean()):.1f} s, {float(mine.pushes.mean()):.1f} pushes, {int(mine.finished.sum())} of 3 within tolerance"
+)
+
+# %%
 # A film strip
 # ------------
 # The centre after each push, of both, on the same ring. The angle is that on the table; the radius is logarithmic.
