@@ -215,3 +215,10 @@ def test_a_part_further_off_than_the_strategy_knows_pushes_for_is_given_up():
 
 def test_a_controller_says_what_it_is_in_a_line():
     assert repr(CenteringController(PlainStrategy(PROBLEM))) == "CenteringController(0.8 kg, radius 44.45 mm, approach)"
+
+
+def test_a_part_far_off_is_not_said_to_be_checked(log):
+    """The first look after a push has so wide a band that the part might be anywhere."""
+    table = log["control"]
+    checked = table.state_planned.values == CycleState.CHECK
+    assert checked.any() and np.all(table.offset_planned.values[checked] <= 2.0 * PROBLEM.tolerance)

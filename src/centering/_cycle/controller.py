@@ -17,6 +17,7 @@ from sdpgrind.base import checks
 
 _EARLIEST, _FREEZE = 2.7, 5.0  # samples before a push: it is sent; the slide is stopped
 _STOPPED = 0.5  # mm/s: commanded speed of a slide that counts as waiting
+_SEEMS = 2.0  # tolerances within which a part looks as if it were centred
 _WELL = 3.0  # standard deviations of a push's direction
 _NEARER = 0.05  # mm by which the slide may wait further out than it need
 
@@ -126,7 +127,7 @@ class CenteringController(CycleBase):
         if view.offset - view.band > self.strategy.offset_max:
             return self._end(CycleState.BEYOND)
         maybe = view.offset - doubt <= tolerance
-        self._state = CycleState.CHECK if maybe else CycleState.COLLECT
+        self._state = CycleState.CHECK if maybe and view.offset <= _SEEMS * tolerance else CycleState.COLLECT
         if maybe and view.turns < self.settings.turns_in_doubt:
             return self._stand_off(view.offset) | self._turn_at(self._speed_for(max(view.offset, tolerance)))
         if self._pushes >= self.problem.pushes_max:
