@@ -46,7 +46,7 @@ for direction in ("exact", "quasi-static", "contact", "end"):
 # that a push takes microseconds and its energy balances to rounding. At a constant speed the ring leaves the tip again and
 # again, and when the tip stops, at more than friction can brake, it is thrown off.
 speed, way = 40.0, 5.0  # mm/s, mm
-hard = centering.TipProfile.move(way, speed, problem.limits.max_acceleration)
+hard = centering.TipProfile.move(way, speed, problem.limits.acceleration_max)
 gentle = centering.gentle_profile(problem.model, way, speed)
 trace = centering.simulate_push(problem.model, hard)
 print(trace, f"energy balances to {trace.energy_balance:.0e}")

@@ -49,7 +49,7 @@ print(f"a look-up takes {1e3 * (time.perf_counter() - begin):.0f} us")
 # stored, and the part moves on while the tip rests: by 12 um, or not at all. Drawn back, it moves by 2 um or more.
 strokes = np.geomspace(0.005, 0.1, 300)
 figure, axis = plt.subplots(figsize=(7, 3.8), layout="constrained")
-rests = [centering.TipProfile.move(x, 5.0, problem.limits.max_acceleration) for x in strokes]
+rests = [centering.TipProfile.move(x, 5.0, problem.limits.acceleration_max) for x in strokes]
 taps = [centering.tap_profile(x, 5.0) for x in strokes]
 for label, profiles, color in (("stays in contact", rests, "#b04a3a"), ("drawn back at once", taps, "#4878a8")):
     axis.plot(1e3 * strokes, 1e3 * centering.simulate_pushes(problem.model, profiles)[:, 0], color=color, label=label)

@@ -158,7 +158,7 @@ def touched(rows):
 
 PUSH = {"spindle_speed": units.rpm(20), "push_speed": 83.333, "direction": "quasi-static"}
 x, y = touched([(0.12, 83.333, 0.0)])
-constant = source.replace(limits=LIMITS.replace(max_acceleration=1e9))  # no time to speak of is lost with starting and stopping
+constant = source.replace(limits=LIMITS.replace(acceleration_max=1e9))  # no time to speak of is lost with starting and stopping
 touch = centering.plan_touch(constant, offset=math.hypot(x, y), **PUSH)
 ours = math.hypot(x, y) * math.cos(touch.angle), -math.hypot(x, y) * math.sin(touch.angle)
 row("20 1/min, 83.333 mm/s over 0.12 s: begin, x [mm]", "-", 10.01141, ours[0], 6e-6)

@@ -29,7 +29,7 @@ _LIMITS = {
     "approach_speed": "mm/s",
     "push_speed_max": "mm/s",
     "slide_speed_max": "mm/s",
-    "max_acceleration": "mm/s^2",
+    "acceleration_max": "mm/s^2",
     "settle_time": "s",
     "safety": "mm",
     "follow_gap": "mm",

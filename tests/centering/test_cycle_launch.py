@@ -64,7 +64,7 @@ def test_the_motion_is_one_that_the_slide_can_do():
     limits = PROBLEM.limits
     for room in (run_up(10.0, limits), 0.1, 1.0, 7.0):
         rows = launch(TAP, 0.2, Approach(0.2, room, 5.0), PROBLEM.model, limits).rows
-        assert np.all(rows[:, 0] > 0) and np.abs(rows[:, 2]).max() <= limits.max_acceleration * (1 + 1e-9)
+        assert np.all(rows[:, 0] > 0) and np.abs(rows[:, 2]).max() <= limits.acceleration_max * (1 + 1e-9)
         ends = rows[:, 1] + rows[:, 2] * rows[:, 0]
         assert max(np.abs(rows[:, 1]).max(), np.abs(ends).max()) <= limits.slide_speed_max
         travel = np.cumsum((rows[:, 1] + 0.5 * rows[:, 2] * rows[:, 0]) * rows[:, 0])
@@ -133,7 +133,7 @@ def test_a_bias_is_the_weighted_mean_of_what_was_seen():
 
 
 SLIPPERY = preset("printed").model.replace(mu_static=0.04, mu_kinetic=0.03)  # 18.9 kg
-BLOW = PushKind("trapezoid", 80.0, True).profile(SLIPPERY, 2.0, PROBLEM.limits.max_acceleration)
+BLOW = PushKind("trapezoid", 80.0, True).profile(SLIPPERY, 2.0, PROBLEM.limits.acceleration_max)
 
 
 def test_a_ring_that_slides_long_is_followed_until_it_rests():

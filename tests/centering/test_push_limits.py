@@ -66,7 +66,7 @@ def test_every_reason_can_be_the_smallest():
         spindle_speed_limit(PROBLEM, offset=0.1, samples_per_turn=50).reason,
         spindle_speed_limit(PROBLEM, offset=0.1, samples_per_turn=200).reason,
         spindle_speed_limit(PROBLEM, offset=25.0).reason,
-        spindle_speed_limit(PROBLEM.replace(limits=limits.replace(max_acceleration=300.0)), offset=10.0).reason,
+        spindle_speed_limit(PROBLEM.replace(limits=limits.replace(acceleration_max=300.0)), offset=10.0).reason,
         spindle_speed_limit(PROBLEM.replace(mu_static=0.05, mu_kinetic=0.04), offset=25.0).reason,
         spindle_speed_limit(PROBLEM, offset=10.0, push_speed=10.0).reason,
     }

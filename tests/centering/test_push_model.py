@@ -123,7 +123,7 @@ def test_equal_coefficients_are_warned_of():
             lambda: CenteringLimits(approach_speed=130.0),
             r"approach_speed must be <= slide_speed_max = 120; lower it \(mm/s\); got 130.0",
         ),
-        (lambda: CenteringLimits(max_acceleration=0.0), r"max_acceleration must be > 0 \(mm/s\^2\); got 0.0"),
+        (lambda: CenteringLimits(acceleration_max=0.0), r"acceleration_max must be > 0 \(mm/s\^2\); got 0.0"),
         (lambda: CenteringLimits(settle_time=-1.0), r"settle_time must be >= 0 \(s\); got -1.0"),
         (lambda: PushScatter(friction_part_sd=1.5), r"friction_part_sd must be in \[0, 1\) \(relative\); got 1.5"),
         (lambda: PushScatter(stop_sd=-1.0), r"stop_sd must be >= 0 \(mm\); got -1.0"),
@@ -141,7 +141,7 @@ def test_bad_problems_are_refused(make, message):
     ("changes", "message"),
     [
         ({"spindle_speed_max": 60.0}, "spindle_speed_max must be < 30; units.rpm(...) for rev/min (rad/s); got 60.0"),
-        ({"max_acceleration": 1.5}, "max_acceleration must be > 20; 1000 times m/s^2 (mm/s^2); got 1.5"),
+        ({"acceleration_max": 1.5}, "acceleration_max must be > 20; 1000 times m/s^2 (mm/s^2); got 1.5"),
         ({"slide_speed_max": 5000.0}, "slide_speed_max must be < 2000; mm/min over 60 (mm/s); got 5000.0"),
         ({"settle_time": 50.0}, "settle_time must be < 5; ms/1000 (s); got 50.0"),
         ({"sample_time": 10.0}, "sample_time must be < 1; ms/1000 (s); got 10.0"),

@@ -92,13 +92,13 @@ def test_limits_are_kept_and_are_what_holds_the_push_back(name, distance):
     speeds = np.concatenate((push.profile.velocity, push.profile.velocity + push.profile.acceleration * push.profile.duration))
     moving = push.profile.duration[:-2].sum()
     assert speeds.max() < limits.push_speed_max * (1 + 1e-6)
-    assert np.abs(push.profile.acceleration).max() < limits.max_acceleration * (1 + 1e-6)
+    assert np.abs(push.profile.acceleration).max() < limits.acceleration_max * (1 + 1e-6)
     assert np.abs(push.profile.velocity[1:] - speeds[push.profile.duration.size :][:-1]).max() < 1e-4  # no jump: 0.1 um/s
     inside = np.linspace(0.0, moving, 20001)
     speed = push.profile.velocity_at(inside)
     acceleration = np.gradient(speed, inside)
     force = push.traces[0].at(np.clip(inside, 0.0, push.rest_time[0])).contact_force.values
-    at_limit = (speed > 0.99 * limits.push_speed_max) | (np.abs(acceleration) > 0.98 * limits.max_acceleration)
+    at_limit = (speed > 0.99 * limits.push_speed_max) | (np.abs(acceleration) > 0.98 * limits.acceleration_max)
     at_margin = force < 0.15 * HEAVY.model.coulomb_force * (1.0 if name == "heavy" else 0.8 / 18.9)
     assert np.mean(at_limit | at_margin) > 0.97
 
@@ -144,7 +144,7 @@ def test_time_is_between_bounds(name, distance):
         most = trace.part_velocity.max()
         slowing = ratio * problem.model.mu_kinetic * GRAVITY + problem.model.viscous_coefficient * most / problem.model.inertia
         assert push.time > (distance - 2.5e-3) / most + 0.5 * most / slowing
-    tip = TipProfile.move(distance, 40.0, problem.limits.max_acceleration).total_time  # at rest at both ends, no part
+    tip = TipProfile.move(distance, 40.0, problem.limits.acceleration_max).total_time  # at rest at both ends, no part
     assert 0.75 * tip < push.time < 1.1 * tip
 
 

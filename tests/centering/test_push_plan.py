@@ -130,7 +130,7 @@ def test_correction_may_take_the_whole_run_up():
 @pytest.mark.parametrize("direction", ["exact", "quasi-static"])
 def test_gentle_push_asks_no_more_than_the_slide_can_do(direction):
     """Its way back as well."""
-    weak = PRINTED.replace(limits=PRINTED.limits.replace(max_acceleration=800.0))
+    weak = PRINTED.replace(limits=PRINTED.limits.replace(acceleration_max=800.0))
     push = plan_push(weak, offset=1.0, spindle_speed=SLOW, push_speed=10.0, direction=direction, shape="gentle")
     assert np.abs(push.profile.acceleration).max() == pytest.approx(800.0, rel=1e-12)
 

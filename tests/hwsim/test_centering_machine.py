@@ -448,7 +448,7 @@ def test_a_controller_for_another_part_is_refused():
         hwsim.run(CenteringMachine(problem()), Other())
 
 
-@pytest.mark.parametrize("changed", ["max_acceleration", "spindle_acceleration_max", "slide_speed_max", "follow_gap"])
+@pytest.mark.parametrize("changed", ["acceleration_max", "spindle_acceleration_max", "slide_speed_max", "follow_gap"])
 def test_a_controller_for_another_machine_is_refused(changed):
     of = problem()
     other = of.replace(limits=of.limits.replace(**{changed: 1.5 * getattr(of.limits, changed)}))
@@ -497,7 +497,7 @@ def test_bad_machines_are_refused(options, error, message):
         ({"profile": [[1.0, 1.0, nan]]}, r"profile\[2\] must be finite"),
         ({"profile": [[0.1, 130.0, 0.0]]}, r"profile\[:, 1\] must be speeds <= slide_speed_max = 120 \(mm/s\); got 130\.0"),
         ({"profile": [[0.1, 0.0, 1300.0]]}, r"profile\[:, 1\] must be speeds <= slide_speed_max = 120 \(mm/s\); got 130\.0"),
-        ({"profile": [[0.01, 0.0, 3e3]]}, r"profile\[:, 2\] must be accelerations <= max_acceleration = 2560 \(mm/s\^2\)"),
+        ({"profile": [[0.01, 0.0, 3e3]]}, r"profile\[:, 2\] must be accelerations <= acceleration_max = 2560 \(mm/s\^2\)"),
         ({"profile": move(1.0, 10.0), "profile_angle": nan}, r"profile_angle must be finite \(rad\); got nan"),
     ],
 )

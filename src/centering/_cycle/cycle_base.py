@@ -41,7 +41,7 @@ class CycleBase(ABC):
         self.problem = checks.kind("problem", problem, CenteringProblem)
         self.settings = checks.kind("settings", settings or CycleSettings(), CycleSettings)
         limits = problem.limits
-        bounds = FollowingLimits(limits.slide_speed_max, limits.max_acceleration, limits.sample_time)
+        bounds = FollowingLimits(limits.slide_speed_max, limits.acceleration_max, limits.sample_time)
         self._follower = Follower(gains, bounds)
         self._table = TableMotion(limits.spindle_acceleration_max)
         self._begin()

@@ -80,7 +80,7 @@ class Approach(Frozen):
 
 def run_up(speed: float, limits: CenteringLimits) -> float:
     """Return the distance (mm) in which the slide comes from rest to a speed (mm/s)."""
-    return speed * speed / (2.0 * limits.max_acceleration)
+    return speed * speed / (2.0 * limits.acceleration_max)
 
 
 def launch(
@@ -108,7 +108,7 @@ def launch(
     lag : float
         How late the slide follows once it is loaded, s: speed over following error of Mears' Table 3.2; it is made up for.
     """
-    goal = _travel_at_rest(kind.profile(model, stroke, limits.max_acceleration).segments, model)
+    goal = _travel_at_rest(kind.profile(model, stroke, limits.acceleration_max).segments, model)
     tries = [_tried(kind, stroke, start, model, limits, goal)]
     strokes = [stroke]
     for _ in range(_MENDINGS):
@@ -145,7 +145,7 @@ def _tried(
     guess: float = 0.0,
 ) -> SentPush:
     """The push with a stroke, and how much further than its goal (mm) the ring goes; `guess` is a lead to begin with (rad)."""
-    contact = kind.profile(model, stroke, limits.max_acceleration).segments
+    contact = kind.profile(model, stroke, limits.acceleration_max).segments
     before = _approach(start.room, float(contact[0, 1]), limits)
     rows = np.vstack((before, contact) if kind.retract else (before, contact, _drawn_back(limits)))
     lead, left = _lead(rows, start, model, guess)
@@ -179,7 +179,7 @@ def _travel_at_rest(contact: Floats, model: PushModel) -> float:
 
 def _approach(room: float, speed: float, limits: CenteringLimits) -> Floats:
     """Motion over the room before the rim that ends with a speed, as fast as the slide can."""
-    most = limits.max_acceleration
+    most = limits.acceleration_max
     top = min(sqrt(most * room + 0.5 * speed * speed), limits.slide_speed_max)
     if top <= speed:  # too near to run up: the tip is still gaining speed where it should have it
         top = speed
@@ -191,8 +191,8 @@ def _approach(room: float, speed: float, limits: CenteringLimits) -> Floats:
 
 def _drawn_back(limits: CenteringLimits) -> Floats:
     """A pause, then back."""
-    half = sqrt(_CLEAR / limits.max_acceleration)
-    most = limits.max_acceleration
+    half = sqrt(_CLEAR / limits.acceleration_max)
+    most = limits.acceleration_max
     return np.array([(_PAUSE, 0.0, 0.0), (half, 0.0, -most), (half, -most * half, most)])
 
 

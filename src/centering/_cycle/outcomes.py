@@ -85,9 +85,9 @@ class PushKind(Frozen):
             Of the slide, mm/s^2.
         """
         if self.shape == "gentle":
-            return gentle_profile(model, stroke, self.push_speed, max_acceleration=acceleration)
+            return gentle_profile(model, stroke, self.push_speed, acceleration_max=acceleration)
         if self.retract:
-            return tap_profile(stroke, self.push_speed, max_acceleration=acceleration)
+            return tap_profile(stroke, self.push_speed, acceleration_max=acceleration)
         return stopped_push(stroke, self.push_speed, acceleration)
 
 

@@ -92,7 +92,7 @@ def prepared(
         problem.model,
         kinds,
         longest=1.3 * axis.high,
-        acceleration=problem.limits.max_acceleration,
+        acceleration=problem.limits.acceleration_max,
         executor=executor,
         tell=lambda share, text: tell(_SHARES[1] * share, text),
     )

@@ -225,7 +225,7 @@ class PrintedController(CycleBase):
     def _standing(self) -> float:
         """Where the tip comes to stand if the slide is stopped now, mm from the axis."""
         speed = self._moving
-        way = abs(speed) * (self.period + 0.5 * abs(speed) / self.problem.limits.max_acceleration)
+        way = abs(speed) * (self.period + 0.5 * abs(speed) / self.problem.limits.acceleration_max)
         return self._tip - copysign(way, speed)
 
     def _near(self) -> Command:

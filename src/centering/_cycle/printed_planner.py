@@ -82,7 +82,7 @@ class PrintedPlanner:
     def _approach(self, way: float) -> float:
         """Time of an approach over a way (mm), s."""
         limits = self._problem.limits
-        return move_time(way, speed=limits.approach_speed, acceleration=limits.max_acceleration, timing=self._timing)
+        return move_time(way, speed=limits.approach_speed, acceleration=limits.acceleration_max, timing=self._timing)
 
     def slow_down(self) -> None:
         """There is no push: the table is to be slower."""

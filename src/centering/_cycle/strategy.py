@@ -189,7 +189,7 @@ class Strategy:
     def profile(self, choice: PushChoice) -> TipProfile:
         """Return the motion of the tip from the first touch on, for a `choice` of `push` (mm, s)."""
         kind = self.kinds[choice.kind]
-        return kind.profile(self.problem.model, choice.stroke, self.problem.limits.max_acceleration)
+        return kind.profile(self.problem.model, choice.stroke, self.problem.limits.acceleration_max)
 
     def update_belief(self, friction: float, evidence: float, commanded: PushChoice, travelled: float) -> Belief:
         """Return what is believed after a push: Bayes' rule, the push scattering about the friction of the part.

@@ -147,7 +147,7 @@ class _Task(NamedTuple):
 
     def _profile(self, shape: str, travel: float, longer: float = 0.0) -> TipProfile:
         """The tip from its start on, which first touches the ring where it has `travel` left to the axis."""
-        a = self.problem.limits.max_acceleration
+        a = self.problem.limits.acceleration_max
         if shape == "trapezoid":
             return TipProfile.move(self.total + longer, self.push_speed, a)
         reach = TipProfile.move(self.total - travel, self.push_speed, a)
@@ -155,8 +155,8 @@ class _Task(NamedTuple):
 
     def _gentle(self, travel: float) -> TipProfile:
         """The tip from first touch on; neither it nor its way back asks more than the slide can do."""
-        most = self.problem.limits.max_acceleration
-        return gentle_profile(self.problem.model, travel, self.push_speed, max_acceleration=most)
+        most = self.problem.limits.acceleration_max
+        return gentle_profile(self.problem.model, travel, self.push_speed, acceleration_max=most)
 
     def _missed(self, shape: str, angle: float, longer: float, coarse: bool) -> Floats:
         """What such a push misses; infinite where there is none."""
@@ -166,7 +166,7 @@ class _Task(NamedTuple):
         if shape == "gentle":
             rows = self._gentle(travel + longer).segments
         else:
-            rows = after(_trapezoid(self.total + longer, self.push_speed, self.problem.limits.max_acceleration), travel + longer)
+            rows = after(_trapezoid(self.total + longer, self.push_speed, self.problem.limits.acceleration_max), travel + longer)
         return missed(self.problem.model, self.spindle_speed, self.offset, angle, rows, coarse)
 
     def _tell(self, aim: Aim) -> None:

@@ -17,7 +17,7 @@ Row = tuple[float, float, float]
 
 
 def gentle_profile(
-    model: PushModel, distance: float, speed: float, *, max_acceleration: float = 2560.0, whole_periods: bool = False
+    model: PushModel, distance: float, speed: float, *, acceleration_max: float = 2560.0, whole_periods: bool = False
 ) -> TipProfile:
     """Return a push after which the part rests near the tip's stop: slow until it breaks away, stopped below mu_k g, drawn back.
 
@@ -34,7 +34,7 @@ def gentle_profile(
         How far the tip goes after first touch, mm; the part comes to rest within some um of that.
     speed : float
         Greatest speed of the tip, mm/s; a short push does not reach it.
-    max_acceleration : float
+    acceleration_max : float
         Of the slide, mm/s^2: no acceleration is above it, and the tip is drawn back with it.
     whole_periods : bool
         Stretch both ramps to whole periods of the part on the contact, so that it does not swing after them. The push is slower,
@@ -61,7 +61,7 @@ def gentle_profile(
     """
     checks.kind("model", model, PushModel)
     d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
-    most = checks.positive("max_acceleration", max_acceleration, "mm/s^2")
+    most = checks.positive("acceleration_max", acceleration_max, "mm/s^2")
     limit = model.mu_kinetic * GRAVITY
     gain, brake = min(_GAIN * limit, most), min(_BRAKE * limit, most)
     closing = _OVERLOAD * model.breakaway_force / model.contact_stiffness
@@ -75,7 +75,7 @@ def gentle_profile(
     return _profile([*rows, *_drawn_back(most)])
 
 
-def tap_profile(distance: float, speed: float, *, max_acceleration: float = 2560.0) -> TipProfile:
+def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560.0) -> TipProfile:
     """Return a push at constant speed from first touch that stops at full deceleration and is drawn back at once with the same.
 
     The finest push of a heavy part: the tip is already leaving when the part gives way, so that the smallest move is an eighth of
@@ -88,7 +88,7 @@ def tap_profile(distance: float, speed: float, *, max_acceleration: float = 2560
         How far the tip goes after first touch, mm.
     speed : float
         Of the tip, mm/s; a tap shorter than its stop begins at the speed from which it stops in time.
-    max_acceleration : float
+    acceleration_max : float
         Of the slide, mm/s^2.
 
     Returns
@@ -110,7 +110,7 @@ def tap_profile(distance: float, speed: float, *, max_acceleration: float = 2560
     [0.0, 3.7, 15.8]
     """
     d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
-    most = checks.positive("max_acceleration", max_acceleration, "mm/s^2")
+    most = checks.positive("acceleration_max", acceleration_max, "mm/s^2")
     top = min(v, sqrt(2.0 * most * d))
     cruise = (d - top * top / (2.0 * most)) / top
     return _profile([(cruise, top, 0.0), (top / most, top, -most), *_drawn_back(most)])

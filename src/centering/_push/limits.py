@@ -190,7 +190,7 @@ def spindle_speed_limit(
     turn = 2.0 * pi / (checks.count("samples_per_turn", samples_per_turn) * limits.sample_time)
     every = {"table": limits.spindle_speed_max, "samples": turn, "friction": friction_limit(problem.model.mu_static, d)}
     every["slide_speed"] = limits.slide_speed_max / _greatest(d, r, 1) if d else inf
-    every["slide_acceleration"] = sqrt(limits.max_acceleration / _greatest(d, r, 2)) if d else inf
+    every["slide_acceleration"] = sqrt(limits.acceleration_max / _greatest(d, r, 2)) if d else inf
     if push_speed is not None:
         gap = limits.follow_gap if follow_gap is None else checks.positive("follow_gap", follow_gap, "mm")
         every["push"] = _push_limit(problem, d, gap - limits.safety, checks.positive("push_speed", push_speed, "mm/s"))
@@ -301,4 +301,4 @@ def _push_limit(problem: CenteringProblem, d: float, room: float, v: float) -> f
     if room < 0.0 or advance(pi, d, problem.model.part.radius) <= room:
         return inf if room >= 0.0 else 0.0
     most = float(brentq(lambda angle: advance(angle, d, problem.model.part.radius) - room, 0.0, pi, xtol=1e-12))
-    return most / (limits.settle_time + rest_to_rest(d + limits.safety, v, limits.max_acceleration))
+    return most / (limits.settle_time + rest_to_rest(d + limits.safety, v, limits.acceleration_max))

@@ -54,7 +54,7 @@ class _Wish:
             frictions=tuple(sorted({self.ratios[0], self.ratios[-1]})),
             distance=self.distance / length,
             speed=limits.push_speed_max * time / length,
-            acceleration=limits.max_acceleration * time**2 / length,
+            acceleration=limits.acceleration_max * time**2 / length,
             margin=self.margin / model.coulomb_force,
             force=self.force / model.coulomb_force,
             error=self.error / length,
@@ -104,7 +104,7 @@ def minimum_time_push(
     Parameters
     ----------
     problem : CenteringProblem
-        Its model is pushed; push_speed_max (mm/s) and max_acceleration (mm/s^2) of its limits hold for the tip.
+        Its model is pushed; push_speed_max (mm/s) and acceleration_max (mm/s^2) of its limits hold for the tip.
     distance : float
         That the part shall move, mm.
     friction : sequence of float
@@ -164,12 +164,12 @@ def _wish(
 def _fastest(wish: _Wish, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipProfile]:
     """The fastest confirmed push, and it without its way back; where none is, the gentle one or one that is not confirmed."""
     limits, (length, time) = wish.problem.limits, wish.units
-    plain = gentle_profile(wish.problem.model, wish.distance, limits.push_speed_max, max_acceleration=limits.max_acceleration)
+    plain = gentle_profile(wish.problem.model, wish.distance, limits.push_speed_max, acceleration_max=limits.acceleration_max)
     pushes = []
     for found in [Program(task, start).solved() for task in wish.tasks for start in STARTS[:guesses]]:
         if found.message == SOLVED:
             rows = np.column_stack((found.duration * time, found.velocity * length / time, found.acceleration * length / time**2))
-            stopped = TipProfile(*_stopped(rows, limits.max_acceleration).T)
+            stopped = TipProfile(*_stopped(rows, limits.acceleration_max).T)
             pushes.append((wish.judged(_with_way_back(stopped, wish), found.message, found.steps), stopped))
         else:
             pushes.append((replace(wish.judged(plain, found.message, found.steps), status=PushStatus.NOT_FOUND), plain))
@@ -179,7 +179,7 @@ def _fastest(wish: _Wish, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipP
 
 def _creeping(wish: _Wish) -> OptimalPush | None:
     """A push whose tip creeps on at the end; None where that does not help."""
-    model, most = wish.problem.model, wish.problem.limits.max_acceleration
+    model, most = wish.problem.model, wish.problem.limits.acceleration_max
     first = replace(
         wish,
         distance=wish.distance - _BEFORE * model.breakaway_force / model.contact_stiffness,
@@ -232,4 +232,4 @@ def _way_back(acceleration: float) -> Floats:
 
 
 def _with_way_back(stopped: TipProfile, wish: _Wish) -> TipProfile:
-    return TipProfile(*np.vstack((stopped.segments, _way_back(wish.problem.limits.max_acceleration))).T)
+    return TipProfile(*np.vstack((stopped.segments, _way_back(wish.problem.limits.acceleration_max))).T)

@@ -16,7 +16,7 @@ _RAPID = 5000.0 / 60.0  # mm/s: 5000 mm/min, the fastest that the source's slide
 
 _SPEEDS = ("approach_speed", "push_speed_max", "slide_speed_max")
 _OTHERS = {
-    "max_acceleration": "mm/s^2",
+    "acceleration_max": "mm/s^2",
     "safety": "mm",
     "follow_gap": "mm",
     "spindle_speed_max": "rad/s",
@@ -54,7 +54,7 @@ class CenteringLimits(Frozen):
         Speed of the rapid approach v_r, and the greatest of a push, mm/s.
     slide_speed_max : float
         Greatest speed of the slide, mm/s.
-    max_acceleration : float
+    acceleration_max : float
         Greatest acceleration of the slide, mm/s^2.
     settle_time : float
         Pause between approach and push, s; may be 0.
@@ -85,7 +85,7 @@ class CenteringLimits(Frozen):
     approach_speed: float = _RAPID
     push_speed_max: float = _RAPID
     slide_speed_max: float = 120.0
-    max_acceleration: float = 2560.0
+    acceleration_max: float = 2560.0
     settle_time: float = 0.05
     safety: float = 0.5
     follow_gap: float = 7.928
@@ -105,8 +105,8 @@ class CenteringLimits(Frozen):
         checks.nonnegative("settle_time", self.settle_time, "s")
         for name, (most, unit, hint) in _TOO_MUCH.items():
             below(name, getattr(self, name), most, unit, hint)
-        if self.max_acceleration <= _SLOWEST:
-            raise checks.refuse("max_acceleration", f"> {_SLOWEST:g}; 1000 times m/s^2", self.max_acceleration, "mm/s^2")
+        if self.acceleration_max <= _SLOWEST:
+            raise checks.refuse("acceleration_max", f"> {_SLOWEST:g}; 1000 times m/s^2", self.acceleration_max, "mm/s^2")
 
 
 @stored("centering.scatter")
@@ -152,7 +152,7 @@ class PushScatter(Frozen):
 
 _MACHINE = {
     "slide_speed_max": "mm/s",
-    "max_acceleration": "mm/s^2",
+    "acceleration_max": "mm/s^2",
     "follow_gap": "mm",
     "spindle_speed_max": "rad/s",
     "spindle_acceleration_max": "rad/s^2",

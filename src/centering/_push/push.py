@@ -244,7 +244,7 @@ def _lead(
 ) -> tuple[Lead, float, float]:
     """The lead, and the times of approach and push in it; what the printed times are too long by turns the table further."""
     limits = problem.limits
-    rapid, a = limits.approach_speed, limits.max_acceleration
+    rapid, a = limits.approach_speed, limits.acceleration_max
     exact = touch.run_up_time + touch.time
     fine_time = exact if timing == "exact" else printed_time(fine, v, a)
     approach = rest_to_rest if timing == "exact" else printed_time
@@ -267,5 +267,5 @@ def _whole(limits: CenteringLimits, rough: float, touch: Touch) -> TipProfile:
     if limits.settle_time > 0.0:
         parts.insert(0, np.array([[limits.settle_time, 0.0, 0.0]]))
     if rough > _LEAST:
-        parts.insert(0, TipProfile.move(rough, limits.approach_speed, limits.max_acceleration).segments)
+        parts.insert(0, TipProfile.move(rough, limits.approach_speed, limits.acceleration_max).segments)
     return profile_of(np.vstack(parts), -rough - touch.run_up)

@@ -46,7 +46,7 @@ class CenteringMachine(Frozen):
     (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2, or a `centering.TipProfile`) that begins at
     ``profile_angle`` (rad), inside a tick, or at once where none is given or it has passed; a profile that waits is replaced
     by another, or taken back by one of no rows, and one that comes while another runs is dropped. A profile is one of speeds:
-    a slide that goes otherwise when it begins, or where its speed jumps, joins it at ``max_acceleration``, and the way that it
+    a slide that goes otherwise when it begins, or where its speed jumps, joins it at ``acceleration_max``, and the way that it
     gains or loses meanwhile stays.
     ``spindle_speed`` (rad/s) is reached at limited acceleration.
     ``retract`` ends the part, given up unless ``finished`` is commanded; so does ``finished`` alone.
@@ -269,7 +269,7 @@ class CenteringMachine(Frozen):
     def _settings(self, model: PushModel, ring: Ring) -> Floats:
         """Settings of the compiled core: slide, spindle, ring and contact."""
         limits, cell = self.problem.limits, np.zeros(slide.SETTINGS)
-        cell[slide.SPEED_MAX], cell[slide.ACCELERATION_MAX] = limits.slide_speed_max, limits.max_acceleration
+        cell[slide.SPEED_MAX], cell[slide.ACCELERATION_MAX] = limits.slide_speed_max, limits.acceleration_max
         cell[slide.LOOP], cell[slide.DAMPING] = _BANDWIDTH, _DAMPING
         cell[slide.LAG_TIME] = 0.0 if self.gain_scheduling else lag_time(model.part.mass)
         cell[slide.SPINDLE_ACCELERATION] = limits.spindle_acceleration_max

@@ -239,6 +239,6 @@ def _checked(profile: Any, cell: Floats) -> Floats:
         raise checks.refuse("profile[:, 1]", f"speeds <= slide_speed_max = {cell[slide.SPEED_MAX]:g}", fastest, "mm/s")
     hardest = float(np.abs(rows[:, 2]).max())
     if hardest > cell[slide.ACCELERATION_MAX] * (1 + _ROUNDING):
-        rule = f"accelerations <= max_acceleration = {cell[slide.ACCELERATION_MAX]:g}"
+        rule = f"accelerations <= acceleration_max = {cell[slide.ACCELERATION_MAX]:g}"
         raise checks.refuse("profile[:, 2]", rule, hardest, "mm/s^2")
     return np.ascontiguousarray(rows)
