@@ -72,7 +72,7 @@ for travelled in (1.03, 0.99, 1.0):
 # What it promises
 # ----------------
 # Followed on its own model, on rings whose friction is not the mean one; beside it what the tables expected.
-runs = strategy.simulate(parts=400, rng=0)
+runs = strategy.simulate(runs=400, rng=0)
 expected = np.mean([strategy.cycle_time(start) for start in runs.start])
 print(runs, f"expected {expected:.2f} s")
 runs.plot()

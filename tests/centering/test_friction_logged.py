@@ -21,15 +21,19 @@ def logged(mass, parts):
 
 
 def test_friction_of_each_part_is_found():
-    """Over 8 parts of a scatter of 8 %, pushes of one differing by 4 %: half of the errors, and the intervals."""
+    """Over 8 parts of a scatter of 8 %, pushes of one differing by 4 %: what is stated is little, and true.
+
+    The median of 8 errors is above 1.64 standard deviations once in a thousand.
+    """
     problem, log = logged(18.9, 8)
-    off, sure = [], []
+    stated, sure = [], []
     for part in range(8):
         found = identify_friction(log, problem, part=part, throw=False)
         true = np.array([log.outcome.true_mu_static[part], log.outcome.true_mu_kinetic[part]])
-        off.append(found.value / true - 1.0)
+        stated.append(found.sd / found.value)
         sure.append((found.value - true) / found.sd)
-    assert np.all(np.median(np.abs(off), axis=0) < 0.04)
+    assert np.all(np.array(stated) < (0.065, 0.045))
+    assert np.all(np.median(np.abs(sure), axis=0) < 1.64)
     assert np.mean(np.abs(sure) < 2.0) >= 0.8
 
 

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -239,6 +239,7 @@ def test_rows_from_a_travel_on():
 
 
 @settings(max_examples=40, deadline=None)
+@example(1.0, 0.021484375, 1.0, 6.0, 6.0, 3.0, 0.5)
 @given(
     st.floats(0.5, 70.0),
     st.floats(0.02, 0.4),
@@ -249,7 +250,10 @@ def test_rows_from_a_travel_on():
     st.floats(-0.8, 0.8),
 )
 def test_any_push_keeps_its_invariants(mass, mu, ratio, w, offset, speed, angle):
-    """The contact never pulls, the tip is where its profile says, and what the table cannot hold does not rest."""
+    """The contact never pulls, the tip is where its profile says, and what the table cannot hold does not rest.
+
+    A ring that slides drifts outward by (w h)^2/2 of its offset in each step h, and a slide begins and ends within a step.
+    """
     model = PRINTED.model.replace(mass=mass, mu_kinetic=mu, mu_static=mu * ratio * (1 + 1e-9))
     rows = _withdrawn(TipProfile.move(min(offset, 2.0), speed, 2560.0).segments)
     state = ring_state(offset, angle, 89.5, w)
@@ -259,6 +263,7 @@ def test_any_push_keeps_its_invariants(mass, mu, ratio, w, offset, speed, angle)
         assert state[at.FORCE] >= 0.0 and state[at.WAY] >= state[at.FREE_MAX] >= 0.0
     assert math.isclose(tip - state[at.TIP], profile_of(rows, 0.0).stroke, abs_tol=1e-9)
     end = complex(state[at.X], state[at.Y]) * np.exp(-1j * w * rows[:, 0].sum())
-    assert state[at.WAY] >= abs(end - offset * np.exp(1j * angle)) - 1e-3
+    drift = w * w * max(offset, abs(end)) * 2e-5 * rows[:, 0].sum() / 2.0
+    assert state[at.WAY] >= abs(end - offset * np.exp(1j * angle)) - drift - 1e-3
     if w * w * math.hypot(state[at.X], state[at.Y]) > model.mu_static * 9807.0:
         assert state[at.RESTS] == 0.0

@@ -130,7 +130,8 @@ def push_on_table(parameters, radius, spindle_speed, segments, step, state):
     """Move the tip by a profile and the ring by what acts on it: contact along the normal, friction against the slip, inertia.
 
     Steps of `step` (s); while the ring rests out of reach they are as long as the gap allows. Called again, it goes on from
-    `state`. Positions err by the square of the step, the begin and the end of a slide by one step.
+    `state`. Positions err by the square of the step, over a slide of the time t also by w^2 d t/2 times the step; the begin and
+    the end of a slide by one step.
     """
     m, w, r = parameters[_M], spindle_speed, radius
     for k in range(segments.shape[0]):
