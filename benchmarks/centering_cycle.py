@@ -7,11 +7,11 @@ import argparse
 import os
 import time
 import warnings
-from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 import numpy as np
+from measure import in_turn
 
 import centering
 import hwsim
@@ -29,19 +29,6 @@ def most(what: str, value: float, bar: float, unit: str) -> None:
 
 def least(what: str, value: float, bar: float, unit: str) -> None:
     BARS.append((what, f"{value:.3g} {unit}", f">= {bar:g} {unit}", value >= bar))
-
-
-def in_turn(runs: dict[str, Callable[[], object]], times: int) -> dict[str, float]:
-    """Median of each, s, taken in turns after one warm-up."""
-    for run in runs.values():
-        run()
-    found: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(times):
-        for name, run in runs.items():
-            begin = time.perf_counter()
-            run()
-            found[name].append(time.perf_counter() - begin)
-    return {name: float(np.median(each)) for name, each in found.items()}
 
 
 def told(took: dict[str, float], first: str, unit: float, name: str) -> None:

@@ -4,11 +4,10 @@ Medians of runs in turn, so that all see the same load; peers in the same run.
 """
 
 import argparse
-import time
-from collections.abc import Callable
 
 import centering_peers as peers
 import numpy as np
+from measure import in_turn
 from numba import njit
 
 import centering
@@ -24,19 +23,6 @@ def most(what: str, value: float, bar: float, unit: str) -> None:
 
 def least(what: str, value: float, bar: float) -> None:
     BARS.append((what, f"{value:.3g} times", f">= {bar:g} times", value >= bar))
-
-
-def in_turn(runs: dict[str, Callable[[], object]], times: int) -> dict[str, float]:
-    """Median of each, s, taken in turns after one warm-up."""
-    for run in runs.values():
-        run()
-    found: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(times):
-        for name, run in runs.items():
-            begin = time.perf_counter()
-            run()
-            found[name].append(time.perf_counter() - begin)
-    return {name: float(np.median(each)) for name, each in found.items()}
 
 
 def told(took: dict[str, float], ours: str, unit: float, name: str) -> None:
