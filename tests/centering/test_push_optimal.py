@@ -1,3 +1,4 @@
+import dataclasses
 import math
 from functools import cache
 
@@ -5,11 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import sdpgrind
 from centering._push import optimal
 from centering._push.gentle import gentle_profile
 from centering._push.model import GRAVITY, Part
 from centering._push.optimal import PushStatus, minimum_time_push
 from centering._push.optimal_model import STARTS, Program, State, Swing, Task
+from centering._push.optimal_push import OptimalPush
 from centering._push.presets import preset
 from centering._push.profile import TipProfile
 from centering._push.trace import simulate_push
@@ -249,3 +252,18 @@ def test_bad_input(change, told):
 def test_only_problems_are_solved():
     with pytest.raises(TypeError, match="problem must be a CenteringProblem; got 3"):
         minimum_time_push(3, 1.0)
+
+
+@pytest.mark.parametrize("status", PushStatus)
+def test_a_fastest_push_is_kept_in_a_file(tmp_path, status):
+    """By value and with its traces: nothing is searched or simulated again."""
+    push = dataclasses.replace(_push(), status=status)
+    push.save(tmp_path / "push.nc")
+    again = sdpgrind.load(tmp_path / "push.nc")
+    assert type(again) is OptimalPush and again == push and hash(again) == hash(push)
+    assert again.status is status and again.traces == push.traces
+    assert again != dataclasses.replace(push, steps=push.steps + 1)
+    data = push.dataset
+    assert np.array_equal(data["friction"], push.friction) and np.array_equal(data["stop_error"], push.stop_error)
+    told = {name: data[name].attrs["units"] for name in ("stop_error", "rest_time", "least_force", "velocity", "distance")}
+    assert told == dict(zip(told, ("mm", "s", "N", "mm/s", "mm"), strict=True))

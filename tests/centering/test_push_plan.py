@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import sdpgrind
 from centering._push.direction import plan_touch
 from centering._push.model import Part
 from centering._push.presets import preset
-from centering._push.push import plan_push
+from centering._push.push import Push, plan_push
 from centering._push.shooting import landing, ring_state, step_of
 from centering._push.trace import simulate_push
 from sdpgrind import units
@@ -270,3 +271,20 @@ def test_bad_pushes_are_refused(arguments, message):
 def test_ring_pushed_from_its_side_is_refused():
     with pytest.raises(ValueError, match=r"spindle_speed must be lower for an offset of 10 mm .* has no push toward the axis"):
         plan_touch(PRINTED, offset=10.0, spindle_speed=20.0, push_speed=1.0)
+
+
+@pytest.mark.parametrize("further", [{}, {"direction": "end", "timing": "printed"}, {"shape": "gentle", "stroke_offset": 0.1}])
+def test_a_push_is_kept_in_a_file(tmp_path, further):
+    """By value, so that it is simulated and arrives as before; what a slide needs of it stands there with its units."""
+    push = _at(**further)
+    push.save(tmp_path / "push.nc")
+    again = sdpgrind.load(tmp_path / "push.nc")
+    assert type(again) is Push and again == push and hash(again) == hash(push)
+    assert again != _at(offset=1.01, **further)
+    assert again.simulate() == push.simulate()
+    data = push.dataset
+    assert np.array_equal(
+        np.column_stack([data[name] for name in ("duration", "velocity", "acceleration")]), push.profile.segments
+    )
+    told = {name: data[name].attrs["units"] for name in ("duration", "velocity", "acceleration", "start", "lead_angle", "time")}
+    assert told == dict(zip(told, ("s", "mm/s", "mm/s^2", "mm", "rad", "s"), strict=True))

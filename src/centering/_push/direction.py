@@ -25,6 +25,7 @@ from centering._push.shooting import Aim, aimed, missed
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.stored import stored
 
 DIRECTIONS = ("exact", "quasi-static", "contact", "end")
 SHAPES = ("trapezoid", "gentle")
@@ -36,6 +37,7 @@ _LOOKS, _NEAR = 400, 1e-6  # at a run-up, and mm: a rim that is ahead of the tip
 _SLIVER = 1e-9  # s: what rounding leaves of a row
 
 
+@stored("centering.touch")
 @dataclass(frozen=True, eq=False, repr=False)
 class Touch(ByValue):
     """A push from its start near the rim: what the tip does, and where the ring is at first touch.

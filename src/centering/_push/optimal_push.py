@@ -1,19 +1,24 @@
 """A push of least time with what the simulator says of it."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+import xarray as xr
 
 from centering._push.model import PushModel
 from centering._push.problem import CenteringProblem
 from centering._push.profile import TipProfile
 from centering._push.trace import PushTrace, simulate_push
+from sdpgrind.base import records
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 
+_KIND = "centering.optimal_push"
 _SAMPLES = 4001
 _SLACK = 2e-5  # mm: by which the simulator's stop may be further off than was asked
 
@@ -27,7 +32,7 @@ class PushStatus(StrEnum):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OptimalPush:
+class OptimalPush(ByValue):
     """A push of least time, with what the simulator says of it; `minimum_time_push` makes it.
 
     Attributes
@@ -94,6 +99,37 @@ class OptimalPush:
         """Greatest contact force, N."""
         return max(trace.peak_force for trace in self.traces)
 
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The motion (s, mm/s, mm/s^2), and what came of it at every friction (mm, s, N), labelled; the whole push in it."""
+        from centering._push.plan_record import optimal_dataset
+
+        return optimal_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the push (mm, s, N) to a NetCDF file that `sdpgrind.load` opens.
+
+        Parameters
+        ----------
+        path : str or path
+            Where.
+        """
+        records.write(self.dataset, path, _KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Self:
+        """Return the push (mm, s, N) that `save` wrote to a path; nothing is searched or simulated again.
+
+        Parameters
+        ----------
+        path : str or path
+            Where.
+        """
+        from centering._push.plan_record import optimal_fields
+
+        fields = optimal_fields(records.read(path))
+        return cls(**fields | {"status": PushStatus[fields["status"]]})
+
     def plot(self) -> Any:
         """Draw the speed of the tip (mm/s) and the contact forces (N) over time (s); return the figure."""
         from centering._push.optimal_picture import plot_optimal  # the picture imports what it draws
@@ -127,9 +163,7 @@ def judged(
 
 def _frictions(ratios: Sequence[float]) -> Floats:
     between = [0.5 * (a + b) for a, b in pairwise(ratios)]
-    friction = np.unique([*ratios, *between, *([1.0] if ratios[0] < 1.0 < ratios[-1] else [])])
-    friction.flags.writeable = False
-    return friction
+    return lasting(np.unique([*ratios, *between, *([1.0] if ratios[0] < 1.0 < ratios[-1] else [])]))
 
 
 def with_friction(model: PushModel, ratio: float) -> PushModel:

@@ -1,10 +1,12 @@
 """A whole push, from the place where the probe follows the rim to the stop of the tip: when to start, how far, how long."""
 
+import os
 from dataclasses import dataclass
 from math import pi
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from centering._push.arrival import Arrival, arrival
 from centering._push.direction import Touch, plan_touch, profile_of
@@ -16,12 +18,15 @@ from centering._push.profile import TipProfile
 from centering._push.timing import printed_time, rest_to_rest
 from centering._push.turning import turning_profile
 from centering._push.turning_trace import TablePushTrace, simulate_table_push
-from sdpgrind.base import checks
+from sdpgrind.base import checks, records
 from sdpgrind.base.arrays import ByValue
+from sdpgrind.base.stored import decode, stored
 
+_KIND = "centering.push"
 _LEAST = 1e-9  # mm: no approach is left
 
 
+@stored(_KIND)
 @dataclass(frozen=True, eq=False, repr=False)
 class Push(ByValue):
     """A planned push: approach, pause, push. What the slide does begins at the trigger, `lead_angle` before alignment.
@@ -119,6 +124,22 @@ class Push(ByValue):
         """
         told = self.problem.model if model is None else checks.kind("model", model, PushModel)
         return arrival(told, self.problem.scatter, self.touch, self.offset, self.spindle_speed)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The motion of the slide (s, mm/s, mm/s^2) and what was planned (mm, rad, s), labelled; the whole push in it."""
+        from centering._push.plan_record import push_dataset
+
+        return push_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the push (mm, rad, s) to a NetCDF file at `path` that `sdpgrind.load` opens."""
+        records.write(self.dataset, path, _KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Push":
+        """Read the push (mm, rad, s) that `save` wrote to `path`."""
+        return checks.kind("push", decode(records.read(path).attrs["push"]), cls)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw how far tip and rim are from the axis (mm) over time (ms), and the parts of the push; return the figure.

@@ -23,6 +23,8 @@ MODES = ("rest", "stick", "slip", "free")
 _PER_PERIOD = 60  # samples in a period of part and contact
 _SAMPLES = (400, 20_001)  # fewest, most
 _KIND = "centering.push_trace"
+PHASES_TOLD = "time, mode, tip position, speed and acceleration, gap, part speed at begins (s, mm)"
+PARAMETERS_TOLD = "M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm)"
 _LABELS = {
     "tip_position": ("mm", "position of the pusher tip from first touch"),
     "part_position": ("mm", "position of the part from where it lay"),
@@ -190,7 +192,7 @@ class PushTrace(ByValue):
         """Samples and phases with units and names; profile and parameters as JSON."""
         data = self._labelled(self.time, self._samples)
         data["phases"] = (("phase", "state"), self.phases)
-        data["phases"].attrs["long_name"] = "time, mode, tip position, speed and acceleration, gap, part speed at begins (s, mm)"
+        data["phases"].attrs["long_name"] = PHASES_TOLD
         data["summary"] = ("result", self.summary)
         data["summary"].attrs["long_name"] = ", ".join(COLUMN_NAMES)
         told = {"profile": stored.encode(self.profile), "parameters": stored.encode(self.parameters)}
