@@ -5,7 +5,7 @@ Your own process
 The solver knows nothing of grinding. Any work in steps can be planned with it, if the outcome of a step is uncertain,
 the result is measured, and one may stop or go on. This page plans the honing of a bore.
 
-A bore is 40 um too small. Honing strokes take stock off; how much depends on the stone and scatters by 20 %. After
+A bore is 40 µm too small. Honing strokes take stock off; how much depends on the stone and scatters by 20 %. After
 each round of strokes the bore is measured, which takes time. A bore that is too small has to be honed again
 elsewhere, a bore that is too large is scrap. How many strokes should the next round have, and when is the bore good?
 """
@@ -43,7 +43,7 @@ def time_charge(s, c):
 hone = sdp.Move("hone", {"strokes": sdp.Levels(1, 120, 121)}, sdp.Shift("stock", removed), charge=time_charge)
 
 # %%
-# A *stop* ends it. Taguchi's square law suits a bore that should be on size: 4 um of stock left cost 1.60 $. Too
+# A *stop* ends it. Taguchi's square law suits a bore that should be on size: 4 µm of stock left cost 1.60 $. Too
 # large is worse: it costs four times that, and scrap does not get better by being only just scrap, but let it be
 # smooth here; :doc:`/words_of_warning` tells what a jump would do.
 
@@ -66,7 +66,7 @@ print(f"expected: {policy.value(stock=0.040):.3f} $")
 print(policy.simulate(runs=20_000, stock=0.040, rng=0))
 
 # %%
-# How many strokes, for how much stock? A long first round, then short ones; and below some 2 um it is not worth going
+# How many strokes, for how much stock? A long first round, then short ones; and below some 2 µm it is not worth going
 # on.
 
 x = np.linspace(0.0, 0.040, 801)
@@ -74,11 +74,11 @@ action = policy.action(stock=x)
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
 left.plot(1e3 * x, policy.value(stock=x), label="with the plan")
 left.plot(1e3 * x, np.minimum(done.charge(x), 6), ":", label="stop now")
-left.set(xlabel="stock left [um]", ylabel=r"expected charge [\$]", ylim=(0, 5))
+left.set(xlabel="stock left [µm]", ylabel=r"expected charge [\$]", ylim=(0, 5))
 left.legend(frameon=False)
 right.plot(1e3 * x, np.where(action.stop, 0, action.strokes))
 right.plot(1e3 * x, x / PER_STROKE, "k:", lw=0.8, label="for all of the stock, on average")
-right.set(xlabel="stock left [um]", ylabel="strokes of the next round")
+right.set(xlabel="stock left [µm]", ylabel="strokes of the next round")
 right.legend(frameon=False)
 
 # %%
@@ -136,7 +136,7 @@ image = ax.pcolormesh(1e3 * s, g, strokes, cmap="viridis", rasterized=True)
 figure.colorbar(image, ax=ax, label="strokes of the next round")
 ax.contourf(1e3 * s, g, action.name == "dress", levels=[0.5, 1.5], colors=["#d95f02"], alpha=0.6)
 ax.contourf(1e3 * s, g, action.name == "done", levels=[0.5, 1.5], colors=["0.8"])
-ax.set(xlabel="stock left [um]", ylabel="glaze of the stone")
+ax.set(xlabel="stock left [µm]", ylabel="glaze of the stone")
 ax.set_title("grey: stop; orange: dress first", loc="left", fontsize=10)
 
 # %%

@@ -147,7 +147,7 @@ print(weldbead.identify(log, "friction"))
 
 # %%
 # Then which coefficient scatters. The noise of the two scans is not scatter of the process and is taken out: here 2
-# um each.
+# µm each.
 
 found = weldbead.identify(log, "scatter", model=process, depth_noise=SCAN * 2**0.5)
 for name, relative_sd, error, likelihood in zip(

@@ -68,7 +68,7 @@ for method in ("inverse", "static", "quasistatic", "pi", "collocation"):
     way = passes.plan(problem, method=method)
     off = np.interp(x, way.contour.x, way.contour.z) - np.interp(x, plan.contour.x, plan.contour.z)
     rms = 1e3 * np.sqrt(np.mean(off[100:1400] ** 2))
-    print(f"{method:12s} {way.volume:6.1f} mm^3, contour {rms:5.2f} um rms from the inverse plan")
+    print(f"{method:12s} {way.volume:6.1f} mm^3, contour {rms:5.2f} µm rms from the inverse plan")
 
 # %%
 # The same plan, another truth
@@ -110,7 +110,7 @@ low.set(ylabel="power [W]", xlabel="tip along the bead [mm]")
 # Many candidates
 # ---------------
 # Before one pass is planned, many can be looked through: without the dynamics of the disc the cut that comes nearest to
-# the target is a small quadratic program. Which feed is the fastest that leaves no more than 10 um rms?
+# the target is a small quadratic program. Which feed is the fastest that leaves no more than 10 µm rms?
 
 feeds = np.arange(10.0, 41.0, 2.0)
 found = passes.relax(problem, candidates=[(0.2, feed) for feed in feeds])

@@ -23,7 +23,7 @@ from sdpgrind.weldbead import force
 for name in ("design", "appendix-b"):
     drive = force.table_drive(name)
     poles = ", ".join(f"{abs(pole) / units.hz(1):.1f}" for pole in drive.poles)
-    print(f"{name}: poles {poles} Hz, lag {1e3 * drive.lag_time:.0f} ms, sticks within {1e3 * drive.stuck_band:.1f} um")
+    print(f"{name}: poles {poles} Hz, lag {1e3 * drive.lag_time:.0f} ms, sticks within {1e3 * drive.stuck_band:.1f} µm")
 
 # %%
 # What is seen

@@ -77,7 +77,7 @@ series = {
 for name, outcome in series.items():
     late = 1e3 * float(outcome.roundness.isel(part=slice(1, None)).max())
     print(f"{name:16s} {outcome.time.mean('series').values.round(2)}")
-    print(f"{'':16s} {int(outcome.burned.sum())} of {outcome.burned.size} burned, {late:.3f} um out of round at most")
+    print(f"{'':16s} {int(outcome.burned.sum())} of {outcome.burned.size} burned, {late:.3f} µm out of round at most")
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
 for (name, outcome), colour in zip(series.items(), ("0.55", "#4878a8"), strict=True):
@@ -89,12 +89,12 @@ left.axhline(best.time, color="0.2", lw=0.8)
 left.set(xlabel="part", ylabel="time of the cycle [s]")
 left.legend(frameon=False)
 right.axhline(0.0, color="#b04a3a", lw=1)
-right.set(xlabel="part", ylabel="stock left below the damage [um]", ylim=(-1, 20))
+right.set(xlabel="part", ylabel="stock left below the damage [µm]", ylim=(-1, 20))
 
 # %%
 # What no slack tells
 # -------------------
-# Damage is not measured. It is reckoned from the power, so a power monitor that shows 2 % too little hides some 3.5 um of it from
+# Damage is not measured. It is reckoned from the power, so a power monitor that shows 2 % too little hides some 3.5 µm of it from
 # controller and adaptation alike. Say so, and the margin covers it, for a quarter of a second.
 
 off = hwsim.PlungeGrinder(problem, contact_zero_sd=units.um(10), power_gain=0.98)

@@ -72,9 +72,9 @@ for k, mapping in enumerate(("equal_spacing", "geodesic")):
 # %%
 # What the tool reaches
 # ---------------------
-# The footprint is not the tool. A ball of 4 mm that sinks in by 10 um touches a spot of 0.2 mm radius; that spot has to cover
+# The footprint is not the tool. A ball of 4 mm that sinks in by 10 µm touches a spot of 0.2 mm radius; that spot has to cover
 # the surface. A Hilbert path needs more of it than a zigzag of the same pitch: at some cell corners no pass comes near.
-print(f"a ball of 4 mm, 10 um deep: radius {finishing.ball_footprint(2.0, units.um(10)):.2f} mm")
+print(f"a ball of 4 mm, 10 µm deep: radius {finishing.ball_footprint(2.0, units.um(10)):.2f} mm")
 plate = finishing.flat_surface(16.0)
 radius = np.linspace(0.5, 0.75, 6)  # mm, and over the pitch: that is 1 mm
 fractal, straight = finishing.hilbert(plate, order=4), finishing.zigzag(plate, pitch=1.0)
@@ -91,7 +91,7 @@ ax.legend(frameon=False)
 # a flat; in a hollow it is smaller, down to where the ball no longer fits, which is refused.
 for name, curvature in (("flat", 0.0), ("ridge of 20 mm", -0.05), ("hollow of 20 mm", 0.05)):
     height = finishing.scallop_height(2.0, 0.2, curvature)
-    print(f"{name:15} scallops {1e3 * height:.2f} um, R_a {1e3 * finishing.cusp_roughness(2.0, 0.2, curvature):.2f} um")
+    print(f"{name:15} scallops {1e3 * height:.2f} µm, R_a {1e3 * finishing.cusp_roughness(2.0, 0.2, curvature):.2f} µm")
 try:
     finishing.scallop_height(2.0, 0.2, normal_curvature=0.6)
 except ValueError as error:

@@ -118,7 +118,7 @@ again = hwsim.run(cell, told, rng=0)
 print(f"mean force {float(log.outcome.normal_force[0]):.3f} N before, {float(again.outcome.normal_force[0]):.3f} N after")
 
 # %%
-# From 50 um there would be too few readings, and it would say so: begin half a millimetre up, now and then. What a heavy tool
+# From 50 µm there would be too few readings, and it would say so: begin half a millimetre up, now and then. What a heavy tool
 # weighs on the motor changes with the pose, so that once for a job is not enough: 0.44 kg at 50 mm is more than the motor has.
 print(f"{finishing.gravity_torque(0.44, 50.0, 0.0):.3f} N m of {axis.torque_max:.3f}")
 plt.show()

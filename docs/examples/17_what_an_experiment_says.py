@@ -21,7 +21,7 @@ print(study.level_means())
 study.plot()
 
 # %%
-# The ratio is -20 log10 of the roughness over 10 um: more is better, 6 dB more is half the roughness. It is called signal to
+# The ratio is -20 log10 of the roughness over 10 µm: more is better, 6 dB more is half the roughness. It is called signal to
 # noise, but of one specimen a setting it holds no noise. It is the reading on another scale.
 #
 # What has an effect
@@ -73,7 +73,7 @@ print(study.next_runs(3))
 # is what a planner needs who has to decide for each specimen whether to finish it again.
 model = finishing.RoughnessModel.published()
 law = model.law("hilbert5", tool_diameter=4.0, normal_force=model.best_force())
-print(f"best force {model.best_force():.2f} N: mean {1e3 * law.mean:.2f} um, standard deviation {1e3 * law.sd:.2f} um")
+print(f"best force {model.best_force():.2f} N: mean {1e3 * law.mean:.2f} µm, standard deviation {1e3 * law.sd:.2f} µm")
 alone = finishing.leave_one_out(study)
 print(f"each run predicted from the others: {100 * alone.rms_log:.1f} % off (rms), at worst {100 * alone.worst_error:.0f} %")
 try:
@@ -89,7 +89,7 @@ for pattern in ("hilbert5", "zigzag", "hilbert4"):
     settings = study.settings
     ours = (settings["pattern"] == pattern) & (settings["tool_diameter"] == 4.0)
     ax.plot(settings["normal_force"][ours], 1e3 * study.readings[ours, 0], "o", color=line.get_color())
-ax.set(xlabel="normal force [N]", ylabel="R_a with the tool of 4 mm [um]", ylim=(0, None))
+ax.set(xlabel="normal force [N]", ylabel="R_a with the tool of 4 mm [µm]", ylim=(0, None))
 ax.legend(frameon=False, fontsize=8)
 
 # %%

@@ -30,8 +30,8 @@ log = hwsim.run(cell, controllers["lqg"], rng=0)
 outcome = log.outcome.isel(part=0)
 print(f"force {float(outcome.normal_force):.3f} N, of which {float(outcome.normal_force_sd):.3f} N go up and down")
 print(f"mean feed {float(outcome.feed):.1f} mm/s, {motion.mean_feed_rate:.1f} planned, 25 commanded")
-print(f"path left by up to {1e3 * float(outcome.path_deviation):.0f} um")
-print(f"roughness {1e3 * float(outcome.roughness_ra):.2f} um after {float(outcome.time):.0f} s")
+print(f"path left by up to {1e3 * float(outcome.path_deviation):.0f} µm")
+print(f"roughness {1e3 * float(outcome.roughness_ra):.2f} µm after {float(outcome.time):.0f} s")
 log.plot()
 
 # %%
@@ -41,14 +41,14 @@ log.plot()
 #
 # Controllers on the same specimens
 # ---------------------------------
-# Now parts differ: stiffness, friction, torque constant, load torque, and a surface that is some 10 um off.
+# Now parts differ: stiffness, friction, torque constant, load torque, and a surface that is some 10 µm off.
 differing = cell.replace(scatter=hwsim.CellScatter())
 found = hwsim.compare(differing, controllers, parts=5, rng=0).outcome
 for kind in kinds:
     mean = found.sel(controller=kind).mean("part")
     print(
         f"{kind:9} force {float(mean.normal_force):.3f} N, {float(mean.force_error):.3f} N off (rms), "
-        f"without contact {100 * float(mean.lift_off):.0f} %, roughness {1e3 * float(mean.roughness_ra):.2f} um"
+        f"without contact {100 * float(mean.lift_off):.0f} %, roughness {1e3 * float(mean.roughness_ra):.2f} µm"
     )
 
 # %%
@@ -88,7 +88,7 @@ print(f"scatter that is left: {100 * model.residual_sd:.1f} %")
 policy = experiment.refinishing(passes=3)
 for left in (2, 1):
     deliver = [r / 100 for r in range(300, 500) if policy.action(roughness=units.um(r / 100), passes_left=left).name == "deliver"]
-    print(f"with time for {left} more: deliver up to {max(deliver):.2f} um")
+    print(f"with time for {left} more: deliver up to {max(deliver):.2f} µm")
 
 # %%
 # The more time is left, the choosier one may be. All of this from the command line:

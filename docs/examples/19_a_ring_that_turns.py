@@ -17,8 +17,8 @@ from sdpgrind import units
 # %%
 # Reading by reading
 # ------------------
-# A simulated table of 20 turns a minute, read 100 times a second; the surface is rough by 40 um. The estimator is told how rough,
-# how sure it has to be, and which error may remain: 3 % of the offset, but never less than 2 um.
+# A simulated table of 20 turns a minute, read 100 times a second; the surface is rough by 40 µm. The estimator is told how rough,
+# how sure it has to be, and which error may remain: 3 % of the offset, but never less than 2 µm.
 ring = hwsim.Ring(61.94, offset=3.6, offset_angle=units.deg(40))
 probe = hwsim.Probe(ring, errors=hwsim.ProbeErrors(noise_sd=0.04))
 scan = probe.scan(turns=1, rng=0)
@@ -48,7 +48,7 @@ ax.semilogy(turned, 1e3 * np.array(bands), color="#4878a8", label="centre within
 error = np.hypot(circle.center_x - ring.center_x, circle.center_y - ring.center_y)
 ax.axhline(1e3 * 0.03 * circle.offset, color="0.5", ls="--", lw=1, label="allowed")
 ax.plot(turned[-1], 1e3 * error, "o", color="#b04a3a", ms=5, label="true error at the end")
-ax.set(xlabel="turned [degrees]", ylabel="[um]", xlim=(0, None), ylim=(20, 1e5))
+ax.set(xlabel="turned [degrees]", ylabel="[µm]", xlim=(0, None), ylim=(20, 1e5))
 ax.legend(frameon=False)
 for at in (30, 60, 90):
     early, soon = centering.GeometryEstimator(**asked, tip_radius=3.75), int(np.sum(turned <= at))
@@ -82,7 +82,7 @@ def pushed(part, found, rng):
 
 
 def centred(keep_radius, seed=5):
-    """Centres as they were found, push by push, until the offset is below 10 um."""
+    """Centres as they were found, push by push, until the offset is below 10 µm."""
     pushes, part, centers = np.random.default_rng(seed), ring, []
     quick = centering.GeometryEstimator(noise_sd=0.01, rel_tol=0.05, abs_tol=0.003, tip_radius=3.75)
     while not centers or centers[-1].offset > 0.010:
@@ -98,7 +98,7 @@ def centred(keep_radius, seed=5):
 
 for keep in (False, True):
     centers = centred(keep)
-    told = ", ".join(f"{1e3 * each.offset:.3g} um after {np.rad2deg(each.swept):.0f} degrees" for each in centers)
+    told = ", ".join(f"{1e3 * each.offset:.3g} µm after {np.rad2deg(each.swept):.0f} degrees" for each in centers)
     print(f"radius {'kept' if keep else 'forgotten'}: {told}")
 centering.plot_centers(centers, tolerance=0.010)
 

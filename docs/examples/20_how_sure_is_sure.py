@@ -15,7 +15,7 @@ from sdpgrind import units
 # %%
 # Counting
 # --------
-# Three pushes of a part, from far off-centre to nearly centred, with noise of 40 um, as in chapter 4 of Mears (2006). The
+# Three pushes of a part, from far off-centre to nearly centred, with noise of 40 µm, as in chapter 4 of Mears (2006). The
 # printed rule takes the error of a mean, and stops too early. ``GeometryEstimator`` asks how well these angles determine the
 # centre in its worst direction. "Inside" means: the true centre was no farther away than was said.
 angle = units.deg(np.arange(6000.0))
@@ -53,13 +53,13 @@ ax.set(xticks=range(3), xticklabels=["20 mm", "1 mm", "0.1 mm"], xlabel="offset"
 ax.legend(frameon=False)
 
 # %%
-# Being sure takes data: for the last push fourteen turns, where the source believed one. That is what 3 um cost at a noise of
-# 40 um; a quieter probe or a coarser tolerance is the way out, not another formula.
+# Being sure takes data: for the last push fourteen turns, where the source believed one. That is what 3 µm cost at a noise of
+# 40 µm; a quieter probe or a coarser tolerance is the way out, not another formula.
 #
 # Form
 # ----
-# A part with three lobes of 3 um, measured with 1 um of noise. The estimator that knows of noise alone is sure after 60
-# degrees, and 18 um wrong where it says 10. Told that there may be lobes (``form=``) it adds how far they could bend the
+# A part with three lobes of 3 µm, measured with 1 µm of noise. The estimator that knows of noise alone is sure after 60
+# degrees, and 18 µm wrong where it says 10. Told that there may be lobes (``form=``) it adds how far they could bend the
 # estimate, and turns on. Once the spectrum is known, it can be subtracted (``harmonics=``), and a short arc is enough again.
 lobes, offset = 0.003, 0.5
 turn = units.deg(np.arange(0.0, 360.0))
@@ -86,12 +86,12 @@ for (name, told), color in zip(cases.items(), ("#b04a3a", "#4878a8", "#5a9a68"),
         valid = a if valid is None and estimator.valid else valid
     at = int(np.argmin(np.abs(turn[10:] - valid)))
     print(
-        f"{name:18} valid after {np.rad2deg(valid):3.0f} degrees: within {bands[at]:5.1f} um, it says; {errors[at]:5.1f} um it is"
+        f"{name:18} valid after {np.rad2deg(valid):3.0f} degrees: within {bands[at]:5.1f} µm, it says; {errors[at]:5.1f} µm it is"
     )
     ax.semilogy(np.rad2deg(turn[10:]), bands, color=color, label=f"{name}: said")
     ax.semilogy(np.rad2deg(turn[10:]), errors, color=color, ls=":", label="true")
 ax.axhline(1e3 * 0.02 * offset, color="0.5", lw=0.8, ls="--")
-ax.set(xlabel="turned [degrees]", ylabel="centre within [um]", xlim=(10, 360), ylim=(0.03, 1e3))
+ax.set(xlabel="turned [degrees]", ylabel="centre within [µm]", xlim=(10, 360), ylim=(0.03, 1e3))
 ax.legend(frameon=False, fontsize=8, ncols=3)
 
 # %%

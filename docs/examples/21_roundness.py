@@ -18,7 +18,7 @@ from sdpgrind import units
 # A ring, and what the probe shows of it
 # --------------------------------------
 # The lines are those of a bearing ring on a roundness machine (Mears, Table 6.5). Four turns, one reading a degree.
-LINES = {2: 0.155, 3: 0.206, 4: 0.018, 6: 0.048, 18: 0.018, 21: 0.038, 22: 0.036, 42: 0.029, 43: 0.235, 44: 0.040}  # upr: um
+LINES = {2: 0.155, 3: 0.206, 4: 0.018, 6: 0.048, 18: 0.018, 21: 0.038, 22: 0.036, 42: 0.029, 43: 0.235, 44: 0.040}  # upr: µm
 rng = np.random.default_rng(3)
 lobes = {upr: (units.um(amplitude), rng.uniform(0, 2 * np.pi)) for upr, amplitude in LINES.items()}
 ring = hwsim.Ring(61.94, offset=3.6, offset_angle=0.5, lobes=lobes)
@@ -26,10 +26,10 @@ errors = hwsim.ProbeErrors(probe_quantum=0.0, slide_quantum=0.0, counts=0, noise
 scan = hwsim.Probe(ring, samples_per_turn=360, errors=errors).scan(turns=4, rng=0)
 profile = centering.Profile(scan.angle, scan.reading, tip_radius=3.75)
 print(profile)
-print(f"truly {1e3 * ring.roundness:.3f} um from peak to valley")
+print(f"truly {1e3 * ring.roundness:.3f} µm from peak to valley")
 
 # %%
-# A cosine of that offset has an error of its own, 52 um of two undulations; the exact curve has none. What is left are 4 um, most
+# A cosine of that offset has an error of its own, 52 µm of two undulations; the exact curve has none. What is left are 4 µm, most
 # of them the roller's.
 #
 # The roller
@@ -47,7 +47,7 @@ axes[0].set(title="one turn, as measured", xlabel="")
 axes[1].set(title="four turns, without the roller; grey: noise")
 found = clean.spectrum(upr_max=60)
 for upr, amplitude in found.largest(5):
-    print(f"{upr:3.0f} upr: {1e3 * amplitude:.3f} um, truly {LINES.get(int(upr), 0.0):.3f} um")
+    print(f"{upr:3.0f} upr: {1e3 * amplitude:.3f} µm, truly {LINES.get(int(upr), 0.0):.3f} µm")
 
 # %%
 # With an integer ratio the roller stands at the same place of the part in each turn. Nothing can tell them apart then, and
@@ -75,7 +75,7 @@ smooth.plot()
 print(f"{'':6}{'RONt':>10}{'RONp':>10}{'RONv':>10}{'radius':>14}   contacts [degrees]")
 for kind in ("LSC", "MCC", "MIC", "MZC"):
     circle = smooth.roundness(kind)
-    told = "".join(f"{1e3 * value:7.3f} um" for value in (circle.value, circle.ron_p, circle.ron_v))
+    told = "".join(f"{1e3 * value:7.3f} µm" for value in (circle.value, circle.ron_p, circle.ron_v))
     print(f"{kind:6}{told}{circle.radius:11.5f} mm   {np.rad2deg(circle.contact_angles).round(0).astype(int).tolist()}")
 zone = smooth.roundness("MZC")
 print(zone.certificate)
@@ -84,7 +84,7 @@ zone.plot()
 # %%
 # The zone is the smallest, always. How sure it is, and by how much noise has widened it: from simulated profiles with as much
 # noise again, each with its own circle, as noise makes other points contacts.
-print(f"{1e3 * zone.value:.3f} um +- {1e3 * zone.value_sd:.3f} um, of which noise has added about {1e3 * zone.value_bias:.3f} um")
+print(f"{1e3 * zone.value:.3f} µm +- {1e3 * zone.value_sd:.3f} µm, of which noise has added about {1e3 * zone.value_bias:.3f} µm")
 
 # %%
 # A part with two lobes
@@ -96,6 +96,6 @@ scan = hwsim.Probe(oval, samples_per_turn=720, errors=None).scan(turns=1)
 squeezed = centering.Profile(scan.angle, scan.reading, tip_radius=3.75)
 for kind in ("MCC", "MIC"):
     circle = squeezed.roundness(kind)
-    print(f"{kind}: {1e3 * circle.value:.2f} um; {circle.certificate}")
+    print(f"{kind}: {1e3 * circle.value:.2f} µm; {circle.certificate}")
 squeezed.roundness("MCC").plot()
 plt.show()

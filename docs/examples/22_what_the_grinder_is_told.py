@@ -72,7 +72,7 @@ check.plot()
 # What drifts
 # -----------
 # The table pushes each part to the middle, and notes by how much it had to correct its stroke, and how much the part resisted.
-# Both walk slowly. A step is something else: a chip on a locating face, another oil. From part 60 on the correction is 6 um
+# Both walk slowly. A step is something else: a chip on a locating face, another oil. From part 60 on the correction is 6 µm
 # off. After an alarm that quantity is not watched until the alarm is acknowledged, here before part 75, with clean faces.
 rng = np.random.default_rng(0)
 track = centering.DriftTrack({"stroke_offset": 0.002, "mu_kinetic": 0.004})

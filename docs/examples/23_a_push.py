@@ -61,7 +61,7 @@ for name, profile in (("hard", hard), ("gentle", gentle)):
     came = centering.simulate_pushes(models, profile)
     stroke = float(np.max(profile.position(np.linspace(0.0, profile.total_time, 2001))))
     told = " ".join(f"{1e3 * (end - stroke):8.1f}" for end in came[:, 0])
-    print(f"{name:12} {told}   um beyond the tip, peak {came[1, 2]:.0f} N, {profile.total_time:.3f} s")
+    print(f"{name:12} {told}   µm beyond the tip, peak {came[1, 2]:.0f} N, {profile.total_time:.3f} s")
 
 # %%
 # Slow pushes have a limit of their own: after sticking the friction falls, and the ring jumps. No slow push is finer than that.
@@ -70,7 +70,7 @@ for mass in (0.8, 5.0, 18.9):
     smallest = centering.simulate_pushes(model, [centering.tap_profile(x, 5.0) for x in np.geomspace(5e-4, 0.1, 400)])
     least = 1e3 * smallest[smallest[:, 0] > 1e-6, 0].min()
     print(
-        f"{mass:4.1f} kg: jump {1e3 * model.stick_slip_quantum:6.2f} um; drawn back at once, it moves by {least:.2f} um at least"
+        f"{mass:4.1f} kg: jump {1e3 * model.stick_slip_quantum:6.2f} µm; drawn back at once, it moves by {least:.2f} µm at least"
     )
 
 # %%

@@ -30,11 +30,11 @@ strategy.plot()
 
 # %%
 # From afar the ring is pushed fast, whatever it slides on: there is time to measure again. Then gently, so that it stays at the
-# tip, and the last micrometres are made by taps: a slow push cannot move this ring by less than 15 um, a tap can by 2 um.
+# tip, and the last micrometres are made by taps: a slow push cannot move this ring by less than 15 µm, a tap can by 2 µm.
 for offset in (10.0, 1.0, 0.1, 0.03, 0.01, 0.005):
     push = strategy.push(offset=offset)
     print(
-        f"{1e3 * offset:6.0f} um: {push.shape:9} of {push.push_speed:4.1f} mm/s, table {push.spindle_speed / units.rpm(1):3.0f} "
+        f"{1e3 * offset:6.0f} µm: {push.shape:9} of {push.push_speed:4.1f} mm/s, table {push.spindle_speed / units.rpm(1):3.0f} "
         f"1/min, aims at {100 * push.aim / offset:3.0f} % of the offset; {strategy.cycle_time(offset):.2f} s to the end"
     )
 begin = time.perf_counter()
@@ -46,7 +46,7 @@ print(f"a look-up takes {1e3 * (time.perf_counter() - begin):.0f} us")
 # Why it draws back
 # -----------------
 # The same strokes at 5 mm/s, ending at rest in contact, or drawn back at once at 2560 mm/s^2. The contact gives back what it has
-# stored, and the part moves on while the tip rests: by 12 um, or not at all. Drawn back, it moves by 2 um or more.
+# stored, and the part moves on while the tip rests: by 12 µm, or not at all. Drawn back, it moves by 2 µm or more.
 strokes = np.geomspace(0.005, 0.1, 300)
 figure, axis = plt.subplots(figsize=(7, 3.8), layout="constrained")
 rests = [centering.TipProfile.move(x, 5.0, problem.limits.acceleration_max) for x in strokes]
@@ -54,7 +54,7 @@ taps = [centering.tap_profile(x, 5.0) for x in strokes]
 for label, profiles, color in (("stays in contact", rests, "#b04a3a"), ("drawn back at once", taps, "#4878a8")):
     axis.plot(1e3 * strokes, 1e3 * centering.simulate_pushes(problem.model, profiles)[:, 0], color=color, label=label)
 axis.axhline(1e3 * problem.model.stick_slip_quantum, color="0.5", ls="--", lw=1, label="jump of a slow push")
-axis.set(xlabel="travel of the tip [um]", ylabel="travel of the part [um]")
+axis.set(xlabel="travel of the tip [µm]", ylabel="travel of the part [µm]")
 axis.legend(frameon=False)
 
 # %%

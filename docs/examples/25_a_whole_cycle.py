@@ -17,7 +17,7 @@ from sdpgrind import units
 # %%
 # One ring
 # --------
-# 0.8 kg, from somewhere between 1 and 10 mm to 2.5 um. The controller measures while the table runs up, and pushes as soon as
+# 0.8 kg, from somewhere between 1 and 10 mm to 2.5 µm. The controller measures while the table runs up, and pushes as soon as
 # it is sure enough that waiting would cost more.
 problem = centering.preset("printed").replace(part=centering.Part(mass=0.8, radius=61.95), tolerance=0.0025)
 strategy = centering.plan(problem)
@@ -25,7 +25,7 @@ ours = centering.CenteringController(strategy)
 machine = hwsim.CenteringMachine(problem)
 log = hwsim.run(machine, ours, rng=0)
 outcome = log.outcome.isel(part=0)
-print(f"{float(outcome.time):.2f} s, {int(outcome.pushes)} pushes, {1e3 * float(outcome.offset):.2f} um off at the end")
+print(f"{float(outcome.time):.2f} s, {int(outcome.pushes)} pushes, {1e3 * float(outcome.offset):.2f} µm off at the end")
 log.plot()
 
 # %%
@@ -35,7 +35,7 @@ state, offset = table.state_planned.values, table.offset_planned.values
 for k in np.flatnonzero(np.diff(state, prepend=-1) != 0):
     now = centering.CycleState(int(state[k]))
     if now in (centering.CycleState.WAIT, centering.CycleState.CENTERED):
-        print(f"{float(table.time[k]):5.2f} s  {now.name.lower():9} offset {1e3 * offset[k]:8.2f} um")
+        print(f"{float(table.time[k]):5.2f} s  {now.name.lower():9} offset {1e3 * offset[k]:8.2f} µm")
 
 # %%
 # Beside the source's controller

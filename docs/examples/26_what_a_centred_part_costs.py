@@ -2,7 +2,7 @@
 What a centred part costs
 =========================
 
-Three ways to centre a bearing ring to 2.5 um: a skilled operator with a hammer, the source's machine, and a strategy of few
+Three ways to centre a bearing ring to 2.5 µm: a skilled operator with a hammer, the source's machine, and a strategy of few
 pushes. The times are printed or simulated; the money is an assumption, and stands first, so that you can put in yours.
 """
 

@@ -61,7 +61,7 @@ def estimates(noise, offset, method, count=60):
 CASES = ((0.0, 0.0, 1.888), (0.5, 0.0, 1.801), (1.0, 0.0, 1.581), (0.5, 10.0, 1.373))
 spread = {}
 for noise, offset, wrong in CASES:
-    what = f"time constant, {noise:g} um of noise, {offset:g} um off [s]"
+    what = f"time constant, {noise:g} µm of noise, {offset:g} µm off [s]"
     for method in ("printed", "output_error"):
         spread[noise, offset, method] = values = estimates(units.um(noise), units.um(offset), method)
         scatter = f"{values.mean():.4f}" + (f" ± {values.std(ddof=1):.4f}" if noise else "")
@@ -69,17 +69,17 @@ for noise, offset, wrong in CASES:
         row(f"{what}: {'(4)' if method == 'printed' else 'output error'}", "-", correct, scatter, "ours")
 slope = -rate * (1 - np.exp(-time / true) * (1 + time / true))
 bound = 5e-4 / np.sqrt(np.sum((slope - slope.mean()) ** 2))
-row("bound of Cramer and Rao, 0.5 um [s]", "-", 0.0032, bound, "ours")
+row("bound of Cramer and Rao, 0.5 µm [s]", "-", 0.0032, bound, "ours")
 
 # %%
 # The two experiments
 # -------------------
-# They assumed 1.8 and 1.95 s and left 3.9 and 2.9 um of out-of-roundness, which is in proportion to the final rate. Two equations
-# for the lag and for the rate of 3 um; the stock then follows from the time, 24.66 s less 38 %.
+# They assumed 1.8 and 1.95 s and left 3.9 and 2.9 µm of out-of-roundness, which is in proportion to the final rate. Two equations
+# for the lag and for the rate of 3 µm; the stock then follows from the time, 24.66 s less 38 %.
 for assumed, full, left in ((1.8, 0.026, 3.9), (1.95, 0.0255, 2.9)):
     lag = experiment.model.linear_time_constant
     end = full - assumed / lag * (full - experiment.final_rate)
-    row(f"roundness with {assumed:g} s [um]", left, left, 1000 * float(experiment.model.roundness(end)), "calibrated")
+    row(f"roundness with {assumed:g} s [µm]", left, left, 1000 * float(experiment.model.roundness(end)), "calibrated")
 row("true time constant [s]", "1.8, 1.95", "1.927 to 1.942", experiment.model.linear_time_constant, "calibrated")
 row("final rate [mm/s]", "-", 0.0049, experiment.final_rate, "calibrated")
 row("gain of roundness", "-", 3.063, experiment.model.roundness_gain, "calibrated")
@@ -128,7 +128,7 @@ for entry in ROWS:
 # %%
 # Bias and spread
 # ---------------
-# Neither is small beside what a cycle stands: a time constant 10 % short leaves 0.3 um more of out-of-roundness.
+# Neither is small beside what a cycle stands: a time constant 10 % short leaves 0.3 µm more of out-of-roundness.
 figure, axis = plt.subplots(figsize=(7, 3), layout="constrained")
 names = {"printed": "(4), as printed", "output_error": "output error"}
 for (noise, offset, method), values in spread.items():
@@ -137,7 +137,7 @@ for (noise, offset, method), values in spread.items():
     label = names[method] if noise == 0 else None
     axis.plot(values, np.full(values.size, place), "o", ms=4, alpha=0.4, color=colour, label=label)
 axis.axvline(true, color="0.4", lw=1)
-axis.set_yticks(range(4), [f"noise {noise:g} um, offset {offset:g} um" for noise, offset, _ in CASES])
+axis.set_yticks(range(4), [f"noise {noise:g} µm, offset {offset:g} µm" for noise, offset, _ in CASES])
 axis.set(xlabel="time constant [s]")
 axis.legend(frameon=False, fontsize=8)
 plt.show()

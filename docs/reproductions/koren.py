@@ -135,7 +135,7 @@ row("grinding: slowest work at [mm^2/s]", "duller is slower", 1.2658, wheel.slow
 # %%
 # Controller (36)
 # ---------------
-# His gains, 3.3 and 5.3 um/(s kW), each 0.5 s, on a grinder whose lags, width and dulling are *calibrated* to his 28 s and 4 s.
+# His gains, 3.3 and 5.3 µm/(s kW), each 0.5 s, on a grinder whose lags, width and dulling are *calibrated* to his 28 s and 4 s.
 gains = {"gain": 3.3e-6, "kp": 5.3e-6, "floor": units.um(0.8)}
 printed = {"at": "command", "hold": 3.0, "start": {"infeed_rate": units.um(1.0)}}
 controller = locus.LocusController(grinding, along="infeed_rate", **gains, **printed)
@@ -154,7 +154,7 @@ for entry in ROWS:
 # %%
 # The five cycles
 # ---------------
-# The first begins at 1 um/s; each later one where the one before ended. The small violation after the rise is real: the limit is
+# The first begins at 1 µm/s; each later one where the one before ended. The small violation after the rise is real: the limit is
 # computed from the commanded infeed, but the work feels the actual one.
 log.plot()
 plt.show()

@@ -75,14 +75,14 @@ row(
 # %%
 # Stiffness and restitution
 # -------------------------
-# Table 3.1 is all that is said of the stiffness; the model takes 1.2 N/um, and 0.729 N/um come nearest to its results. Through
+# Table 3.1 is all that is said of the stiffness; the model takes 1.2 N/µm, and 0.729 N/µm come nearest to its results. Through
 # the origin the line of least squares is 3 % steeper.
 DISTANCE = np.array([10, 15, 20, 25, 30, 35]) / 1e3  # mm
 FORCE = np.array([10.7, 16.0, 22.4, 31.0, 37.4, 40.6])  # N
-row("Table 3.1: stiffness [N/um]", "1.15", 1.15056, centering.contact_stiffness(DISTANCE, FORCE) / 1e3, 1e-4)
+row("Table 3.1: stiffness [N/µm]", "1.15", 1.15056, centering.contact_stiffness(DISTANCE, FORCE) / 1e3, 1e-4)
 squares = centering.contact_stiffness(DISTANCE, FORCE, method="least_squares") / 1e3
 row(
-    "Table 3.1: stiffness by least squares [N/um]",
+    "Table 3.1: stiffness by least squares [N/µm]",
     "-",
     float(np.linalg.lstsq(DISTANCE[:, None], FORCE)[0][0]) / 1e3,
     squares,
@@ -177,15 +177,15 @@ for offset, speed, *_ in LEADS:
 # The part of 18.9 kg, pushed at constant speed for 0.4 s. The printed parameters do not give the modelled columns, whatever the
 # static friction, which is not printed: a slide at 300 mm/min needs a force that swings down to nothing, and with it a peak 28
 # N above the Coulomb friction; 18.5 N are printed. The fitted ones come near to both tables.
-MODELLED = {  # mm/min: slide [um], peak force [N]
+MODELLED = {  # mm/min: slide [µm], peak force [N]
     100: (0, 39.81), 200: (0, 41.83), 300: (13, 46.25), 400: (36, 51.00), 500: (65, 56.19), 600: (109, 61.39), 700: (140, 66.65),
     800: (184, 71.87), 900: (229, 76.16), 1000: (272, 79.76), 1200: (366, 86.95), 1500: (494, 118.48), 2000: (948, 123.14),
 }  # fmt: skip
-OBSERVED = {  # mm/min: slide [um], peak force [N]
+OBSERVED = {  # mm/min: slide [µm], peak force [N]
     100: (0, 35.53), 200: (0, 30.33), 300: (0, 33.94), 400: (58, 37.30), 500: (67, 40.94), 600: (128, 54.22), 700: (158, 47.16),
     800: (157, 50.20), 900: (192, 57.01), 1000: (279, 66.71), 1200: (400, 77.89), 1500: (410, 107.05), 2000: (1089, 97.58),
 }  # fmt: skip
-CORRECT = {  # mm/min: slide [um], peak force [N]
+CORRECT = {  # mm/min: slide [µm], peak force [N]
     "printed": {600: (0.0, 69.602), 1000: (193.83, 96.640), 2000: (859.87, 164.783)},
     "identified": {600: (95.24, 59.791), 1000: (267.81, 79.660), 2000: (921.05, 134.079)},
 }
@@ -198,10 +198,10 @@ for name, ours in result.items():
         rate = int(rates[k])
         (slide, peak), (correct_slide, correct_peak) = MODELLED[rate], CORRECT[name][rate]
         why = f"{name} parameters"
-        beyond(f"Table 5.1, {rate} mm/min: slide [um]", str(slide), correct_slide, 1e3 * float(ours[k, 1]), 0.01, why)
+        beyond(f"Table 5.1, {rate} mm/min: slide [µm]", str(slide), correct_slide, 1e3 * float(ours[k, 1]), 0.01, why)
         beyond(f"Table 6.1, {rate} mm/min: peak force [N]", f"{peak:.2f}", correct_peak, float(ours[k, 2]), 1e-3, why)
 modelled, observed = (np.array(list(table.values())) for table in (MODELLED, OBSERVED))
-print("mm/min   slide [um]: modelled observed printed identified   peak [N]: modelled observed printed identified")
+print("mm/min   slide [µm]: modelled observed printed identified   peak [N]: modelled observed printed identified")
 for k, rate in enumerate(rates):
     slides = "".join(f"{x:11.0f}" for x in (modelled[k, 0], observed[k, 0], *(1e3 * each[k, 1] for each in result.values())))
     peaks = "".join(f"{x:11.2f}" for x in (modelled[k, 1], observed[k, 1], *(each[k, 2] for each in result.values())))
@@ -209,10 +209,10 @@ for k, rate in enumerate(rates):
 for name, (um, newton, most_um, most_newton) in {"printed": (65, 15.9, None, None), "identified": (21.5, 5.0, 68, 12)}.items():
     off = result[name][:, 1:3] * [1e3, 1.0] - modelled
     rms, worst = np.sqrt(np.mean(off**2, axis=0)), np.abs(off).max(axis=0)
-    row(f"{name}: rms of the slides off Table 5.1 [um]", "-", um, float(rms[0]), 0.5)
+    row(f"{name}: rms of the slides off Table 5.1 [µm]", "-", um, float(rms[0]), 0.5)
     row(f"{name}: rms of the forces off Table 6.1 [N]", "-", newton, float(rms[1]), 0.05)
     if most_um is not None:
-        row(f"{name}: largest of them [um]", "-", most_um, float(worst[0]), 0.5)
+        row(f"{name}: largest of them [µm]", "-", most_um, float(worst[0]), 0.5)
         row(f"{name}: largest of them [N]", "-", most_newton, float(worst[1]), 0.5)
 error = 100 * (modelled[:, 1] - observed[:, 1]) / observed[:, 1]
 row("Table 6.1: mean of modelled less observed [N]", "14.1", 14.12, float(np.mean(modelled[:, 1] - observed[:, 1])), 5e-3)
@@ -234,17 +234,17 @@ row("least swing of the force that can end contact there [N]", "-", 27.80, print
 # The energy balance
 # ------------------
 balance = 60 * centering.energy_balance_speed(printed, 0.1)
-row("(5.25): speed for 100 um [mm/min]", "3700", 556.3, balance, 0.05, "3700 belongs to 4.4 mm")
+row("(5.25): speed for 100 µm [mm/min]", "3700", 556.3, balance, 0.05, "3700 belongs to 4.4 mm")
 row("(5.25): speed for 4.4 mm [mm/min]", "-", 3690, 60 * centering.energy_balance_speed(printed, 4.4), 1.0)
 for name, problem in PRESETS.items():
     table = centering.free_slide_table(problem.model)
     correct = {"printed": 790, "identified": 615}[name]
     beyond(
-        f"{name}: speed that slides 100 um [mm/min]", "600", correct, 60 * float(table.speed_for(0.1)), 5.0, f"{name} parameters"
+        f"{name}: speed that slides 100 µm [mm/min]", "600", correct, 60 * float(table.speed_for(0.1)), 5.0, f"{name} parameters"
     )
 for rate, um, said in ((500, 81, "70"), (1000, 323, "110"), (2000, 1293, "1000")):
     thrown = (units.mm_per_min(rate) * 1.85) ** 2 / (2 * 0.15 * 9807.0)
-    beyond(f"limit cycle at {rate} mm/min [um]", said, um, 1e3 * thrown, 0.5, "order of magnitude of the inverse energy balance")
+    beyond(f"limit cycle at {rate} mm/min [µm]", said, um, 1e3 * thrown, 0.5, "order of magnitude of the inverse energy balance")
 
 # %%
 # Stiction resonance
@@ -272,7 +272,7 @@ for name, hertz, um in (("printed", 39.8, 57), ("identified", 30.7, 91)):
     row(f"{name}: the same, by the spacing of peaks [Hz]", "-", hertz, at_600.spacing, 0.3)
     trace = centering.simulate_push(model, centering.TipProfile.constant_speed(10.0, 0.4))
     closure = trace.part_position - trace.tip_position
-    beyond(f"{name}: part moves against the tip by [um]", "100", um, 1e3 * float(np.ptp(closure)), 1.0, why)
+    beyond(f"{name}: part moves against the tip by [µm]", "100", um, 1e3 * float(np.ptp(closure)), 1.0, why)
     correct = {"printed": (40.0, 29.0), "identified": (31.0, 24.0)}[name]
     row(f"{name}: resonance at 300 mm/min [Hz]", "-", correct[0], slower.line, 0.6)
     row(f"{name}: resonance at 2000 mm/min [Hz]", "-", correct[1], faster.line, 1.6)
@@ -288,19 +288,19 @@ for mass, hertz, stiffness in ((18.9, 29.9, 667), (18.9, 27.8, 577), (0.8, 51.0,
 # sample jumps.
 for low, correct in ((25.0, 47.746), (20.0, 79.577), (5.0, 557.04)):
     lag = 1e3 * centering.band_stop_lag(10.0, band=(low, 40.0))
-    row(f"lag at 10 mm/s, {low:g}-40 Hz [um]", "47", correct, lag, 0.1, "47 um is 25-40 Hz" if low < 25 else "47.7, not rounded")
+    row(f"lag at 10 mm/s, {low:g}-40 Hz [µm]", "47", correct, lag, 0.1, "47 µm is 25-40 Hz" if low < 25 else "47.7, not rounded")
 sampled = centering.band_stop_profile(10.0, 1.0)
 joined = 47.90 - 5.0 * (
     1.0 - sampled.velocity[0] / 10.0
 )  # 47.90 where samples are held; half a sample of what is not yet there less
-row("lag at 1 kHz, samples joined by lines [um]", "-", float(joined), 1e3 * (10.0 - sampled.stroke), 0.01)
+row("lag at 1 kHz, samples joined by lines [µm]", "-", float(joined), 1e3 * (10.0 - sampled.stroke), 0.01)
 for name, stays in (("printed", (27, 37)), ("identified", (33, 30))):
     for low, correct in zip((25.0, 20.0), stays, strict=True):
         push = centering.band_stop_profile(10.0, 0.4, band=(low, 40.0))
         trace = centering.simulate_push(PRESETS[name].model, push)
         late = trace.time > 0.05
         ours = 1e3 * float(np.ptp(trace.part_position[late] - 10.0 * trace.time[late]))
-        row(f"{name}: x - v t after 0.05 s, {low:g}-40 Hz [um]", "-", correct, ours, 2.0)
+        row(f"{name}: x - v t after 0.05 s, {low:g}-40 Hz [µm]", "-", correct, ours, 2.0)
         assert ours < 40  # as the source says
         touching = "no" if "free" in trace.event_mode else "yes"
         published, correct = {"printed": ("yes", "yes"), "identified": ("-", "no")}[name]
@@ -379,7 +379,7 @@ for surface, published, correct, off in (("dry", "0.133", 0.13312, 5.6), ("oily"
     row(f"Table 6.3, {surface}: error [%]", said, off, 100 * (1 - found / MEASURED[surface]), 0.05, why)
     best = PRINTED.combine(force, slide / 1e3, RAPID, weights="minimum_variance")
     both = np.array([PRINTED.from_force(force, RAPID), PRINTED.from_slide(slide / 1e3, RAPID)])
-    weight = np.array([146.2 / 1.0, PRINTED.slide_sensitivity(both[1], RAPID) / 0.05]) ** 2  # for 1 N and 50 um
+    weight = np.array([146.2 / 1.0, PRINTED.slide_sensitivity(both[1], RAPID) / 0.05]) ** 2  # for 1 N and 50 µm
     row(f"{surface}: mu with weights of least variance", "-", float(weight @ both / weight.sum()), best["mu_static"], 1e-12)
 
 # %%
@@ -389,7 +389,7 @@ for surface, published, correct, off in (("dry", "0.133", 0.13312, 5.6), ("oily"
 # depends on the speed: one friction does not explain them.
 for name, problem in PRESETS.items():
     doubted = problem.replace(scatter=problem.scatter.replace(friction_part_sd=0.5))
-    print(f"{name}: mm/min, model at mu 0.141 (peak [N], slide [um]), read when dry, mu_static and mu_kinetic of these readings")
+    print(f"{name}: mm/min, model at mu 0.141 (peak [N], slide [µm]), read when dry, mu_static and mu_kinetic of these readings")
     for rate, (force, _, slide, _) in TABLE_6_2["dry"].items():
         profile = centering.TipProfile.constant_speed(units.mm_per_min(rate), 0.4)
         trace = centering.simulate_push(problem.model.replace(mu_static=0.141, mu_kinetic=0.75 * 0.141), profile)
@@ -402,7 +402,7 @@ for name, problem in PRESETS.items():
     last = centering.simulate_push(model, centering.TipProfile.constant_speed(RAPID, 0.4))
     peak, way = {"printed": (365.9, 6126), "identified": (303.9, 3672)}[name]
     beyond("Table 6.2, dry, 5000 mm/min: peak force [N]", "283.9", peak, last.peak_force, 0.1, f"{name} parameters, mu 0.141")
-    beyond("Table 6.2, dry, 5000 mm/min: slide [um]", "8175", way, 1e3 * last.free_slide, 1.0, f"{name} parameters, mu 0.141")
+    beyond("Table 6.2, dry, 5000 mm/min: slide [µm]", "8175", way, 1e3 * last.free_slide, 1.0, f"{name} parameters, mu 0.141")
 
 # %%
 # Whole cycles: Table 5.4
@@ -425,11 +425,11 @@ for name, problem in PRESETS.items():
         missing(f"Table 5.4, part {number}, {mass:g} kg", published, told)
 
 # %%
-# With the heavy part the reason is the jump of stick and slip, 15 um of the printed parameters and 71 um of the fitted ones,
-# while the window of the tolerance is 5 um wide. That the real machine came there in 8.9 pushes says that its jump was smaller,
+# With the heavy part the reason is the jump of stick and slip, 15 µm of the printed parameters and 71 µm of the fitted ones,
+# while the window of the tolerance is 5 µm wide. That the real machine came there in 8.9 pushes says that its jump was smaller,
 # or its scatter larger, than its model says.
 for name, correct in (("printed", 15.446), ("identified", 70.581)):
-    row(f"{name}: jump of stick and slip, 18.9 kg [um]", "-", correct, 1e3 * PRESETS[name].model.stick_slip_quantum, 5e-3)
+    row(f"{name}: jump of stick and slip, 18.9 kg [µm]", "-", correct, 1e3 * PRESETS[name].model.stick_slip_quantum, 5e-3)
 
 page.show()
 
@@ -441,7 +441,7 @@ figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
 COLORS = {"printed": "#b04a3a", "identified": "#4878a8"}
 fine = np.linspace(50, 2050, 161)
 pushes = [centering.TipProfile.constant_speed(units.mm_per_min(rate), 0.4) for rate in fine]
-for k, (axis, label) in enumerate(zip(axes, ("longest free slide [um]", "peak force [N]"), strict=True)):
+for k, (axis, label) in enumerate(zip(axes, ("longest free slide [µm]", "peak force [N]"), strict=True)):
     for name, problem in PRESETS.items():
         axis.plot(
             fine, centering.simulate_pushes(problem.model, pushes)[:, 1 + k] * (1e3, 1.0)[k], color=COLORS[name], label=name

@@ -109,7 +109,7 @@ for number, (offset, seen, theory, by_formula, corrected) in enumerate(TABLE_4_1
 ours = centering.corrected_radius(61.1, 12.48, method="mears")
 row("row 3: 61.1 mm corrected by (4.22) [mm]", "61.7", 61.698, ours, 1e-3)
 row("row 5: 58.9 mm corrected exactly [mm]", "-", 61.82, centering.corrected_radius(58.9, 26.4), 5e-3)
-row("row 5: push distance corrected [um]", "26500", 28500, 28645 - 145, 0, "28645 less its error of 145")
+row("row 5: push distance corrected [µm]", "26500", 28500, 28645 - 145, 0, "28645 less its error of 145")
 row("largest error of the radius [%]", "6.8", 4.85, 100 * (61.9 - 58.9) / 61.9, 5e-3, "58.9 of 61.9 mm")
 missing(
     "push distances, original over corrected", "8 to 29 mm", "a smaller radius shortens the push in (5.6), here it lengthens it"
@@ -201,9 +201,9 @@ for degrees, alone, known in ((30, 664, 46.4), (60, 124, 17.1), (90, 46.7, 9.74)
     arc = np.deg2rad(np.arange(degrees + 1))
     reading = centering.circle_reading(arc, 61.94, 0.01, 0.0)
     circle = centering.fit_circle(arc, reading, noise_sd=0.04)
-    row(f"{degrees} degrees, noise 40 um: sd of the centre [um]", "-", alone, 1e3 * circle.center_sd, 4e-3 * alone)
+    row(f"{degrees} degrees, noise 40 µm: sd of the centre [µm]", "-", alone, 1e3 * circle.center_sd, 4e-3 * alone)
     circle = centering.fit_circle(arc, reading, noise_sd=0.04, radius_prior=(61.94, 0.04 / np.sqrt(360)))
-    row(f"{degrees} degrees, radius from a full turn: the same [um]", "-", known, 1e3 * circle.center_sd, 4e-3 * known)
+    row(f"{degrees} degrees, radius from a full turn: the same [µm]", "-", known, 1e3 * circle.center_sd, 4e-3 * known)
 for upr, gains in ((2, (3.94, 3.49, 2.24)), (3, (8.65, 6.22, 1.426)), (5, (22.2, 7.24, 0.856))):
     for degrees, correct in zip((30, 90, 180), gains, strict=True):
         ours = centering.form_gain(np.deg2rad(np.linspace(0, degrees, 2001)), upr)
@@ -219,7 +219,7 @@ for case, offset, degrees, published, correct, chi in BANDS:
     run = found[case] = centering.PrintedEstimator("prls").history(angle, readings), offset
     ours = 1e3 * float(np.sqrt(np.mean(run[0].band[:, degrees - 1] ** 2)))
     within = correct * (1 - 2 * chi), correct * (1 + 2 * chi)
-    row(f"Table 4.6, case {case}: width after {degrees} degrees [um]", published, correct, ours, 0.01 * correct, within=within)
+    row(f"Table 4.6, case {case}: width after {degrees} degrees [µm]", published, correct, ours, 0.01 * correct, within=within)
 
 
 def valid_from(run, every=1):
@@ -249,7 +249,7 @@ row(
     4,
     early,
     1.5,
-    "13.4 um are not the 3 um allowed; 4 % are, early, by chance",
+    "13.4 µm are not the 3 µm allowed; 4 % are, early, by chance",
 )
 for case, centre, amplitude in ((1, 1, 8), (2, 6, 18), (3, 90, 93)):
     ours = inside(*found[case], start[case])
@@ -265,7 +265,7 @@ for case, centre, amplitude in ((1, 1, 8), (2, 6, 18), (3, 90, 93)):
 missing(
     "Table 4.7",
     "30, 44, 121 degrees",
-    "readings are not printed; 153 um would need a scatter of 127 um on a part of 120 um T.I.R.",
+    "readings are not printed; 153 µm would need a scatter of 127 µm on a part of 120 µm T.I.R.",
 )
 
 # %%
@@ -358,7 +358,7 @@ for case, (_, offset) in found.items():
     axes[1].axhline(max(30 * offset, 2), color="0.5", ls="--", lw=1)
     axes[1].text(360, max(30 * offset, 2), f"allowed, case {case}", ha="right", va="bottom", color="0.4", fontsize=8)
 axes[1].set(
-    xlabel="turned [degrees]", ylabel="width of 99.9 % [um]", xticks=(30, 60, 90, 180, 360), xticklabels=(30, 60, 90, 180, 360)
+    xlabel="turned [degrees]", ylabel="width of 99.9 % [µm]", xticks=(30, 60, 90, 180, 360), xticklabels=(30, 60, 90, 180, 360)
 )
 axes[1].minorticks_off()
 axes[1].legend(frameon=False, fontsize=8)

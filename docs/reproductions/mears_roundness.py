@@ -36,13 +36,13 @@ row, missing = page.row, page.missing
 # -----------------------------
 # The source tests its residuals for a normal distribution. Form alone, without any noise, passes that test four times in
 # five, with neighbours correlated by 0.88: errors are then up to four times what independent noise would make them.
-TABLE_6_5 = {43: 0.235, 3: 0.206, 2: 0.155, 6: 0.048, 44: 0.040, 21: 0.038, 22: 0.036, 42: 0.029, 4: 0.018, 18: 0.018}  # upr: um
+TABLE_6_5 = {43: 0.235, 3: 0.206, 2: 0.155, 6: 0.048, 44: 0.040, 21: 0.038, 22: 0.036, 42: 0.029, 4: 0.018, 18: 0.018}  # upr: µm
 amplitude = np.array(list(TABLE_6_5.values()))
 waves = np.array(list(TABLE_6_5))
 
 
 def forms(count, points, rng):
-    """Profiles (um) with the lines of Table 6.5 and random phases."""
+    """Profiles (µm) with the lines of Table 6.5 and random phases."""
     places = 2 * np.pi * np.arange(points) / points
     phase = rng.uniform(0, 2 * np.pi, (count, waves.size, 1))
     return np.einsum("i,kij->kj", amplitude, np.cos(waves[:, None] * places + phase))
@@ -67,17 +67,17 @@ missing("A2 of the residuals of its parts", "pictures", "no number is printed")
 # %%
 # The part of Tables 6.4 and 6.5
 # ------------------------------
-# The lines of the roundness machine add up to its 1.3 um. That the 43 undulations are lost "by the roller's bridging" is not
+# The lines of the roundness machine add up to its 1.3 µm. That the 43 undulations are lost "by the roller's bridging" is not
 # so: a roller of 3.75 mm bridges them from 0.59 mm of amplitude on. What the prototype's own Kalman filter leaves of them is
 # 22 %.
-row("sum of the amplitudes [um]", "-", 0.823, float(amplitude.sum()), 1e-9)
-row("rms [um]", "-", 0.2548, float(np.sqrt(np.sum(amplitude**2) / 2)), 1e-4)
+row("sum of the amplitudes [µm]", "-", 0.823, float(amplitude.sum()), 1e-9)
+row("rms [µm]", "-", 0.2548, float(np.sqrt(np.sum(amplitude**2) / 2)), 1e-4)
 span = np.ptp(forms(1500, 1024, rng), axis=1)
 low, high = np.percentile(span, [1, 99])
-row("peak to peak, phases at random: median [um]", "1.3", 1.235, float(np.median(span)), 0.02, within=(low, high))
+row("peak to peak, phases at random: median [µm]", "1.3", 1.235, float(np.median(span)), 0.02, within=(low, high))
 curvature = 1 / 3.75 + 1 / 61.94
 row("43 undulations are bridged from an amplitude of [mm]", "-", 0.59, curvature * 61.94**2 / (43**2 - 1), 5e-3)
-missing("Figures 6.13 to 6.23", "pictures", "no numbers; 3.4 um of the prototype hold its roller and its noise")
+missing("Figures 6.13 to 6.23", "pictures", "no numbers; 3.4 µm of the prototype hold its roller and its noise")
 
 # %%
 # Roller and sampling
@@ -91,7 +91,7 @@ turn = 2 * np.pi * np.arange(4096) / 4096
 tones = 1.5 * np.cos(61.94 / 3.75 * turn + np.linspace(0, 2 * np.pi, 200)[:, None])
 lines = np.abs(np.fft.rfft(tones)) * 2 / 4096
 for upr, correct in ((2, 0.059), (3, 0.060), (16, 0.94)):
-    row(f"roller of 1.5 um, one turn: leaks into {upr} upr [um]", "-", correct, float(lines[:, upr].max()), 5e-3)
+    row(f"roller of 1.5 µm, one turn: leaks into {upr} upr [µm]", "-", correct, float(lines[:, upr].max()), 5e-3)
 
 # %%
 # So the runout is fitted, together with the lines of Table 6.5, over four turns of the simulated probe, 3.6 mm off-centre. The
@@ -101,14 +101,14 @@ errors = hwsim.ProbeErrors(probe_quantum=0.0, slide_quantum=0.0, counts=0, noise
 scan = hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5, lobes=lobes), samples_per_turn=360, errors=errors).scan(turns=4, rng=0)
 measured = centering.Profile(scan.angle, scan.reading, tip_radius=3.75)
 clean = measured.remove_runout()
-row("roller of 1.5 um: found [um]", "-", 1.5, 1e3 * clean.runout.amplitude, 0.01)
+row("roller of 1.5 µm: found [µm]", "-", 1.5, 1e3 * clean.runout.amplitude, 0.01)
 found_lines = dict(clean.spectrum(upr_max=60).largest(60))
 worst = max(abs(1e3 * found_lines[float(upr)] - height) for upr, height in TABLE_6_5.items())
-row("every line of Table 6.5 to 15 nm", "-", "yes", "yes" if worst <= 0.015 else f"{worst:.3f} um")
+row("every line of Table 6.5 to 15 nm", "-", "yes", "yes" if worst <= 0.015 else f"{worst:.3f} µm")
 phase = np.outer(scan.angle, np.append(np.arange(1, 51), 61.94 / 3.75))
 columns = np.column_stack([np.ones(scan.angle.size), np.cos(phase), np.sin(phase)])
 coef = np.linalg.lstsq(columns, measured.deviation, rcond=None)[0]
-row("in the spindle's angle: found [um]", "-", 1.21, 1e3 * float(np.hypot(coef[51], coef[102])), 0.01)
+row("in the spindle's angle: found [µm]", "-", 1.21, 1e3 * float(np.hypot(coef[51], coef[102])), 0.01)
 lost = "yes" if 1e3 * np.hypot(coef[43], coef[94]) < 0.06 else "no"
 row("in the spindle's angle: 43 undulations are lost", "-", "yes", lost)
 for wheel, count, correct in ((16.517, 1, 122), (16.517, 2, 1.45), (16.05, 1, 803), (16.05, 4, 5.8)):

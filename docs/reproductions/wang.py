@@ -29,14 +29,14 @@ row, missing = page.row, page.missing
 # %%
 # The experiment: Tables 2 and 3
 # ------------------------------
-# The printed ratios are those of the roughness over 10 um. The sums of squares must be made from the roughness, not from the
+# The printed ratios are those of the roughness over 10 µm. The sums of squares must be made from the roughness, not from the
 # rounded ratios.
 study = finishing.Study.published("wang-2001")
 PRINTED = [6.021, 9.119, 8.519, 1.671, 4.437, 4.437, 7.432, 5.597, 3.414]
 PRINTED += [6.936, 4.082, 6.021, 2.499, 3.414, -0.424, 3.414, 0.677, 3.742]
 ratios = finishing.sn_ratio(study.readings, reference=units.um(10.0))
 row("S/N of 18 runs: largest difference [dB]", "0.000", 0.0, float(np.max(np.abs(ratios - PRINTED))), 5e-4)
-row("S/N of 5 um as the formula is printed [dB]", "6.021", -13.979, float(finishing.sn_ratio([5.0])), 1e-3, "it is over 10 um")
+row("S/N of 5 µm as the formula is printed [dB]", "6.021", -13.979, float(finishing.sn_ratio([5.0])), 1e-3, "it is over 10 µm")
 
 table = study.anova()
 TABLE_3 = {
@@ -76,7 +76,7 @@ row("chance of that difference without an effect", "-", 0.67, best.ties[0].p, 0.
 kept = {"tool_diameter": 4.0, "pattern": "hilbert5", "normal_force": 1.111}
 found = study.predict(kept, confirm=1)
 row("4 mm, order 5, 1.111 N: S/N [dB]", "-", 8.951, found.mean, 1e-3)
-row("the same as roughness [um]", "-", 3.568, 1e3 * found.response, 1e-3)
+row("the same as roughness [µm]", "-", 3.568, 1e3 * found.response, 1e-3)
 row("as good as how many runs", "-", 3.0, found.n_eff, 1e-9)
 row("95 % of the mean, +- [dB]", "-", 0.736, found.ci_mean, 1e-3)
 row("95 % of one run that confirms, +- [dB]", "-", 1.472, found.ci_confirm, 1e-3)
@@ -108,7 +108,7 @@ row("force of least roughness [N]", "-", 1.301, model.best_force(), 1e-3)
 alone = finishing.leave_one_out(study)
 row("left out: share of the variance predicted", "-", 0.918, alone.q_squared, 1e-3)
 row("left out: rms of ln R_a", "-", 0.0825, alone.rms_log, 1e-4)
-row("left out: rms [um]", "-", 0.481, 1e3 * alone.rms, 1e-3)
+row("left out: rms [µm]", "-", 0.481, 1e3 * alone.rms, 1e-3)
 power = study.power(rng=0, model=model)
 row("2000 repetitions: same order of factors", "-", 0.86, power.ranking_returned, 0.03)
 row("2000 repetitions: feed found, wrongly", "-", 0.053, power.significant["feed_rate"], 0.02)

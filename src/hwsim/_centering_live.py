@@ -112,7 +112,7 @@ class LiveView:
         """Redraw, no earlier than the machine would be there."""
         if (early := self._start + now - time.monotonic()) > 0.0:
             self._wait(early)
-        offset = f"{_UM * self._places[-1][0]:10.2f} um" if self._places else "not known yet"
+        offset = f"{_UM * self._places[-1][0]:10.2f} µm" if self._places else "not known yet"
         told = f"{now:6.2f} s  {state.name.lower():9} push {self._pushes:2d}  offset {offset}"
         lines = [*self._chart.drawn(self._places), told]
         up = f"\x1b[{self._tall}A" if self._tall else ""

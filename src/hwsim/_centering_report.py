@@ -19,10 +19,10 @@ _PREDICTED = 400  # parts that the strategy is followed for on its model
 
 
 class _InMicrometres:
-    """A log whose offset is in um, as those of the lines below."""
+    """A log whose offset is in µm, as those of the lines below."""
 
     def __init__(self, log: "Log") -> None:
-        offset = (_UM * log.outcome.offset).assign_attrs(units="um")
+        offset = (_UM * log.outcome.offset).assign_attrs(units="µm")
         self.outcome, self._parts = log.outcome.assign(offset=offset), len(log)
 
     def __len__(self) -> int:
@@ -53,7 +53,7 @@ def _figures(outcome: Any) -> Iterator[tuple[str, Any, str]]:
     for name, label, form in (("time", "time (s)", ".2f"), ("pushes", "pushes", ".2f")):
         yield f"{label}, mean", outcome[name].mean("part").values, form
         yield f"{label}, 95 % of parts", outcome[name].quantile(0.95, "part").values, form
-    yield "offset at the end (um)", _UM * outcome.offset.mean("part").values, ".2f"
+    yield "offset at the end (µm)", _UM * outcome.offset.mean("part").values, ".2f"
     yield "peak force (N), mean", outcome.peak_force.mean("part").values, ".1f"
 
 
@@ -61,10 +61,10 @@ def _head(title: str, plan: Any) -> Iterator[str]:
     problem, model = plan.problem, plan.problem.model
     yield (
         f"{title}: a ring of {model.part.mass:g} kg, radius {model.part.radius:g} mm, "
-        f"from up to {problem.offset_max:g} mm to {_UM * problem.tolerance:g} um"
+        f"from up to {problem.offset_max:g} mm to {_UM * problem.tolerance:g} µm"
     )
     places = ", ".join(f"{plan.cycle_time(offset):.2f} s from {offset:g} mm" for offset in _places(problem))
-    yield f"strategy: {places}; finished where {_UM * plan.finish:.3g} um are measured"
+    yield f"strategy: {places}; finished where {_UM * plan.finish:.3g} µm are measured"
     if problem.quantum_note:
         yield f"note: {problem.quantum_note}"
 
@@ -81,7 +81,7 @@ def _summary(log: "Log", plan: Any) -> Iterator[str]:
     yield summary_head(log, "part")
     yield summary_line("time (s)", outcome.time.values, ".3f", expected)
     yield summary_line("pushes", outcome.pushes.values, ".3f", float(model.pushes.mean()))
-    yield summary_line("offset at the end (um)", _UM * outcome.offset.values, ".3f", _UM * float(np.mean(model.offset)))
+    yield summary_line("offset at the end (µm)", _UM * outcome.offset.values, ".3f", _UM * float(np.mean(model.offset)))
     yield summary_line("finished (%)", 100 * outcome.finished.values, ".1f", 100 * float(np.mean(model.finished)))
     yield summary_line("peak force (N)", outcome.peak_force.values, ".1f")
     for name, label in (("collisions", "collisions"), ("slipped", "slipped on the table (%)"), ("timed_out", "broken off (%)")):

@@ -49,7 +49,7 @@ def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
     yield summary_line("off the path (mm)", outcome.path_deviation.values, ".4f", 0.0)
     rough = outcome.roughness_ra.values
     if np.isfinite(rough).any():
-        yield summary_line("roughness Ra (um)", _UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted))
+        yield summary_line("roughness Ra (µm)", _UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted))
     if outcome.extrapolated.values.any():
         yield summary_line("beyond the model (%)", 100.0 * outcome.extrapolated.values, ".1f", 0.0)
     if outcome.timed_out.values.any():
@@ -57,6 +57,6 @@ def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
 
 
 def _expected(problem: Any, force: float) -> float | None:
-    """Mean roughness (um) that the model gives for the set force; None: beyond its range."""
+    """Mean roughness (µm) that the model gives for the set force; None: beyond its range."""
     settings = problem.path.pattern, problem.tool_diameter, force
     return _UM * float(problem.model.law(*settings).mean) if problem.model.covers(*settings) else None

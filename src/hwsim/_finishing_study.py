@@ -126,7 +126,7 @@ class FinishingStudy:
         return sdp.plan(problem)
 
     def report(self, *, rng: Seed = 0) -> str:
-        """Return all of it as text, in um, N, mm/s and dB.
+        """Return all of it as text, in µm, N, mm/s and dB.
 
         Parameters
         ----------

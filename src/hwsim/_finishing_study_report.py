@@ -9,7 +9,7 @@ from sdpgrind.base.rng import Seed
 
 _UM = 1000.0
 _PASSES, _PLACES = 3, 2001
-_HEADS = ("run", "tool mm", "pattern", "feed mm/s", "force N", "held N", "sd N", "no contact", "fed mm/s", "off path mm", "Ra um")
+_HEADS = ("run", "tool mm", "pattern", "feed mm/s", "force N", "held N", "sd N", "no contact", "fed mm/s", "off path mm", "Ra µm")
 
 
 def report(found: Any, rng: Seed) -> str:
@@ -47,7 +47,7 @@ def _confirmation(found: Any) -> Iterator[str]:
     yield f"Confirmation at {levels}"
     yield f"expected: {found.prediction!r}"
     spread = f", {read.min():.2f} to {read.max():.2f}" if read.size > 1 else ""
-    made = f"Ra {read.mean():.3f} um{spread}; force {force.mean():.3f} N"
+    made = f"Ra {read.mean():.3f} µm{spread}; force {force.mean():.3f} N"
     yield f"found in {found.prediction.confirm} runs: {found.confirmed:.3f} dB ({made})"
     if found.prediction.ci_confirm is None:
         yield "the experiment left no error to judge it by"
@@ -65,11 +65,11 @@ def _handed_on(found: Any) -> Iterator[str]:
         return
     tolerance = _UM * float(found.prediction.response or 0.0)
     yield f"Handed on to the planner of sequences: {100 * model.residual_sd:.1f} % of scatter that no setting takes away"
-    yield f"(10 $ for each um above {tolerance:.2f} um, 60 $ an hour; after each pass one may deliver or finish again)"
+    yield f"(10 $ for each µm above {tolerance:.2f} µm, 60 $ an hour; after each pass one may deliver or finish again)"
     high = float(policy.grid.axes[0].high)
     places = np.linspace(0.0, high, _PLACES)
     for left in range(_PASSES - 1, 0, -1):
         delivered = places[policy.action(roughness=places, passes_left=left).stop]
-        yield f"with time for {left} more: deliver below {_UM * delivered.max(initial=0.0):.2f} um"
+        yield f"with time for {left} more: deliver below {_UM * delivered.max(initial=0.0):.2f} µm"
     once, often = (float(policy.value(roughness=high, passes_left=k)) for k in (1, _PASSES))
     yield f"a specimen costs {once:.3f} $ finished once whatever comes, {often:.3f} $ with up to {_PASSES} passes"

@@ -27,14 +27,14 @@ def report(title: str, log: "Log", plan: Any, job: Any) -> str:
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     stand, controller = job.stand, job.controller(plan)
     low, high = plan.problem.controls["work_rotation"]
-    limits = f"infeed up to {_UM * plan.problem.controls['infeed_rate'][1]:g} um/s, work {low:g} to {high:g} rad/s"
+    limits = f"infeed up to {_UM * plan.problem.controls['infeed_rate'][1]:g} µm/s, work {low:g} to {high:g} rad/s"
     yield f"{title}: {stand.stock:g} mm of stock, {limits}"
     area = stand.wear_flat_area
     best = plan.at(wear_flat_area=area).controls
-    point = f"{_UM * best['infeed_rate']:.3f} um/s, {best['work_rotation']:.3f} rad/s"
+    point = f"{_UM * best['infeed_rate']:.3f} µm/s, {best['work_rotation']:.3f} rad/s"
     yield f"curve: {plan.status}; best at {area:g}: {point}"
     start = controller.command
-    begin = f"{_UM * start['infeed_rate']:.3f} um/s, {start['work_rotation']:.3f} rad/s"
+    begin = f"{_UM * start['infeed_rate']:.3f} µm/s, {start['work_rotation']:.3f} rad/s"
     yield f"controller: begins at {begin}; margin {controller.margin:g} W"
 
 

@@ -48,11 +48,11 @@ def label(variable: Any, name: str) -> str:
 
 
 def _legible(variable: Any) -> Any:
-    """Small lengths in um, as people read them; anything else as it is."""
+    """Small lengths in µm, as people read them; anything else as it is."""
     largest = float(np.nanmax(np.abs(variable.values), initial=0.0))
     if variable.attrs.get("units") != "mm" or not 0 < largest < _SMALL:
         return variable
-    return (1e3 * variable).assign_attrs(variable.attrs | {"units": "um"})
+    return (1e3 * variable).assign_attrs(variable.attrs | {"units": "µm"})
 
 
 def compared(log: PartLog) -> "Figure":

@@ -24,7 +24,7 @@ def report(title: str, log: "Log", plan: Any) -> str:
 
 def _head(title: str, plan: Any) -> Iterator[str]:
     problem = plan.problem
-    limits = f"up to {problem.command_rate_max:g} mm/s, {_UM * problem.roundness_max:g} um round"
+    limits = f"up to {problem.command_rate_max:g} mm/s, {_UM * problem.roundness_max:g} µm round"
     yield f"{title}: {problem.stock:g} mm of stock, {limits}"
     known = f"known to {plan.error:.0e} s, {plan.method}"
     yield f"plan: the fastest cycle takes {plan.time:.4f} s ({known}); {plan.binding} binds at the end"
@@ -38,9 +38,9 @@ def _summary(log: "Log", plan: Any) -> Iterator[str]:
         yield summary_line("time from part 2 on (s)", outcome.time.values[2:], ".3f", plan.time)
     known = outcome.part_slack.values[np.isfinite(outcome.part_slack.values)]
     if known.size:
-        yield summary_line("slack of damage (um)", _UM * known, ".2f", 0.0)
+        yield summary_line("slack of damage (µm)", _UM * known, ".2f", 0.0)
     yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
-    yield summary_line("roundness (um)", _UM * outcome.roundness.values, ".3f", _UM * plan.roundness)
+    yield summary_line("roundness (µm)", _UM * outcome.roundness.values, ".3f", _UM * plan.roundness)
     yield summary_line("out of round (%)", 100.0 * outcome.out_of_round.values, ".1f", 0.0)
     if outcome.unfinished.values.any():
         yield summary_line("broken off (%)", 100.0 * outcome.unfinished.values, ".1f", 0.0)

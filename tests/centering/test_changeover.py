@@ -102,11 +102,11 @@ def test_file_picture_and_words(tmp_path):
     assert data["contact_probability"].attrs["long_name"].endswith("at most")
     assert float(data["contact_probability"].sel(rule="population")) == EXAMPLE.contact_probability.population
     assert (
-        repr(EXAMPLE) == "Changeover(rapid feed to 35.1715 mm, 70.5 um beyond the population's 35.2420 mm: 2.71 s of air saved)"
+        repr(EXAMPLE) == "Changeover(rapid feed to 35.1715 mm, 70.5 µm beyond the population's 35.2420 mm: 2.71 s of air saved)"
     )
     out = EXAMPLE.replace(largest_radius=35.25)
     assert out.outside_population and not EXAMPLE.outside_population
-    assert repr(out).endswith("19.5 um short of the population's 35.2420 mm: 0.75 s more of air, and no crash)")
+    assert repr(out).endswith("19.5 µm short of the population's 35.2420 mm: 0.75 s more of air, and no crash)")
 
 
 def test_picture(tmp_path):
@@ -115,7 +115,7 @@ def test_picture(tmp_path):
     (axis,) = EXAMPLE.plot().axes
     dashed = sorted(line.get_xdata()[0] for line in axis.lines if line.get_linestyle() == "--")
     assert dashed == [EXAMPLE.position, EXAMPLE.population_position]
-    assert axis.get_title().startswith("saved 70.5 um = 2.71 s of air; contact of the population's rule: 208 ppm")
+    assert axis.get_title().startswith("saved 70.5 µm = 2.71 s of air; contact of the population's rule: 208 ppm")
     assert axis.get_legend().get_texts()[1].get_text() == "this part, ± 3 sd: beyond in 0.135 % at most"
     assert EXAMPLE.replace(internal=True, largest_radius=34.84).plot(axis) is axis.figure
     pyplot.close("all")

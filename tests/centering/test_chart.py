@@ -151,7 +151,7 @@ def test_picture():
     for stock in (0.15, 0.16, 0.26):
         made.update(roundness=0.0105, stock=stock)
     figure = made.plot()
-    assert [axis.get_ylabel() for axis in figure.axes] == ["roundness [um]", "stock [mm]", "change [um]", "change [mm]"]
+    assert [axis.get_ylabel() for axis in figure.axes] == ["roundness [µm]", "stock [mm]", "change [µm]", "change [mm]"]
     rings = [line for line in figure.axes[1].lines if line.get_markerfacecolor() == "none"]
     assert [line.get_xdata()[0] for line in rings] == [2]
     pyplot.close("all")

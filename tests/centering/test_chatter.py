@@ -32,7 +32,7 @@ def test_the_worst_undulation_is_named():
     check = checked()
     (band,) = check.found
     assert (band.cause, band.upr, band.order, band.amplitude) == ("tailstock", 43.0, 0, 0.235e-3) and not check.ok
-    assert str(band) == "43 upr of 0.235 um at the tailstock, which magnifies up to 16.1 times"
+    assert str(band) == "43 upr of 0.235 µm at the tailstock, which magnifies up to 16.1 times"
     assert band.center * 43 == pytest.approx(units.hz(218), rel=1e-3)
     slower, faster = sorted(check.nearest)
     assert slower < units.rpm(300) < faster
@@ -139,7 +139,7 @@ def test_undulations_beside_those_of_the_wheel_are_not_met():
 def test_the_wheel_is_named_with_its_order():
     check = checked(one(45), wheel=units.rpm(4500.0), resonances={})
     (band,) = check.found
-    assert band.order == 3 and str(band) == "45 upr of 1 um in step with 3 waves a turn of the wheel: up to 100 % of them add up"
+    assert band.order == 3 and str(band) == "45 upr of 1 µm in step with 3 waves a turn of the wheel: up to 100 % of them add up"
     assert checked(one(45), wheel=units.rpm(4500.0), resonances={}, wheel_orders=2).ok
     assert checked(one(45), wheel=units.rpm(4550.0), resonances={}).ok
 

@@ -159,7 +159,7 @@ def test_a_peak_in_a_gap_is_unsure():
 
 
 def test_a_gap_is_told_and_warned_of():
-    with pytest.warns(UserWarning, match=r"15 upr: a gap of 21.2 degrees is bridged, .* to ± 0.02 um \(sd\), elsewhere"):
+    with pytest.warns(UserWarning, match=r"15 upr: a gap of 21.2 degrees is bridged, .* to ± 0.02 µm \(sd\), elsewhere"):
         clean = over_an_arc(340, 15, 0)
     assert "19 harmonics" in clean.steps[0] and "is bridged" in clean.steps[0]
     assert clean.filter(upr=5).deviation_sd.max() < clean.deviation_sd.max()

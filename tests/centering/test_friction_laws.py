@@ -224,4 +224,4 @@ def test_traces_are_shown():
     trace = simulate_friction(law_of("lugre"), np.full(100, 20.0), mass=MASS, step=1e-4)
     assert repr(trace).startswith("FrictionTrace(101 points over 0.01 s, the part moved by 0.000")
     figure = trace.plot()
-    assert [ax.get_ylabel() for ax in figure.axes] == ["position [um]", "force [N]"]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["position [µm]", "force [N]"]

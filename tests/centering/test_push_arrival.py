@@ -81,6 +81,6 @@ def test_probability_within_is_the_share_of_draws(x, y, along, across):
 def test_probability_within_far_away_and_repr():
     there = Arrival(0.5, 0.0, [[1e-6, 0.0], [0.0, 4e-6]])
     assert there.probability_within(0.0025) == 0.0
-    assert repr(there) == "Arrival(500 um from the axis, give or take 1 um along and 2 um across)"
+    assert repr(there) == "Arrival(500 µm from the axis, give or take 1 µm along and 2 µm across)"
     with pytest.raises(ValueError, match=r"tolerance must be > 0 \(mm\); got 0\.0"):
         there.probability_within(0.0)

@@ -68,7 +68,7 @@ def test_replace_reaches_limits_and_scatter():
 
 
 def test_note_of_the_quantum_has_the_numbers():
-    assert "7.72 um" in PRINTED.quantum_note and "2.5 um" in PRINTED.quantum_note
+    assert "7.72 µm" in PRINTED.quantum_note and "2.5 µm" in PRINTED.quantum_note
     assert PRINTED.replace(mass=0.8).quantum_note == ""
 
 

@@ -96,7 +96,7 @@ def test_limits_are_kept_and_are_what_holds_the_push_back(name, distance):
     moving = push.profile.duration[:-2].sum()
     assert speeds.max() < limits.push_speed_max * (1 + 1e-6)
     assert np.abs(push.profile.acceleration).max() < limits.acceleration_max * (1 + 1e-6)
-    assert np.abs(push.profile.velocity[1:] - speeds[push.profile.duration.size :][:-1]).max() < 1e-4  # no jump: 0.1 um/s
+    assert np.abs(push.profile.velocity[1:] - speeds[push.profile.duration.size :][:-1]).max() < 1e-4  # no jump: 0.1 µm/s
     inside = np.linspace(0.0, moving, 20001)
     speed = push.profile.velocity_at(inside)
     acceleration = np.gradient(speed, inside)

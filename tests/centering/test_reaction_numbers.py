@@ -11,7 +11,7 @@ from centering._push.reaction import simulate_pushes
 from centering._push.trace import simulate_push
 from sdpgrind import units
 
-TABLE = {  # mm/min: peak N and slide um as modelled by the source, Tables 6.1 and 5.1
+TABLE = {  # mm/min: peak N and slide µm as modelled by the source, Tables 6.1 and 5.1
     100: (39.81, 0), 200: (41.83, 0), 300: (46.25, 13), 400: (51.00, 36), 500: (56.19, 65), 600: (61.39, 109), 700: (66.65, 140),
     800: (71.87, 184), 900: (76.16, 229), 1000: (79.76, 272), 1200: (86.95, 366), 1500: (118.48, 494), 2000: (123.14, 948),
 }  # fmt: skip

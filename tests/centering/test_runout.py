@@ -27,7 +27,7 @@ def scan(turns=4.0, *, points=360, offset=3.6, seed=0, noise=1e-4, tip=TIP, ampl
 def test_harmonics_and_runout_of_four_turns(offset):
     """At noise of 0.1 um 99.7 % of all amplitudes, each harmonic's and the runout's, are within 15 nm.
 
-    No estimate can do better than a sd of 0.1 um sqrt(2/1440) = 3.7 nm: of 50 harmonics one is beyond 15 nm in two scans of 100.
+    No estimate can do better than a sd of 0.1 µm sqrt(2/1440) = 3.7 nm: of 50 harmonics one is beyond 15 nm in two scans of 100.
     """
     profile, errors = scan(offset=offset, noise=0.0), []
     for seed in range(6):

@@ -176,7 +176,7 @@ def test_pictures(heavy, light):
 
 def test_a_tolerance_below_half_the_quantum_is_told():
     with (
-        pytest.warns(UserWarning, match=r"tolerance of 2.5 um is below half the jump of stick and slip, 7.72 um"),
+        pytest.warns(UserWarning, match=r"tolerance of 2.5 µm is below half the jump of stick and slip, 7.72 µm"),
         pytest.raises(_Enough),
     ):
         plan(HEAVY, progress=_stop)

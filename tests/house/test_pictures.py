@@ -15,7 +15,7 @@ P1 = weldbead.preset("P1")
 FOLDERS = ("src", "docs/examples", "docs/reproductions", "docs/pictures")
 LABELLED = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py") if "label" in path.read_text()]
 LABEL = re.compile(r'(?:label\w*|title)[=(]r?f?"([^"]*)"')
-IN_PARENTHESES = re.compile(r"\((?:mm|um|s|N|W|rad|J|1/mm|\\?\$)[^ )]*\)")
+IN_PARENTHESES = re.compile(r"\((?:mm|[uµ]m|s|N|W|rad|J|1/mm|\\?\$)[^ )]*\)")
 
 
 @pytest.fixture
@@ -30,6 +30,12 @@ def pyplot():
 def test_units_stand_in_brackets(path):
     wrong = [label for label in LABEL.findall(path.read_text()) if IN_PARENTHESES.search(label)]
     assert not wrong
+
+
+@pytest.mark.parametrize("path", LABELLED, ids=lambda path: path.stem)
+def test_micrometres_have_one_sign(path):
+    """As roundness instruments and drawings write them; ``units.um`` and the files of the command line keep to ASCII."""
+    assert not [label for label in LABEL.findall(path.read_text()) if re.search(r"\bum\b|\N{GREEK SMALL LETTER MU}m", label)]
 
 
 def test_units_in_parentheses_would_be_found():

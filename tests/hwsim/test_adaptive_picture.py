@@ -30,16 +30,16 @@ def labelled(axis):
 def test_the_picture_shows_what_the_log_holds(nominal, pyplot):
     figure = nominal.plot()
     axes = {axis.get_ylabel(): axis for axis in figure.axes}
-    assert list(axes) == ["slack [W]", "infeed rate [um/s]", "power [W]", "work speed [mm/s]", "least slack [W]", "converged [s]"]
+    assert list(axes) == ["slack [W]", "infeed rate [µm/s]", "power [W]", "work speed [mm/s]", "least slack [W]", "converged [s]"]
     out = nominal.outcome
     first = np.isfinite(out.sample_time.values[0])
-    rate = labelled(axes["infeed rate [um/s]"])["true infeed"]
+    rate = labelled(axes["infeed rate [µm/s]"])["true infeed"]
     np.testing.assert_array_equal(rate.get_ydata(), 1e3 * out.true_infeed_rate.values[0][first])
     np.testing.assert_array_equal(axes["converged [s]"].lines[0].get_ydata(), out.convergence_time)
     np.testing.assert_array_equal(axes["least slack [W]"].lines[0].get_ydata(), out.slack)
     slack = labelled(axes["slack [W]"])["burning less grinding power"].get_ydata()
     np.testing.assert_allclose(slack, (out.burning_power - out.true_grinding_power).values[0][first][1:])
-    begins = [line.get_xdata()[0] for line in axes["infeed rate [um/s]"].lines if line.get_linestyle() == "--"]
+    begins = [line.get_xdata()[0] for line in axes["infeed rate [µm/s]"].lines if line.get_linestyle() == "--"]
     np.testing.assert_allclose(begins, [0, *np.cumsum(out.time.values)[:-1]], atol=1e-9)
     assert figure.get_suptitle() == "5 parts: 25.1 s each, 4 burned; wear flat area 0.0065 in the end"
 

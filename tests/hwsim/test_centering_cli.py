@@ -100,7 +100,7 @@ def test_keeps_strategy_log_journal_and_pictures(job, strategy, finished):
 def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, capsys):
     out = said(capsys, job, "--parts", 3, "--rng", 2, "--no-pictures", "--out", finished)
     lines, outcome = out.splitlines(), sdpgrind.load(finished / "run.nc").outcome
-    assert lines[0] == f"{job}: a ring of 0.8 kg, radius 61.95 mm, from up to 6 mm to 2.5 um"
+    assert lines[0] == f"{job}: a ring of 0.8 kg, radius 61.95 mm, from up to 6 mm to 2.5 µm"
     assert f"{strategy.cycle_time(6.0):.2f} s from 6 mm" in lines[1]
     start = np.hypot(outcome.center_x[:, 0], outcome.center_y[:, 0]).values
     row = next(line for line in lines if line.startswith("time (s)")).split()
@@ -109,8 +109,8 @@ def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, cap
     row = next(line for line in lines if line.startswith("pushes")).split()
     assert float(row[2]) == pytest.approx(float(outcome.pushes.mean()), abs=6e-4)
     heads, first = lines[3], lines[4].split()
-    assert "offset um" in heads and float(first[3]) == pytest.approx(1000 * float(outcome.offset[0]), abs=6e-3)
-    row = next(line for line in lines if line.startswith("offset at the end (um)")).split()
+    assert "offset µm" in heads and float(first[3]) == pytest.approx(1000 * float(outcome.offset[0]), abs=6e-3)
+    row = next(line for line in lines if line.startswith("offset at the end (µm)")).split()
     assert float(row[-2]) == pytest.approx(1000 * float(outcome.offset.mean()), abs=6e-4)
     assert out.endswith(f"kept in {finished}: strategy.nc, run.nc, run.db\n")
 
@@ -137,7 +137,7 @@ def test_plans_anew_where_no_strategy_is_given(job, strategy, monkeypatch, capsy
 def test_a_preset_says_that_slow_pushes_are_too_coarse_for_it(monkeypatch, capsys):
     monkeypatch.setattr(centering, "plan", quick)
     lines = said(capsys, "--preset", "printed", "--parts", 1).splitlines()
-    assert lines[0] == "printed: a ring of 18.9 kg, radius 89.5 mm, from up to 10 mm to 2.5 um"
+    assert lines[0] == "printed: a ring of 18.9 kg, radius 89.5 mm, from up to 10 mm to 2.5 µm"
     assert lines[2] == f"note: {centering.preset('printed').quantum_note}"
 
 

@@ -101,7 +101,7 @@ def test_prints_the_plan_beside_what_came_of_it(job, finished, capsys):
     assert rows["force (N)"] == ["0.8000", f"{force.mean():.4f}", f"{force.std(ddof=1) / np.sqrt(3):.4f}"]
     assert rows["rms off the force (N)"][1] == f"{outcome.force_error.values.mean():.4f}"
     assert rows["time (s)"][0] == f"{motion.duration:.3f}" and rows["beyond the model (%)"][1] == "100.0"
-    assert "roughness Ra (um)" not in rows  # the model knows no such path
+    assert "roughness Ra (µm)" not in rows  # the model knows no such path
     assert lines[-1] == f"kept in {finished}: motion.nc, run.nc, run.db"
 
 

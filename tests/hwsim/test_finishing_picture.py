@@ -39,7 +39,7 @@ def test_it_shows_what_was_true(log, drawn):
     places = above.collections[0].get_offsets()
     assert set(map(tuple, places)) <= set(zip(out.true_x.values, out.true_y.values, strict=True)) and len(places) > 100
     labels = [axis.get_ylabel() for axis in (force, feed, height, above, parts, colours)]
-    assert labels == ["force [N]", "feed [mm/s]", "height error [um]", "y [mm]", "roughness Ra [um]", "normal force [N]"]
+    assert labels == ["force [N]", "feed [mm/s]", "height error [µm]", "y [mm]", "roughness Ra [µm]", "normal force [N]"]
 
 
 def test_its_title_says_the_main_thing(log, drawn):
@@ -80,7 +80,7 @@ def test_compared_controllers_leave_their_roughness_in_um(zigzag):
     compared = hwsim.compare(hwsim.FinishingCell(zigzag, scatter=hwsim.CellScatter()), controllers, parts=3, rng=1)
     panels = {axis.get_title(): axis for axis in compared.plot().axes}
     gained = compared.outcome.roughness_ra.sel(controller="lqg") - compared.outcome.roughness_ra.sel(controller="damped")
-    panel = panels["roughness ra [um]"]
+    panel = panels["roughness ra [µm]"]
     marks = [
         *(line.get_ydata() for line in panel.lines),
         *(dots.get_offsets()[:, 1] for dots in panel.collections if len(dots.get_offsets())),

@@ -77,9 +77,9 @@ def test_prints_the_best_beside_what_came_of_it(finished, capsys):
     out = said(capsys, *JOB, "--no-pictures", "--out", finished)
     outcome = sdpgrind.load(finished / "run.nc").outcome
     lines = out.splitlines()
-    assert lines[0] == "grinding: 0.3 mm of stock, infeed up to 50 um/s, work 0.4 to 63 rad/s"
-    assert lines[1].startswith("curve: ") and lines[1].endswith("; best at 0.006: 15.104 um/s, 10.453 rad/s")
-    assert lines[2].startswith("controller: begins at 1.000 um/s, ") and lines[2].endswith(" rad/s; margin 0 W")
+    assert lines[0] == "grinding: 0.3 mm of stock, infeed up to 50 µm/s, work 0.4 to 63 rad/s"
+    assert lines[1].startswith("curve: ") and lines[1].endswith("; best at 0.006: 15.104 µm/s, 10.453 rad/s")
+    assert lines[2].startswith("controller: begins at 1.000 µm/s, ") and lines[2].endswith(" rad/s; margin 0 W")
     heads = ["part", "time", "s", "converged", "s", "slack", "W", "burned", "removal", "mm^3/s", "wear", "flats"]
     assert lines[4].split() == heads
     for k in range(5):

@@ -70,7 +70,7 @@ def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
     out = said(capsys, *JOB[1:], "--no-pictures", "--out", finished)
     outcome = sdpgrind.load(finished / "run.nc").outcome
     lines = out.splitlines()
-    assert lines[0] == "simulation: 0.282 mm of stock, up to 0.0448 mm/s, 3 um round"
+    assert lines[0] == "simulation: 0.282 mm of stock, up to 0.0448 mm/s, 3 µm round"
     assert lines[1].startswith("plan: the fastest cycle takes 12.0195 s (known to ") and lines[1].endswith(
         "roundness binds at the end"
     )
@@ -81,7 +81,7 @@ def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
     by_name = {line[:24].strip(): line[24:].split() for line in lines}
     assert by_name["time (s)"][:2] == ["12.020", f"{outcome.time.values.mean():.3f}"]
     assert by_name["time from part 2 on (s)"][1] == f"{outcome.time.values[2:].mean():.3f}"
-    assert by_name["roundness (um)"][:2] == ["3.000", f"{1e3 * outcome.roundness.values.mean():.3f}"]
+    assert by_name["roundness (µm)"][:2] == ["3.000", f"{1e3 * outcome.roundness.values.mean():.3f}"]
     assert by_name["burned (%)"][:2] == ["0.0", "0.0"]
 
 
@@ -281,7 +281,7 @@ def test_the_picture_shows_what_the_log_holds(finished, pyplot):
     np.testing.assert_allclose(slack.lines[0].get_ydata(), 1e3 * log.outcome.part_slack)
     np.testing.assert_allclose(roundness.lines[0].get_ydata(), 1e3 * log.outcome.roundness)
     assert [axis.get_ylabel() for axis in figure.axes] == [
-        "rate [um/s]", "depth from the size [mm]", "time [s]", "slack [um]", "out-of-round [um]",
+        "rate [µm/s]", "depth from the size [mm]", "time [s]", "slack [µm]", "out-of-round [µm]",
     ]  # fmt: skip
     assert figure.get_suptitle() == f"4 parts: {log.outcome.time.values.mean():.2f} s each, 0 burned, 0 out of round"
     verticals = [line for line in rates.lines if np.ptp(line.get_xdata()) == 0]

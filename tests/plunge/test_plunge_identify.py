@@ -250,7 +250,7 @@ def test_the_two_experiments():
     runs = ((0.026, 1.8, 3.9), (0.0255, 1.95, 2.9))
 
     def off(values):
-        gain, rate = values  # um of roundness for each mm/s, 1/s
+        gain, rate = values  # µm of roundness for each mm/s, 1/s
         return [gain * (u - assumed * rate * (u - 3.0 / gain)) - left for u, assumed, left in runs]
 
     gain, rate = optimize.fsolve(off, [600.0, 0.5], xtol=1e-12)

@@ -101,7 +101,7 @@ def test_feedback_becomes_the_inverse_with_growing_gains(inverse):
         errors.append(1e3 * np.sqrt(np.mean(gap**2)))
         forces.append(np.sqrt(np.mean((plan.normal_force - inverse.normal_force)[inside] ** 2)))
     assert np.all(np.diff(errors) < 0) and np.all(np.diff(forces) < 0)
-    assert errors[-1] <= 0.5 and forces[-1] <= 0.15  # um and N rms
+    assert errors[-1] <= 0.5 and forces[-1] <= 0.15  # µm and N rms
 
 
 @pytest.mark.parametrize("problem", [FREELY, PROBLEM])

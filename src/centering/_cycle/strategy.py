@@ -304,6 +304,6 @@ class Strategy:
         part = self.problem.model.part
         middle = 0.5 * self.problem.offset_max
         return (
-            f"Strategy({part.mass:g} kg to {1e3 * self.problem.tolerance:g} um: {self.cycle_time(middle):.2f} s expected"
+            f"Strategy({part.mass:g} kg to {1e3 * self.problem.tolerance:g} µm: {self.cycle_time(middle):.2f} s expected"
             f" from {middle:g} mm)"
         )

@@ -30,7 +30,7 @@ def _draw_value(ax: Any, strategy: "Strategy", data: Any) -> None:
     for pushes, style in ((0, "-"), (data.sizes["pushes"] - 1, "--")):
         ax.semilogx(offset, data["value"].values[pushes, :, middle], style, color="#08519c", label=f"{pushes} pushes seen")
     _mark(ax, strategy)
-    ax.set(xlabel="offset [um]", ylabel="time from the next touch to the end [s]", ylim=(0, None))
+    ax.set(xlabel="offset [µm]", ylabel="time from the next touch to the end [s]", ylim=(0, None))
     ax.legend(frameon=False)
 
 
@@ -47,7 +47,7 @@ def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
     ax.set(
         xscale="log",
         xlim=(None, 1e3 * strategy.problem.offset_max),
-        xlabel="offset [um]",
+        xlabel="offset [µm]",
         ylabel="believed friction over the model's",
         title="best push, 1 push seen",
     )
@@ -65,7 +65,7 @@ def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
     )
     ax.axhline(1.0, color="k", lw=0.6)
     _mark(ax, strategy)
-    ax.set(xlabel="offset [um]", ylabel="over the offset", ylim=(0, 2.5))
+    ax.set(xlabel="offset [µm]", ylabel="over the offset", ylim=(0, 2.5))
     ax.legend(frameon=False)
 
 

@@ -73,7 +73,7 @@ class CenteringRuns:
         middle.set(xlabel="pushes", ylabel="parts")
         right.hist(1e3 * self.offset, bins=30, color="#4878a8")
         right.axvline(1e3 * self.problem.tolerance, color="k", lw=1, ls="--", label="tolerance")
-        right.set(xlabel="offset at the end [um]", ylabel="parts")
+        right.set(xlabel="offset at the end [µm]", ylabel="parts")
         right.legend(frameon=False)
         return figure
 

@@ -44,10 +44,10 @@ class FrictionTrace:
     state: Floats
 
     def plot(self) -> Any:
-        """Draw position (um) and forces (N) over time; return the figure."""
+        """Draw position (µm) and forces (N) over time; return the figure."""
         figure, (above, below) = need("matplotlib.pyplot", "plot").subplots(2, 1, sharex=True, layout="constrained")
         above.plot(self.time, 1e3 * self.position)
-        above.set_ylabel("position [um]")
+        above.set_ylabel("position [µm]")
         below.plot(self.time, self.load, label="load")
         below.plot(self.time, self.friction, label="friction")
         below.set(xlabel="time [s]", ylabel="force [N]")

@@ -24,9 +24,9 @@ _FORCE_OF_SPEED = 0.0529  # N min/mm, (6.5)
 _FORCE_OF_FRICTION = 146.2  # N, (6.5)
 _SLOWEST = 500.0  # mm/min
 _MU_0 = 0.3415  # (6.9)
-_C_1, _K_1 = 0.00041, 1.8997  # um (min/mm)^k_1
-_C_2, _K_2 = 0.07379, 1.6428  # um (min/mm)^k_2
-_FORCE_PER_SLIDE = 0.0062  # N/um, (6.15), at 5000 mm/min
+_C_1, _K_1 = 0.00041, 1.8997  # µm (min/mm)^k_1
+_C_2, _K_2 = 0.07379, 1.6428  # µm (min/mm)^k_2
+_FORCE_PER_SLIDE = 0.0062  # N/µm, (6.15), at 5000 mm/min
 
 
 @dataclasses.dataclass(frozen=True)
@@ -273,6 +273,6 @@ def _fast(push_speed: object) -> float:
 
 
 def _parabola(push_speed: object) -> tuple[float, float]:
-    """Height of its lowest point and opening, both um, Mears (6.8)."""
+    """Height of its lowest point and opening, both µm, Mears (6.8)."""
     speed = checks.positive("push_speed", push_speed, "mm/s") * _PER_MINUTE
     return _C_1 * speed**_K_1, _C_2 * speed**_K_2

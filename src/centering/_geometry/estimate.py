@@ -207,7 +207,7 @@ class CircleEstimate(Estimate, ByValue):
         return np.asarray(circle_reading(angle, self.radius + tip, self.offset, self.offset_angle) - tip)
 
     def plot(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> Any:
-        """Draw readings, the model and what it leaves (um) over the spindle angle; return the figure.
+        """Draw readings, the model and what it leaves (µm) over the spindle angle; return the figure.
 
         Parameters
         ----------

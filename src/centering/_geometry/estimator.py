@@ -238,7 +238,7 @@ class GeometryEstimator:
 
     def __repr__(self) -> str:
         circle, state = self.estimate, self._state
-        known = f", radius known to {1e3 * state[at.PRIOR_SD]:.3g} um" if state[at.PRIOR_SD] else ""
+        known = f", radius known to {1e3 * state[at.PRIOR_SD]:.3g} µm" if state[at.PRIOR_SD] else ""
         if circle.samples == 0:
             return f"GeometryEstimator(no readings{known}; {self._model})"
         return (

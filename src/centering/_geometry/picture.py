@@ -21,7 +21,7 @@ SPARE = 0.5
 
 
 def plot_fit(circle: "CircleEstimate", angle: Floats, reading: Floats) -> Any:
-    """Draw readings, the model over at least a turn, and what it leaves in um; return the figure (private to this package)."""
+    """Draw readings, the model over at least a turn, and what it leaves in µm; return the figure (private to this package)."""
     figure = need("matplotlib.pyplot", "plot").figure(figsize=(7.5, 5.2), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     above.plot(angle / units.deg(1.0), reading, ".", color=BLUE, ms=4, label=f"{angle.size} readings")

@@ -86,4 +86,4 @@ def _form_warning(state: Floats) -> str:
 
 
 def _um(value: float) -> str:
-    return f"{1e3 * value:.3g} um" if isfinite(value) else "no bound"
+    return f"{1e3 * value:.3g} µm" if isfinite(value) else "no bound"

@@ -79,7 +79,7 @@ class Changeover(Frozen):
     >>> round(change.population_position, 6), round(change.position, 6), round(change.time_saved, 4)
     (35.242, 35.1715, 2.7115)
     >>> change
-    Changeover(rapid feed to 35.1715 mm, 70.5 um beyond the population's 35.2420 mm: 2.71 s of air saved)
+    Changeover(rapid feed to 35.1715 mm, 70.5 µm beyond the population's 35.2420 mm: 2.71 s of air saved)
     """
 
     stock: Stock
@@ -217,7 +217,7 @@ class Changeover(Frozen):
 
     def __repr__(self) -> str:
         nearer, time, population = 1e3 * self.length_saved, self.time_saved, f"the population's {self.population_position:.4f} mm"
-        told = f"{abs(nearer):.4g} um {'beyond' if nearer >= 0 else 'short of'} {population}"
+        told = f"{abs(nearer):.4g} µm {'beyond' if nearer >= 0 else 'short of'} {population}"
         end = f"{time:.3g} s of air saved" if time >= 0 else f"{-time:.3g} s more of air, and no crash"
         return f"Changeover(rapid feed to {self.position:.4f} mm, {told}: {end})"
 

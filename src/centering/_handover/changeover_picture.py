@@ -62,5 +62,5 @@ def _rule(ax: Any, at: float, height: float, name: str) -> None:
 
 
 def _told(change: "Changeover") -> str:
-    saved = f"saved {1e3 * change.length_saved:.4g} um = {change.time_saved:.3g} s of air"
+    saved = f"saved {1e3 * change.length_saved:.4g} µm = {change.time_saved:.3g} s of air"
     return f"{saved}; contact of the population's rule: {told_chance(change.contact_probability.population)}"

@@ -91,7 +91,7 @@ def plan_changeover(
     >>> reading = 62.05 + 0.004 * np.cos(2 * angle) + 0.002 * np.cos(angle) + 1e-4 * rng.standard_normal(720)
     >>> stock = Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
     >>> plan_changeover(Profile(angle, reading), stock, finish_radius=61.9, gap=0.010, approach_rate=units.mm_per_min(1.56))
-    Changeover(rapid feed to 62.0661 mm, 75.88 um beyond the population's 62.1420 mm: 2.92 s of air saved)
+    Changeover(rapid feed to 62.0661 mm, 75.88 µm beyond the population's 62.1420 mm: 2.92 s of air saved)
     """
     checks.kind("profile", profile, Profile, " (see centering.Profile)")
     centred = None if eccentricity is None else in_millimetres("eccentricity", eccentricity, _FAR)

@@ -246,7 +246,7 @@ class ControlChart:
         }
 
     def plot(self) -> Any:
-        """Draw values with their average, and the moving range, over the parts (small ones in um); return the figure."""
+        """Draw values with their average, and the moving range, over the parts (small ones in µm); return the figure."""
         from centering._handover.chart_picture import plot
 
         return plot(self)

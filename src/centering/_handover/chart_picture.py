@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 VALUE, AVERAGE, LIMIT = "0.35", "#31527a", "#b4462d"
 SMALL = 0.05
-"""mm: what is smaller is drawn in um."""
+"""mm: what is smaller is drawn in µm."""
 
 
 def plot(chart: "ControlChart") -> Any:
@@ -34,7 +34,7 @@ def plot(chart: "ControlChart") -> Any:
 def _quantity(chart: "ControlChart", name: str, top: Any, low: Any) -> None:
     """Both charts of one quantity; parts of the first batch have negative numbers."""
     limits, unit = chart.limits[name], chart.summary["quantities"][name]["unit"]
-    scale, shown = (1e3, "um") if unit == "mm" and abs(limits.mean) < SMALL else (1.0, unit)
+    scale, shown = (1e3, "µm") if unit == "mm" and abs(limits.mean) < SMALL else (1.0, unit)
     batch, values, averages = (scale * column for column in chart._history(name))
     part = np.arange(-batch.size, values.size)
     top.plot(part, np.concatenate([batch, values]), "o-", color=VALUE, ms=2.5, lw=0.6, label="parts")

@@ -47,7 +47,7 @@ class ChatterBand(NamedTuple):
     gain: float
 
     def __str__(self) -> str:
-        what = f"{self.upr:g} upr of {1e3 * self.amplitude:.3g} um"
+        what = f"{self.upr:g} upr of {1e3 * self.amplitude:.3g} µm"
         if self.order:
             return f"{what} in step with {self.order} waves a turn of the wheel: up to {100 * self.gain:.0f} % of them add up"
         return f"{what} at the {self.cause}, which magnifies up to {self.gain:.3g} times"
@@ -112,7 +112,7 @@ class ChatterCheck:
         return tuple(sorted([*below[-1:], *above[:1]], key=lambda speed: abs(speed - self.work_rotation)))
 
     def plot(self) -> Any:
-        """Draw the spectrum (um) with what it meets, and the free rotations of the work (rev/min); return the figure."""
+        """Draw the spectrum (µm) with what it meets, and the free rotations of the work (rev/min); return the figure."""
         from centering._handover.chatter_picture import plot
 
         return plot(self)
@@ -199,7 +199,7 @@ def chatter_check(
     >>> form = SimpleNamespace(upr=[2, 3, 43], amplitude=[0.155e-3, 0.206e-3, 0.235e-3])
     >>> speeds = {"wheel_rotation": units.rpm(4210), "work_rotation": units.rpm(300)}
     >>> chatter_check(form, **speeds, resonances={"head": units.hz(218)})
-    ChatterCheck(at 300 rev/min 43 upr of 0.235 um at the head, which magnifies up to 16.1 times; free: 291.9 or 314.5 rev/min)
+    ChatterCheck(at 300 rev/min 43 upr of 0.235 µm at the head, which magnifies up to 16.1 times; free: 291.9 or 314.5 rev/min)
     """
     wheel, work = (
         checks.positive("wheel_rotation", wheel_rotation, "rad/s"),

@@ -32,7 +32,7 @@ def _spectrum(ax: Any, check: "ChatterCheck") -> None:
             name = f"{met[upr].cause} {met[upr].order or ''}".strip()
             ax.annotate(f"{upr:g} upr: {name}", (upr, 1e3 * size), (0, 3), textcoords="offset points", ha="center", fontsize=8)
     ax.margins(x=0.1)
-    ax.set(xlabel="undulations per revolution [upr]", ylabel="amplitude [um]")
+    ax.set(xlabel="undulations per revolution [upr]", ylabel="amplitude [µm]")
     ax.set_ylim(0, 1.15e3 * max(check.amplitude.max(initial=0.0), 1e-6))
 
 

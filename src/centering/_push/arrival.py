@@ -87,7 +87,7 @@ class Arrival(Frozen, ByValue):
 
     def __repr__(self) -> str:
         along, across = 1e3 * self.sd
-        return f"Arrival({1e3 * self.offset:.3g} um from the axis, give or take {along:.3g} um along and {across:.3g} um across)"
+        return f"Arrival({1e3 * self.offset:.3g} µm from the axis, give or take {along:.3g} µm along and {across:.3g} µm across)"
 
 
 def arrival(model: PushModel, scatter: PushScatter, touch: Touch, offset: float, spindle_speed: float) -> Arrival:

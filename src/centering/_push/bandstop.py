@@ -8,7 +8,7 @@ from centering._push.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_BAND = (25.0, 40.0)  # Hz; the source's text has 5-40, but its lag of 47 um is that of 25-40
+_BAND = (25.0, 40.0)  # Hz; the source's text has 5-40, but its lag of 47 µm is that of 25-40
 _ROUNDING = 1e-9
 
 
@@ -53,7 +53,7 @@ def band_stop_profile(
     >>> from centering._push.presets import preset
     >>> from centering._push.trace import simulate_push
     >>> profile = band_stop_profile(10.0, 0.4)  # mm/s, s
-    >>> round(1000 * (10.0 * 0.4 - profile.stroke), 1)  # um behind a constant speed
+    >>> round(1000 * (10.0 * 0.4 - profile.stroke), 1)  # µm behind a constant speed
     47.4
     >>> round(simulate_push(preset("printed").model, profile).peak_force, 1)  # N; 69.6 at constant speed
     48.8
@@ -93,7 +93,7 @@ def band_stop_lag(speed: float, *, band: tuple[float, float] = _BAND, order: int
 
     Examples
     --------
-    >>> [round(1000 * band_stop_lag(10.0, band=(low, 40.0)), 3) for low in (25.0, 20.0, 5.0)]  # um
+    >>> [round(1000 * band_stop_lag(10.0, band=(low, 40.0)), 3) for low in (25.0, 20.0, 5.0)]  # µm
     [47.746, 79.577, 557.042]
     """
     v, n = checks.positive("speed", speed, "mm/s"), checks.count("order", order)

@@ -1,4 +1,4 @@
-"""Pushes that leave the part where the tip stops, and taps that move a heavy part by a few um."""
+"""Pushes that leave the part where the tip stops, and taps that move a heavy part by a few µm."""
 
 from math import ceil, pi, sqrt
 
@@ -31,7 +31,7 @@ def gentle_profile(
     model : PushModel
         What is pushed.
     distance : float
-        How far the tip goes after first touch, mm; the part comes to rest within some um of that.
+        How far the tip goes after first touch, mm; the part comes to rest within some µm of that.
     speed : float
         Greatest speed of the tip, mm/s; a short push does not reach it.
     acceleration_max : float
@@ -56,7 +56,7 @@ def gentle_profile(
     >>> from centering._push.trace import simulate_push
     >>> model = preset("printed").model
     >>> trace = simulate_push(model, gentle_profile(model, 5.0, 40.0))  # mm, mm/s
-    >>> round(1000 * (trace.final_position - 5.0), 1), round(trace.peak_force, 1)  # um, N; at constant speed 277 um, 192 N
+    >>> round(1000 * (trace.final_position - 5.0), 1), round(trace.peak_force, 1)  # µm, N; at constant speed 277 µm, 192 N
     (-1.0, 48.6)
     """
     checks.kind("model", model, PushModel)
@@ -105,8 +105,8 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
     --------
     >>> from centering._push.presets import preset
     >>> from centering._push.trace import simulate_push
-    >>> model = preset("printed").model  # 18.9 kg: 2 (F_s - F_k)/k is 15.4 um
-    >>> [round(1000 * simulate_push(model, tap_profile(stroke, 5.0)).final_position, 1) for stroke in (0.03, 0.031, 0.04)]  # um
+    >>> model = preset("printed").model  # 18.9 kg: 2 (F_s - F_k)/k is 15.4 µm
+    >>> [round(1000 * simulate_push(model, tap_profile(stroke, 5.0)).final_position, 1) for stroke in (0.03, 0.031, 0.04)]  # µm
     [0.0, 3.7, 15.8]
     """
     d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")

@@ -137,7 +137,7 @@ class OptimalPush(ByValue):
         return plot_optimal(self)
 
     def __repr__(self) -> str:
-        errors = f"{1e3 * self.stop_error.min():+.2f} to {1e3 * self.stop_error.max():+.2f} um"
+        errors = f"{1e3 * self.stop_error.min():+.2f} to {1e3 * self.stop_error.max():+.2f} µm"
         told = f"{self.distance:g} mm in {self.time:.4g} s, stops {errors}, force up to {self.peak_force:.1f} N"
         return f"OptimalPush({told}; {self.status.name})"
 

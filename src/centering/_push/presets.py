@@ -38,7 +38,7 @@ _PRESETS = {
 
 
 def preset(name: str) -> CenteringProblem:
-    """Return a problem ready to use: an 18.9 kg ring of 89.5 mm radius, tolerance 2.5 um.
+    """Return a problem ready to use: an 18.9 kg ring of 89.5 mm radius, tolerance 2.5 µm.
 
     ``"printed"``: friction and contact as the source prints them; the static coefficient, which it does not print, is *chosen*.
     ``"identified"``: *fitted* to its tables 5.1 and 6.1, which the printed numbers do not reproduce.

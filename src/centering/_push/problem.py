@@ -233,8 +233,8 @@ class CenteringProblem(Frozen):
         if self.tolerance >= half:
             return ""
         return (
-            f"the tolerance of {self.tolerance * 1e3:.3g} um is below half the jump of stick and slip,"
-            f" {half * 1e3:.3g} um: slow pushes alone centre this part by luck only"
+            f"the tolerance of {self.tolerance * 1e3:.3g} µm is below half the jump of stick and slip,"
+            f" {half * 1e3:.3g} µm: slow pushes alone centre this part by luck only"
         )
 
     def updated(self, estimate: Estimate) -> Self:

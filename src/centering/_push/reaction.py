@@ -66,7 +66,7 @@ def simulate_pushes(
     >>> parameters = np.array([0.0189, 1200.0, 1.0, 37.07, 27.803, 0.1])
     >>> speeds = (10.0, 50.0 / 3.0, 100.0 / 3.0)  # mm/s
     >>> table = simulate_pushes(parameters, [TipProfile.constant_speed(speed, 0.4) for speed in speeds])
-    >>> table[:, 2].round(2), (1000 * table[:, 1]).round(1)  # N, um
+    >>> table[:, 2].round(2), (1000 * table[:, 1]).round(1)  # N, µm
     (array([ 69.6 ,  96.64, 164.78]), array([  0. , 193.8, 859.9]))
     """
     rows = parameter_rows(parameters)

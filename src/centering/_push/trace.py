@@ -53,7 +53,7 @@ class PushTrace(ByValue):
     --------
     >>> from centering._push.presets import preset
     >>> trace = simulate_push(preset("printed").model, TipProfile.constant_speed(100.0 / 3.0, 0.4))  # mm/s, s
-    >>> round(trace.peak_force, 2), round(1000 * trace.free_slide, 1), trace.energy_balance < 1e-9  # N, um
+    >>> round(trace.peak_force, 2), round(1000 * trace.free_slide, 1), trace.energy_balance < 1e-9  # N, µm
     (164.78, 859.9, True)
     >>> trace.event_mode[:4]
     ('stick', 'slip', 'free', 'slip')
@@ -228,7 +228,7 @@ class PushTrace(ByValue):
         return plot_trace(self)
 
     def __repr__(self) -> str:
-        told = f"part moved {self.final_position:.4g} mm, peak {self.peak_force:.4g} N, slide {1e3 * self.free_slide:.4g} um"
+        told = f"part moved {self.final_position:.4g} mm, peak {self.peak_force:.4g} N, slide {1e3 * self.free_slide:.4g} µm"
         return f"{type(self).__name__}({told}, {len(self.event_mode)} phases in {self.duration:.4g} s)"
 
 

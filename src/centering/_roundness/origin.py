@@ -48,12 +48,12 @@ def told_runout(runout: Runout) -> str:
     """The sentence on a runout."""
     if not runout.seen:
         return (
-            f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} um at {runout.ratio:.6g} upr is not"
+            f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} µm at {runout.ratio:.6g} upr is not"
             f" told from noise: the readings are left as they are (condition {runout.condition:.3g})"
         )
     slipped = f"; the roller slipped by {runout.slip:.2g} mm" if runout.slipped else ""
     return (
-        f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} um at {runout.ratio:.6g} upr removed,"
+        f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} µm at {runout.ratio:.6g} upr removed,"
         f" fitted with {runout.upr_max} harmonics over {runout.turns:.3g} turns, condition {runout.condition:.3g}{slipped}"
     )
 
@@ -71,7 +71,7 @@ def told_gap(sd: Floats, part_angle: Floats) -> str:
         return ""
     return (
         f"a gap of {np.degrees(widest_gap(part_angle)):.3g} degrees is bridged, not measured: the form there is known to"
-        f" ± {1e3 * worst:.2g} um (sd), elsewhere to ± {1e3 * usual:.2g} um"
+        f" ± {1e3 * worst:.2g} µm (sd), elsewhere to ± {1e3 * usual:.2g} µm"
     )
 
 

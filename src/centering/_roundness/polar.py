@@ -1,4 +1,4 @@
-"""Polar pictures as roundness instruments draw them: the deviation magnified about a circle, a scale in um per division."""
+"""Polar pictures as roundness instruments draw them: the deviation magnified about a circle, a scale in µm per division."""
 
 from typing import Any, NamedTuple
 
@@ -15,20 +15,20 @@ _BREAK = 8.0
 
 
 class Scale(NamedTuple):
-    """How deviations are drawn: from the middle to the circle, and from one ring of the paper to the next, both um."""
+    """How deviations are drawn: from the middle to the circle, and from one ring of the paper to the next, both µm."""
 
     base: float
     division: float
 
     def height(self, deviation: Any) -> Any:
-        """Distance from the middle of the picture, um, at which a deviation (mm) is drawn."""
+        """Distance from the middle of the picture, µm, at which a deviation (mm) is drawn."""
         return self.base + np.asarray(deviation) / units.um(1.0)
 
 
 def polar_scale(deviation: Floats) -> Scale:
     """Give a scale for deviations (mm): a division of 1, 2 or 5 times a power of ten, the lowest point well off the middle."""
     low, high = (float(end) / units.um(1.0) for end in (deviation.min(), deviation.max()))
-    least = max((high - low) / _DIVISIONS, 1e-6)  # um: flatter than a picometre is rounding
+    least = max((high - low) / _DIVISIONS, 1e-6)  # µm: flatter than a picometre is rounding
     ten = 10.0 ** np.floor(np.log10(least))
     division = next(step * ten for step in (1.0, 2.0, 5.0, 10.0) if step * ten >= least * (1 - 1e-9))
     return Scale(division * (np.ceil(-low / division) + _DIVISIONS), division)

@@ -71,7 +71,7 @@ class Profile(PartReadings):
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """What was done to the profile, a sentence each (lengths in um or mm)."""
+        """What was done to the profile, a sentence each (lengths in µm or mm)."""
         return self._origin.steps
 
     @property
@@ -245,7 +245,7 @@ class Profile(PartReadings):
         return steps_of.roundness(self, kind)
 
     def plot(self) -> Any:
-        """Draw the profile about its circle, magnified (um), beside its spectrum (um over upr); return the figure."""
+        """Draw the profile about its circle, magnified (µm), beside its spectrum (µm over upr); return the figure."""
         from centering._roundness.profile_picture import plot
 
         return plot(self)
@@ -269,7 +269,7 @@ class Profile(PartReadings):
 
     def __repr__(self) -> str:
         circle, done = self.circle, "; ".join(self.steps) or "as measured"
-        height = f"{1e3 * float(np.ptp(self.deviation)):.4g} um from peak to valley"
+        height = f"{1e3 * float(np.ptp(self.deviation)):.4g} µm from peak to valley"
         return (
             f"Profile({self.angle.size} points on {self.turns:.4g} turns, radius {circle.radius:.7g} mm at offset"
             f" {circle.offset:.4g} mm, {height}; {done})"

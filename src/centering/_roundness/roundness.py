@@ -166,7 +166,7 @@ class Roundness(Frozen, ByValue):
     def plot(self, ax: Any = None) -> Any:
         """Draw the profile about the circle's centre, magnified, with the circles and their contacts; return the figure.
 
-        One ring of the paper is a division of the scale, in um; inner circles are dashed, contacts dots. The peak and the
+        One ring of the paper is a division of the scale, in µm; inner circles are dashed, contacts dots. The peak and the
         valley of LSC are marked by triangles.
 
         Parameters

@@ -145,6 +145,6 @@ class Runout(Frozen, ByValue):
     def __repr__(self) -> str:
         slipped = f", SLIPPED by {self.slip:.2g} mm" if self.slipped else ""
         return (
-            f"Runout({1e3 * self.amplitude:.4g} ± {1e3 * self.amplitude_sd:.2g} um at {self.ratio:.7g} ± {self.ratio_sd:.2g} upr,"
+            f"Runout({1e3 * self.amplitude:.4g} ± {1e3 * self.amplitude_sd:.2g} µm at {self.ratio:.7g} ± {self.ratio_sd:.2g} upr,"
             f" tip radius {self.tip_radius:.6g} ± {self.tip_radius_sd:.2g} mm; condition {self.condition:.3g}{slipped})"
         )

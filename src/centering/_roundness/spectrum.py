@@ -46,7 +46,7 @@ class Spectrum(Frozen, ByValue):
     >>> float(round(form.rms * 1e3, 4)), float(round(form.bound * 1e3, 3))
     (0.1823, 0.722)
     >>> form
-    Spectrum(3 upr 0.206 um, 2 upr 0.155 um; rms 0.182 um)
+    Spectrum(3 upr 0.206 µm, 2 upr 0.155 µm; rms 0.182 µm)
     """
 
     upr: Floats
@@ -110,7 +110,7 @@ class Spectrum(Frozen, ByValue):
         return [(float(self.upr[k]), float(self.amplitude[k])) for k in order]
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the amplitudes (um) over upr, into the axes `ax` or a new figure; return the figure.
+        """Draw the amplitudes (µm) over upr, into the axes `ax` or a new figure; return the figure.
 
         Grey is what noise alone exceeds in one of 20 undulations: bars within it say nothing.
 
@@ -127,13 +127,13 @@ class Spectrum(Frozen, ByValue):
         for upr, amplitude in self.largest(_NAMED):
             if amplitude > 0:
                 ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), textcoords="offset points", ha="center", fontsize=8)
-        ax.set(xlabel="undulations per revolution [upr]", ylabel="amplitude [um]", xlim=(0, self.upr.max(initial=1) + 1))
+        ax.set(xlabel="undulations per revolution [upr]", ylabel="amplitude [µm]", xlim=(0, self.upr.max(initial=1) + 1))
         ax.set_ylim(0, None)
         return ax.figure
 
     def __repr__(self) -> str:
-        shown = ", ".join(f"{upr:g} upr {1e3 * amplitude:.3g} um" for upr, amplitude in self.largest(_NAMED))
-        return f"Spectrum({shown}; rms {1e3 * self.rms:.3g} um)"
+        shown = ", ".join(f"{upr:g} upr {1e3 * amplitude:.3g} µm" for upr, amplitude in self.largest(_NAMED))
+        return f"Spectrum({shown}; rms {1e3 * self.rms:.3g} µm)"
 
 
 _NAMED = 5

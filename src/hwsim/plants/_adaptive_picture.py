@@ -75,7 +75,7 @@ def _in_time(axes: list[Any], log: PartLog) -> None:
         for axis in axes:
             axis.axvspan(begin, begin + float(log.outcome.attrs["touch_in"]), color="0.94", lw=0, zorder=0)
         begin, once = begin + float(log.outcome.time.values[part]), False
-    rates.set(ylabel="infeed rate [um/s]")
+    rates.set(ylabel="infeed rate [µm/s]")
     rates.set_title(f"The first {_SHOWN} parts" if len(log) > _SHOWN else "Every part in time", loc="left")
     power.set(ylabel="power [W]")
     slack.set(xlabel="time of the series [s]", ylabel="slack [W]", ylim=_near_zero(log))
@@ -121,7 +121,7 @@ def _way(axis: Any, log: PartLog) -> None:
         ends += rate[shown].tolist()
     if process and ends:
         _locus(axis, process, np.linspace(0.9 * min(ends), 1.1 * max(ends), 200), ranges)
-    axis.set(xlabel="infeed rate [um/s]", ylabel="work speed [mm/s]" if process else "work rotation [rad/s]")
+    axis.set(xlabel="infeed rate [µm/s]", ylabel="work speed [mm/s]" if process else "work rotation [rad/s]")
     axis.set_title("The way along the locus", loc="left")
     axis.legend(frameon=False, fontsize=8)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 
-# Table 3.2: speed (mm/min), greatest following error (um) with 0.8 kg and with 18.9 kg before the tip.
+# Table 3.2: speed (mm/min), greatest following error (µm) with 0.8 kg and with 18.9 kg before the tip.
 FOLLOWING: tuple[tuple[float, float, float], ...] = (
     (100.0, 2.0, 10.0),
     (500.0, 8.0, 26.0),

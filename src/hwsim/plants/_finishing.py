@@ -27,7 +27,7 @@ class FinishingCell(Frozen):
 
     The arm follows its joints, the table follows with the error of its loop, so that the contact leaves the path; the surface is
     higher than planned by a random field. Both move the angle at which the tool touches, theta_s = -(h - d.n)/(R cos theta_f) for
-    a height h, an error d of the table and a normal n. Curvature over d, at most d^2/2 times it, is left out: 1 um for 0.2 mm on
+    a height h, an error d of the table and a normal n. Curvature over d, at most d^2/2 times it, is left out: 1 µm for 0.2 mm on
     a radius of 20 mm, 1.3 mN. The axis is advanced exactly over each tick (`sdpgrind.finishing.kernels`), with a contact that
     only presses and that nothing damps but the controller. The normal force is F = T_f/(R (cos theta - s mu sin theta cos psi)),
     at the angle theta of the real surface and the direction psi of the real feed; below 0.5 mm/s friction falls with the speed.

@@ -76,7 +76,7 @@ def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: flo
     feed.set(ylabel="feed [mm/s]", ylim=(0, None))
     feed.legend(**_LEGEND, ncols=2)
     height.plot(time, _UM * last["height_error"], color=_TRUE, lw=0.8)
-    height.set(xlabel="time [s]", ylabel="height error [um]")
+    height.set(xlabel="time [s]", ylabel="height error [µm]")
     for axis in axes:
         axis.grid(alpha=0.25, lw=0.5)
     for axis in axes[:2]:
@@ -106,7 +106,7 @@ def _parts(axis: Any, log: PartLog) -> None:
         axis.annotate("the model does not know this pattern", (0.5, 0.5), xycoords="axes fraction", ha="center", color=_BAD)
     elif stretched.any():
         axis.legend(frameon=False, fontsize=8)
-    axis.set(xlabel="part", ylabel="roughness Ra [um]", ylim=(0, 1.2 * np.nanmax(rough) if np.isfinite(rough).any() else 1.0))
+    axis.set(xlabel="part", ylabel="roughness Ra [µm]", ylim=(0, 1.2 * np.nanmax(rough) if np.isfinite(rough).any() else 1.0))
     axis.set_title("Every part", loc="left")
     axis.grid(alpha=0.25, lw=0.5)
     axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)

@@ -70,7 +70,7 @@ def _rates(axis: Any, last: dict[str, Floats]) -> None:
     if np.isfinite(last["infeed_rate_planned"]).any():
         axis.plot(time, _UM * last["infeed_rate_planned"], color=_FEED, label="infeed, as the controller has it")
     _sections(axis, last)
-    axis.set(ylabel="rate [um/s]")
+    axis.set(ylabel="rate [µm/s]")
     axis.tick_params(labelbottom=False)
     axis.set_title("The last part", loc="left")
     axis.legend(frameon=False, fontsize=8)
@@ -100,11 +100,11 @@ def _outcomes(axes: list[Any], log: PartLog) -> None:
     axes[0].set(ylabel="time [s]")
     axes[0].set_title("Every part", loc="left")
     _series(axes[1], parts, _UM * out.part_slack.values, out.burned.values)
-    axes[1].set(ylabel="slack [um]")
+    axes[1].set(ylabel="slack [µm]")
     axes[1].axhline(0, color=_LIMIT, lw=1, ls="--")
     axes[1].annotate("below: burned", (0.99, 0), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right"))
     _series(axes[2], parts, _UM * out.roundness.values, out.out_of_round.values)
-    axes[2].set(ylabel="out-of-round [um]", xlabel="part")
+    axes[2].set(ylabel="out-of-round [µm]", xlabel="part")
     axes[2].axhline(_UM * limit, color=_LIMIT, lw=1, ls="--")
     axes[2].annotate("limit", (0.99, _UM * limit), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right"))
     for axis in axes:

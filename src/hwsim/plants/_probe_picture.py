@@ -16,7 +16,7 @@ _DATA, _MODEL, _ERROR, _BAND, _TRUE = "0.55", "tab:blue", "tab:blue", "tab:orang
 _UM = 1000.0
 _TURN = 2 * math.pi
 _SMALL: dict[str, Any] = {"frameon": False, "fontsize": 8}
-_TOP = 1e4  # um: more is not worth a picture
+_TOP = 1e4  # µm: more is not worth a picture
 _LINE = 400  # points on the curve of the model
 _NOTE: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "ha": "right", "xycoords": ("axes fraction", "data")}
 
@@ -84,14 +84,14 @@ def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float
     above.tick_params(labelbottom=False)
     above.legend(**_SMALL)
     below.axhline(0, color=_TRUE, lw=1)
-    below.set(ylabel="residual [um]", xlabel="angle of the spindle [turns]")
+    below.set(ylabel="residual [µm]", xlabel="angle of the spindle [turns]")
 
 
 def _history(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     """How far the centre was off at each sample, and how far it was said that it might be."""
     known, out = _known(last), log.outcome
     axis.set_title("Centre of the last part", loc="left")
-    axis.set(xlabel="angle of the spindle [turns]", ylabel="distance [um]", yscale="log")
+    axis.set(xlabel="angle of the spindle [turns]", ylabel="distance [µm]", yscale="log")
     if not known.size:
         return
     error = np.hypot(

@@ -51,7 +51,7 @@ class Ring(Frozen):
     >>> ring = Ring(61.94, 3.6, 0.5, lobes={3: (0.000206, 0.0), 43: (0.000235, 1.0)})
     >>> ring.reading([0.5, 0.5 + 3.141592653589793]).round(3)  # mm
     array([65.54, 58.34])
-    >>> round(1e3 * ring.roundness, 3)  # um
+    >>> round(1e3 * ring.roundness, 3)  # µm
     0.881
     """
 

@@ -185,7 +185,7 @@ def random_walk_gain(walk_variance: float, noise_variance: float) -> float:
 
     Examples
     --------
-    Of the simulation, Mears (4.47), and of the prototype (in um^2):
+    Of the simulation, Mears (4.47), and of the prototype (in µm^2):
 
     >>> round(random_walk_gain(0.0005, 0.03), 6), round(random_walk_gain(0.005**2, 0.03**2), 6)
     (0.121035, 0.153355)

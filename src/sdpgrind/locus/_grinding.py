@@ -18,7 +18,7 @@ from sdpgrind.locus._problem import Varying
 from sdpgrind.locus._roughness import Roughness
 
 SMALLEST = 2.0  # mm: diameters below it are in m or inches
-FASTEST_INFEED = 1.0  # mm/s: above it um/s are meant
+FASTEST_INFEED = 1.0  # mm/s: above it µm/s are meant
 SLOWEST_WHEEL = 1000.0  # mm/s: below it m/s are meant
 RPM_LIKE = 5.0  # a work surface faster than this part of the wheel's speed is a rotation in rev/min
 _LENGTHS = {"wheel_diameter": "mm", "work_diameter": "mm", "width": "mm", "wheel_speed": "mm/s"}

@@ -159,7 +159,7 @@ def burn_onset(
     >>> wheel = {"work_speed": 1100.0, "wheel_speed": 37e3, "equivalent_diameter": 175.0}
     >>> law = GrindingPower(sliding=DongSliding())
     >>> low, high = burn_onset(law, BurningLimit(u0=6.2, B=3.32), **wheel, wear_flat_area=0.026)
-    >>> round(1e3 * low, 3), round(1e3 * high, 2)  # um
+    >>> round(1e3 * low, 3), round(1e3 * high, 2)  # µm
     (0.09, 1.65)
     """
     speeds = {"work_speed": work_speed, "equivalent_diameter": equivalent_diameter}

@@ -136,7 +136,7 @@ class CyclePlan:
             return f"{s.message} after {s.iterations} iterations with {s.steps} steps"
         if s.left > 0:
             return f"{s.message}, but played back, the commands leave {s.left:.3g} mm of stock"
-        deeper = f"damage goes {1e3 * s.excess:.1g} um deeper than allowed" if s.excess > 0 else "all limits are kept"
+        deeper = f"damage goes {1e3 * s.excess:.1g} µm deeper than allowed" if s.excess > 0 else "all limits are kept"
         return f"{s.message} with {s.steps} steps, time known to {self.error:.1g} s; played back, {deeper}"
 
     def plot(self) -> Any:
@@ -146,7 +146,7 @@ class CyclePlan:
         figure, (top, low) = plt.subplots(2, 1, figsize=(8, 5), sharex=True, layout="constrained")
         top.step(t.time, 1e3 * t.command_rate, where="post", color="0.6", lw=1, label="command")
         top.plot(t.time, 1e3 * t.infeed_rate, color="#4878a8", label="actual")
-        top.set(ylabel="infeed rate [um/s]")
+        top.set(ylabel="infeed rate [µm/s]")
         low.plot(t.time, t.remaining, color="0.35", label="remaining stock")
         burning = t.infeed_rate > self.problem.model.burn_onset[0]  # below it damage is an artefact of ploughing
         low.plot(t.time, np.maximum(t.burn_depth, 0.0).where(burning, 0.0), color="#b04a3a", label="depth of damage")
@@ -155,7 +155,7 @@ class CyclePlan:
             axis.legend(frameon=False, fontsize=8)
             for switch in self.switches[:-1]:
                 axis.axvline(switch, color="0.8", lw=0.8, zorder=0)
-        figure.suptitle(f"{self.time:.2f} s, {1e3 * self.roundness:.2f} um out of round", fontsize=10)
+        figure.suptitle(f"{self.time:.2f} s, {1e3 * self.roundness:.2f} µm out of round", fontsize=10)
         return figure
 
     @cached_property

@@ -39,7 +39,7 @@ class RoughnessLaw(Frozen):
     >>> lead = law.dressing_lead(units.um(0.7), dressing_depth=0.01, infeed_rate=0.0255, **wheel)
     >>> round(lead, 4)  # mm a turn
     0.0999
-    >>> round(1e3 * law.roughness(lead, dressing_depth=0.01, infeed_rate=0.0255, **wheel), 9)  # um
+    >>> round(1e3 * law.roughness(lead, dressing_depth=0.01, infeed_rate=0.0255, **wheel), 9)  # µm
     0.7
     """
 

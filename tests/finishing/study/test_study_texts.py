@@ -20,7 +20,7 @@ def test_the_report_says_what_the_data_cannot_tell():
     text = WANG.report()
     for said in (
         "18 runs in the L18(2^1 3^7), 1 reading each",
-        "0 dB is 10 um",
+        "0 dB is 10 µm",
         "tool_diameter [mm]   pattern  feed_rate [mm/s]  normal_force [N]",
         "it carries no information on noise",
         "none hides one whole",
@@ -29,7 +29,7 @@ def test_the_report_says_what_the_data_cannot_tell():
         "Significant at 5 %: tool_diameter, pattern, normal_force. Not seen: feed_rate.",
         "feed_rate: 12.5 (arbitrary: no effect is told from the scatter)",
         "normal_force: 1.111 (tie: 1.667, 0.155 dB lower, p = 0.67)",
-        "mean 8.951 dB (3.568 um)",
+        "mean 8.951 dB (3.568 µm)",
         "feed_rate 25, normal_force 1.111 with 9.119 dB",
         "wrongly: the simulated truth has no such effect",
         "normal_force at the top of the surface",
@@ -88,7 +88,7 @@ def test_picture(pyplot):
     assert panels[0].get_ylabel() == "mean ratio [dB]"
     assert [axis.get_title() for axis in panels] == ["tool diameter [mm]", "pattern", "feed rate [mm/s]", "normal force [N]"]
     right = figure.axes[4]
-    assert right.get_ylabel() == "roughness R_a [um]"
+    assert right.get_ylabel() == "roughness R_a [µm]"
     tick, label = right.get_yticks()[0], right.get_yticklabels()[0].get_text()
     assert float(label) == pytest.approx(10 * 10 ** (-tick / 20), rel=5e-3)
     assert right.get_ylim() == panels[-1].get_ylim()

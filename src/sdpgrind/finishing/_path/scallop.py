@@ -32,9 +32,9 @@ def scallop_height(tool_radius: float, pitch: float, normal_curvature: float = 0
 
     Examples
     --------
-    >>> round(1e3 * scallop_height(2.0, 0.2), 4)  # um
+    >>> round(1e3 * scallop_height(2.0, 0.2), 4)  # µm
     2.5016
-    >>> round(1e3 * scallop_height(2.0, 0.2, normal_curvature=-0.02), 4)  # a ridge is left with higher ones, um
+    >>> round(1e3 * scallop_height(2.0, 0.2, normal_curvature=-0.02), 4)  # a ridge is left with higher ones, µm
     2.6018
     """
     radius, half = _cusp(tool_radius, pitch, normal_curvature)
@@ -62,7 +62,7 @@ def cusp_roughness(tool_radius: float, pitch: float, normal_curvature: float = 0
 
     Examples
     --------
-    >>> round(1e3 * cusp_roughness(2.0, 0.2), 4)  # um
+    >>> round(1e3 * cusp_roughness(2.0, 0.2), 4)  # µm
     0.6418
     >>> round(cusp_roughness(2.0, 0.2) / scallop_height(2.0, 0.2), 4)
     0.2566

@@ -65,7 +65,7 @@ def published_estimate() -> Estimate:
 
 
 def _system(data: Any) -> tuple[Floats, Floats]:
-    """Rows of the model and ln(R_a/um)."""
+    """Rows of the model and ln(R_a/µm)."""
     arrays = _of_study(data) if isinstance(data, Study) else _of_mapping(data)
     rough = arrays["roughness_ra"]
     if np.any(rough <= 0) or np.any(rough >= 1):
@@ -143,14 +143,14 @@ def leave_one_out(data: Study | Mapping[str, Any]) -> LeaveOneOut:
     --------
     >>> from sdpgrind import finishing as fin
     >>> found = fin.leave_one_out(fin.Study.published("wang-2001"))
-    >>> round(found.q_squared, 3), round(1e3 * found.rms, 3)  # 1, um
+    >>> round(found.q_squared, 3), round(1e3 * found.rms, 3)  # 1, µm
     (0.918, 0.481)
     """
     return left_out(*_system(data))
 
 
 def left_out(rows: Floats, target: Floats) -> LeaveOneOut:
-    """Errors of leaving out one row at a time, from the residuals and the leverages; target ln(R_a/um)."""
+    """Errors of leaving out one row at a time, from the residuals and the leverages; target ln(R_a/µm)."""
     q, _ = np.linalg.qr(rows)
     residual, leverage = target - q @ (q.T @ target), np.sum(q**2, axis=1)
     if np.any(leverage > 1 - 1e-9):

@@ -22,14 +22,14 @@ from sdpgrind.identify import Estimate
 class RoughnessModel(Frozen):
     """Log-normal roughness R_a of a finished surface.
 
-    ``ln(R_a/um) = intercept + hilbert5 + zigzag + tool_exponent ln(d/3.5 mm) + force_slope x + force_bend x^2``,
+    ``ln(R_a/µm) = intercept + hilbert5 + zigzag + tool_exponent ln(d/3.5 mm) + force_slope x + force_bend x^2``,
     x = ln(F/1.111 N), a pattern's term only where it is that pattern (hilbert4 has none), and a normal scatter of `residual_sd`.
     The feed rate has no term: the data show no effect of it (p = 0.31).
 
     Parameters
     ----------
     coefficients : array_like, shape (6,)
-        intercept, hilbert5, zigzag, tool_exponent, force_slope, force_bend; unit 1, of ln(R_a/um).
+        intercept, hilbert5, zigzag, tool_exponent, force_slope, force_bend; unit 1, of ln(R_a/µm).
     residual_sd : float
         Standard deviation of ln R_a about its mean, unit 1: the relative scatter.
     covariance : array_like, shape (6, 6)
@@ -49,7 +49,7 @@ class RoughnessModel(Frozen):
     >>> from sdpgrind import finishing as fin
     >>> model = fin.RoughnessModel.published()
     >>> law = model.law("hilbert5", tool_diameter=4.0, normal_force=1.111)
-    >>> round(1e3 * float(law.mean), 3), round(1e3 * float(law.sd), 3)  # um
+    >>> round(1e3 * float(law.mean), 3), round(1e3 * float(law.sd), 3)  # µm
     (3.576, 0.241)
     >>> round(model.best_force(), 3)  # N
     1.301

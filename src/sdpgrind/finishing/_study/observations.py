@@ -109,7 +109,7 @@ class Observations(Frozen):
         """Return a published experiment.
 
         ``"wang-2001"``: Wang and Jan (2001), Table 2: an L18 of tool diameter (mm), path pattern, feed rate (mm/s) and normal
-        force (N), read once in R_a (mm); smaller is better, and 10 um is 0 dB, as the printed ratios have it. What they call
+        force (N), read once in R_a (mm); smaller is better, and 10 µm is 0 dB, as the printed ratios have it. What they call
         pressure is a force, in N. Levels go by value here: their text lists 3 mm and the zigzag first, but its letters count as
         Table 2 does (A1 is 4 mm, B1 the fractal of order 5).
 

@@ -54,7 +54,7 @@ def _second_scale(study: "Study", axis: Any) -> None:
     back = RATIOS[study.ratio].back
     if back is None or study.ratio == "none":
         return
-    scale, unit = (1e3, "um") if study.unit == "mm" and study.reference < 0.1 else (1.0, study.unit)
+    scale, unit = (1e3, "µm") if study.unit == "mm" and study.reference < 0.1 else (1.0, study.unit)
     right = axis.twinx()
     right.set_ylim(axis.get_ylim())
     ticks = [tick for tick in axis.get_yticks() if axis.get_ylim()[0] <= tick <= axis.get_ylim()[1]]

@@ -52,9 +52,9 @@ class Prediction:
     >>> study = fin.Study.published("wang-2001")
     >>> study.predict({"tool_diameter": 4.0, "pattern": "hilbert5", "normal_force": 1.111}, confirm=1)
     tool_diameter 4, pattern hilbert5, normal_force 1.111
-    mean 8.951 dB (3.568 um), as good as the mean of 3 runs
-    95 % interval of the mean +- 0.736 dB (3.278 um to 3.884 um)
-    95 % interval of the mean of 1 confirmation run +- 1.472 dB (3.012 um to 4.227 um)
+    mean 8.951 dB (3.568 µm), as good as the mean of 3 runs
+    95 % interval of the mean +- 0.736 dB (3.278 µm to 3.884 µm)
+    95 % interval of the mean of 1 confirmation run +- 1.472 dB (3.012 µm to 4.227 µm)
     """
 
     levels: dict[str, Level]

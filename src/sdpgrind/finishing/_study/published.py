@@ -18,6 +18,6 @@ WANG_2001: dict[str, Any] = {
     ),
     "reference_um": 10.0,
 }  # fmt: skip
-"""Factors in the order of the columns, levels in the order of the standard L18; R_a in um of each run."""
+"""Factors in the order of the columns, levels in the order of the standard L18; R_a in µm of each run."""
 
 PUBLISHED = {"wang-2001": WANG_2001}

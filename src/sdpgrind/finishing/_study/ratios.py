@@ -84,8 +84,8 @@ def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: floa
     "none"             m itself, in its own unit
     ================== =============================== =====================================================
 
-    Wang and Jan (2001), section 6, print eta = -20 log10(R_a) of R_a in um, -13.98 dB for 5 um; their Table 2 has 6.021 dB. All
-    its ratios are those over a reference of 10 um. Sums of squares do not depend on it.
+    Wang and Jan (2001), section 6, print eta = -20 log10(R_a) of R_a in µm, -13.98 dB for 5 µm; their Table 2 has 6.021 dB. All
+    its ratios are those over a reference of 10 µm. Sums of squares do not depend on it.
 
     Parameters
     ----------

@@ -39,5 +39,5 @@ def labelled(name: str, unit: str) -> str:
 def amount(value: float, unit: str) -> str:
     """A response with its unit; lengths below 0.1 mm in micrometres."""
     if unit == "mm" and abs(value) < 0.1:
-        return f"{1e3 * value:.4g} um"
+        return f"{1e3 * value:.4g} µm"
     return f"{value:.4g} {unit}".rstrip()

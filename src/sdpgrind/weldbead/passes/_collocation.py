@@ -143,7 +143,7 @@ def collocate(
         return None, Collocation(iterations, residual, np.inf, message)
     record, error = _replay(problem, start, window, solved)
     if error > REPLAYED:
-        return None, Collocation(iterations, residual, error, f"the replay is {1e3 * error:.2g} um off the solution")
+        return None, Collocation(iterations, residual, error, f"the replay is {1e3 * error:.2g} µm off the solution")
     burns = float(np.max(record.normal_force[1:] - problem.burn_force(np.round(record.feed_rate, 9))))
     if burns > 1e-6:
         return None, Collocation(iterations, residual, error, f"the replay burns, by up to {burns:.3g} N")
