@@ -10,6 +10,7 @@ import numpy as np
 from hwsim import _frames
 from hwsim._frames import Frames
 from hwsim._labels import Labels
+from hwsim._motions import is_of_rows, rows_of
 from hwsim._part import Column, Part
 
 if TYPE_CHECKING:
@@ -27,6 +28,9 @@ class Log:
     (number), ``time`` (s, from the start of the part) and, after `compare`, ``controller``. Columns, with ``units`` in
     their attributes: ``<name>`` measured before the step, ``<name>_command`` commanded, ``<name>_planned`` reported by
     the controller. NaN: no reading, no command.
+
+    Of a motion (a table that is commanded) the column holds the number of rows; the rows are in ``log["<tier>:<name>"]``, one
+    below the other, ``time`` (s) being that of the step. Where a motion has more than 64 rows they are not kept, but a digest is.
 
     Examples
     --------
@@ -95,14 +99,14 @@ class Log:
 
     @property
     def tiers(self) -> tuple[str, ...]:
-        """Names of the tables."""
-        return tuple(self._frames.tables)
+        """Names of the tables, but those that hold the rows of motions."""
+        return tuple(name for name in self._frames.tables if not is_of_rows(name))
 
     def __getitem__(self, tier: str) -> "xr.Dataset":
         try:
             return self._frames.tables[tier]
         except KeyError:
-            raise KeyError(f"tier must be one of {', '.join(self.tiers)}; got {tier!r}") from None
+            raise KeyError(f"tier must be one of {', '.join(self._frames.tables)}; got {tier!r}") from None
 
     def column(self, tier: str, name: str) -> Column:
         """Return the values of a column of a table, without labels: quickly, for what learns between parts.
@@ -209,9 +213,14 @@ class Log:
         return draw(self)
 
 
+def rows(log: Log, tier: str, name: str) -> "xr.Dataset | None":
+    """Rows of the motions that a tier commanded under a name; None where the log holds none."""
+    return log._frames.tables.get(rows_of(tier, name))
+
+
 def same(one: Log, other: Log) -> bool:
     """Whether two logs hold the same, bit for bit, NaN included."""
-    if one.tiers != other.tiers:
+    if one._frames.tables.keys() != other._frames.tables.keys():
         return False
-    tables: list[Any] = [(one[tier], other[tier]) for tier in one.tiers]
+    tables: list[Any] = [(table, other[name]) for name, table in one._frames.tables.items()]
     return all(a.identical(b) for a, b in [*tables, (one.outcome, other.outcome)])

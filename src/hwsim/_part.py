@@ -7,7 +7,6 @@ Everything is collected in plain lists; labelling comes after the run.
 
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
-from hashlib import blake2b
 from math import nan
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hwsim._clock import Clock
+from hwsim._motions import as_table, command_column, digest, digest_name, is_table, row_table
 from hwsim._routes import Route, controllers, reads_of, routes
 from hwsim.protocols import FOREVER, Controller, Machine, Plant
 
@@ -25,7 +25,7 @@ _NOTHING: Mapping[str, Any] = {}
 
 @dataclass(frozen=True)
 class Part:
-    """What one part left behind: a table (name -> column) for each tier, and the outcome."""
+    """What one part left behind: tables (name -> column), of each tier and of the rows of motions, and the outcome."""
 
     tables: Mapping[str, Mapping[str, Column]]
     outcome: Mapping[str, Column]
@@ -165,59 +165,39 @@ def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], p
         if not tier.rows or tier.rows[-1][0] < machine.time:
             tier.rows.append((machine.time, {**reading, **tier.held}, _NOTHING, _NOTHING))
     outcome = dict(machine.outcome()) | planned
-    return Part(
-        {tier.name: _table(tier, clock) for tier in tiers},
-        {name: _figure(value) for name, value in outcome.items()},
-    )
+    tables: dict[str, Mapping[str, Column]] = {}
+    for tier in tiers:
+        tables |= _tables(tier, clock)
+    return Part(tables, {name: _figure(value) for name, value in outcome.items()})
 
 
-def _table(tier: Tier, clock: Clock) -> dict[str, Column]:
+def _tables(tier: Tier, clock: Clock) -> dict[str, dict[str, Column]]:
+    """The table of a tier, and those of the rows of motions that it commanded."""
     ticks, read, commanded, reported = (list(entries) for entries in zip(*tier.rows, strict=True))
     table = {"time": clock.all_seconds(ticks)}
+    of_rows: dict[str, dict[str, Column]] = {}
     for name in (*tier.logged, *_scalars(tier.route.takes, read)):
         table[name] = column([row[name] for row in read])
     given = set[str]().union(*commanded)
     for name in (*tier.units, *sorted(given - tier.units.keys())):
         if name in given:
-            table |= _commanded(name, [row.get(name, nan) for row in commanded])
+            values = [as_table(row.get(name, nan)) for row in commanded]
+            table |= _commanded(name, values)
+            of_rows |= row_table(tier.name, name, table["time"], values)
     for name in dict.fromkeys(name for row in reported for name in row):
         table[f"{name}_planned"] = column([row.get(name, nan) for row in reported])
-    return table
+    return {tier.name: table, **of_rows}
 
 
 def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
     """Columns of a command; of whole tables (motions) the number of rows, as they would stand in every row, and a digest."""
-    values = [as_table(value) for value in values]
-    tables = [isinstance(value, np.ndarray) and value.ndim == 2 for value in values]
+    tables = [is_table(value) for value in values]
     entries = [len(value) if table else value for value, table in zip(values, tables, strict=True)]
     columns = {command_column(name): column(entries)}
     if any(tables):
         told = [digest(value) if table else nan for value, table in zip(values, tables, strict=True)]
         columns[command_column(digest_name(name))] = column(told)
     return columns
-
-
-def as_table(value: Any) -> Any:
-    """A motion as an array of rows, whether it came as one, as rows in a list or as what has them as its ``segments``."""
-    value = getattr(value, "segments", value)
-    rows = isinstance(value, list | tuple) and all(isinstance(row, list | tuple | np.ndarray) for row in value)
-    return np.array(value, dtype=float).reshape(len(value), -1) if rows and value else value
-
-
-def digest(table: npt.NDArray[Any]) -> float:
-    """A number that is another one where an entry of a table is: 48 bits of a hash, which a float holds."""
-    whole = np.ascontiguousarray(table, dtype=float) + 0.0  # 0.0: -0 is 0
-    return float(int.from_bytes(blake2b(whole.tobytes(), digest_size=6).digest()))
-
-
-def digest_name(name: str) -> str:
-    """Of the command that stands beside a table; see `digest`."""
-    return f"{name.removesuffix('_command')}_digest"
-
-
-def command_column(name: str) -> str:
-    """Name of the column of a command; ``platform_command`` says already what it is."""
-    return name if name.endswith("_command") else f"{name}_command"
 
 
 def _scalars(names: Mapping[str, str], read: list[Mapping[str, Any]]) -> list[str]:

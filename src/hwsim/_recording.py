@@ -2,15 +2,15 @@
 
 from collections.abc import Iterator, Mapping
 from copy import copy
-from math import nan
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 
 from hwsim._clock import Clock, common_tick, exact, simplest
-from hwsim._log import Log
-from hwsim._part import Column, as_table, digest, digest_name
-from hwsim.protocols import FOREVER
+from hwsim._difference import unpadded
+from hwsim._log import Log, rows
+from hwsim._motions import Column
+from hwsim._replay import Instant, Replay
 from sdpgrind.base import checks
 
 _COMMAND, _PLANNED, _DIGEST = "_command", "_planned", "_digest"
@@ -32,22 +32,14 @@ class _Accepted(dict[str, str]):
         return _Accepted, (dict(self), self.set_points)
 
 
-class _Instant(NamedTuple):
-    """One moment of a recording."""
-
-    time: float  # s
-    reading: Mapping[str, Any]
-    commands: Mapping[str, Any]
-    event: bool
-
-
 class Recording:
     """One part of a log as a plant: it measures what was recorded, whatever is commanded, and compares the commands.
 
     Run the controller that made the log, or a changed one, on it: `hwsim.run(hwsim.Recording(log), controller)`. So the code of a
     controller is tried on what a machine did, the real one included. The part ends with the recording, or at the first command
-    that differs. Of a table that is commanded (a motion) the log knows the number of its rows and a digest of its entries, which
-    are compared: ``motion_digest`` is a difference of an entry. A log that was written before has the number of rows alone.
+    that differs. A table that is commanded (a motion) is compared row by row: ``profile[2, 1]`` is the second entry of the third
+    row, ``profile`` a difference in the number of rows. Where the log does not hold the rows, as they are many or it is an old
+    one, their digest is compared: ``motion_digest`` says that an entry differs.
 
     Outcome: ``same`` (1: every command was the recorded one, to the last bit), ``steps`` that were compared, and of the first
     difference ``difference_time`` (s), ``difference_name``, and the value ``recorded`` and ``commanded`` (NaN: none). A command
@@ -90,6 +82,12 @@ class Recording:
         tables = {tier: _columns(log[tier], part) for tier in log.tiers}
         self._tables = {tier: {name: values for name, (values, _) in table.items()} for tier, table in tables.items()}
         self._units = {name: unit for table in tables.values() for name, (_, unit) in table.items()}
+        self._motions = {
+            (tier, name, when): motion
+            for tier, table in self._tables.items()
+            for name in table
+            for when, motion in _motions(rows(log, tier, name), part)
+        }
         self._set_points = frozenset(_set_points(self._tables))
         self._of = str(log.outcome.attrs.get("plant", ""))
         times = sorted({float(time) for table in self._tables.values() for time in table["time"]})
@@ -136,7 +134,7 @@ class Recording:
         other._tick = checks.positive("tick", tick, "s")
         return other
 
-    def start(self, rng: np.random.Generator) -> "_Replay":
+    def start(self, rng: np.random.Generator) -> Replay:
         """Begin at the first sample.
 
         Parameters
@@ -149,9 +147,9 @@ class Recording:
         Machine
             See `hwsim.protocols.Machine`; its time is in ticks.
         """
-        return _Replay(list(self._instants()), None if self._grid is None else Clock(exact("tick", self._tick)))
+        return Replay(list(self._instants()), None if self._grid is None else Clock(exact("tick", self._tick)))
 
-    def _instants(self) -> Iterator[_Instant]:
+    def _instants(self) -> Iterator[Instant]:
         """What every tier saw and commanded, moment by moment."""
         rows = {tier: {float(time): row for row, time in enumerate(table["time"])} for tier, table in self._tables.items()}
         passes = _with_events(self._tables)
@@ -161,8 +159,13 @@ class Recording:
             here = {tier: of[time] for tier, of in rows.items() if time in of}
             for tier, row in here.items():
                 for name, values in self._tables[tier].items():
-                    self._sort(name, _entry(values, row), reading, commands)
-            yield _Instant(time, reading, commands, bool(passes & here.keys()))
+                    self._sort(name, self._motion(tier, name, time, _entry(values, row)), reading, commands)
+            yield Instant(time, reading, commands, bool(passes & here.keys()))
+
+    def _motion(self, tier: str, name: str, time: float, value: Any) -> Any:
+        """The motion of which a column holds the number of rows, where the log has them; else what the column holds."""
+        motion = self._motions.get((tier, name, time))
+        return value if motion is None or len(motion) != value else motion  # two at one time cannot be told apart
 
     def _sort(self, name: str, value: Any, reading: dict[str, Any], commands: dict[str, Any]) -> None:
         """A column is a measurement, or a command to the plant that the first tier has given."""
@@ -175,69 +178,21 @@ class Recording:
             commands.setdefault(bare, value)
 
 
-class _Replay:
-    """A recording under way; see `hwsim.protocols.Machine`."""
-
-    def __init__(self, instants: list[_Instant], clock: Clock | None) -> None:
-        self.time, self.done, self.event = 0, False, False
-        self._instants, self._clock = instants, clock
-        self._at, self._here, self._steps = 0, True, 0  # which instant was the last, and whether it is now
-        self._difference: tuple[float, str, Any, Any] | None = None
-
-    def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, Any]:
-        """Compare a command with the recorded one, and go on to what was measured then."""
-        if ticks and not self.done:
-            self._compare(command)
-            if not self.done:
-                self._go_on(ticks)
-        return dict(self._instants[self._at].reading)
-
-    def _compare(self, command: Mapping[str, Any]) -> None:
-        recorded: Mapping[str, Any] = self._instants[self._at].commands if self._here else {}
-        given = {name.removesuffix(_COMMAND): as_table(value) for name, value in command.items()}
-        self._steps += bool(recorded or given)
-        tables = {digest_name(name): digest(value) for name, value in given.items() if _is_table(value)}
-        given |= {name: value for name, value in tables.items() if name in recorded}
-        for name in dict.fromkeys((*recorded, *given)):
-            where, old, new = _differ(recorded.get(name, nan), given.get(name, nan))
-            if where is not None:
-                self._difference, self.done = (self._now, name + where, old, new), True
-                return
-        self.done = self._here and self._at == len(self._instants) - 1
-
-    @property
-    def _now(self) -> float:
-        """Time, s."""
-        if self._here or self._clock is None:
-            return self._instants[self._at].time
-        return self._clock.seconds(self.time)
-
-    def _go_on(self, ticks: int) -> None:
-        """On to the next instant, or by so many ticks where it comes later."""
-        following = self._at + 1
-        if self._clock is None:
-            self.time += ticks if ticks < FOREVER else 1
-        else:
-            due = self._clock.nearest(self._instants[following].time)
-            self._here = due <= self.time + ticks
-            self.time = due if self._here else self.time + ticks
-        if self._here:
-            self._at = following
-            self.done = following == len(self._instants) - 1 and not self._instants[following].commands
-        self.event = self._here and self._instants[self._at].event
-
-    def outcome(self) -> dict[str, Any]:
-        """What the comparison gave; see the plant."""
-        time, name, recorded, commanded = self._difference or (nan, "", nan, nan)
-        different = {"difference_time": time, "difference_name": name, "recorded": recorded, "commanded": commanded}
-        return {"same": float(self._difference is None), "steps": float(self._steps), **different}
-
-
 def _columns(table: Any, part: int) -> dict[str, tuple[Column, str]]:
     """Values and unit of every column of a table, for one part."""
     rows = np.flatnonzero(table["part"].values == part)
     named = {"time": table["time"], **{str(name): variable for name, variable in table.data_vars.items()}}
     return {name: (variable.values[rows], _unit(variable)) for name, variable in named.items()}
+
+
+def _motions(table: Any, part: int) -> Iterator[tuple[float, Column]]:
+    """Motions of one part, and when each was commanded (s), from the table of their rows; None: the log holds none."""
+    if table is None:
+        return
+    here = table["part"].values == part
+    (values,) = (variable.values[here] for variable in table.data_vars.values())
+    time = table["time"].values[here]
+    yield from ((when, values[time == when]) for when in np.unique(time).tolist())
 
 
 def _unit(variable: Any) -> str:
@@ -280,43 +235,9 @@ def _entry(values: Column, row: int) -> Any:
     value = values[row]
     if np.ndim(value) == 0:
         return float(value) if isinstance(value, np.number) else str(value)
-    return _unpadded(np.array(value))
-
-
-def _unpadded(row: Column) -> Column:
-    known = np.flatnonzero(~np.isnan(row))
-    return row[: known[-1] + 1] if known.size else row[:0]
+    return unpadded(np.array(value))
 
 
 def _missing(value: Any) -> bool:
     """Whether nothing was commanded."""
     return value.size == 0 if isinstance(value, np.ndarray) else value != value or value == "nan"
-
-
-def _differ(recorded: Any, commanded: Any) -> tuple[str | None, Any, Any]:
-    """Where two values of a command differ (None: nowhere), and the values there."""
-    new = _comparable(commanded)
-    if not isinstance(recorded, np.ndarray) and not isinstance(new, np.ndarray):
-        return (None if recorded == new or (recorded != recorded and new != new) else ""), recorded, new
-    one, other = np.atleast_1d(recorded), np.atleast_1d(new)
-    if one.size != other.size:
-        return ".size", float(one.size), float(other.size)
-    unequal = np.flatnonzero(~((one == other) | (np.isnan(one) & np.isnan(other))))
-    if not unequal.size:
-        return None, nan, nan
-    return f"[{unequal[0]}]", float(one[unequal[0]]), float(other[unequal[0]])
-
-
-def _comparable(value: Any) -> Any:
-    """A command as the log would hold it: of a whole table the number of its rows."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        return str(value)
-    if _is_table(value):
-        return float(len(array))
-    return float(array) if array.ndim == 0 else _unpadded(array.ravel())
-
-
-def _is_table(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and value.ndim == 2

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hwsim._motions import is_of_rows
 from hwsim.protocols import Controller, Plant
 
 
@@ -48,9 +49,11 @@ def set_points(plant: Plant, controller: Controller) -> dict[str, str]:
 
 
 def ambiguous(plant: Plant, tiers: Mapping[str, Controller]) -> Iterator[str]:
-    """What one cannot tell: a set-point of two tiers, or one that is measured too."""
+    """What one cannot tell: a set-point of two tiers, one that is measured too, a tier that is named like rows of motions."""
     senders: dict[str, str] = {}
     for tier, route in routes(plant, tiers).items():
+        if is_of_rows(tier):
+            yield f"tier {tier!r} must have a name without a colon"
         for name in route.sends:
             if name in senders:
                 yield f"set-point {name} is commanded by {senders[name]} and by {tier}; one tier must"

@@ -7,8 +7,8 @@ advances; log. Time is counted in whole ticks from the start of a part; nothing 
 it reads. That controller gets it by name in the same tick, and then until it is changed (NaN before); numbers or arrays.
 Units on both sides are compared before the first tick. It is logged where it was commanded, as ``<name>_command``, and
 where it is a number also where it was read. The table of one of several controllers holds what it ``reads``. Of an array of two
-dimensions that is commanded (a motion) the log holds the number of its rows and, in ``<name>_digest_command``, a number that
-tells whether its entries were the same.
+dimensions that is commanded (a motion) the table holds the number of its rows and, in ``<name>_digest_command``, a number that
+tells whether its entries were the same; the rows themselves, where they are at most 64, stand in a table ``<tier>:<name>``.
 
 Beside what the protocols demand, `hwsim` uses what it finds:
 

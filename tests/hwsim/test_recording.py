@@ -1,8 +1,11 @@
 """Recordings: every kind of machine replayed to the same commands, and the first command that differs."""
 
 import copy
+import json
 import pickle
-from math import isnan
+import sqlite3
+from contextlib import closing
+from math import isnan, nan
 from typing import ClassVar
 
 import finishing_fakes
@@ -14,7 +17,8 @@ from test_loop import Two
 import centering
 import hwsim
 from hwsim._frames import Frames
-from hwsim._part import digest
+from hwsim._log import same as log_same
+from hwsim._motions import digest
 from hwsim._recording import Recording
 from sdpgrind import plunge, units, weldbead
 from sdpgrind.weldbead import force, passes
@@ -167,10 +171,14 @@ class Told:
         (np.array([1.0, 2.0]), np.array([1.0, 3.0]), "flow[1]", 2.0, 3.0),
         (np.array([1.0, 2.0]), np.array([1.0]), "flow.size", 2.0, 1.0),
         (np.zeros((3, 2)), np.zeros((4, 2)), "flow", 3.0, 4.0),
-        (np.zeros((3, 2)), np.array([[0, 0], [0, 1e-300], [0, 0]]), "flow_digest", None, None),
+        (np.zeros((3, 2)), np.array([[0, 0], [0, 1e-300], [0, 0]]), "flow[1, 1]", 0.0, 1e-300),
+        (np.zeros((3, 2)), np.zeros((3, 3)), "flow[0, 2]", nan, 0.0),
+        (np.zeros((3, 2)), np.zeros((3, 1)), "flow[0, 1]", 0.0, nan),
+        (np.zeros((64, 2)), np.eye(64, 2, -62), "flow[62, 0]", 0.0, 1.0),
+        (np.zeros((65, 2)), np.eye(65, 2, -62), "flow_digest", digest(np.zeros((65, 2))), digest(np.eye(65, 2, -62))),
     ],
 )
-def test_arrays_are_compared_entry_by_entry_and_tables_by_rows_and_digests(first, second, name, recorded, commanded):
+def test_arrays_are_compared_entry_by_entry_and_motions_row_by_row_or_by_digests(first, second, name, recorded, commanded):
     class Open(Tank):
         def start(self, rng):
             return Still()
@@ -190,10 +198,7 @@ def test_arrays_are_compared_entry_by_entry_and_tables_by_rows_and_digests(first
     assert replayed(log, Told({"flow": first.copy()}, {})).outcome.same[0] == 1
     outcome = replayed(log, Told({"flow": second}, {})).outcome.isel(part=0)
     assert str(outcome.difference_name.values) == name
-    if recorded is None:
-        assert float(outcome.recorded) == digest(first) != float(outcome.commanded) == digest(second)
-    else:
-        assert (float(outcome.recorded), float(outcome.commanded)) == (recorded, commanded)
+    np.testing.assert_array_equal((float(outcome.recorded), float(outcome.commanded)), (recorded, commanded))
 
 
 # As a plant ---------------------------------------------------------------------------------------------------------
@@ -251,16 +256,85 @@ def test_one_number_of_a_profile_is_a_difference(row, column, tmp_path):
     for each in (log, hwsim.Log.from_file(tmp_path / "log.nc")):
         same(each, Pusher(ROWS))
         outcome = replayed(each, Pusher(changed)).outcome.isel(part=0)
-        assert str(outcome.difference_name.values) == "profile_digest"
+        assert str(outcome.difference_name.values) == f"profile[{row}, {column}]"
+        assert (float(outcome.recorded), float(outcome.commanded)) == (ROWS[row][column], changed[row, column])
         assert float(outcome.difference_time) == pytest.approx(0.01, abs=1e-4)  # when it was sampled
 
 
-def test_a_log_from_before_there_were_digests_is_replayed():
+def without(log, *names):
+    """A log as it was written before it held these."""
+    tables = {tier: log[tier].drop_vars([name for name in names if name in log[tier]]) for tier in log.tiers}
+    return hwsim.Log(lambda: Frames(tables, log.outcome))
+
+
+def test_a_log_from_before_it_held_rows_is_replayed_by_digests_and_by_numbers_of_rows():
     log = hwsim.run(hwsim.CenteringMachine(centering.preset("printed")), Pusher(ROWS), rng=1)
-    old = hwsim.Log(lambda: Frames({tier: log[tier].drop_vars("profile_digest_command") for tier in log.tiers}, log.outcome))
-    same(old, Pusher(ROWS))
-    same(old, Pusher(np.array(ROWS) * 0.9))  # of this it knows three rows
-    assert replayed(old, Pusher(ROWS[:2])).outcome.difference_name.values.tolist() == ["profile"]
+    for old, tells in (without(log), "profile_digest"), (without(log, "profile_digest_command"), ""):
+        same(old, Pusher(ROWS))
+        other = replayed(old, Pusher(np.array(ROWS) * 0.9)).outcome
+        assert other.difference_name.values.tolist() == [tells] and other.same[0] == (tells == "")
+        assert replayed(old, Pusher(ROWS[:2])).outcome.difference_name.values.tolist() == ["profile"]
+
+
+class Twice(Pusher):
+    """Pushes at two of its steps, the second time with fewer rows; takes one back in between, and leaves its parts different."""
+
+    parts = 0
+
+    def reset(self):
+        super().reset()
+        Twice.parts += 1
+
+    def step(self, **measured):
+        command = super().step(**measured)
+        late = {"profile": self.rows[: Twice.parts]} if self.steps == 25 else {}
+        return command | late | ({"profile": self.rows[:0]} if self.steps == 20 else {})
+
+
+def test_the_rows_of_all_pushes_stand_below_each_other(tmp_path):
+    Twice.parts = 0
+    log = hwsim.run(
+        hwsim.CenteringMachine(centering.preset("printed"), scheduler=None),
+        Twice(ROWS),
+        parts=2,
+        rng=1,
+        journal=tmp_path / "run.db",
+    )
+    log.save(tmp_path / "log.nc")
+    with hwsim.Journal(tmp_path / "run.db") as journal:
+        for each in log, hwsim.Log.from_file(tmp_path / "log.nc"), journal.log():
+            rows = each["controller:profile"]
+            assert rows.part.values.tolist() == [0] * 4 + [1] * 5 and rows.profile_command.units == "s, mm/s, mm/s^2"
+            np.testing.assert_allclose(rows.time, [0.01] * 3 + [0.24] + [0.01] * 3 + [0.24] * 2, rtol=1e-12)
+            np.testing.assert_array_equal(rows.profile_command, ROWS + ROWS[:1] + ROWS + ROWS[:2])
+            assert each.tiers == ("controller",) and log_same(each, log)
+    for part in range(2):
+        Twice.parts = part
+        same(log, Twice(ROWS), part=part)
+    short = without(log)
+    assert not log_same(short, log) and log_same(without(short), short)
+
+
+def test_a_run_begun_before_it_held_rows_goes_on(tmp_path):
+    plant = hwsim.CenteringMachine(centering.preset("printed"))
+    hwsim.run(plant, Pusher(ROWS), parts=1, rng=1, journal=tmp_path / "run.db")
+    with closing(sqlite3.connect(tmp_path / "run.db")) as database, database:  # the rows come last
+        ((names, arrays),) = database.execute("SELECT names, arrays FROM part")
+        names = json.loads(names)
+        assert [name for name, _, _ in names[-2:]] == ["controller:profile/time", "controller:profile/profile_command"]
+        database.execute("UPDATE part SET names = ?, arrays = ?", (json.dumps(names[:-2]), arrays[: -8 * 3 * 4]))
+    log = hwsim.run(plant, Pusher(ROWS), parts=2, rng=1, journal=tmp_path / "run.db")
+    assert log["controller:profile"].part.values.tolist() == [1] * 3
+    same(log, Pusher(ROWS), part=0)
+    same(log, Pusher(ROWS), part=1)
+
+
+def test_a_tier_with_a_colon_is_refused():
+    class Colon(Drain):
+        tier = "tap:left"
+
+    with pytest.raises(ValueError, match="tier 'tap:left' must have a name without a colon"):
+        hwsim.run(Tank(), Colon())
 
 
 def test_a_minus_before_a_zero_is_no_difference():

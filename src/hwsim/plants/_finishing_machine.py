@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hwsim._clock import Clock, exact
-from hwsim._part import digest
+from hwsim._motions import digest
 from hwsim.plants import _finishing_kernels as core
 from hwsim.plants._finishing_course import course_of, loop_of, standing
 from hwsim.plants._finishing_truth import CellTruth

@@ -1,0 +1,71 @@
+"""Tables that are commanded (motions): how many rows each has, a digest, and the rows themselves in a table of their own.
+
+The table of a tier has one row a step. A motion is commanded in few of them and has rows of its own, as many as it likes, so
+that they stand in a second table, motion after motion, each row with the time at which its motion was commanded.
+"""
+
+from collections.abc import Sequence
+from hashlib import blake2b
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Column = npt.NDArray[Any]
+ROWS_MAX = 64  # of a longer one the digest is enough: a path of a robot has 7000 rows, and is the same for each part
+_OF = ":"  # no name of a tier has it
+
+
+def as_table(value: Any) -> Any:
+    """A motion as an array of rows, whether it came as one, as rows in a list or as what has them as its ``segments``."""
+    value = getattr(value, "segments", value)
+    rows = isinstance(value, list | tuple) and all(isinstance(row, list | tuple | np.ndarray) for row in value)
+    return np.array(value, dtype=float).reshape(len(value), -1) if rows and value else value
+
+
+def is_table(value: Any) -> bool:
+    """Whether a command is a motion, as `as_table` gives it."""
+    return isinstance(value, np.ndarray) and value.ndim == 2
+
+
+def digest(table: npt.NDArray[Any]) -> float:
+    """A number that is another one where an entry of a table is: 48 bits of a hash, which a float holds."""
+    whole = np.ascontiguousarray(table, dtype=float) + 0.0  # 0.0: -0 is 0
+    return float(int.from_bytes(blake2b(whole.tobytes(), digest_size=6).digest()))
+
+
+def digest_name(name: str) -> str:
+    """Of the command that stands beside a table; see `digest`."""
+    return f"{name.removesuffix('_command')}_digest"
+
+
+def command_column(name: str) -> str:
+    """Name of the column of a command; ``platform_command`` says already what it is."""
+    return name if name.endswith("_command") else f"{name}_command"
+
+
+def rows_of(tier: str, name: str) -> str:
+    """Key of the table that holds the rows of what a tier commanded, whether that is given or the name of its column."""
+    return f"{tier}{_OF}{name.removesuffix('_command')}"
+
+
+def is_of_rows(key: str) -> bool:
+    """Whether a table holds such rows, and is none of a tier."""
+    return _OF in key
+
+
+def row_table(tier: str, name: str, time: Column, values: Sequence[Any]) -> dict[str, dict[str, Column]]:
+    """The rows of the motions that a tier commanded under a name, by time (s); nothing where none is short enough."""
+    short = [k for k, value in enumerate(values) if is_table(value) and 0 < len(value) <= ROWS_MAX]
+    if not short:
+        return {}
+    motions = [values[k] for k in short]
+    lengths = [len(motion) for motion in motions]
+    return {rows_of(tier, name): {"time": np.repeat(time[short], lengths), command_column(name): _stacked(motions)}}
+
+
+def _stacked(motions: Sequence[Column]) -> Column:
+    """Motion below motion; narrower ones are padded with NaN."""
+    width = max(motion.shape[1] for motion in motions)
+    missing = [((0, 0), (0, width - motion.shape[1])) for motion in motions]
+    return np.vstack([np.pad(motion, each, constant_values=np.nan) for motion, each in zip(motions, missing, strict=True)])
