@@ -2,12 +2,15 @@
 
 import copy
 import struct
+from collections import deque
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hwsim import _backlog
 from hwsim._courier import Courier
 from hwsim._link_frames import Unpacker, packed
 from hwsim._links import Link, QueueLink
@@ -131,7 +134,6 @@ def test_a_closed_link_loses_what_is_under_way():
         (lambda: QueueLink(latency=-1.0), r"latency must be >= 0 \(s\); got -1.0"),
         (lambda: QueueLink(jitter=float("inf")), r"jitter must be finite \(s\); got inf"),
         (lambda: QueueLink(loss=1.5), r"loss must be in \[0, 1\] \(1\); got 1.5"),
-        (lambda: Courier(resend_time=0.0), r"resend_time must be > 0 \(s\); got 0.0"),
         (lambda: back(QueueLink().start()[0]), r"time must be >= that of the link, 2 \(s\); got 1.0"),
         (lambda: back(Courier()), r"time must be >= 2, that was told last \(s\); got 1.0"),
     ],
@@ -181,7 +183,7 @@ def talk(machine, host, steps, tick=0.01, begin=0):
 @settings(max_examples=60, deadline=None)
 def test_no_record_is_lost_doubled_or_out_of_order(loss, jitter, breaks, number, seed):
     kind = QueueLink(latency=0.02, jitter=jitter, loss=loss)
-    machine, host = Courier(resend_time=0.3), Courier(resend_time=0.3)
+    machine, host = Courier(), Courier()
     got, back, step = [], [], 0
     for k, steps in enumerate([*breaks, None]):
         near, far = kind.start(seed + k)
@@ -203,6 +205,71 @@ def test_no_record_is_lost_doubled_or_out_of_order(loss, jitter, breaks, number,
     assert [int.from_bytes(each, "big") for each in back] == list(range(number))
 
 
+def test_a_link_that_loses_every_second_message_is_got_over():
+    """640 records are ten windows; what is lost goes again as soon as a sign of life has told, and nothing else does.
+
+    A round of a record takes 4 ticks (latency there and back), and as many more as it takes until a later message arrives there
+    and one from there here: both geometric. So z**ticks of a round has the mean R = z**4 (0.5/(1 - 0.5 z))**2, that of a record,
+    of geometrically many rounds, 0.5 R/(1 - 0.5 R): 23 for z = 1.11. By Markov's inequality a record takes longer than 224 ticks
+    with a probability of less than 23 * 1.11**-224, one of the 640 with less than 1e-6, and a window lasts no longer than its
+    slowest record.
+    """
+    near, far = QueueLink(latency=0.02, loss=0.5).start(11)
+    machine, host = Courier(near), Courier(far)
+    for k in range(640):
+        machine.send(k.to_bytes(2, "big"))
+    got, ticks = [], 0
+    while machine.waiting:
+        got += talk(machine, host, 1, begin=ticks)[0]
+        ticks += 1
+    assert got == [k.to_bytes(2, "big") for k in range(640)] and ticks <= 10 * 224
+
+
+def test_only_what_was_lost_is_sent_again():
+    sent = []
+
+    class Counting(Courier):
+        def _message(self, record):
+            sent.append(record)
+            return super()._message(record)
+
+    near, far = QueueLink(latency=0.02, loss=0.3).start(2)
+    machine, host = Counting(near), Courier(far)
+    for k in range(60):
+        machine.send(bytes([k]))
+    talk(machine, host, 400)
+    records = [each for each in sent if each is not None]
+    # geometric: 60/0.7 = 86 of sd (60 * 0.3)^(1/2)/0.7 = 6; go back n would send all from the first that was lost on
+    assert machine.waiting == 0 and abs(len(records) - 86) < 4 * 6
+
+
+def test_a_backlog_is_a_queue_whatever_of_it_is_in_the_file(monkeypatch):
+    monkeypatch.setattr(_backlog, "NEAR", 4)
+    backlog, plain, rng = _backlog.Backlog(), deque(), np.random.default_rng(3)
+    for k in range(2000):
+        if rng.random() < (0.7 if k % 400 < 200 else 0.2):
+            record = rng.bytes(int(rng.integers(0, 40)))
+            backlog.append(record)
+            plain.append(record)
+        elif plain:
+            assert backlog.popleft() == plain.popleft()
+        assert len(backlog) == len(plain) and len(backlog._near) == min(4, len(plain))
+        assert [backlog[place] for place in range(len(backlog._near))] == list(plain)[:4]
+    assert backlog._far is not None
+
+
+def test_a_host_that_is_gone_for_long_costs_no_memory_and_no_record(monkeypatch):
+    monkeypatch.setattr(_backlog, "NEAR", 100)
+    near, far = QueueLink().start()
+    machine, host = Courier(near), Courier()
+    for k in range(5000):
+        machine.send(k.to_bytes(2, "big"))
+    assert machine.waiting == 5000 and len(machine._kept._near) == 100
+    host.attach(far)
+    got, _ = talk(machine, host, 200)
+    assert got == [k.to_bytes(2, "big") for k in range(5000)] and machine.waiting == 0
+
+
 def test_without_a_link_records_wait():
     machine = Courier()
     for k in range(1000):
@@ -218,7 +285,7 @@ def test_without_a_link_records_wait():
 
 def test_what_was_sent_over_a_broken_link_is_sent_again_at_once():
     near, far = QueueLink(latency=0.02).start()
-    machine, host = Courier(near, resend_time=100.0), Courier(far, resend_time=100.0)
+    machine, host = Courier(near), Courier(far)
     machine.send(b"first")
     machine.advance(0.0)
     near.close()
@@ -271,7 +338,7 @@ def test_a_new_machine_is_not_taken_for_the_old_one():
     assert got == [bytes([100 + k]) for k in range(5)] and new.waiting == 0
 
 
-@pytest.mark.parametrize("junk", [b"", b"GET / HTTP/1.1", b"\x07" * 41])
+@pytest.mark.parametrize("junk", [b"", b"GET / HTTP/1.1", b"\x07" * 65, b"\x01" * 41])
 def test_who_speaks_another_language_is_cut_off(junk):
     near, far = QueueLink().start()
     machine = Courier(near)
@@ -281,13 +348,14 @@ def test_who_speaks_another_language_is_cut_off(junk):
     assert machine.closed and machine.waiting == 1 and machine.silence == pytest.approx(0.1)
 
 
-def test_who_acknowledges_what_was_never_sent_is_cut_off():
+@pytest.mark.parametrize("arrived", [(3, 0), (0, 0b10)])  # three in order; one behind two that are lost
+def test_who_acknowledges_what_was_never_sent_is_cut_off(arrived):
     near, far = QueueLink().start()
     machine = Courier(near)
     machine.advance(0.0)
     (message,) = far.receive()
     name = struct.unpack_from("!BQ", message)[1]
-    far.send(struct.pack("!BQQQQQ", 1, 77, name, 3, 0, 0))
+    far.send(struct.pack("!B8Q", 3, 77, name, *arrived, 1, 1, 0, 0))
     machine.send(b"kept")
     machine.advance(0.1)
     assert machine.closed and machine.waiting == 1

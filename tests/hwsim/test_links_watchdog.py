@@ -104,7 +104,7 @@ class Two:
 
 def connected(latency=0.02, loss=0.0, **world):
     near, far = QueueLink(latency, loss=loss).start(3)
-    machine, host = Courier(near, resend_time=0.2), Courier(far, resend_time=0.2)
+    machine, host = Courier(near), Courier(far)
     return machine, host, World(host, near, **world)
 
 

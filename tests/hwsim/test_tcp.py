@@ -178,7 +178,7 @@ def test_nobody_there(listener):
 
 def host(listener, lives, got, number):
     """A host that takes some records from each connection and breaks it off, again and again."""
-    courier, begun = Courier(resend_time=1.0), monotonic()
+    courier, begun = Courier(), monotonic()
     for life in [*lives, number]:
         link = listener.accept(PATIENCE)
         courier.attach(link)
@@ -198,7 +198,7 @@ def test_no_record_is_lost_when_the_link_breaks(listener):
     number, got = 2000, []
     worker = Thread(target=host, args=(listener, (5, 0, 300, 64, 1), got, number), daemon=True)
     worker.start()
-    machine, begun, links = Courier(resend_time=1.0), monotonic(), 0
+    machine, begun, links = Courier(), monotonic(), 0
     for k in range(number):
         machine.send(k.to_bytes(2, "big") * 50)
     while machine.waiting and monotonic() - begun < PATIENCE:
@@ -216,7 +216,7 @@ def test_no_record_is_lost_when_the_link_breaks(listener):
 
 def test_a_network_that_takes_nothing_is_not_filled(raw):
     link, _ = raw
-    machine = Courier(link, resend_time=0.1)
+    machine = Courier(link)
     for _ in range(100):
         machine.send(b"x" * 1_000_000)
     machine.advance(0.0)
