@@ -245,6 +245,17 @@ def test_a_controller_for_another_machine_is_refused(changed):
         ({"start_offset": (3.0, nan)}, ValueError, r"start_offset\[1\] must be finite \(mm\); got nan"),
         ({"start_offset": (3.0,)}, ValueError, r"start_offset must be a number or a pair of them \(mm\)"),
         ({"ring": at(1.0, radius=60.0)}, ValueError, r"radius of ring must be that of the part, 89\.5 \(mm\); got 60\.0"),
+        ({"ring": 1}, TypeError, r"ring must be a Ring or None; got 1"),
+        (
+            {"ring": at(10.5)},
+            ValueError,
+            r"offset and amplitudes of lobes of ring must be <= offset_max = 10 together \(mm\); got 10\.5",
+        ),
+        (
+            {"ring": at(8.0).replace(lobes={2: (1.5, 0.0), 3: (1.0, 0.0)})},
+            ValueError,
+            r"offset and amplitudes of lobes of ring must be <= offset_max = 10 together \(mm\); got 10\.5",
+        ),
         ({"scatter": 1}, TypeError, r"scatter must be a PushScatter or None; got 1"),
         ({"errors": 1}, TypeError, r"errors must be a ProbeErrors or None; got 1"),
         ({"scheduler": 1}, TypeError, r"scheduler must be a Scheduler or None; got 1"),
@@ -260,6 +271,11 @@ def test_a_controller_for_another_machine_is_refused(changed):
 def test_bad_machines_are_refused(options, error, message):
     with pytest.raises(error, match=message):
         CenteringMachine(**{"problem": problem(), **options})
+
+
+def test_a_ring_as_far_out_as_parts_may_be_is_taken():
+    assert CenteringMachine(problem(), ring=at(10.0)).ring == at(10.0)
+    assert CenteringMachine(problem(), ring=at(8.0).replace(lobes={2: (2.0, 0.0)})).ring.offset == 8.0
 
 
 @pytest.mark.parametrize(

@@ -151,7 +151,8 @@ def test_any_push_ends_and_moves_no_further_than_the_impact_could(mass, stiffnes
 
 def test_a_stiff_tip_without_slip_brings_the_ring_of_the_quasi_static_anchor_to_the_axis():
     """R 61.94 mm, 20 rpm, 83.333 mm/s for 0.12 s brings (10.01141, -1.19093) to the axis; here mirrored, all ten times slower."""
-    of = problem(mass=0.5, radius=61.94, contact_stiffness=5e4, contact_damping=10.0, mu_kinetic=1.9, mu_static=1.9001)
+    contact = {"contact_stiffness": 5e4, "contact_damping": 10.0, "mu_kinetic": 1.9, "mu_static": 1.9001}
+    of = problem(mass=0.5, radius=61.94, offset_max=11.0, **contact)
     part = pushed(of, constant(25.0 / 3.0, 1.2), ring=at(10.01141, 1.19093, 61.94), speed=pi * 2 / 30, wait=0.0)
     assert hypot(*center(part)) < 0.02  # the spring gives by about F_s/k = 2e-3 mm, the tip touches a little late
 
@@ -250,7 +251,7 @@ def test_a_push_while_the_table_changes_its_speed_does_not_hang_on_the_step(mass
 
 
 def test_a_lost_ring_ends_the_part():
-    part = started(exact(ring=at(40.0), start_gap=60.0), 20.0)
+    part = started(exact(problem(offset_max=40.0), ring=at(40.0), start_gap=60.0), 20.0)
     while not part.done:
         part.step({}, 10)
     outcome = part.outcome()

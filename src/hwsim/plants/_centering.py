@@ -10,25 +10,16 @@ import numpy as np
 from centering import CenteringProblem, PushModel, PushScatter
 from hwsim._clock import Clock, exact
 from hwsim._scheduler import Scheduler
-from hwsim.plants import _centering_measure_kernels as gauges
-from hwsim.plants import _centering_slide_kernels as slide
 from hwsim.plants._centering_lag import lag_time
 from hwsim.plants._centering_machine import LEAST_FRICTION, CenteringPart, Rig
+from hwsim.plants._centering_settings import core_settings, gauge_settings
 from hwsim.plants._centering_tasks import control_period, source_tasks
-from hwsim.plants._probe_errors import NO_ERRORS, ProbeErrors
+from hwsim.plants._probe_errors import ProbeErrors
 from hwsim.plants._probe_ring import Ring, lobes_of, shape_of
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
 Truth: TypeAlias = PushModel | Callable[[np.random.Generator], PushModel] | None
-_BANDWIDTH = 2 * math.pi * 825.0  # rad/s, of the slide's velocity loop; with this damping it is its natural frequency, too
-_DAMPING = math.sqrt(0.5)
-_STROKE = 25.0  # mm, of the probe
-_FORCE_MAX = 446.0  # N
-_FORCE_QUANTUM = 2 * _FORCE_MAX / 4096  # N: 12 bits of the sensor's range
-_FINENESS = 0.08  # of the contact's own times sqrt(M/k) and M/b
-_LONGEST_STEP = 5e-4  # s
 _NEAREST = 0.1  # of the greatest offset: where parts begin, if nobody says
 
 
@@ -69,7 +60,8 @@ class CenteringMachine(Frozen):
     truth : PushModel or callable, optional
         What part and friction really are, or a function of a Generator that draws it. None: the problem's own model.
     ring : Ring, optional
-        The ring as it lies at first, its form included, rather than a place by `start_offset`; its radius is that of the part.
+        The ring as it lies at first, its form included, rather than a place by `start_offset`; its radius is that of the part,
+        and nowhere is its rim further than ``problem.offset_max`` from that of a round one at the axis.
     start_offset : tuple or float, optional
         Offset at the start, mm: uniform between two, or always the same; at most ``problem.offset_max``. None: from a tenth of
         that on. Its direction is uniform.
@@ -154,8 +146,8 @@ class CenteringMachine(Frozen):
             raise checks.refuse("start_offset", f"<= offset_max = {most:g}", self.start_offset, "mm")
         if self._offsets[0] > self._offsets[1]:
             raise checks.refuse("start_offset", "of a least and a greatest", self.start_offset, "mm")
-        if self.ring is not None and checks.kind("ring", self.ring, Ring, " or None").radius != radius:
-            raise checks.refuse("radius of ring", f"that of the part, {radius:g}", self.ring.radius, "mm")
+        if self.ring is not None:
+            _check_ring(self.ring, radius, most)
 
     @property
     def _offsets(self) -> tuple[float, float]:
@@ -246,8 +238,8 @@ class CenteringMachine(Frozen):
             ring.radius,
             shape_of(ring, self.tip_radius),
             lobes_of(ring),
-            self._gauges(ring, scatter, phase),
-            self._settings(model, ring),
+            gauge_settings(self.errors, scatter, phase, ring.radius, self.tip_radius),
+            core_settings(self.problem.limits, model, ring.radius, 0.0 if self.gain_scheduling else lag_time(model.part.mass)),
             Clock(exact("tick", self.tick)),
             float(self.time_max),
             self.scheduler,
@@ -266,32 +258,12 @@ class CenteringMachine(Frozen):
         offset, angle = float(rng.uniform(low, high)), float(rng.uniform(-math.pi, math.pi))
         return Ring(self.problem.model.part.radius, offset, angle) if self.ring is None else self.ring
 
-    def _settings(self, model: PushModel, ring: Ring) -> Floats:
-        """Settings of the compiled core: slide, spindle, ring and contact."""
-        limits, cell = self.problem.limits, np.zeros(slide.SETTINGS)
-        cell[slide.SPEED_MAX], cell[slide.ACCELERATION_MAX] = limits.slide_speed_max, limits.acceleration_max
-        cell[slide.LOOP], cell[slide.DAMPING] = _BANDWIDTH, _DAMPING
-        cell[slide.LAG_TIME] = 0.0 if self.gain_scheduling else lag_time(model.part.mass)
-        cell[slide.SPINDLE_ACCELERATION] = limits.spindle_acceleration_max
-        cell[slide.INERTIA : slide.VISCOUS + 1] = model.parameters
-        cell[slide.RADIUS] = ring.radius
-        own = math.sqrt(model.inertia / model.contact_stiffness)
-        if model.contact_damping > 0:
-            own = min(own, model.inertia / model.contact_damping)
-        cell[slide.STEP] = min(_FINENESS * own, _LONGEST_STEP)
-        return cell
 
-    def _gauges(self, ring: Ring, scatter: PushScatter, phase: float) -> Floats:
-        """Settings of the compiled gauges."""
-        errors, gauge = NO_ERRORS if self.errors is None else self.errors, np.zeros(gauges.GAUGES)
-        gauge[gauges.COUNTS], gauge[gauges.SKEW] = errors.counts, errors.skew
-        gauge[gauges.SLIDE_QUANTUM], gauge[gauges.PROBE_QUANTUM] = errors.slide_quantum, errors.probe_quantum
-        gauge[gauges.STROKE] = _STROKE
-        gauge[gauges.NOISE_SD] = math.hypot(errors.noise_sd, scatter.measuring_sd)
-        gauge[gauges.RUNOUT_PHASE] = phase if errors.runout_phase is None else errors.runout_phase
-        if self.tip_radius > 0:
-            gauge[gauges.RUNOUT], gauge[gauges.ROLL] = errors.runout, ring.radius / self.tip_radius * (1 - errors.slip)
-        gauge[gauges.DUST], gauge[gauges.DUST_SIZE] = errors.dust, errors.dust_size
-        gauge[gauges.FORCE_QUANTUM] = 0.0 if self.errors is None else _FORCE_QUANTUM
-        gauge[gauges.FORCE_MAX] = _FORCE_MAX
-        return gauge
+def _check_ring(ring: object, radius: float, most: float) -> None:
+    """Refuse a ring of another part, or one that a slide which looks for a part within `most` (mm) would not find."""
+    given = checks.kind("ring", ring, Ring, " or None")
+    if given.radius != radius:
+        raise checks.refuse("radius of ring", f"that of the part, {radius:g}", given.radius, "mm")
+    out = given.offset + sum(amplitude for amplitude, _ in given.lobes.values())
+    if out > most:
+        raise checks.refuse("offset and amplitudes of lobes of ring", f"<= offset_max = {most:g} together", out, "mm")
