@@ -9,17 +9,15 @@ from array import array
 from collections import deque
 from collections.abc import Collection, Sequence
 from heapq import heapify, heappop, heappush
-from math import ceil, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from hwsim._clock import simplest
+from hwsim._releases import NEVER, Motion, Released
 from hwsim._schedule import Kind, Schedule
-from hwsim._tasks import NANOSECONDS, Draw, Task
+from hwsim._tasks import Task
 from sdpgrind.base import checks
 
-NEVER = 2**62  # ns: 146 years
 Told = Collection[tuple[str, Kind]]
 
 
@@ -75,68 +73,6 @@ class Job(NamedTuple):
     completion: int
 
 
-class _Own:
-    """What changes of one task."""
-
-    def __init__(self, task: Task, place: int, rng: np.random.Generator, angle: float, told: Sequence[bool]) -> None:
-        self.task, self.name, self.place, self.rng, self.priority = task, task.name, place, rng, task.priority
-        self.told = told  # of each kind of event
-        period = None if task.period is None else simplest(task.period)
-        self.period = None if period is None else (period.numerator * NANOSECONDS, period.denominator)  # ns
-        self.count = -1  # of the release to come
-        self.multiple = 0 if task.angle_step is None else ceil(angle / task.angle_step) - 1
-        self.nominal = NEVER  # ns, when it comes without jitter
-        self.drawn: list[Draw] = []  # ns, for the releases after it, the last first
-        self.late = self.execution = 0  # ns, of the release to come
-        self.open = False  # whether a job is not complete
-        self.number = self.release = self.start = self.remaining = 0  # of that job; ns but the first
-        self.begun = False
-
-    def next(self) -> None:
-        """Go on to the next release; each draws, also where it will be missed, so that a number always has its draw."""
-        self.count += 1
-        self.multiple += 1
-        if not self.drawn:
-            self.drawn = self.task.draws(self.rng)[::-1]
-        self.late, self.execution = self.drawn.pop()
-        if self.period is not None:  # as release_time, the nearest
-            whole, parts = self.period
-            self.nominal = (2 * whole * self.count + parts) // (2 * parts)
-
-    def take(self, now: int) -> None:
-        """Make a job of a release."""
-        self.open, self.begun, self.number, self.release = True, False, self.count, now
-        self.remaining = self.execution
-
-    def crossing(self, motion: "_Motion") -> int:
-        """When the spindle reaches the next multiple, ns."""
-        assert self.task.angle_step is not None
-        way = motion.until(self.multiple * self.task.angle_step) * NANOSECONDS
-        return motion.time + round(way) if way < NEVER else NEVER
-
-
-class _Motion(NamedTuple):
-    """How the spindle turns: from when (ns), rad, rad/s, rad/s^2."""
-
-    time: int
-    angle: float
-    speed: float
-    acceleration: float
-
-    def until(self, target: float) -> float:
-        """Time until an angle is reached for the first time, s; written so that nothing cancels."""
-        way = target - self.angle
-        if way <= 0.0:
-            return 0.0
-        square = self.speed * self.speed + 2.0 * self.acceleration * way
-        if square < 0.0:
-            return inf  # it turns back before
-        if self.speed >= 0.0:
-            total = self.speed + sqrt(square)
-            return 2.0 * way / total if total > 0.0 else inf
-        return (sqrt(square) - self.speed) / self.acceleration if self.acceleration > 0.0 else inf
-
-
 class Processor:
     """Tasks on one processor, running; made by `Scheduler.start`.
 
@@ -173,14 +109,14 @@ class Processor:
         self, tasks: Sequence[Task], rngs: Sequence[np.random.Generator], angle: float, told: Told | None = None
     ) -> None:
         listed = [[told is None or (task.name, kind) in told for kind in Kind] for task in tasks]
-        self._own = [_Own(task, k, rng, angle, listed[k]) for k, (task, rng) in enumerate(zip(tasks, rngs, strict=True))]
+        self._own = [Released(task, k, rng, angle, listed[k]) for k, (task, rng) in enumerate(zip(tasks, rngs, strict=True))]
         self._completions = {own.name for own in self._own if own.told[Kind.COMPLETE]}
         self._angular = [place for place, own in enumerate(self._own) if own.period is None]
         self._now = 0
-        self._motion = _Motion(0, angle, 0.0, 0.0)
+        self._motion = Motion(0, angle, 0.0, 0.0)
         self._releases: list[tuple[int, int, int]] = []  # heap of time (ns), priority, place
         self._ready: list[tuple[int, int, int]] = []  # heap of priority, release, place
-        self._running: _Own | None = None
+        self._running: Released | None = None
         self._ends = NEVER  # ns, the job that has the processor, if it keeps it
         self._news: deque[tuple[Event, Job | None]] = deque()
         self._trace = array("q")  # four numbers an event
@@ -263,7 +199,7 @@ class Processor:
         """From now on the spindle turns like this; a multiple that was reached before stays reached."""
         if checks.count("to", to, 0) < self._now:
             raise checks.refuse("to", f">= now, {self._now}", to, "ns")
-        self._motion = _Motion(self._now, *motion)
+        self._motion = Motion(self._now, *motion)
         moved = [place for place in self._angular if self._own[place].nominal > self._now]
         if moved:
             self._releases = [entry for entry in self._releases if entry[2] not in moved]
@@ -271,7 +207,7 @@ class Processor:
             for place in moved:
                 self._expect(self._own[place])
 
-    def _expect(self, own: _Own) -> None:
+    def _expect(self, own: Released) -> None:
         """Put the next release of a task on the heap, if it is known when it comes."""
         if own.period is None:
             own.nominal = own.crossing(self._motion)
@@ -298,13 +234,13 @@ class Processor:
         if ready and (self._running is None or ready[0][0] < self._running.priority):
             self._dispatch()
 
-    def _complete(self, own: _Own) -> None:
+    def _complete(self, own: Released) -> None:
         own.open, self._running, self._ends = False, None, NEVER
         self._trace.extend((self._now, Kind.COMPLETE, own.place, own.number))
         event = Event(self._now, Kind.COMPLETE, own.name, own.number)
         self._news.append((event, Job(own.name, own.number, own.release, own.start, self._now)))
 
-    def _release(self, own: _Own) -> None:
+    def _release(self, own: Released) -> None:
         self._tell(Kind.OVERRUN if own.open else Kind.RELEASE, own, own.count)
         if not own.open:
             own.take(self._now)
@@ -325,7 +261,7 @@ class Processor:
         if not own.begun:
             own.begun, own.start = True, self._now
 
-    def _tell(self, kind: Kind, own: _Own, job: int) -> None:
+    def _tell(self, kind: Kind, own: Released, job: int) -> None:
         self._trace.extend((self._now, kind, own.place, job))
         if own.told[kind]:
             self._news.append((Event(self._now, kind, own.name, job), None))
