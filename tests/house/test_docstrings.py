@@ -2,7 +2,6 @@
 
 import re
 
-import pytest
 from house_names import Public, everything
 
 UNITS = (
@@ -54,10 +53,6 @@ CONVERSION = re.compile(r"^sdpgrind\.units\.")  # the sentence names what is con
 NAMES = everything()
 
 
-def _ids(each: Public) -> str:
-    return each.name
-
-
 def _inner(each: Public) -> bool:
     """Public by its name only."""
     return "private to this package" in each.doc or any(re.search(pattern, each.name) for pattern in INNER.values())
@@ -78,34 +73,38 @@ def _mentioned(parameter: str, doc: str) -> bool:
     return any(re.search(rf"(?<!\w){re.escape(word)}s?(?!\w)", text) for word in words)
 
 
-@pytest.mark.parametrize("public", NAMES, ids=_ids)
-def test_says_what_it_is(public):
-    assert public.doc.strip(), f"{public.name} has no docstring"
-    assert len(public.doc.split()) >= 3, f"the docstring of {public.name} says nothing: {public.doc!r}"
+def test_they_say_what_they_are():
+    silent = {each.name: each.doc for each in NAMES if len(each.doc.split()) < 3}
+    assert not silent, f"these docstrings say nothing: {silent}"
 
 
-@pytest.mark.parametrize("public", NAMES, ids=_ids)
-def test_mentions_every_parameter(public):
+def _missing(public: Public) -> list[str]:
     if CONVERSION.match(public.name) or _inner(public):
-        return
+        return []
     doc = public.doc + _delegated(public)
-    missing = [name for name in public.parameters if not _mentioned(name, doc)]
-    assert not missing, f"the docstring of {public.name} does not mention {', '.join(missing)}"
+    return [name for name in public.parameters if not _mentioned(name, doc)]
 
 
-@pytest.mark.parametrize("public", NAMES, ids=_ids)
-def test_gives_units(public):
+def test_they_mention_every_parameter():
+    missing = {each.name: found for each in NAMES if (found := _missing(each))}
+    assert not missing, f"these docstrings do not mention all parameters: {missing}"
+
+
+def _without_unit(public: Public) -> bool:
     if public.name in EXEMPT or _inner(public):
-        return
-    if any(re.search(pattern, public.name) for pattern in NO_QUANTITY.values()):
-        return
-    assert UNIT.search(public.doc), f"the docstring of {public.name} names no unit: {public.doc[:200]!r}"
+        return False
+    return not UNIT.search(public.doc) and not any(re.search(pattern, public.name) for pattern in NO_QUANTITY.values())
+
+
+def test_they_give_units():
+    without = {each.name: each.doc[:200] for each in NAMES if _without_unit(each)}
+    assert not without, f"these docstrings name no unit: {without}"
 
 
 def test_the_test_can_fail():
     bad = Public("bad", lambda force: force, None)
-    assert bad.parameters == ["force"]
-    assert not bad.doc
+    assert bad.parameters == _missing(bad) == ["force"]
+    assert not bad.doc and _without_unit(bad)
     assert not UNIT.search("Return the depth of the pass.")
     assert UNIT.search("Return the depth (mm).")
     assert not UNIT.search("Newton's method, as it were")
