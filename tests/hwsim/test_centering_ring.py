@@ -27,6 +27,7 @@ from centering._push.reaction import simulate_pushes
 from centering._push.sliding import ring_friction, slide_to_rest
 from hwsim.plants import _centering_friction_kernels as friction
 from hwsim.plants import _centering_slide_kernels as slots
+from hwsim.plants._probe_ring import Ring
 
 TOUCHING = 1e-9  # mm
 AROUND = (np.arange(4000) + 0.5) * (2 * pi / 4000)
@@ -273,14 +274,33 @@ def test_a_pusher_that_stands_in_the_way_of_the_rim_trims_the_ring():
     assert 2.0 <= outcome["offset"] <= 2.0 + 2 * squeezed + 2e-3
 
 
-@pytest.mark.parametrize("lobes", [{}, {3: (0.02, 0.4)}])
-def test_the_tip_touches_the_rim_where_the_probe_says_that_it_is(lobes):
-    from hwsim.plants._probe_ring import Ring
+@pytest.mark.parametrize("speed", [0.0, 3.0])
+@pytest.mark.parametrize("lobes", [{}, {3: (0.02, 0.4)}, {5: (0.02, 0.4), 11: (0.005, 1.0)}])
+def test_the_tip_touches_the_rim_where_the_probe_says_that_it_is(lobes, speed):
+    """However far the table has turned since the profile began: here 6 rad, or not at all."""
+    ring = Ring(RADIUS, 1.0, 0.0, lobes=lobes)
+    part = started(exact(ring=ring, start_gap=2.0), speed)
+    part.step({"profile": constant(1.0, 4.0)}, 0)
+    before = after = part.step({}, 0)
+    while part._state[slots.TOUCHES] == 0.0:
+        before, after = after, part.step({}, 1)
+    gaps = [each["slide"] - float(ring.reading([each["angle"]])[0]) for each in (before, after)]
+    # the tip is there within the tick; outside of a step of 0.5 ms the rim is 3 * 3 * 0.02 mm/s * 0.5 ms = 0.1 um off
+    assert gaps[0] >= -1e-4 and gaps[1] <= 1e-4 and gaps[0] - gaps[1] < 1e-3 * (1.0 + 4.0 * speed) + 1e-9
 
-    ring = Ring(RADIUS, 3.0, 0.0, lobes=lobes)
-    part = started(exact(ring=ring, start_gap=2.0))
-    rim = float(ring.reading([0.0])[0])
-    part.step({"profile": constant(1.0, 3.0)}, 0)
-    while part._state[slots.FORCE] == 0.0:
-        part.step({}, 1)
-    assert part.step({}, 0)["slide"] == pytest.approx(rim, abs=2e-3)  # a tick of 1 ms at 1 mm/s
+
+def test_a_tip_that_stands_still_trims_a_lobed_ring_as_the_lobes_come_round():
+    """A tip stands in the valley of a ring at the axis. Turned by 90 degrees, h = 0.2 (1 - cos 2t) mm of rim came against it.
+
+    The ring gives way by h along the line of the tip, and what it gave way before turns aside: c' = h, to 0.1 pi.
+    """
+    of = problem(mass=0.8)
+    ring = Ring(RADIUS, 0.0, 0.0, lobes={2: (0.2, pi)})
+    part = started(exact(of, ring=ring, start_gap=1.0))
+    part.step({"profile": move(1.0, 10.0)}, 300)
+    assert part.outcome()["offset"] == 0.0
+    part._state[slots.VELOCITY_SET], part._state[slots.SPEED_SET] = 0.0, 0.5
+    part.step({}, round(1000 * pi + 25))  # 25 ms: half of the ramp
+    squeezed = of.model.breakaway_force / of.model.contact_stiffness
+    normal = 0.1 * pi / RADIUS * 0.4  # the normal of the contact is so far off the line, at most
+    assert part.outcome()["offset"] == pytest.approx(hypot(0.4, 0.1 * pi), abs=2 * squeezed + normal)

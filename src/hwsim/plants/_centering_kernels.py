@@ -101,8 +101,11 @@ def _wait(state, cell, profile, time, step):
 
 
 @njit(**_OPTIONS)
-def _far(state, cell, profile, length):
-    """Whether nothing can happen to a ring at rest within a piece: the tip is far, and the table too slow to shake it off."""
+def _far(state, cell, profile, swing, length):
+    """Whether nothing can happen to a ring at rest within a piece: the tip is far, and the table too slow to shake it off.
+
+    `swing`: how far the rim goes up and down, mm.
+    """
     if state[slide.MOVING] != 0.0:
         return False
     x, y = state[slide.X], state[slide.Y]
@@ -113,7 +116,7 @@ def _far(state, cell, profile, length):
     if pull > _NEAR * ring.holds(state, cell):
         return False
     closure = ring.contact_force(state, cell, profile, 0.0, x, y, 0.0, 0.0)[3]
-    return closure < -(_FASTEST + 2.0 * spin * offset) * length
+    return closure < -(_FASTEST + 2.0 * spin * offset) * length - swing
 
 
 @njit(**_OPTIONS)
@@ -162,9 +165,10 @@ def _step(state, cell):
 
 
 @njit(**_OPTIONS)
-def _piece(state, cell, profile, length):
+def _piece(state, cell, profile, lobes, length):
     """Let the ring go on through a piece of the slide's motion; return how much of it was used: a first touch loads the slide."""
-    if _far(state, cell, profile, length):
+    cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, 0.0)
+    if _far(state, cell, profile, 2.0 * lobes[:, 1].sum(), length):
         state[slide.FORCE] = 0.0
         return length
     time, steps = 0.0, 0
@@ -181,6 +185,7 @@ def _piece(state, cell, profile, length):
         x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
         moves, before, since = state[slide.MOVING] != 0.0, state[slide.FORCE], time
         time += _move(state, cell, profile, time, step) if moves else _wait(state, cell, profile, time, step)
+        cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, time)
         touched = _feel(state, cell, profile, time)
         if moves and before > 0.0 and state[slide.FORCE] > 0.0:
             _crest(state, cell, profile, since, time - since, x, y, u, v, before)
@@ -188,11 +193,11 @@ def _piece(state, cell, profile, length):
 
 
 @njit(**_OPTIONS)
-def advance(state, cell, profile, until):
+def advance(state, cell, profile, lobes, until):
     """Let slide, spindle and ring go on until a time, or to the start of the profile that waits; return whether it has come."""
     while state[slide.TIME] < until - _CLOSE:
         length = slide.piece_length(state, cell, profile, until - state[slide.TIME])
-        length = _piece(state, cell, profile, length)
+        length = _piece(state, cell, profile, lobes, length)
         slide.commit(state, cell, profile, length)
         if state[slide.SEGMENT] >= 0.0 and state[slide.GONE] >= profile[int(state[slide.SEGMENT]), 0] - _CLOSE:
             row = int(state[slide.SEGMENT]) + 1

@@ -54,7 +54,7 @@ class CenteringPart:
         self._of_pushes, self._of_gauges, of_tasks = rngs
         self._cell, self._state = rig.settings.copy(), np.zeros(slide.STATES)
         self._most = math.ceil(rig.time_max / float(rig.clock.tick) * (1 - 1e-12))
-        laws.hold(self._cell, rig.friction, rig.radius)
+        laws.hold(self._cell, rig.friction)
         self._profile, self._waiting = _NOTHING, _NOTHING
         self._said = self._timed_out = self._lost = False
         self._centers: list[tuple[float, float]] = []
@@ -102,7 +102,7 @@ class CenteringPart:
 
     def move_to(self, seconds: float) -> None:
         """Let everything move until a time, s; a profile that waits begins inside."""
-        while kernels.advance(self._state, self._cell, self._profile, seconds):
+        while kernels.advance(self._state, self._cell, self._profile, self._rig.lobes, seconds):
             self._begin_push()
 
     def spindle(self) -> tuple[float, float, float, float]:
@@ -169,16 +169,8 @@ class CenteringPart:
         self._centers.append((float(state[slide.X]), float(state[slide.Y])))
         friction, aim, stop = self._of_pushes.standard_normal(3).tolist()
         of_push = 1.0 + rig.scatter.friction_push_sd * friction
-        laws.hold(cell, max(rig.friction * of_push, LEAST_FRICTION), self._touched_radius())
+        laws.hold(cell, max(rig.friction * of_push, LEAST_FRICTION))
         cell[slide.AIM], cell[slide.STOP] = rig.scatter.direction_sd * aim, rig.scatter.stop_sd * stop
-
-    def _touched_radius(self) -> float:
-        """Distance of the rim from the part's centre where the pusher will about touch it."""
-        lobes, state = self._rig.lobes, self._state
-        if not len(lobes):
-            return self._rig.radius
-        at = kernels.reading(state, self._rig.shape, lobes)[1]
-        return float(self._rig.radius + (lobes[:, 1] * np.cos(lobes[:, 0] * at - lobes[:, 2])).sum())
 
     def _end(self) -> None:
         """The slide goes away as fast as it can, and the ring comes to rest; the part is done now."""

@@ -4,7 +4,8 @@ In the table's frame M u' = F_c + M (w^2 c + 2 w J'u + w' J'c) - (F_k f + k_v |u
 of the closure d that only pushes, along the normal of the rim at the tip. A table that changes its speed turns under a ring that
 slides: the speed s of its rim by that spin goes with M s' = -M R w' - (F_k m + k_v |s|) s/|s| for a thin ring. f and m, of |u|
 and |s|, are shares of force and moment with even pressure along it, 1 and 0 without spin. A ring at rest stays until what pulls
-at it is above F_s; friction that holds its spin is not there to hold its place. Serial; arrays as in the kernels of the slide.
+at it is above F_s; friction that holds its spin is not there to hold its place. The rim is a circle of the radius that it has at
+the tip, anew at each step, as lobes turn past. Serial; arrays as in the kernels of the slide.
 """
 
 from typing import Any
@@ -17,6 +18,19 @@ from hwsim.plants import _centering_slide_kernels as slide
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 _ONWARD = 0.3  # cosine: a ring that slides much aside of its way has stopped in between
+
+
+@njit(**_OPTIONS)
+def rim(state, cell, profile, lobes, time):
+    """Distance of the rim from the centre of the ring, mm, on the side of the tip."""
+    angle = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * slide.spindle_rate(state, cell) * time) * time
+    tip, _ = slide.tip_at(state, cell, profile, time)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    along, across = state[slide.X] * cosine + state[slide.Y] * sine - tip, state[slide.Y] * cosine - state[slide.X] * sine
+    at, radius = angle + np.arctan2(-across, -along), cell[slide.ROUND]
+    for k in range(lobes.shape[0]):
+        radius += lobes[k, 1] * np.cos(lobes[k, 0] * at - lobes[k, 2])
+    return radius
 
 
 @njit(**_OPTIONS)
@@ -55,10 +69,10 @@ def pull(state, cell, profile, time, x, y, speed_x, speed_y):
 
 
 @njit(**_OPTIONS)
-def hold(cell, scale, radius):
-    """Set friction, over that of the model, and radius of the rim; so much a changing speed of the table leaves for the place."""
-    cell[slide.FRICTION], cell[slide.RADIUS] = scale, radius
-    spin = cell[slide.SPINDLE_ACCELERATION] * radius * cell[slide.INERTIA]
+def hold(cell, scale):
+    """Set friction, over that of the model; so much a changing speed of the table leaves for the place."""
+    cell[slide.FRICTION] = scale
+    spin = cell[slide.SPINDLE_ACCELERATION] * cell[slide.ROUND] * cell[slide.INERTIA]
     cell[slide.HELD] = friction.held(spin / (cell[slide.BREAKAWAY] * scale))
 
 

@@ -26,7 +26,7 @@ def core_settings(limits: CenteringLimits, model: PushModel, radius: float, lag_
     cell[slide.LOOP], cell[slide.DAMPING], cell[slide.LAG_TIME] = _BANDWIDTH, _DAMPING, lag_time
     cell[slide.SPINDLE_ACCELERATION] = limits.spindle_acceleration_max
     cell[slide.INERTIA : slide.VISCOUS + 1] = model.parameters
-    cell[slide.RADIUS] = radius
+    cell[slide.RADIUS] = cell[slide.ROUND] = radius
     own = math.sqrt(model.inertia / model.contact_stiffness)
     if model.contact_damping > 0:
         own = min(own, model.inertia / model.contact_damping)

@@ -21,9 +21,10 @@ REFERENCE, VELOCITY, ACCELERATION, VELOCITY_SET, LAG, SEGMENT, GONE, ARMED, STAR
 X, Y, SPEED_X, SPEED_Y, MOVING, TOUCHED, TOUCHES = range(13, 20)
 FORCE, PEAK, PEAK_EVER, SLIPPED, PUSHES, COLLISIONS, RUN_IN, SPIN, STATES = range(20, 29)
 
-# Settings of slide and spindle, then of the ring and the push under way.
+# Settings of slide and spindle, then of the ring and the push under way. RADIUS: of the rim where the tip is, ROUND: the mean.
 SPEED_MAX, ACCELERATION_MAX, LOOP, DAMPING, LAG_TIME, SPINDLE_ACCELERATION = range(6)
-INERTIA, STIFFNESS, CONTACT_DAMPING, BREAKAWAY, COULOMB, VISCOUS, RADIUS, FRICTION, AIM, STOP, STEP, HELD, SETTINGS = range(6, 19)
+INERTIA, STIFFNESS, CONTACT_DAMPING, BREAKAWAY, COULOMB, VISCOUS, RADIUS, FRICTION, AIM, STOP, STEP, HELD = range(6, 18)
+ROUND, SETTINGS = range(18, 20)
 
 _SAME = 1e-12  # mm/s, mm/s^2: nothing is left of a transient
 _ROUNDING = 1e-9
