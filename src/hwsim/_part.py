@@ -158,13 +158,15 @@ def _wait(tiers: list[Tier], now: int) -> int:
 
 def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], plant: Plant, clock: Clock) -> Part:
     """Turn rows into columns; a last row without a command holds what was measured when the part was done."""
-    planned: dict[str, Any] = {}
+    said: dict[str, Any] = {}
     for tier in tiers:
         first = tier.rows[0][3] if tier.rows and tier.period is None else _NOTHING
-        planned |= {f"{name}_planned": value for name, value in first.items()}
+        said |= {f"{name}_planned": value for name, value in first.items()}
+        said |= getattr(tier.controller, "verdict", dict)()
         if not tier.rows or tier.rows[-1][0] < machine.time:
             tier.rows.append((machine.time, {**reading, **tier.held}, _NOTHING, _NOTHING))
-    outcome = dict(machine.outcome()) | planned
+    outcome = dict(machine.outcome())
+    outcome = outcome | said | outcome  # what the machine says of itself stands
     tables: dict[str, Mapping[str, Column]] = {}
     for tier in tiers:
         tables |= _tables(tier, clock)

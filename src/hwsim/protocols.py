@@ -17,6 +17,8 @@ of         name                meaning
 ========== =================== =======================================================================================
 controller ``report()``        mapping of what it predicts or decided, logged as ``<name>_planned`` beside its command;
                                what one without a period says at its first step also stands in the outcome
+controller ``verdict()``       mapping of what it says of a part that is done: name -> number, names as in ``reports``; stands in
+                               the outcome, where the plant has none of that name
 controller ``tier``            name of its table in the log (default ``"controller"``)
 controller ``tiers``           mapping name -> controller: several controllers of one part, the first has priority;
                                each is stepped at its own period

@@ -1,6 +1,7 @@
 """Logs: saved and loaded bit for bit, drawn."""
 
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -127,6 +128,27 @@ def test_text_in_a_table_is_kept(tmp_path):
     assert same(sdpgrind.load(tmp_path / "run.nc"), log)
     with hwsim.Journal(tmp_path / "run.db") as journal:
         assert same(journal.log(), log)
+
+
+class Judging(Drain):
+    """Says how many steps it made, and claims the level and the time of the plant."""
+
+    reports: ClassVar = {"steps": "1/s", "end": "s"}
+
+    def verdict(self):
+        return {"steps": float(self.steps), "level": -1.0}
+
+
+def test_what_a_controller_says_of_a_part_that_is_done_stands_in_the_outcome(tmp_path):
+    log = hwsim.run(noisy_tank(), Judging(period=0.5), parts=3)
+    rows = np.bincount(log["tap"].part.values[np.isfinite(log["tap"].flow_command.values)])
+    assert log.outcome.steps.values.tolist() == rows.tolist() and log.outcome.steps.units == "1/s"
+    assert np.all(log.outcome.level.values >= -0.25)  # what the plant says stands: at most 2.5 mm/s of flow, ticks of 0.1 s
+    log.save(tmp_path / "run.nc")
+    assert same(sdpgrind.load(tmp_path / "run.nc"), log)
+    both = hwsim.compare(noisy_tank(), {"says": Judging(period=0.5), "does not": Drain(period=0.5)}, parts=3).outcome
+    assert both.steps.sel(controller="says").values.tolist() == rows.tolist()
+    assert np.isnan(both.steps.sel(controller="does not")).all()
 
 
 def test_paired_differences_of_controllers():
