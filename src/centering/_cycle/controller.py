@@ -70,7 +70,8 @@ class CenteringController(CycleBase):
     ) -> None:
         self.strategy = checks.able("strategy", strategy, "a strategy such as centering.plan(problem)", "push", "update_belief")
         chosen = settings or CycleSettings()
-        self._view = PartView(strategy.problem.model.part.radius, chosen)
+        problem = strategy.problem
+        self._view = PartView(problem.model.part.radius, chosen, problem.scatter.measuring_sd)
         self._learner = PartLearner(strategy)
         self._coming = NextPush(strategy, chosen.following_lag)
         super().__init__(strategy.problem, settings, gains)
@@ -184,7 +185,7 @@ class CenteringController(CycleBase):
     def _start(self, speed: float) -> Approach:
         """Where a push at a table speed (rad/s) begins."""
         view = self._view
-        return Approach(view.offset, max(self._tip - view.radius - view.offset, 0.0), speed)
+        return Approach(view.offset, max(self._tip - view.rim, 0.0), speed)
 
     def _aim_angle(self) -> float:
         """Table angle with the high point under the tip, as pushes go, rad."""

@@ -1,13 +1,17 @@
 """What a controller knows of the part on the table: readings go in, centre and radius come out."""
 
-from math import atan2, hypot, inf, isfinite, pi
+from math import atan2, hypot, inf, pi
 
+import numpy as np
+
+from centering._cycle.cycle_form import RingFilter
 from centering._cycle.settings import CycleSettings
 from centering._geometry import estimator_slots as at
 from centering._geometry import printed_kernels as printed
 from centering._geometry.estimator import GeometryEstimator
 from centering._geometry.printed import PrintedEstimator
 from centering._geometry.validity_kernels import judge
+from sdpgrind.base.checks import Floats
 
 _FEWEST = 4  # readings: three fix a circle, a fourth says how well
 _EVERY = 4  # readings between two looks at what they say, once there are many
@@ -16,7 +20,7 @@ _HOLD = 20.0  # deviations of a centre within which it is believed at all
 
 
 class PlaceEstimator(GeometryEstimator):
-    """A `GeometryEstimator` that tells where the part is without all else that an estimate says: at each sample.
+    """A `GeometryEstimator` that says which readings belong to the part where it is now, and about where that is.
 
     Examples
     --------
@@ -24,21 +28,32 @@ class PlaceEstimator(GeometryEstimator):
     >>> estimator = PlaceEstimator(noise_sd=0.001)
     >>> for k in range(20):
     ...     estimator.update(angle=0.1 * k, reading=60.0 + 0.001 * cos(0.1 * k - 1.0))
-    >>> radius, x, y, sd, band = estimator.place
-    >>> (x, y, sd) == (estimator.estimate.center_x, estimator.estimate.center_y, estimator.estimate.center_sd)
-    True
+    >>> estimator.center == (estimator.estimate.center_x, estimator.estimate.center_y), estimator.used.all()
+    (True, np.True_)
     """
 
     @property
-    def place(self) -> tuple[float, float, float, float, float]:
-        """Radius, centre, its sd in the worst direction, and its band, mm; the latter two infinite where nothing is known."""
-        state = self._state
-        if state[at.USED] == 0.0:
-            return 0.0, 0.0, 0.0, inf, inf
-        judge(state, 0.0)
-        scale = max(float(state[at.SCALE]), float(state[at.NOISE]))
-        sd = scale * float(state[at.INFLATION] * state[at.SPREAD]) if isfinite(state[at.SCALE]) else inf
-        return float(state[at.RADIUS]), float(state[at.FIT_X]), float(state[at.FIT_Y]), sd, float(state[at.BAND])
+    def center(self) -> tuple[float, float]:
+        """Centre by least squares, mm."""
+        judge(self._state, 0.0)
+        return float(self._state[at.FIT_X]), float(self._state[at.FIT_Y])
+
+    @property
+    def refused(self) -> bool:
+        """Whether the latest reading was too far from those before."""
+        return bool(self._state[at.IN_A_ROW] > 0.0)
+
+    @property
+    def sorted_anew(self) -> bool:
+        """Whether the latest reading made it think again which ones belong to the part: `used` says so."""
+        seen = int(self._state[at.SEEN])
+        return seen == at.RING or (seen < at.RING and self.restarts > 0)
+
+    @property
+    def used(self) -> Floats:
+        """Which of the readings belong to the part, of the first 30 since it lies there."""
+        cells = self._state[at.RING_AT : at.TAIL].reshape(at.RING, at.CELL)
+        return np.asarray(cells[: int(self._state[at.SEEN]), 2] == 0.0)
 
 
 class PrintedPlace(PrintedEstimator):
@@ -62,51 +77,50 @@ class PrintedPlace(PrintedEstimator):
 
 
 class PartView:
-    """Where the part is, by the readings since it last moved; the radius stays known over pushes.
+    """Where the part is, by the readings since it last moved; its radius and its form stay known over pushes.
 
     Parameters
     ----------
     radius : float
         As it is known beforehand, mm.
     settings : CycleSettings
-        Of the probe, and how well the radius is known (mm).
+        Of the probe, and how well radius and form are known (mm).
+    noise_sd : float
+        Of a reading, as it is known beforehand, mm.
 
     Examples
     --------
     >>> from math import cos
-    >>> view = PartView(60.0, CycleSettings(tip_radius=0.0))
-    >>> for k in range(20):
+    >>> view = PartView(60.0, CycleSettings(tip_radius=0.0), 3e-4)
+    >>> for k in range(70):
     ...     view.take(0.1 * k, 60.0 + 0.001 * cos(0.1 * k - 1.0))
     >>> view.known, round(view.offset, 5), round(view.offset_angle, 2)
     (True, 0.001, 1.0)
     """
 
-    def __init__(self, radius: float, settings: CycleSettings) -> None:
-        self._estimator = PlaceEstimator(
-            noise_sd=settings.noise_sd, tip_radius=settings.tip_radius, radius_prior=(radius, settings.radius_sd)
-        )
-        self._nominal = self.radius = radius
+    def __init__(self, radius: float, settings: CycleSettings, noise_sd: float) -> None:
+        prior, tip = (radius, settings.radius_sd), settings.tip_radius
+        self._estimator = PlaceEstimator(noise_sd=settings.noise_sd, tip_radius=tip, radius_prior=prior)
+        self._ring = RingFilter(*prior, settings.form_sd, max(noise_sd, settings.noise_sd), settings.angle_sd, tip)
         self._forget()
 
     def reset(self) -> None:
         """Forget the part."""
         self._estimator.reset()
+        self._ring.reset()
         self._forget()
 
     def moved(self) -> None:
-        """Forget where the part is, as it is pushed; keep its radius."""
-        radius = self.radius
-        self._estimator.reset(keep_radius=True)
+        """Forget where the part is, as it is pushed; keep its radius and its form."""
+        self._estimator.reset()
+        self._ring.moved()
         self._forget()
-        self.radius = radius
 
     def _forget(self) -> None:
-        self.samples = 0
-        self._looked = self._banded = 0
+        self.samples = self._looked = 0
         self._first = self._last = 0.0
-        self.radius = self._nominal
         self.x = self.y = self.offset = self.offset_angle = 0.0
-        self.sd = self._band = inf
+        self.sd = self.band = inf
 
     def take(self, angle: float, reading: float) -> None:
         """Take a reading in.
@@ -120,7 +134,10 @@ class PartView:
         """
         if self.samples == 0:
             self._first = angle
-        self._estimator.update(angle=angle, reading=reading)
+        self._estimator.update(angle=angle, reading=reading - self._ring.lobes_at(angle))
+        self._ring.take(angle, reading, not self._estimator.refused)
+        if self._estimator.sorted_anew:
+            self._ring.use(self._estimator.used)
         self._last = angle
         self.samples += 1
         if self.samples >= _FEWEST and (self.samples < _MANY or self.samples - self._looked >= _EVERY):
@@ -130,12 +147,11 @@ class PartView:
         """Take the estimate as it is now."""
         if self.samples < _FEWEST or self._looked == self.samples:
             return
-        self._looked = self.samples
-        radius, x, y, self.sd, self._band = self._estimator.place
-        self._banded = self.samples
-        if isfinite(self.sd):
-            self.radius, self.x, self.y = radius, x, y
-            self.offset, self.offset_angle = hypot(self.x, self.y), atan2(self.y, self.x)
+        self._looked, ring = self.samples, self._ring
+        ring.look(None if self.known else self._estimator.center)
+        self.sd, self.band = ring.sd, ring.band
+        self.x, self.y = ring.x, ring.y
+        self.offset, self.offset_angle = hypot(self.x, self.y), atan2(self.y, self.x)
 
     @property
     def known(self) -> bool:
@@ -143,18 +159,16 @@ class PartView:
         return bool(self.sd * _HOLD < self.radius)
 
     @property
+    def radius(self) -> float:
+        """Of the part, mm, as it is known by now."""
+        return self._ring.radius
+
+    @property
+    def rim(self) -> float:
+        """Furthest that the rim comes where the high point of the offset is under the tip, mm from the axis."""
+        return self.offset + self.radius + self._ring.lobes_at(self.offset_angle)
+
+    @property
     def turns(self) -> float:
         """Turns of the table since the first reading, unit 1."""
         return (self._last - self._first) / (2 * pi) if self.samples else 0.0
-
-    @property
-    def band(self) -> float:
-        """Greatest error of the centre at 99.9 %, mm."""
-        if self._banded != self.samples:
-            self._band, self._banded = self._estimator.band, self.samples
-        return self._band
-
-    @property
-    def restarts(self) -> int:
-        """How often the part was found moved."""
-        return self._estimator.restarts

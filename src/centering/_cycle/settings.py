@@ -1,12 +1,14 @@
 """What can be set at a centering cycle, beside its problem."""
 
 from dataclasses import dataclass
+from math import pi, sqrt
 
 from centering._push.problem import CenteringLimits
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 
-_LENGTHS = ("probe_reach", "margin", "radius_sd", "noise_sd")
+_LENGTHS = ("probe_reach", "margin", "radius_sd", "form_sd", "noise_sd")
+_ROUNDED = 2.0 * pi / 4000.0 / sqrt(12.0)  # rad
 
 
 def limited(name: str, value: object, limit: str, limits: CenteringLimits, unit: str) -> float:
@@ -33,8 +35,13 @@ class CycleSettings(Frozen):
         Between the pusher tip and the furthest that the rim comes while the slide waits, mm.
     radius_sd : float
         How well the radius of the part is known beforehand, as a standard deviation, mm.
+    form_sd : float
+        How large lobes of 2 to 7 undulations may be: standard deviation of the cosine and the sine of each beforehand, mm. Larger
+        ones are found, too, once a turn has shown them.
     noise_sd : float
         Least standard deviation of a reading, mm.
+    angle_sd : float
+        Standard deviation of the angle at which a reading is taken, rad; by default that of rounding to 4000 counts a turn.
     doubt : float
         Share of its band of 99.9 % by which the measured offset must be within the tolerance before the part is called centred.
     turns_in_doubt : float
@@ -67,7 +74,9 @@ class CycleSettings(Frozen):
     tip_radius: float = 3.75
     margin: float = 0.5
     radius_sd: float = 0.05
+    form_sd: float = 3e-4
     noise_sd: float = 1e-4
+    angle_sd: float = _ROUNDED
     doubt: float = 0.8
     turns_in_doubt: float = 1.5
     following_lag: float = 0.0
@@ -81,6 +90,7 @@ class CycleSettings(Frozen):
         for name in _LENGTHS:
             checks.positive(name, getattr(self, name), "mm")
         checks.nonnegative("tip_radius", self.tip_radius, "mm")
+        checks.nonnegative("angle_sd", self.angle_sd, "rad")
         checks.positive("doubt", self.doubt, "1")
         checks.positive("turns_in_doubt", self.turns_in_doubt, "1")
         checks.number("manual_lead", self.manual_lead, "rad")

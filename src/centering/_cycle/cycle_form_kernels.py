@@ -1,0 +1,123 @@
+"""Centre, radius and lobes of a ring together, by its readings since it was pushed and what those before have told. Compiled.
+
+A reading (tip included) of a ring of radius R about (x, y) is that of a circle and, to first order, more by
+steep (dR + dx cos b + dy sin b + sum of c_n cos nb + s_n sin nb): b the angle about the ring's centre, steep 1 over the cosine
+between probe and normal. Values are (x, y, dR, c_2, s_2, ...), mm. All but the centre persist over pushes: what is known of them
+is kept as normal equations, information and its product with the value.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+FIRST, LAST = 2, 7
+"""Undulations per revolution of the lobes that are looked for."""
+SIZE = 3 + 2 * (LAST - FIRST + 1)
+"""Values."""
+_FAR = 1e-4  # 1/mm^2: that the centre is on the table is information, too
+_STEEPEST = 0.25  # least cosine between probe and normal
+_STEPS, _CLOSE = 8, 1e-5  # mm: Gauss-Newton ends with a step of the centre that is shorter
+
+
+@njit(**_OPTIONS)
+def write_row(angle, reading, x, y, radius, turning, row):
+    """Write the derivatives of a reading by the values; return by how much (mm) it is more than that of a circle, and its weight.
+
+    `turning` is the error of an angle over that of a reading, rad/mm: where the rim goes fast, readings tell less.
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    along, across = x * c + y * s, x * s - y * c
+    root = np.sqrt(max(radius * radius - across * across, (_STEEPEST * radius) ** 2))
+    steep = radius / root
+    u, v = ((along + root) * c - x) / radius, ((along + root) * s - y) / radius
+    cosine, sine = u * steep, v * steep
+    row[0], row[1], row[2] = cosine, sine, steep
+    for n in range(FIRST, LAST + 1):
+        cosine, sine = cosine * u - sine * v, sine * u + cosine * v
+        row[2 * n - 1], row[2 * n] = cosine, sine
+    slope = turning * across * (1.0 + along / root)
+    return reading - along - root, 1.0 / (1.0 + slope * slope)
+
+
+@njit(**_OPTIONS)
+def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, vector):
+    """Add readings to normal equations about a value: upper triangle; `radius` is that of dR = 0, tip included."""
+    row = np.empty(SIZE)
+    for k in range(angles.size):
+        target, weight = write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)
+        for i in range(3):
+            target += row[i] * value[i]
+        for i in range(SIZE):
+            share = weight * row[i] / (noise_sd * noise_sd)
+            vector[i] += share * target
+            for j in range(i, SIZE):
+                matrix[i, j] += share * row[j]
+
+
+@njit(**_OPTIONS)
+def solve(angles, readings, value, radius, turning, noise_sd, known, told, matrix, vector):
+    """Improve `value` by readings and what was known (`known`, and `told` times the value), and write the normal equations.
+
+    Returns the covariance of the values.
+    """
+    for _ in range(_STEPS):
+        matrix[:] = 0.0
+        vector[:] = told
+        _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, vector)
+        matrix[0, 0] += _FAR
+        matrix[1, 1] += _FAR
+        for i in range(SIZE):
+            for j in range(i, SIZE):
+                matrix[i, j] += known[i, j]
+                matrix[j, i] = matrix[i, j]
+        covariance = np.linalg.inv(matrix)
+        x, y = value[0], value[1]
+        for i in range(SIZE):
+            value[i] = 0.0
+            for j in range(SIZE):
+                value[i] += covariance[i, j] * vector[j]
+        if not abs(value[0] - x) + abs(value[1] - y) > _CLOSE:
+            break
+    return covariance
+
+
+@njit(**_OPTIONS)
+def residuals(angles, readings, value, radius, turning):
+    """Squares that a value leaves of the readings, by their weights, and squared differences of successive ones: sums, mm^2."""
+    row, squares, lagged, before = np.empty(SIZE), 0.0, 0.0, 0.0
+    for k in range(angles.size):
+        left, weight = write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)
+        for i in range(3, SIZE):
+            left -= row[i] * value[i]
+        left *= np.sqrt(weight)
+        squares += left * left
+        if k > 0:
+            lagged += (left - before) ** 2
+        before = left
+    return squares, lagged
+
+
+@njit(**_OPTIONS)
+def forget_center(matrix, vector, known, told):
+    """Write what normal equations tell of all values but the centre, which may then be anywhere."""
+    a, b, c = matrix[0, 0], matrix[0, 1], matrix[1, 1]
+    by = a * c - b * b
+    known[:] = 0.0
+    told[:] = 0.0
+    for i in range(2, SIZE):
+        first, second = (c * matrix[i, 0] - b * matrix[i, 1]) / by, (a * matrix[i, 1] - b * matrix[i, 0]) / by
+        told[i] = vector[i] - first * vector[0] - second * vector[1]
+        for j in range(2, SIZE):
+            known[i, j] = matrix[i, j] - first * matrix[0, j] - second * matrix[1, j]
+
+
+@njit(**_OPTIONS)
+def lobes_at(angle, value, radius):
+    """By how much (mm) lobes make a reading more at an angle of the spindle."""
+    row, total = np.empty(SIZE), 0.0
+    write_row(angle, 0.0, value[0], value[1], radius + value[2], 0.0, row)
+    for i in range(3, SIZE):
+        total += row[i] * value[i]
+    return total
