@@ -11,7 +11,7 @@ from centering._push.direction import plan_touch
 from centering._push.presets import preset
 from centering._push.profile import TipProfile
 from centering._push.push import plan_push
-from centering._push.shooting import landing, ring_state, step_of
+from centering._push.shooting import landing, ring_state
 from centering._push.trace import simulate_push
 from centering._push.turning import TableProfile, turning_profile
 from centering._push.turning_trace import TablePushTrace, simulate_table_push
@@ -24,10 +24,9 @@ SLOW_TABLE = units.rpm(20.0)
 
 
 def in_the_plane(model, touch, offset, w):
-    """State after the push in the plane with fine steps, its way along the contact normal, and how much of it was contact."""
+    """State after the push in the plane, its way along the contact normal, and how much of it was contact."""
     state = ring_state(offset, -touch.angle, RADIUS, w)
     rows, along = touch.push_profile.segments, 0.0
-    step = step_of(model, rows) / 4
     waits = [(5e-4, 0.0, 0.0)] * 800
     for duration, velocity, acceleration in [*rows, *waits]:
         pieces = max(int(np.ceil(duration / 5e-4)), 1)
@@ -35,7 +34,7 @@ def in_the_plane(model, touch, offset, w):
         for k in range(pieces):
             row = np.array([[length, velocity + acceleration * length * k, acceleration]])
             before = _slip(state, w)
-            at.push_on_table(model.parameters, RADIUS, w, row, step, state)
+            at.push_on_table(model.parameters, RADIUS, w, row, 1e-9, state)
             along += 0.5 * (before + _slip(state, w)) * length
         if state[at.CLOCK] >= rows[:, 0].sum() - 1e-9 and state[at.RESTS] > 0.5:
             break
@@ -157,7 +156,7 @@ def test_friction_is_learned_from_pushes_on_a_turning_table(factor, rpm):
     for offset, v in ((5.0, 40.0), (1.0, 10.0), (0.2, 5.0)):
         touch = plan_touch(PROBLEM, offset=offset, spindle_speed=w, push_speed=v, direction="quasi-static")
         state = ring_state(offset, -touch.angle, RADIUS, w)
-        landing(true, w, touch.push_profile.segments, state, 1e-5)
+        landing(true, w, touch.push_profile.segments, state, 1e-8)
         profile = turning_profile(touch.push_profile, MODEL, offset=offset, touch_angle=touch.angle, spindle_speed=w)
         estimator.update(profile=profile, peak_force=state[at.PEAK_FORCE], final_position=state[at.WAY])
     estimate = estimator.estimate

@@ -2,7 +2,7 @@
 
 from cmath import exp
 from dataclasses import dataclass
-from math import atan2, isfinite, nan, pi, sqrt
+from math import atan2, isfinite, nan, sqrt
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from centering._push.shooting import landing, ring_state
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
-_STEPS = 60.0  # within a swing of the part on its contact
+_ERROR = 1e-6  # mm: of a step of the push in the plane
 _TRIES = 8
 _MOVED = 0.2  # of the offset: a ring that went less far was hardly touched; pushes of less than half of it are not chosen
 _EARLIER, _NEAR_END = 0.5, 1e-3  # of the way to a lead with alignment at the end, and rad more: the next try then
@@ -240,6 +240,5 @@ def followed(rows: Floats, start: Approach, model: PushModel, lead: float) -> tu
     radius, speed = model.part.radius, start.spindle_speed
     state = ring_state(start.offset, -lead, radius, speed)
     state[TIP] = radius + start.offset + start.room
-    step = 2.0 * pi * sqrt(model.inertia / model.contact_stiffness) / _STEPS
-    left = landing(model, speed, rows, state, step) * exp(1j * lead)
+    left = landing(model, speed, rows, state, _ERROR) * exp(1j * lead)
     return left.real, left.imag

@@ -3,7 +3,7 @@
 from centering._cycle.correction import StrokeCorrection
 from centering._push.free_slide import free_slide_table
 from centering._push.impact import energy_balance_speed
-from centering._push.lead import rim_advance
+from centering._push.lead import TooFastError, rim_advance
 from centering._push.problem import CenteringProblem
 from centering._push.push import Push, plan_push
 from centering._push.timing import move_time
@@ -11,7 +11,6 @@ from centering._push.timing import move_time
 _LEAST_SHARE = 0.1  # of the offset: least stroke that is left when free sliding is taken off
 _SLOWER = 0.9  # of the table speed, where the rim would arrive before the push
 _SLOWEST = 0.2  # of it, below which something else is wrong
-_TOO_FAST = ("rough must be >= 0", "spindle_speed must be <=")  # what a slower table cures, as `plan_push` refuses it
 _SLOWEST_PUSH = 0.1  # mm/s
 _STALE, _CHANGED = 0.02, 2e-3  # relative change of offset or table speed, and of the offset in mm, that make a push stale
 
@@ -55,9 +54,7 @@ class PrintedPlanner:
         """
         try:
             self.push = self._planned(offset, gap, spindle_speed)
-        except ValueError as error:
-            if not str(error).startswith(_TOO_FAST):
-                raise
+        except TooFastError:
             self.slow_down()
 
     def plan_from(self, offset: float, room: float, spindle_speed: float) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from centering._push.direction import profile_of
 from centering._push.problem import CenteringProblem
 from centering._push.profile import TipProfile
-from centering._push.shooting import landing, ring_state, step_of
+from centering._push.shooting import landing, ring_state
 from centering._push.turning import turning_profile
 from centering._push.turning_trace import simulate_table_push
 from sdpgrind import identify as idf
@@ -31,6 +31,7 @@ _LEAST = 0.2  # mm: of a shorter way samples tell too little
 _AFTER = 3  # samples after the profile that belong to the push
 _TURN = 0.05  # rad of the table in the search for first touch
 _SHORTEST = 1e-6  # s
+_ERROR = 1e-6  # mm: of a step of the push in the plane; readings err by more
 
 
 def logged_pushes(log: Any, problem: CenteringProblem, part: int | None = None) -> list[dict[str, Any]]:
@@ -88,7 +89,7 @@ def _push(rows: Series, kept: slice, before: complex, problem: CenteringProblem)
         return None
     profile, turned = profile_of(_from(path.segments, touched), 0.0), angle + w * touched
     state = ring_state(abs(before), turned, model.part.radius, w)
-    rest = landing(model, w, profile.segments, state, step_of(model, profile.segments))
+    rest = landing(model, w, profile.segments, state, _ERROR)
     direct = abs(rest - abs(before) * np.exp(1j * turned))
     line = turning_profile(profile, model, offset=abs(before), touch_angle=-turned, spindle_speed=w)
     return line, simulate_table_push(model, line).final_position / direct if direct > 0.0 else 1.0

@@ -11,7 +11,7 @@ from centering._push import direction_kernels as at
 from centering._push.direction import Touch
 from centering._push.model import PushModel
 from centering._push.problem import PushScatter
-from centering._push.shooting import landing, ring_state, step_of
+from centering._push.shooting import landing, ring_state
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
@@ -20,6 +20,7 @@ from sdpgrind.base.frozen import Frozen
 _BEFORE = 0.05  # mm: so far before first touch the tip is followed from, so that the ring may lie nearer
 _WEIGHTS = np.array([2.0, 0.5, 0.5]) / 3.0
 _NODES, _REACH = 64, 9.0  # of a quadrature over the place, which reaches so many standard deviations
+_ERROR = 1e-8  # mm: of a step of the push in the plane
 _CHANGE = 0.01  # mm: over which derivatives by place are taken
 
 
@@ -121,4 +122,4 @@ def _end(model: PushModel, touch: Touch, start: complex, nearer: float, offset: 
     state = ring_state(abs(place), phase(place), radius, w)
     state[at.TIP] = ring_state(offset, -touch.angle, radius, w)[at.TIP] + _BEFORE - nearer
     whole = np.vstack(([(before, rows[0, 1], 0.0)], rows))
-    return landing(model, w, whole, state, step_of(model, rows)) * turned
+    return landing(model, w, whole, state, _ERROR) * turned

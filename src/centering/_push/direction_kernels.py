@@ -1,162 +1,222 @@
-"""Compiled core of a push on a turning table: where the ring must be at first touch, and where it goes, in the plane.
+"""Compiled core of a push on a turning table: where the ring goes, in the plane.
 
 Lengths mm, times s, forces N. The tip moves on the x axis toward the table's axis; its profile is rows of duration, velocity at
 the start and acceleration. The table turns by a constant speed w (rad/s, from x to y). The ring's centre is c, the tip's face at
 p x^, the normal n = (c - p x^)/|c - p x^|. All positions are in the frame of the ground. Arrays are changed in place; serial.
 """
 
-from math import atan2, ceil, cos, hypot, sin, sqrt
+from math import cos, pi, sin, sqrt
 from typing import Any
 
+import numpy as np
 from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from centering._push.slide_kernels import (
+    MOTION,
+    STAGES,
+    contact,
+    creep,
+    crest,
+    gain,
+    slope,
+    stride,
+    time_left,
+    tip_after,
+    to_event,
+)
 
-# What `touch_back` writes: polar angle of the centre at first touch, time from the start of the profile, travel of the tip after
-# it; whether it was found.
-ANGLE, TIME, TRAVEL, FOUND, TOUCHES = range(5)
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 
-# State of a ring under a tip: centre, its velocity, distance of the tip from the axis, 1 where the ring rests on the table;
-# contact force now and at most; time since the start, of the first touch (< 0: none yet); way over the table, that of the slide
+# State of a ring under a tip: centre, its velocity, its way over the table; distance of the tip from the axis, 1 where the ring
+# rests on the table; contact force now and at most; time since the start, of the first touch (< 0: none yet); way of the slide
 # without contact now, and the longest.
-X, Y, V_X, V_Y, TIP, RESTS, FORCE, PEAK_FORCE, CLOCK, TOUCH, WAY, FREE, FREE_MAX, STATES = range(14)
+X, Y, V_X, V_Y, WAY, TIP, RESTS, FORCE, PEAK_FORCE, CLOCK, TOUCH, FREE, FREE_MAX, STATES = range(14)
 
-# Rows of the parameters of a push, as `PushModel.parameters` gives them.
-_M, _K, _B, _FS, _FK, _KV = range(6)
+_M, _K, _B, _FS, _FK, _KV = range(6)  # of the law
 
-_FINE = 0.02  # rad: turn of a step of the quasi-static path; its error of fourth order is then 1e-9
-_HALVINGS = 60
-_SHORTEST = 1e-7  # s: so finely a first touch is met
-
-
-@njit(**_OPTIONS)
-def _slope(r, w, v, x, beta):
-    """Turn of the contact normal when no force acts across it: R beta' = w (R - p cos beta) + v sin beta with p = R + x."""
-    half = sin(beta / 2.0)
-    return (w * (2.0 * r * half * half - x * cos(beta)) + v * sin(beta)) / r
+_GROWTH, _SHRINK, _SAFETY, _ORDER = 4.0, 0.2, 0.9, 5.0  # of steps
+_BRAKED = 0.8  # of the time in which a slide would stop: there the direction of friction is not smooth
+_SHORT = 2e-6  # s: a step that begins or ends a slide; a ring that stops goes mu g/2 times its square, 3e-9 mm
+_PER_SWING = 4.0  # steps at least in a swing of the ring on the contact
+_EXACT = 1e-11  # s: so exactly an event is met
+_SLIVER = 1e-12  # s
+_EDGE, _GOLDEN, _CREST = 0.02, (sqrt(5.0) - 1.0) / 2.0, 1e-6  # of a rest: where its load is looked at; how closely
+_PARTS = 4  # in which a slide that goes on after the stroke is followed
 
 
 @njit(**_OPTIONS)
-def _earlier(r, w, v, a, x, beta, h):
-    """Tip and normal a time h before x and beta, the tip then at speed v with acceleration a: one step of fourth order."""
-    x_half, x_full = x + v * h / 2.0 - a * h * h / 8.0, x + v * h - a * h * h / 2.0
-    v_half, v_full = v - a * h / 2.0, v - a * h
-    k1 = _slope(r, w, v, x, beta)
-    k2 = _slope(r, w, v_half, x_half, beta - h / 2.0 * k1)
-    k3 = _slope(r, w, v_half, x_half, beta - h / 2.0 * k2)
-    k4 = _slope(r, w, v_full, x_full, beta - h * k3)
-    return x_full, beta - h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-
-
-@njit(**_OPTIONS)
-def _off_axis(r, x, beta):
-    """Distance of the ring's centre from the axis."""
-    return sqrt(x * x + 4.0 * (r + x) * r * sin(beta / 2.0) ** 2)
-
-
-@njit(**_OPTIONS)
-def touch_back(r, w, segments, offset, out):
-    """Follow the quasi-static push backward from the axis until the ring is `offset` away: where and when it is touched."""
-    x, beta, left = 0.0, 0.0, 0.0
-    out[FOUND] = 0.0
-    for k in range(segments.shape[0]):
-        left += segments[k, 0]
-    for k in range(segments.shape[0] - 1, -1, -1):
-        a = segments[k, 2]
-        v = segments[k, 1] + a * segments[k, 0]
-        steps = ceil(segments[k, 0] * (abs(w) + abs(v) / r + abs(segments[k, 1]) / r) / _FINE) + 4
-        h = segments[k, 0] / steps
-        for _ in range(steps):
-            x_next, beta_next = _earlier(r, w, v, a, x, beta, h)
-            if _off_axis(r, x_next, beta_next) >= offset:
-                low, high = 0.0, h
-                for _ in range(_HALVINGS):
-                    middle = (low + high) / 2.0
-                    x_next, beta_next = _earlier(r, w, v, a, x, beta, middle)
-                    if _off_axis(r, x_next, beta_next) >= offset:
-                        high = middle
-                    else:
-                        low = middle
-                out[ANGLE] = atan2(-r * sin(beta_next), x_next + 2.0 * r * sin(beta_next / 2.0) ** 2)
-                out[TIME], out[TRAVEL], out[FOUND] = left - high, x_next, 1.0
-                return
-            x, beta, v, left = x_next, beta_next, v - a * h, left - h
-
-
-@njit(**_OPTIONS)
-def _contact(parameters, r, tip, v, state):
-    """Contact force for a tip at `tip` that moves at v toward the axis, the normal, the gap (> 0 apart), how fast it closes."""
-    x, y = state[X] - tip, state[Y]
-    away = hypot(x, y)
-    n_x, n_y = x / away, y / away
-    closing = -((state[V_X] + v) * n_x + state[V_Y] * n_y)
-    force = max(0.0, parameters[_K] * (r - away) + parameters[_B] * closing) if away < r else 0.0
-    return force, n_x, n_y, away - r, closing
-
-
-@njit(**_OPTIONS)
-def _turn(w, h, state):
-    """Carry a ring that rests on the table along with it."""
-    c, s = cos(w * h), sin(w * h)
-    x, y = state[X], state[Y]
-    state[X], state[Y] = c * x - s * y, s * x + c * y
+def place(offset, angle, radius, w, state):
+    """Put a ring that rests on the table at a polar angle (rad), with the tip at its rim."""
+    state[:] = 0.0
+    state[X], state[Y] = offset * cos(angle), offset * sin(angle)
     state[V_X], state[V_Y] = -w * state[Y], w * state[X]
+    state[TIP], state[RESTS], state[TOUCH] = state[X] + sqrt(radius * radius - state[Y] * state[Y]), 1.0, -1.0
 
 
 @njit(**_OPTIONS)
-def _slide(parameters, r, w, tip, v, h, state):
-    """Advance a ring that slides: half a step along, the forces, half a step along; friction stops, it does not reverse."""
-    m = parameters[_M]
-    state[X] += state[V_X] * h / 2.0
-    state[Y] += state[V_Y] * h / 2.0
-    force, n_x, n_y, _, _ = _contact(parameters, r, tip, v, state)
-    slip_x = state[V_X] + h * force * n_x / m + w * state[Y]
-    slip_y = state[V_Y] + h * force * n_y / m - w * state[X]
-    slip = hypot(slip_x, slip_y)
-    lost = h * parameters[_FK] / m
-    state[RESTS] = 1.0 if slip <= lost else 0.0
-    kept = 0.0 if slip <= lost else (1.0 - lost / slip) / (1.0 + h * parameters[_KV] / m)
-    state[V_X], state[V_Y] = -w * state[Y] + kept * slip_x, w * state[X] + kept * slip_y
-    state[X] += state[V_X] * h / 2.0
-    state[Y] += state[V_Y] * h / 2.0
-    state[WAY] += kept * slip * h
-    state[FREE] = 0.0 if force > 0.0 else state[FREE] + kept * slip * h
+def _carry(ring, h, state, out):
+    """Centre and velocity of a ring that rests, after the table has turned for a time h."""
+    w = ring[2]
+    c, s = cos(w * h), sin(w * h)
+    out[X], out[Y], out[WAY] = c * state[X] - s * state[Y], s * state[X] + c * state[Y], state[WAY]
+    out[V_X], out[V_Y] = -w * out[Y], w * out[X]
+
+
+@njit(**_OPTIONS)
+def _held(ring, tip, h, state, out):
+    """Contact force after a rest of h, what friction holds over what it can (> 1: it gives way), whether there is contact."""
+    law, _, w = ring
+    _carry(ring, h, state, out)
+    force, pushes, n_x, n_y = contact(ring, tip_after(tip, h), out)
+    force = force if pushes > 0.0 else 0.0
+    thrown = law[_M] * w * w
+    l_x, l_y = thrown * out[X] + force * n_x, thrown * out[Y] + force * n_y
+    return force, sqrt(l_x * l_x + l_y * l_y) / law[_FS], pushes > 0.0
+
+
+@njit(**_OPTIONS)
+def _to_crest(ring, tip, h, state, out):
+    """The time of the greatest load in a rest, where that rises at first and falls at the end; else h."""
+    if _held(ring, tip, h - _EDGE * h, state, out)[1] <= _held(ring, tip, h, state, out)[1]:
+        return h
+    if _held(ring, tip, _EDGE * h, state, out)[1] <= _held(ring, tip, 0.0, state, out)[1]:
+        return h
+    low, high = 0.0, h
+    while high - low > _CREST * h:
+        one, other = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        if _held(ring, tip, one, state, out)[1] < _held(ring, tip, other, state, out)[1]:
+            low = one
+        else:
+            high = other
+    return high
+
+
+@njit(**_OPTIONS)
+def _to_change(ring, tip, h, pushes, state, out):
+    """The time at which a rest ends or the contact begins or ends, at most h; by halving."""
+    _, load, pushed = _held(ring, tip, h, state, out)
+    if load <= 1.0 and pushed == pushes:
+        return h
+    low, high = 0.0, h
+    while high - low > _EXACT:
+        middle = 0.5 * (low + high)
+        _, load, pushed = _held(ring, tip, middle, state, out)
+        if load > 1.0 or pushed != pushes:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@njit(**_OPTIONS)
+def _out_of_reach(ring, tip, left, state):
+    """A time in which tip and ring cannot meet, s."""
+    gap = sqrt((state[X] - tip[0]) ** 2 + state[Y] ** 2) - ring[1]
+    fastest = max(tip[1], tip[1] + tip[2] * left, 0.0) + abs(ring[2]) * sqrt(state[X] ** 2 + state[Y] ** 2)
+    return min(gap / fastest, left) if fastest > 0.0 else left
+
+
+@njit(**_OPTIONS)
+def _rest(ring, tip, longest, left, state, out):
+    """Let a ring rest until something happens, at most for `left`; return for how long."""
+    _, load, pushes = _held(ring, tip, 0.0, state, out)
+    if load > 1.0:
+        state[RESTS] = 0.0
+        return 0.0
+    h = min(longest, left)
+    h = _to_crest(ring, tip, h, state, out) if pushes else max(h, _out_of_reach(ring, tip, left, state))
+    h = _to_change(ring, tip, h, pushes, state, out)
+    force, load, pushes = _held(ring, tip, h, state, out)
+    state[RESTS], state[FREE] = 0.0 if load > 1.0 else 1.0, 0.0
+    _note(h, force, force, pushes, state, out)
+    return h
+
+
+@njit(**_OPTIONS)
+def _note(h, force, most, pushes, state, out):
+    """Where the ring is, what pushes it, at most, and since when."""
+    for i in range(MOTION):
+        state[i] = out[i]
+    state[FORCE], state[PEAK_FORCE] = force, max(state[PEAK_FORCE], most)
+    if pushes and state[TOUCH] < 0.0:
+        state[TOUCH] = state[CLOCK] + h
+
+
+@njit(**_OPTIONS)
+def _step(ring, tip, touching, h, tolerance, state, k, end):
+    """One smooth step of a slide, at most h and as the error allows: how long it is, and the next may be; 0: it must creep."""
+    while h > _SHORT:
+        error = stride(ring, tip, touching, h, state, k, end)
+        longer = max(_SAFETY * (tolerance / max(error, 1e-300)) ** (1.0 / _ORDER), _SHRINK)
+        if error <= tolerance:
+            return h, h * min(longer, _GROWTH)
+        h *= longer
+    return 0.0, 2.0 * _SHORT
+
+
+@njit(**_OPTIONS)
+def _advance(ring, tip, touching, h, left, tolerance, state, k, end):
+    """One step of a slide, up to an event: its length, that of the next, whether what acts has changed."""
+    h = min(h, _BRAKED * time_left(ring, state, k[0]))
+    h, following = _step(ring, tip, touching, h, tolerance, state, k, end)
+    if h == 0.0:
+        h = min(_SHORT, left)
+        state[RESTS] = 1.0 if creep(ring, tip, h, state, end) else 0.0
+        return h, following, True
+    changed = (contact(ring, tip_after(tip, h), end)[1] > 0.0) != touching
+    return to_event(ring, tip, touching, h, state, k, end) if changed else h, following, changed
+
+
+@njit(**_OPTIONS)
+def _slide(ring, tip, h, left, tolerance, fresh, state, k, end):
+    """Let a ring slide for one step: its length, that of the next, whether what acts must be looked at anew."""
+    touching = contact(ring, tip, state)[1] > 0.0 if fresh else state[FORCE] > 0.0
+    if fresh:
+        slope(ring, tip, touching, state, k[0])
+    first, rise = gain(ring, tip, state, k[0])
+    h, following, changed = _advance(ring, tip, touching, h, left, tolerance, state, k, end)
+    after = tip_after(tip, h)
+    last, fall = gain(ring, after, end, k[STAGES - 1])
+    pushes = contact(ring, after, end)[1] > 0.0
+    force = last if pushes else 0.0
+    state[FREE] = 0.0 if touching else state[FREE] + end[WAY] - state[WAY]
     state[FREE_MAX] = max(state[FREE_MAX], state[FREE])
-    return force
+    _note(h, force, crest(h, first, rise, last, fall) if touching else force, pushes, state, end)
+    for i in range(MOTION):
+        k[0, i] = k[STAGES - 1, i]
+    return h, following, changed
 
 
 @njit(**_OPTIONS)
-def push_on_table(parameters, radius, spindle_speed, segments, step, state):
+def push_on_table(parameters, radius, spindle_speed, segments, tolerance, state):
     """Move the tip by a profile and the ring by what acts on it: contact along the normal, friction against the slip, inertia.
 
-    Steps of `step` (s); while the ring rests out of reach they are as long as the gap allows. Called again, it goes on from
-    `state`. Positions err by the square of the step, over a slide of the time t also by w^2 d t/2 times the step; the begin and
-    the end of a slide by one step.
+    From event to event (contact begins or ends, friction gives way or stops the ring) by steps of fifth order that err by
+    `tolerance` (mm) at most; a ring that rests is turned exactly. Called again, it goes on from `state`.
     """
-    m, w, r = parameters[_M], spindle_speed, radius
-    for k in range(segments.shape[0]):
-        left, v, a = segments[k, 0], segments[k, 1], segments[k, 2]
-        while left > 1e-12:
-            force, n_x, n_y, gap, closing = _contact(parameters, r, state[TIP], v, state)
-            h = min(step, left)
+    ring = (parameters, radius, spindle_speed)
+    end, k = np.empty(MOTION), np.empty((STAGES, MOTION))
+    longest = 2.0 * pi * sqrt(parameters[_M] / parameters[_K]) / _PER_SWING
+    step = longest
+    for row in range(segments.shape[0]):
+        left, v, a, fresh = segments[row, 0], segments[row, 1], segments[row, 2], True
+        while left > _SLIVER:
+            tip = (state[TIP], v, a)
             if state[RESTS] > 0.5:
-                needed_x = -m * w * w * state[X] - force * n_x
-                needed_y = -m * w * w * state[Y] - force * n_y
-                if hypot(needed_x, needed_y) > parameters[_FS]:
-                    state[RESTS] = 0.0
-                elif gap >= 0.0:
-                    fastest = max(v, v + a * left, 0.0) + abs(w) * hypot(state[X], state[Y])
-                    h = min(max(step if gap > 2.0 * step * closing else _SHORTEST, 0.5 * gap / (fastest + 1e-9)), left)
-            if force > 0.0 and state[TOUCH] < 0.0:
-                state[TOUCH] = state[CLOCK]
-            if state[RESTS] > 0.5:
-                _turn(w, h, state)
-                state[FREE] = 0.0
+                h, step, fresh = _rest(ring, tip, longest, left, state, end), _SHORT, True
             else:
-                force = _slide(parameters, r, w, state[TIP] - (v + a * h / 4.0) * h / 2.0, v + a * h / 2.0, h, state)
-            state[FORCE] = force
-            state[PEAK_FORCE] = max(state[PEAK_FORCE], force)
-            state[TIP] -= (v + a * h / 2.0) * h
+                h, step, fresh = _slide(ring, tip, min(step, longest, left), left, tolerance, fresh, state, k, end)
+            state[TIP], v, _ = tip_after(tip, h)
             state[CLOCK] += h
-            v += a * h
             left -= h
+
+
+@njit(**_OPTIONS)
+def land(parameters, radius, spindle_speed, segments, tolerance, state):
+    """`push_on_table`, and on with a tip that stays where it is until the ring rests, as long as that may take."""
+    push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
+    wait = np.zeros((1, 3))
+    wait[0, 0] = 2.0 * (np.abs(segments[:, 1]).max() + 1.0) * parameters[_M] / (parameters[_FK] * _PARTS)
+    for _ in range(2 * _PARTS):
+        if state[RESTS] < 0.5:
+            push_on_table(parameters, radius, spindle_speed, wait, tolerance, state)

@@ -1,14 +1,14 @@
 """Pushes that leave the part where the tip stops, and taps that move a heavy part by a few µm."""
 
-from math import ceil, pi, sqrt
+from math import pi, sqrt
 
 import numpy as np
 
 from centering._push.model import GRAVITY, PushModel
 from centering._push.profile import TipProfile
+from centering._push.push_rows_kernels import ROWS, gentle_rows
 from sdpgrind.base import checks
 
-_BREAKAWAY_SPEED = 1.0  # mm/s: what is stored in the contact when the part breaks away is F_s^2/(2 k), and little more
 _OVERLOAD = 1.12  # closing of the contact over F_s/k until which it stays slow: friction may be higher than believed
 _GAIN, _BRAKE = 0.5, 0.7  # accelerations over mu_k g: the contact stays closed while the part is braked by friction
 _CLEAR = 0.5  # mm that the tip is drawn back by
@@ -62,17 +62,16 @@ def gentle_profile(
     checks.kind("model", model, PushModel)
     d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
     most = checks.positive("acceleration_max", acceleration_max, "mm/s^2")
+    period, out = _period(model) if whole_periods else 0.0, np.empty((ROWS, 3))
+    count = gentle_rows(d, v, *gentle_limits(model, most), period, most, out)
+    return _profile(out[:count].tolist())
+
+
+def gentle_limits(model: PushModel, acceleration_max: float) -> tuple[float, float, float]:
+    """Closing of the contact until which a gentle push stays slow (mm), and how fast it gains speed and stops (mm/s^2)."""
     limit = model.mu_kinetic * GRAVITY
-    gain, brake = min(_GAIN * limit, most), min(_BRAKE * limit, most)
     closing = _OVERLOAD * model.breakaway_force / model.contact_stiffness
-    slow = min(_BREAKAWAY_SPEED, v, sqrt(2.0 * brake * d))
-    if d <= closing + slow * slow / (2.0 * brake):
-        rows = _slow_run(d, slow, brake)
-    else:
-        period = _period(model) if whole_periods else 0.0
-        rows = _run(d - closing, v, slow, gain, brake, period)
-        rows.insert(0, (closing / slow, slow, 0.0))
-    return _profile([*rows, *_drawn_back(most)])
+    return closing, min(_GAIN * limit, acceleration_max), min(_BRAKE * limit, acceleration_max)
 
 
 def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560.0) -> TipProfile:
@@ -114,28 +113,6 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
     top = min(v, sqrt(2.0 * most * d))
     cruise = (d - top * top / (2.0 * most)) / top
     return _profile([(cruise, top, 0.0), (top / most, top, -most), *_drawn_back(most)])
-
-
-def _run(distance: float, speed: float, slow: float, gain: float, brake: float, period: float) -> list[Row]:
-    """From a slow speed to the end: faster, on, and to rest; in ramps of whole periods (s) where that is not 0."""
-    spread = 0.5 / gain + 0.5 / brake
-    top = min(speed, sqrt((distance + slow * slow * 0.5 / gain) / spread))
-    rise, fall = _whole((top - slow) / gain, period), _whole(top / brake, period)
-    top = min(top, max((2.0 * distance - slow * rise) / (rise + fall), 0.0))
-    if top <= slow:
-        return _run(distance, speed, slow, gain, brake, 0.0) if period > 0.0 else _slow_run(distance, slow, brake)
-    cruise = (distance - 0.5 * (slow + top) * rise - 0.5 * top * fall) / top
-    return [(rise, slow, (top - slow) / rise), (cruise, top, 0.0), (fall, top, -top / fall)]
-
-
-def _slow_run(distance: float, slow: float, brake: float) -> list[Row]:
-    """On at the slow speed, and to rest."""
-    return [((distance - 0.5 * slow * slow / brake) / slow, slow, 0.0), (slow / brake, slow, -brake)]
-
-
-def _whole(time: float, period: float) -> float:
-    """A time, made longer to a whole number of periods."""
-    return ceil(time / period - 1e-9) * period if period > 0.0 else time
 
 
 def _period(model: PushModel) -> float:

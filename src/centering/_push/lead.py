@@ -1,15 +1,25 @@
 """When the slide must start so that the offset is on the push line in time: lead and approach, Mears (5.1) to (5.17)."""
 
 from collections.abc import Callable
-from math import floor, pi, sin, sqrt
+from math import floor, pi
 from typing import NamedTuple
 
 from scipy.optimize import brentq
 
+from centering._push.rim_kernels import advance
 from sdpgrind.base import checks
 
 TURN = 2.0 * pi
 _ANGLE = 1e-12  # rad: below the asked 1e-6 deg by four digits
+
+
+class TooFastError(ValueError):
+    """The table is too fast for a push: the rim arrives first, or the ring slides off. A slower one cures it."""
+
+
+def too_fast(name: str, rule: str, value: float, unit: str) -> TooFastError:
+    """Return the refusal of a value that a slower table cures, as `checks.refuse` words it."""
+    return TooFastError(str(checks.refuse(name, rule, value, unit)))
 
 
 class Lead(NamedTuple):
@@ -57,13 +67,7 @@ def rim_advance(angle: float, *, offset: float, radius: float) -> float:
     d, r = checks.nonnegative("offset", offset, "mm"), checks.positive("radius", radius, "mm")
     if d >= r:
         raise checks.refuse("offset", f"< radius = {r:g}", d, "mm")
-    return advance(checks.number("angle", angle, "rad"), d, r)
-
-
-def advance(alpha: float, d: float, r: float) -> float:
-    """The same for values that are trusted; written so that small offsets and angles lose no digits."""
-    half, across = sin(alpha / 2.0), d * sin(alpha)
-    return 2.0 * d * half * half + across * across / (r + sqrt(r * r - across * across))
+    return float(advance(checks.number("angle", angle, "rad"), d, r))
 
 
 def find_lead(
@@ -83,10 +87,10 @@ def find_lead(
     if late(most) >= 0.0:
         alpha = _root(late, 0.0, most)
     elif most < pi:
-        raise ValueError(_late(most, w))
+        raise TooFastError(_late(most, w))
     else:
         alpha = _root(late, pi, after + w * rough_time(room))
-    lead = advance(alpha, offset, radius)
+    lead = float(advance(alpha, offset, radius))
     return Lead(alpha, lead, max(room - lead, 0.0), floor((alpha + pi) / TURN) if alpha > pi else 0)
 
 
@@ -97,7 +101,7 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
 def _greatest_lead(d: float, r: float, room: float) -> float:
     """Lead at which the rim has come so near that nothing is left to approach, at most pi, rad."""
     if room < 0.0:
-        raise ValueError(f"rough must be >= 0 (mm); got {room:.4g} for a rim that stands still: open the gap")
+        raise TooFastError(f"rough must be >= 0 (mm); got {room:.4g} for a rim that stands still: open the gap")
     if advance(pi, d, r) <= room:
         return pi
     return _root(lambda alpha: advance(alpha, d, r) - room, 0.0, pi)

@@ -6,14 +6,15 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-from centering._push.lead import advance
+from centering._push.lead import too_fast
 from centering._push.model import GRAVITY
 from centering._push.problem import CenteringProblem
+from centering._push.rim_kernels import advance, greatest, motion
 from centering._push.sliding import ring_friction
 from centering._push.timing import rest_to_rest
 from sdpgrind.base import checks
 
-_PLACES = 24  # where a greatest value is looked for in half a turn
+_PLACES = 24  # where a least value is looked for
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 _SECTIONS = 36  # the place to 1e-8 of a step, the value to rounding
 _ROUNDING = 1e-9
@@ -78,7 +79,7 @@ def rim_motion(angle: float, *, offset: float, radius: float) -> RimMotion:
     RimMotion(distance=60.0, slope=-0.0, curvature=-12.0)
     """
     d, r = _offset(offset, radius)
-    return _rim(checks.number("angle", angle, "rad"), d, r)
+    return RimMotion(*motion(checks.number("angle", angle, "rad"), d, r))
 
 
 def max_rim_slope(*, offset: float, radius: float) -> float:
@@ -102,7 +103,7 @@ def max_rim_slope(*, offset: float, radius: float) -> float:
     (34.861, 154.39)
     """
     d, r = _offset(offset, radius)
-    return _greatest(d, r, 1)
+    return float(greatest(d, r, 1))
 
 
 def closing_distance(*, offset: float, radius: float, spindle_speed: float, slide_speed: float, acceleration: float) -> float:
@@ -142,11 +143,11 @@ def closing_distance(*, offset: float, radius: float, spindle_speed: float, slid
         turned = min(t, 2.0 * v / a)
         return v * turned - a * turned * turned / 2.0 - v * (t - turned)
 
-    def least(start: float) -> float:
-        begin = _rim(start, d, r).distance
-        return _least(lambda t: begin - _rim(start + w * t, d, r).distance - slide(t), 0.0, pi / w)
+    def nearest(start: float) -> float:
+        begin = advance(start, d, r)
+        return _least(lambda t: advance(start + w * t, d, r) - begin - slide(t), 0.0, pi / w)
 
-    return -_least(least, -pi, pi)
+    return -_least(nearest, -pi, pi)
 
 
 def spindle_speed_limit(
@@ -189,8 +190,8 @@ def spindle_speed_limit(
     limits = problem.limits
     turn = 2.0 * pi / (checks.count("samples_per_turn", samples_per_turn) * limits.sample_time)
     every = {"table": limits.spindle_speed_max, "samples": turn, "friction": friction_limit(problem.model.mu_static, d)}
-    every["slide_speed"] = limits.slide_speed_max / _greatest(d, r, 1) if d else inf
-    every["slide_acceleration"] = sqrt(limits.acceleration_max / _greatest(d, r, 2)) if d else inf
+    every["slide_speed"] = limits.slide_speed_max / greatest(d, r, 1) if d else inf
+    every["slide_acceleration"] = sqrt(limits.acceleration_max / greatest(d, r, 2)) if d else inf
     if push_speed is not None:
         gap = limits.follow_gap if follow_gap is None else checks.positive("follow_gap", follow_gap, "mm")
         every["push"] = _push_limit(problem, d, gap - limits.safety, checks.positive("push_speed", push_speed, "mm/s"))
@@ -208,7 +209,7 @@ def check_speed(problem: CenteringProblem, offset: float, spindle_speed: float) 
     limit = spindle_speed_limit(problem, offset=offset)
     if spindle_speed > limit.value * (1.0 + _ROUNDING):
         rule = f"<= {limit.value:.5g} at an offset of {offset:g} mm ({limit.reason.replace('_', ' ')})"
-        raise checks.refuse("spindle_speed", rule, spindle_speed, "rad/s")
+        raise too_fast("spindle_speed", rule, spindle_speed, "rad/s")
 
 
 def spindle_acceleration_limit(problem: CenteringProblem, *, offset: float, spindle_speed: float) -> float:
@@ -263,17 +264,6 @@ def _offset(offset: float, radius: float) -> tuple[float, float]:
     if d >= r:
         raise checks.refuse("offset", f"< radius = {r:g}, or the probe finds no part", d, "mm")
     return d, r
-
-
-def _rim(angle: float, d: float, r: float) -> RimMotion:
-    c, s = d * cos(angle), d * sin(angle)
-    g = sqrt(r * r - s * s)
-    return RimMotion(c + g, -s - s * c / g, -c - (c * c - s * s) / g - (s * c) ** 2 / g**3)
-
-
-def _greatest(d: float, r: float, order: int) -> float:
-    """Greatest slope (order 1) or curvature (2) of the rim in a turn, by size."""
-    return -_least(lambda angle: -abs(_rim(angle, d, r)[order]), 0.0, pi)
 
 
 def _least(f: Callable[[float], float], low: float, high: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from centering._push import direction_kernels as at
 from centering._push.model import GRAVITY, PushModel
 from centering._push.profile import TipProfile
-from centering._push.shooting import ring_state, step_of
+from centering._push.shooting import ring_state
 from centering._push.turning_kernels import PIECE_COLUMNS, follow
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import lasting
@@ -18,6 +18,7 @@ from sdpgrind.base.stored import stored
 _TURN = 0.02  # rad of the table in a piece
 _PIECES = 25  # of a push at least
 _STANDS = 1e-9  # s: after the end the tip stands against the part, or goes on leaving it
+_ERROR = 1e-8  # mm: of a step of the way in the plane
 _PARTS = 16  # in which a slide that goes on after the stroke is followed
 
 
@@ -145,22 +146,22 @@ def _followed(profile: TipProfile, model: PushModel, w: float, state: Floats) ->
     """The profile along the way of a ring in a state, until it rests."""
     rows = profile.segments
     longest = min(profile.total_time / _PIECES, _TURN / max(abs(w), 1e-9))
-    step, speed = step_of(model, rows), min(profile.final_velocity, 0.0)
+    speed = min(profile.final_velocity, 0.0)
     slide = 2.0 * (float(np.abs(rows[:, 1]).max()) + 1.0) / (model.mu_kinetic * GRAVITY)
     wait = np.array([[slide / _PARTS, speed, 0.0]])
-    pieces = [_pieces(rows, model, w, step, longest, state)]
+    pieces = [_pieces(rows, model, w, longest, state)]
     for _ in range(2 * _PARTS):
         if state[at.RESTS] > 0.5:
             break
-        pieces.append(_pieces(wait, model, w, step, longest, state))
+        pieces.append(_pieces(wait, model, w, longest, state))
     last = pieces[-1][-1]
     pieces.append(np.array([[_STANDS, min(last[1] + last[2] * last[0], 0.0), 0.0, *last[3:]]]))
     duration, velocity, acceleration, held, slid = np.vstack(pieces).T
     return TableProfile(duration, velocity, acceleration, held=held, slid=slid)
 
 
-def _pieces(rows: Floats, model: PushModel, w: float, step: float, longest: float, state: Floats) -> Floats:
+def _pieces(rows: Floats, model: PushModel, w: float, longest: float, state: Floats) -> Floats:
     """The pieces of rows of a profile."""
     out = np.empty((int(np.ceil(rows[:, 0] / longest).sum()) + len(rows), PIECE_COLUMNS))
-    count = follow(model.parameters, model.part.radius, w, rows, step, longest, state, out)
+    count = follow(model.parameters, model.part.radius, w, rows, _ERROR, longest, state, out)
     return np.asarray(out[:count])

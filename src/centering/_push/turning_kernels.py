@@ -44,7 +44,7 @@ def _seen(parameters, w, v, state):
 
 
 @njit(**_OPTIONS)
-def follow(parameters, radius, w, segments, step, longest, state, out):
+def follow(parameters, radius, w, segments, tolerance, longest, state, out):
     """Push the ring of `state` by the rows of `segments` on the table, in pieces of at most `longest` (s); return how many.
 
     Each piece is written into a row of `out`, as far as there are any: the tip's motion along the normal, the mean loads.
@@ -57,7 +57,7 @@ def follow(parameters, radius, w, segments, step, longest, state, out):
             v = segments[k, 1] + segments[k, 2] * length * j
             first, held, slid = _seen(parameters, w, v, state)
             row[0, 0], row[0, 1], row[0, 2] = length, v, segments[k, 2]
-            push_on_table(parameters, radius, w, row, step, state)
+            push_on_table(parameters, radius, w, row, tolerance, state)
             last, held_after, slid_after = _seen(parameters, w, v + segments[k, 2] * length, state)
             if count < out.shape[0]:
                 out[count, 0], out[count, 1], out[count, 2] = length, first, (last - first) / length
