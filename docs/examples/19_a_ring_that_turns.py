@@ -48,7 +48,7 @@ ax.semilogy(turned, 1e3 * np.array(bands), color="#4878a8", label="centre within
 error = np.hypot(circle.center_x - ring.center_x, circle.center_y - ring.center_y)
 ax.axhline(1e3 * 0.03 * circle.offset, color="0.5", ls="--", lw=1, label="allowed")
 ax.plot(turned[-1], 1e3 * error, "o", color="#b04a3a", ms=5, label="true error at the end")
-ax.set(xlabel="turned [degrees]", ylabel="[µm]", xlim=(0, None), ylim=(20, 1e5))
+ax.set(xlabel="turned [degrees]", ylabel="distance from the centre [µm]", xlim=(0, None), ylim=(20, 1e5))
 ax.legend(frameon=False)
 for at in (30, 60, 90):
     early, soon = centering.GeometryEstimator(**asked, tip_radius=3.75), int(np.sum(turned <= at))

@@ -126,10 +126,10 @@ figure, axes = plt.subplots(1, 3, figsize=(11, 3.8), layout="constrained", width
 bottom = np.zeros(3)
 for k, (label, color) in enumerate((("operator", "#b04a3a"), ("waiting machine", "#4878a8"), ("device", "#3f8f5f"))):
     height = np.array([costs(way, base)[k] for way in ways])
-    axes[0].bar([way.name for way in ways], height, bottom=bottom, color=color, label=label)
+    axes[0].bar([way.name.replace(" ", "\n") for way in ways], height, bottom=bottom, color=color, label=label)
     bottom += height
 axes[0].set(ylabel="cost of a part [\\$]")
-axes[0].tick_params(axis="x", rotation=20)
+axes[0].margins(y=0.1)
 axes[0].legend(frameon=False, fontsize=8)
 names = [each.name for each in fields(base)]
 for axis, against in zip(axes[1:], ways[:2], strict=True):
@@ -137,13 +137,13 @@ for axis, against in zip(axes[1:], ways[:2], strict=True):
     ends = {name: [saving(replace(base, **{name: f * getattr(base, name)}), against) for f in (0.5, 2.0)] for name in names}
     order = sorted(names, key=lambda name: abs(ends[name][1] - ends[name][0]))
     for row, name in enumerate(order):
-        for end, color in zip(ends[name], ("#9ec3e0", "#4878a8"), strict=True):
-            axis.barh(row, end - middle, left=middle, color=color)
+        for end, color, told in zip(ends[name], ("#9ec3e0", "#4878a8"), ("halved", "doubled"), strict=True):
+            axis.barh(row, end - middle, left=middle, color=color, label=None if row else told)
     axis.axvline(middle, color="0.2", lw=1)
     labels = [
         f"{name.replace('_', ' ')}, {getattr(base, name):g} {base.UNITS[name]}".strip().replace("$", r"\$") for name in order
     ]
     axis.set_yticks(range(len(names)), labels, fontsize=8)
     axis.set(xlabel=f"saved against {'the hammer' if not against.automatic else 'the published cycle'} [\\$]")
-axes[1].set_title("light: halved, dark: doubled", fontsize=9)
+    axis.legend(frameon=False, fontsize=8, loc="lower right")
 plt.show()

@@ -4,15 +4,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from centering import plot_centers
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from hwsim._log import Log
 
 _MOST = 8  # pushes in a strip: of more, the first and the last ones
-_RIM, _TIP, _GOOD = "0.45", "tab:blue", "#3f8f5f"
-_SPARE = 3.0  # by which the middle of a chart is below all that is drawn
-_RIM_OF_CHART = 1.05
+_RIM, _TIP = "0.45", "tab:blue"
 _AROUND = 0.06  # s before and after the profile
 
 
@@ -50,22 +49,14 @@ class FilmStrip:
         return [(k, int(begins[k]), int(ends[k])) for k in numbers]
 
     def _chart(self, axis: Any, number: int) -> None:
-        """Where the centre was so far, its offset on a log scale; all charts of one scale."""
-        offset, angle = np.hypot(*self._centers.T), np.arctan2(self._centers[:, 1], self._centers[:, 0])
-        low = min(self._tolerance, float(offset.min())) / _SPARE
-        top = float(np.log10(offset.max() / low)) * _RIM_OF_CHART
-        r = np.log10(np.maximum(offset, low) / low)
-        turn = np.linspace(0.0, 2 * np.pi, 121)
-        axis.fill_between(turn, 0.0, np.log10(self._tolerance / low), color=_GOOD, alpha=0.15, lw=0)
-        axis.plot(turn, np.full(121, np.log10(self._tolerance / low)), color=_GOOD, lw=1.2)
-        axis.plot(angle[: number + 1], r[: number + 1], "-o", color="0.7", ms=3, lw=0.8)
-        axis.plot(angle[number : number + 2], r[number : number + 2], "-", color=_TIP, lw=1.2)
-        axis.plot(angle[number + 1], r[number + 1], "o", color=_TIP, ms=6)
-        decades = np.arange(np.ceil(np.log10(low)), np.log10(low) + top)
-        axis.set_yticks(decades - np.log10(low), ["" if number else _length(10.0**each) for each in decades], fontsize=7)
-        axis.set(rlim=(0.0, top), xticklabels=[])
-        axis.grid(alpha=0.4)
-        axis.set_title(f"push {number + 1}\n{_length(offset[number])} to {_length(offset[number + 1])}", fontsize=10)
+        """Where the centre was so far; all charts of one scale, whose rings are named once."""
+        plot_centers(self._centers, self._tolerance, shown=number + 2, ax=axis)
+        axis.get_legend().remove()
+        axis.set_xticklabels([])
+        if number:
+            axis.set_yticklabels([])
+        before, after = np.hypot(*self._centers[number : number + 2].T)
+        axis.set_title(f"push {number + 1}\n{_length(before)} to {_length(after)}", fontsize=10)
 
     def _push(self, axis: Any, begin: int, end: int, *, first: bool) -> None:
         """Tip and rim from the axis, less the radius."""

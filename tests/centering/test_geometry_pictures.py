@@ -72,6 +72,28 @@ def test_history_of_the_centre(pyplot):
     axis.figure.canvas.draw()
 
 
+def test_charts_of_a_film_have_one_scale(pyplot):
+    """What is shown ends with its last centre; rings, rim and their names are those of the whole history."""
+    whole = plot_centers(CENTERS, 0.0025).axes[0]
+    for count in (1, 2, 3):
+        axis = plot_centers(CENTERS, 0.0025, shown=count).axes[0]
+        (angle,), (height,) = axis.lines[-1].get_data()
+        assert (angle, height) == tuple(line[count - 1] for line in whole.lines[1].get_data())
+        assert axis.get_rmax() == whole.get_rmax() and axis.get_yticks() == pytest.approx(whole.get_yticks())
+        assert axis.get_rlabel_position() == whole.get_rlabel_position()
+        assert [each.get_text() for each in axis.texts] == ["0", "1", "2", "3"][:count]
+
+
+def test_rings_are_named_where_the_path_is_not(pyplot):
+    """Never in the direction from which the path comes to the middle."""
+    for degrees in (22.5, 112.5, 247.5):
+        direction = np.radians(degrees) + np.array([0.1, -0.1, 0.1])
+        offset = np.array([10.0, 0.3, 0.003])
+        axis = plot_centers(np.column_stack([offset * np.cos(direction), offset * np.sin(direction)]), 0.0025).axes[0]
+        apart = np.radians(axis.get_rlabel_position() - degrees)
+        assert np.cos(apart) < np.cos(np.radians(40.0))
+
+
 def test_estimates_are_drawn_with_their_scatter(pyplot):
     wide = CircleEstimate(np.array([61.94, 0.01, 0.0]), np.diag([1e-6, 25e-6, 25e-6]))
     axis = plot_centers([CIRCLE, wide], 0.0025, ax=pyplot.figure().add_subplot(projection="polar")).axes[0]

@@ -7,9 +7,14 @@ import numpy as np
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from centering._cycle.outcomes import PushKind
     from centering._cycle.strategy import Strategy
 
-_COLORS = ("#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c", "#41ab5d", "#999999", "#fdae6b", "#e6550d", "#a63603")
+_MAPS = {("trapezoid", True): "Blues", ("trapezoid", False): "Greens", ("gentle", True): "Oranges", ("gentle", False): "Purples"}
+_PALE = 0.15  # share of a map that is too pale
+_BOX: dict[str, Any] = {"edgecolor": "none", "framealpha": 0.8, "fontsize": 9}
 
 
 def plot(strategy: "Strategy") -> Any:
@@ -31,7 +36,7 @@ def _draw_value(ax: Any, strategy: "Strategy", data: Any) -> None:
         ax.semilogx(offset, data["value"].values[pushes, :, middle], style, color="#08519c", label=f"{pushes} pushes seen")
     _mark(ax, strategy)
     ax.set(xlabel="offset [µm]", ylabel="time from the next touch to the end [s]", ylim=(0, None))
-    ax.legend(frameon=False)
+    ax.legend(**_BOX)
 
 
 def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
@@ -39,11 +44,11 @@ def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     count = len(strategy.kinds)
-    colors = ListedColormap([_COLORS[k % len(_COLORS)] for k in range(count)])
+    colors = ListedColormap(_colours(strategy.kinds))
     norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
     image = ax.pcolormesh(1e3 * data.offset, data.friction, data["kind"].values[1].T, cmap=colors, norm=norm, rasterized=True)
     bar = ax.figure.colorbar(image, ax=ax, ticks=range(count))
-    bar.ax.set_yticklabels([kind.name for kind in strategy.kinds], fontsize=7)
+    bar.ax.set_yticklabels([kind.name for kind in strategy.kinds], fontsize=8)
     ax.set(
         xscale="log",
         xlim=(None, 1e3 * strategy.problem.offset_max),
@@ -51,6 +56,16 @@ def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
         ylabel="believed friction over the model's",
         title="best push, 1 push seen",
     )
+
+
+def _colours(kinds: "Sequence[PushKind]") -> list[Any]:
+    """A colour for each shape, drawn back or not; darker is faster."""
+    from matplotlib import colormaps
+
+    groups = [(kind.shape, kind.retract) for kind in kinds]
+    speeds = {group: sorted(k.push_speed for k, of in zip(kinds, groups, strict=True) if of == group) for group in groups}
+    shares = [(speeds[of].index(k.push_speed) + 1) / (len(speeds[of]) + 1) for k, of in zip(kinds, groups, strict=True)]
+    return [colormaps[_MAPS[of]](_PALE + (1 - _PALE) * share) for of, share in zip(groups, shares, strict=True)]
 
 
 def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
@@ -65,8 +80,8 @@ def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
     )
     ax.axhline(1.0, color="k", lw=0.6)
     _mark(ax, strategy)
-    ax.set(xlabel="offset [µm]", ylabel="over the offset", ylim=(0, 2.5))
-    ax.legend(frameon=False)
+    ax.set(xlabel="offset [µm]", ylabel="travel over the offset", ylim=(0, 2.5))
+    ax.legend(**_BOX)
 
 
 def _draw_belief(ax: Any, strategy: "Strategy") -> None:
@@ -76,7 +91,7 @@ def _draw_belief(ax: Any, strategy: "Strategy") -> None:
     ax.plot(pushes, [100 * belief.sd(n) for n in pushes], "o-", color="#08519c", label="friction of the part")
     ax.plot(pushes, [100 * belief.next_sd(n) for n in pushes], "o-", color="#e6550d", label="friction of the next push")
     ax.set(xlabel="pushes seen", ylabel="standard deviation [%]", ylim=(0, None))
-    ax.legend(frameon=False)
+    ax.legend(**_BOX)
 
 
 def _mark(ax: Any, strategy: "Strategy") -> None:

@@ -1,6 +1,7 @@
 """Pictures of the geometry: readings with their model and what it leaves; where the centre has been, on a log-polar chart."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 BLUE, RED, GREEN, GREY = "#4878a8", "#b04a3a", "#3f8f5f", "0.45"
 _ROOM = 0.06  # of the greatest height: for a number
+_STEPS = 33  # between two centres, to see what their path crosses
 FINE = 721
 SPARE = 0.5
 """Decades below the least of tolerance and centres, at the middle of the chart."""
@@ -35,7 +37,7 @@ def plot_fit(circle: "CircleEstimate", angle: Floats, reading: Floats) -> Any:
 def _told(circle: "CircleEstimate") -> str:
     """The estimate in one line."""
     direction = f" at {circle.offset_angle / units.deg(1.0):.2f} deg" if circle.angle_known else ", direction not known"
-    return f"radius {circle.radius:.4f} mm, offset {circle.offset:.4f} mm{direction}; centre ± {_length(circle.center_sd)}"
+    return f"radius {circle.radius:.4f} mm, offset {circle.offset:.4f} mm{direction}; centre ± {told_length(circle.center_sd)}"
 
 
 def _draw_model(axis: Any, circle: "CircleEstimate", angle: Floats) -> None:
@@ -58,7 +60,9 @@ def _draw_residuals(axis: Any, circle: "CircleEstimate", angle: Floats, reading:
     axis.legend(frameon=False, fontsize=8)
 
 
-def plot_centers(centers: "npt.ArrayLike | Sequence[CircleEstimate]", tolerance: float, *, ax: Any = None) -> Any:
+def plot_centers(
+    centers: "npt.ArrayLike | Sequence[CircleEstimate]", tolerance: float, *, shown: int | None = None, ax: Any = None
+) -> Any:
     """Draw where the centre has been, push by push, on a log-polar chart with the circle of tolerance; return the figure.
 
     The distance from the middle is the logarithm of the offset, so that millimetres and micrometres are seen at once.
@@ -69,6 +73,8 @@ def plot_centers(centers: "npt.ArrayLike | Sequence[CircleEstimate]", tolerance:
         Centres in their order; an array holds x and y, mm. Estimates are drawn with their standard deviations.
     tolerance : float
         Offset within which a part is centred, mm, > 0.
+    shown : int, optional
+        Draw only the first so many, on the scale of all: the charts of a film have one scale.
     ax : matplotlib axes, optional
         Polar axes to draw into.
 
@@ -83,21 +89,37 @@ def plot_centers(centers: "npt.ArrayLike | Sequence[CircleEstimate]", tolerance:
     """
     line, widths = _centers(centers)
     wanted = checks.positive("tolerance", tolerance, "mm")
+    count = len(line) if shown is None else checks.count("shown", shown)
     offset = np.hypot(line[:, 0], line[:, 1])
     middle = np.log10(min(wanted, float(offset[offset > 0].min(initial=wanted)))) - SPARE
     if ax is None:
         plt = need("matplotlib.pyplot", "plot")
         ax = plt.figure(figsize=(6, 6), layout="constrained").add_subplot(projection="polar")
-    top = np.log10(max(wanted, float(offset.max()))) + 0.2 - middle
+    places = np.asarray(_height(offset, middle) * np.exp(1j * np.arctan2(line[:, 1], line[:, 0])), dtype=complex)
+    _draw_paper(ax, middle, np.log10(max(wanted, float(offset.max()))) + 0.2 - middle, places)
     _draw_tolerance(ax, wanted, np.log10(wanted) - middle)
-    _draw_path(ax, line, widths, middle)
-    decades = np.arange(np.ceil(middle), middle + top)
-    ax.set_rlim(0.0, top)
-    ax.set_rticks(decades - middle, labels=[_length(10.0**decade) for decade in decades], fontsize=8)
-    ax.set_rlabel_position(22.5)
+    _draw_path(ax, line[:count], widths[:count], middle)
     ax.set_title("centre of the part about the spindle, its offset on a log scale", fontsize=10)
     ax.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(-0.1, -0.1))
     return ax.figure
+
+
+def _draw_paper(axis: Any, middle: float, top: float, places: Complex) -> None:
+    """Rings at decades, named where the path leaves room."""
+    decades = np.arange(np.ceil(middle), middle + top)
+    axis.set_rlim(0.0, top)
+    legible = {"fontsize": 8, "bbox": {"facecolor": "w", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}}
+    axis.set_rticks(decades - middle, labels=[told_length(10.0**decade) for decade in decades], **legible)
+    axis.set_rlabel_position(_freest(places, decades - middle, top))
+
+
+def _freest(places: Complex, rings: Floats, top: float) -> float:
+    """Direction (deg, between the lines of the paper) in which the crossings with the rings are farthest from the path."""
+    directions = np.arange(22.5, 360.0, 45.0)
+    crossings = np.multiply.outer(np.exp(1j * np.radians(directions)), rings)
+    path = np.concatenate([np.linspace(*pair, _STEPS) for pair in pairwise(places)]) if len(places) > 1 else places
+    room = np.abs(crossings[..., None] - path).min(axis=-1)
+    return float(directions[np.minimum(room, 2 * _ROOM * top).sum(axis=-1).argmax()])
 
 
 def _centers(centers: Any) -> tuple[Floats, Floats]:
@@ -117,7 +139,7 @@ def _draw_tolerance(axis: Any, wanted: float, height: float) -> None:
     """The circle within which a part is centred, filled."""
     turn = np.linspace(0.0, 2 * np.pi, FINE)
     axis.fill_between(turn, 0.0, height, color=GREEN, alpha=0.15, lw=0)
-    axis.plot(turn, np.full(FINE, height), color=GREEN, lw=1.2, label=f"tolerance {_length(wanted)}")
+    axis.plot(turn, np.full(FINE, height), color=GREEN, lw=1.2, label=f"tolerance {told_length(wanted)}")
 
 
 def _draw_path(axis: Any, line: Floats, widths: Floats, middle: float) -> None:
@@ -127,8 +149,9 @@ def _draw_path(axis: Any, line: Floats, widths: Floats, middle: float) -> None:
     axis.plot(angle, height, color=BLUE, lw=0.8, alpha=0.7)
     low, high = _height(offset - widths, middle), _height(offset + widths, middle)
     axis.errorbar(angle, height, yerr=[height - low, high - height], fmt="o", color=BLUE, ms=4, lw=1, label="centre")
+    axis.plot(angle[-1:], height[-1:], "o", color=BLUE, ms=7)
     for k in _apart(np.asarray(height * np.exp(1j * angle), dtype=complex), _ROOM * float(height.max())):
-        axis.annotate(str(k), (angle[k], height[k]), xytext=(5, 5), textcoords="offset points", fontsize=8)
+        axis.annotate(str(k), (angle[k], height[k]), xytext=(6, 6), textcoords="offset points", fontsize=8)
 
 
 def _apart(places: Complex, room: float) -> list[int]:
@@ -145,6 +168,6 @@ def _height(offset: Floats, middle: float) -> Floats:
     return np.asarray(np.maximum(np.log10(np.maximum(offset, 10.0**middle)) - middle, 0.0))
 
 
-def _length(value: float) -> str:
+def told_length(value: float) -> str:
     """A length (mm) in words."""
-    return f"{value:g} mm" if value >= 0.1 else f"{value / units.um(1.0):.3g} µm"
+    return f"{value:.4g} mm" if value >= 0.1 else f"{value / units.um(1.0):.3g} µm"

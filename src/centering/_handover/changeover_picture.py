@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from centering._handover.changeover import Changeover
 
 PARTS, PART, RULE = "#4878a8", "#b4462d", "0.25"
+_BEHIND = {"facecolor": "w", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
 REACH = 4.5
 """Standard deviations of the population that are drawn."""
 LEAST = 1e-4
@@ -23,8 +24,9 @@ def plot(change: "Changeover", ax: Any = None) -> Any:
         ax = need("matplotlib.pyplot", "plot").figure(figsize=(8, 3.6), layout="constrained").add_subplot()
     _population(ax, change)
     _part(ax, change)
-    _rule(ax, change.population_position, 0.92, "rule of the population")
-    _rule(ax, change.position, 0.74, "rule of this part")
+    side = "left" if change.internal else "right"
+    _rule(ax, change.population_position, 0.92, "rule of the population", side)
+    _rule(ax, change.position, 0.74, "rule of this part", side)
     ax.axvline(change.finish_radius, color="k", lw=1.2)
     ax.annotate("finished", (change.finish_radius, 0.02), rotation=90, ha="right", va="bottom", fontsize=8)
     ax.annotate("", (change.position, 0.6), (change.population_position, 0.6), arrowprops={"arrowstyle": "->", "color": RULE})
@@ -56,9 +58,10 @@ def _part_told(change: "Changeover") -> str:
     return f"this part, ± {change.part_sigmas:.3g} sd: beyond in {beyond} at most"
 
 
-def _rule(ax: Any, at: float, height: float, name: str) -> None:
+def _rule(ax: Any, at: float, height: float, name: str, side: str) -> None:
+    """One rule, its text on the side of its line where the other radii are."""
     ax.plot([at, at], [0.0, height], color=RULE, lw=1.2, ls="--")
-    ax.annotate(f"{name}: {at:.4f}", (at, height), ha="center", va="bottom", fontsize=8)
+    ax.annotate(f"{name}: {at:.4f} mm", (at, height), ha=side, va="bottom", fontsize=8, bbox=_BEHIND)
 
 
 def _told(change: "Changeover") -> str:

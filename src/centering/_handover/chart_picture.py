@@ -28,6 +28,8 @@ def plot(chart: "ControlChart") -> Any:
     )
     for (top, low), name in zip(axes.T, names, strict=True):
         _quantity(chart, name, top, low)
+    handles = {name: handle for top in axes[0] for handle, name in zip(*top.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=len(handles), frameon=False, fontsize=8)
     return figure
 
 
@@ -40,19 +42,19 @@ def _quantity(chart: "ControlChart", name: str, top: Any, low: Any) -> None:
     top.plot(part, np.concatenate([batch, values]), "o-", color=VALUE, ms=2.5, lw=0.6, label="parts")
     top.plot(part[batch.size :], averages, color=AVERAGE, lw=1.4, label="average")
     top.axhline(scale * limits.mean, color="0.6", lw=0.8)
-    _lines(top, (scale * limits.low, scale * limits.high), LIMIT)
-    _lines(top, (scale * limits.average_low, scale * limits.average_high), AVERAGE)
+    _lines(top, (scale * limits.low, scale * limits.high), LIMIT, "limits of a part")
+    _lines(top, (scale * limits.average_low, scale * limits.average_high), AVERAGE, "limits of the average")
     low.plot(part[1:], np.abs(np.diff(np.concatenate([batch, values]))), "o-", color=VALUE, ms=2.5, lw=0.6)
-    _lines(low, (scale * limits.range_high,), LIMIT)
+    _lines(low, (scale * limits.range_high,), LIMIT, "limit")
     for axis in (top, low):
         axis.axvline(-0.5, color="0.8", lw=0.8, zorder=0)
     top.set_ylabel(f"{name.replace('_', ' ')} [{shown}]" if shown not in ("", "1") else name.replace("_", " "))
-    top.legend(loc="upper left", fontsize=8)
     low.set(xlabel="part", ylabel=f"change [{shown}]" if shown not in ("", "1") else "change", ylim=(0, None))
     for part_out in {signal.part for signal in chart.signals if signal.quantity == name}:
-        top.plot(part_out, values[part_out], "o", color=LIMIT, ms=5, mfc="none")
+        top.plot(part_out, values[part_out], "o", color=LIMIT, ms=5, mfc="none", label="signals")
 
 
-def _lines(ax: Any, heights: tuple[float, ...], colour: str) -> None:
-    for height in heights:
-        ax.axhline(height, color=colour, lw=0.9, ls="--")
+def _lines(ax: Any, heights: tuple[float, ...], colour: str, name: str) -> None:
+    """Limits, named once."""
+    for k, height in enumerate(heights):
+        ax.axhline(height, color=colour, lw=0.9, ls="--", label=name if k == 0 else None)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 _MILLI = 1e3  # ms of a s
 _FINE = 801
+_ROOM = 0.03  # of the height, below the lowest: the line at 0 is seen
 _SHADES = {"approach": "#f2f2f2", "pause": "#cfcfcf", "run-up": "#dbe7f3", "push": "#f8e3c4"}
 
 
@@ -33,6 +34,7 @@ def draw_push(push: "Push", axis: Any) -> None:
     axis.set(xlabel="time since the trigger [ms]", ylabel="place on the push line [mm]")
     axis.set_title(_title(push), fontsize=10)
     axis.margins(x=0.0)
+    axis.set_ylim(axis.get_ylim()[0] - _ROOM * float(np.ptp(axis.get_ylim())))
     axis.figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
 
 

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from centering._geometry.picture import told_length
 from sdpgrind.base import units
 from sdpgrind.base.extras import need
 
@@ -41,7 +42,7 @@ def plot_trace(trace: "PushTrace") -> Any:
 
 def _title(trace: "PushTrace") -> str:
     ends = trace._rests if trace.final_velocity == 0.0 else "is still moving at"
-    slide = f", slides free by {trace.free_slide / units.um(1.0):.1f} µm" if trace.free_slide >= units.um(0.05) else ""
+    slide = f", slides free by {told_length(trace.free_slide)}" if trace.free_slide >= units.um(0.05) else ""
     return f"the part {ends} {trace.final_position:.4f} mm, force up to {trace.peak_force:.1f} N{slide}"
 
 
@@ -86,7 +87,8 @@ def _draw_force(axis: Any, trace: "PushTrace") -> None:
 def _legend_of_modes(figure: Any, trace: "PushTrace") -> None:
     """One patch for each mode that occurs."""
     patch = need("matplotlib.patches", "plot").Patch
-    seen = [mode for mode in _SHADES if mode in trace.event_mode]
+    lasts = np.diff(trace.phases[:, 0]) > 0.0  # a part may rest for no time at all
+    seen = [mode for mode in _SHADES if mode in np.array(trace.event_mode)[lasts]]
     handles = [patch(color=_SHADES[mode], label=_TOLD[mode]) for mode in seen]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8)
 

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from centering._roundness.profile import Profile
 
 
+_LEAST = 0.005
+"""Of the largest amplitude: beyond the last of these nothing would be seen."""
+
+
 def plot(profile: "Profile") -> Any:
     """Draw a profile and its spectrum; return the figure."""
     figure = need("matplotlib.pyplot", "plot").figure(figsize=(11, 5.2), layout="constrained")
@@ -48,7 +52,9 @@ def _draw_spectrum(axis: Any, profile: "Profile") -> None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what is warned of is written into the picture
-            profile.spectrum().plot(axis)
+            found = profile.spectrum()
+            found.plot(axis)
+            axis.set_xlim(0, 1.1 * max(found.upr[found.amplitude >= _LEAST * found.amplitude.max(initial=0.0)], default=1.0))
     except ValueError:
         axis.set_axis_off()
         told = told.replace("0 upr", "no upr").partition(":")[0]

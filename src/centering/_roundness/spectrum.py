@@ -126,8 +126,9 @@ class Spectrum(Frozen, ByValue):
         ax.vlines(self.upr, 0, 1e3 * self.amplitude, color="#2a6f97", lw=1.4)
         for upr, amplitude in self.largest(_NAMED):
             if amplitude > 0:
-                ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), textcoords="offset points", ha="center", fontsize=8)
+                ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), **_NUMBER)
         ax.set(xlabel="undulations per revolution [upr]", ylabel="amplitude [µm]", xlim=(0, self.upr.max(initial=1) + 1))
+        ax.margins(y=0.12)
         ax.set_ylim(0, None)
         return ax.figure
 
@@ -137,3 +138,9 @@ class Spectrum(Frozen, ByValue):
 
 
 _NAMED = 5
+_NUMBER: dict[str, Any] = {
+    "textcoords": "offset points",
+    "ha": "center",
+    "fontsize": 8,
+    "bbox": {"facecolor": "w", "edgecolor": "none", "alpha": 0.8, "pad": 0.3},
+}

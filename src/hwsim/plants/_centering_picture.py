@@ -68,7 +68,7 @@ def _motion(axis: Any, last: dict[str, Floats]) -> None:
     axis.plot(last["time"], last["slide"] + last["probe"], color=_RIM, lw=1, label="rim")
     axis.plot(last["time"], last["slide"], color=_TIP, lw=1, label="tip of the pusher")
     axis.set(ylabel="from the axis [mm]")
-    axis.set_title("The last part; a profile of the slide runs where it is shaded", loc="left", fontsize=10)
+    axis.set_title("The last part; shaded: the slide runs a profile", loc="left", fontsize=10)
     axis.tick_params(labelbottom=False)
     axis.legend(**_SMALL, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
 
@@ -87,7 +87,7 @@ def _parts(axis: Any, log: PartLog) -> None:
     offset = _UM * np.maximum(np.hypot(out.center_x.values, out.center_y.values), _LEAST)
     final = _UM * np.maximum(out.offset.values, _LEAST)
     done = out.finished.values > 0
-    axis.plot(offset.T, color=_RIM, lw=0.6, alpha=max(0.15, 1.0 / len(offset)))
+    axis.plot(offset.T, color=_RIM, lw=0.6, alpha=max(0.3, 1.0 / len(offset)))
     for those, color, label in ((done, _TIP, "finished"), (~done, _BAD, "not finished")):
         if those.any():
             axis.plot(out.pushes.values[those], final[those], "o", color=color, ms=3.5, label=label)
