@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
+from centering._geometry.borrowed import borrowed
 from centering._geometry.estimator_look_kernels import has_moved
 from centering._geometry.estimator_noise_kernels import arrays
 from centering._geometry.estimator_row_kernels import write_row
@@ -187,6 +188,7 @@ def _take(state, array, row, angle, reading):
 @njit(cache=True, nogil=True, error_model="numpy")
 def take(state, angle, reading):
     """Take one reading."""
+    state = borrowed(state)
     rows = arrays(state)
     return _take(state, rows[:3], rows[15], angle, reading)
 
@@ -197,6 +199,7 @@ def run(state, angle, reading, start, until_valid):
 
     Returns how many there were by then, what became of the last, and whether it was wanted and made it so.
     """
+    state = borrowed(state)
     rows = arrays(state)
     array, row = rows[:3], rows[15]
     for i in range(start, angle.shape[0]):

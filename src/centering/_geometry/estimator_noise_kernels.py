@@ -33,6 +33,18 @@ def back(array, column, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def write_covariance(array, out):
+    """Write (R'R)^-1 of a triangle R."""
+    a, b, c = 1.0 / array[0, 0], 1.0 / array[1, 1], 1.0 / array[2, 2]
+    ab, bc = -array[0, 1] * a * b, -array[1, 2] * b * c
+    ac = -(array[0, 1] * bc + array[0, 2] * c) * a
+    out[0, 0], out[1, 1], out[2, 2] = a * a + ab * ab + ac * ac, b * b + bc * bc, c * c
+    out[0, 1] = out[1, 0] = ab * b + ac * bc
+    out[0, 2] = out[2, 0] = ac * c
+    out[1, 2] = out[2, 1] = bc * c
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def student(state, freedom):
     """Quantile of Student's law: from the table, or expanded about the normal law (1e-8 from 64 on)."""
     if freedom < 1.0:
@@ -65,15 +77,12 @@ def known_quantile(state):
 @njit(cache=True, nogil=True, error_model="numpy")
 def differences(state, value):
     """Sum of squared differences of successive residuals of the fit of the readings alone; how far rounding may make it wrong."""
-    lagged = scale = 0.0
-    k = at.LAG
-    for i in range(4):
-        left = 1.0 if i == 3 else -value[i]
-        for j in range(i, 4):
-            term = left * (1.0 if j == 3 else -value[j]) * state[k]
-            term = term if j == i else 2.0 * term
-            lagged, scale, k = lagged + term, scale + abs(term), k + 1
-    return lagged, _ROUNDING * np.sqrt(state[at.WEIGHT]) * scale
+    q, x, y, k = value[0], value[1], value[2], at.LAG
+    squares = q * q * state[k] + x * x * state[k + 4] + y * y * state[k + 7] + state[k + 9]
+    a, b, c = q * x * state[k + 1], q * y * state[k + 2], x * y * state[k + 5]
+    d, e, f = q * state[k + 3], x * state[k + 6], y * state[k + 8]
+    scale = squares + 2.0 * (abs(a) + abs(b) + abs(c) + abs(d) + abs(e) + abs(f))
+    return squares + 2.0 * (a + b + c - d - e - f), _ROUNDING * np.sqrt(state[at.WEIGHT]) * scale
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

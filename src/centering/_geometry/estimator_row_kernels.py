@@ -19,7 +19,12 @@ _STEEPEST = 0.25  # cosine between the probe and the surface's normal: offsets u
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_row(state, angle, reading, row):
     """Write regressors, target and lobes of a reading: error of the reading = target - regressors @ (q, x, y)."""
-    c, s = np.cos(angle), np.sin(angle)
+    write_row_at(state, np.cos(angle), np.sin(angle), reading, row)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_row_at(state, c, s, reading, row):
+    """The same at an angle of this cosine and sine."""
     if state[at.LIMACON] != 0.0:
         if state[at.KNOWN] > 0.0:
             reading -= _known_form(state, c, s)

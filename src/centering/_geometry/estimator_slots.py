@@ -81,7 +81,9 @@ direction for noise 1, bound on form (mm), quantile times noise (mm), band and t
 its degrees of freedom (0: known), and whether form was told from noise."""
 SHAPE = FREED + 1
 """Covariance of (radius, x, y) for noise 1 (3, 3)."""
-STUDENT = SHAPE + 9
+VALUE, INFORMATION = SHAPE + 9, SHAPE + 12
+"""Room for the values (q, x, y) and their covariance for noise 1 (3, 3)."""
+STUDENT = INFORMATION + 9
 """Quantiles of Student's law."""
 WAVES_AT = STUDENT + TABLE
 """Undulations per revolution of the waves that are fitted to a turn (WAVES)."""

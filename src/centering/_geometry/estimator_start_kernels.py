@@ -4,9 +4,10 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
+from centering._geometry.borrowed import borrowed
 from centering._geometry.estimator_kernels import count, least_noise, note, rotate_if_tame
 from centering._geometry.estimator_noise_kernels import arrays, back
-from centering._geometry.estimator_row_kernels import write_row
+from centering._geometry.estimator_row_kernels import write_row, write_row_at
 from centering._geometry.estimator_travel_kernels import PIVOT
 from sdpgrind.identify.kernels import rotate
 
@@ -112,6 +113,7 @@ def end_start(state):
 
     The rows of a spindle that stands explain any reading: none can be refused before the arc GATE_FROM.
     """
+    state = borrowed(state)
     cells, room = ring(state), np.empty(at.RING)
     state[at.GATE_FROM] = 0.0
     if state[at.LIMACON] == 0.0:
@@ -168,15 +170,18 @@ def _agreed_errors(state, best, room):
     neighbours that are dusty. These are believed if they agree much better: form would else be told from a circle by them.
     """
     least, middle, error, value = np.inf, 0.0, np.empty(at.RING), np.empty(3)
+    places = _places(state)
     center_x, center_y = state[at.CENTER_X], state[at.CENTER_Y]
     for n in range(120):
         state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
-        _write_errors(state, _triple(n), value, error)
+        times = 1.0 if n < 60 else _CLOSER
+        if not _write_errors(state, places, _triple(n), value, error, least / times):
+            continue
         for i in range(at.RING):
             room[i] = error[i]
         median = _median(room, at.RING)
-        if median < least if n < 60 else _CLOSER * median < least:
-            least, middle = median if n < 60 else _CLOSER * median, median
+        if times * median < least:
+            least, middle = times * median, median
             for i in range(at.RING):
                 best[i] = error[i]
             center_x, center_y = value[1], value[2]
@@ -185,16 +190,32 @@ def _agreed_errors(state, best, room):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _write_errors(state, places, value, error):
-    """Write the circle through three readings of the ring, and the errors (mm) of all about it."""
-    cells, rows = ring(state), arrays(state)
+def _places(state):
+    """Cosine and sine of the angle of each reading in the ring, and the reading."""
+    cells, out = ring(state), np.empty((at.RING, 3))
+    for i in range(at.RING):
+        out[i, 0], out[i, 1], out[i, 2] = np.cos(cells[i, 0]), np.sin(cells[i, 0]), cells[i, 1]
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_errors(state, places, three, value, error, least):
+    """Write the circle through three readings of the ring, and the errors (mm) of all about it.
+
+    Returns whether their median may be less than `least`. Once half of them and one are not, it is not: no more are written.
+    """
+    rows, far = arrays(state), 0
     array, row = rows[:3], rows[15]
     _empty(array)
-    for i in places:
-        write_row(state, cells[i, 0], cells[i, 1], row)
+    for i in three:
+        write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
         rotate(array, row)
     back(array, 3, value)
     state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
     for i in range(at.RING):
-        write_row(state, cells[i, 0], cells[i, 1], row)
+        write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
         error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2]) / state[at.RATIO]
+        far += error[i] >= least
+        if 2 * far > at.RING:
+            return False
+    return True

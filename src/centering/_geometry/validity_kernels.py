@@ -8,10 +8,12 @@ import numpy as np
 from numba import njit
 
 from centering._geometry import estimator_slots as at
-from centering._geometry.estimator_noise_kernels import arrays, back, known_quantile, quantile, write_noise
-from sdpgrind.identify.kernels import inverse, rotate
+from centering._geometry.borrowed import borrowed
+from centering._geometry.estimator_noise_kernels import arrays, back, known_quantile, quantile, write_covariance, write_noise
+from sdpgrind.identify.kernels import rotate
 
 _FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
+_NOTHING = 1e-6  # of the least pivot: what its square changes is rounding
 _QUIET = 1e-10  # least noise that this belief is weighed with, in largest readings
 LEAST_RATIO, MOST_RATIO = 0.5, 20.0
 """Radius over the first reading: offsets up to 0.95 radii. The triangle's noise is that of a reading times this ratio."""
@@ -32,13 +34,16 @@ def _weighing_noise(state, ratio):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _with_center(state, array, weighing):
-    """Take in that the centre is not endlessly far: what bounds the covariance of anything."""
-    row = arrays(state)[15]
+def _with_center(state, array, value, weighing):
+    """Take in that the centre is not endlessly far, unless so much is known that it says nothing: it bounds any covariance."""
+    row, weight = arrays(state)[15], weighing / (_FAR * state[at.LARGEST])
+    if weight <= _NOTHING * min(array[0, 0], array[1, 1], array[2, 2]):
+        return
     for i in range(3):
         row[:] = 0.0
-        row[i] = weighing / (_FAR * state[at.LARGEST])
+        row[i] = weight
         rotate(array, row)
+    back(array, 3, value)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -100,11 +105,10 @@ def conclude(state, array, room, value, information):
     """Values (q, x, y) and their inverse information from a triangle of readings, which is changed, and all that is known."""
     back(array, 3, value)
     weighing = _weighing_noise(state, ratio_of(state, value))
-    _with_center(state, array, weighing)
-    back(array, 3, value)
+    _with_center(state, array, value, weighing)
     if state[at.PRIOR_SD] > 0.0:
         _with_radius(state, array, value, weighing, room)
-    inverse(array, information)
+    write_covariance(array, information)
     if state[at.LIMACON] == 0.0 and state[at.WEIGHT] > _ENOUGH:
         _without_bias(state, value, information)
 
@@ -124,7 +128,8 @@ def _without_bias(state, value, information):
 @njit(cache=True, nogil=True, error_model="numpy")
 def worst(a, b, c):
     """Root of the largest eigenvalue of ((a, b), (b, c))."""
-    return np.sqrt(0.5 * (a + c) + np.hypot(0.5 * (a - c), b))
+    half = 0.5 * (a - c)
+    return np.sqrt(0.5 * (a + c) + np.sqrt(half * half + b * b))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -151,12 +156,13 @@ def judge(state, least):
     """
     if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
         return False
+    state = borrowed(state)
     rows = arrays(state)
     array, room = rows[9:12], rows[12:15]
     for i in range(3):
         for j in range(i, rows.shape[1]):
             array[i, j] = rows[i, j]
-    value, information = np.empty(3), np.empty((3, 3))
+    value, information = state[at.VALUE : at.VALUE + 3], state[at.INFORMATION : at.INFORMATION + 9].reshape((3, 3))
     conclude(state, array, room, value, information)
     ratio = ratio_of(state, value)
     _write_fit(state, value, information, ratio)
@@ -228,7 +234,7 @@ def _write_band(state):
     state[at.SCALE_FREEDOM] = state[at.FREEDOM] if measured else 0.0
     state[at.REACH] = max(seen, least)
     state[at.BAND] = state[at.REACH] * state[at.SPREAD] * state[at.INFLATION] + state[at.FORM_BOUND]
-    offset = np.hypot(state[at.FIT_X], state[at.FIT_Y])
+    offset = np.sqrt(state[at.FIT_X] ** 2 + state[at.FIT_Y] ** 2)
     state[at.TOLERANCE] = max(state[at.REL_TOL] * offset, state[at.ABS_TOL])
     if in_doubt(state) or never_changed(state) or not holds_axis(state):
         return False
