@@ -112,3 +112,11 @@ def test_launch_of_nearly_pure_motions_is_that_of_the_slide(distance, turn):
     launch = launch_for(MODEL, distance=distance, turn=turn)
     slide = slide_to_rest(MODEL, speed=launch.speed, spin=launch.spin)
     assert slide.distance == pytest.approx(distance, rel=1e-6) and slide.turn == pytest.approx(turn, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1.0, 1e308])
+@pytest.mark.parametrize("apart", [0.0, 1e-16, 1e-12, 1e-9, 1e-6])
+def test_friction_of_nearly_equal_speeds_is_that_of_equal_ones(apart, size):
+    """By the slope of the shares there, apart (ln(4/apart) + 1)/pi is more than they differ."""
+    shares = ring_friction(size, size * (1.0 - apart))
+    assert list(shares) == pytest.approx([2.0 / np.pi] * 2, abs=20.0 * apart + 1e-12)

@@ -7,6 +7,7 @@ from math import copysign, sqrt
 import numpy as np
 import numpy.typing as npt
 
+from centering._push.timing import rest_to_rest
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
@@ -109,10 +110,7 @@ class FollowingLimits(Frozen):
         ValueError
             When the distance is not > 0.
         """
-        way = checks.positive("distance", distance, "mm")
-        if way < self.speed**2 / self.acceleration:
-            return 2.0 * sqrt(way / self.acceleration)
-        return way / self.speed + self.speed / self.acceleration
+        return rest_to_rest(checks.positive("distance", distance, "mm"), self.speed, self.acceleration)
 
 
 class Follower:

@@ -92,7 +92,8 @@ def ring_friction(speed: float, rim_speed: float) -> RingFriction:
     v, s = checks.nonnegative("speed", speed, "mm/s"), checks.nonnegative("rim_speed", rim_speed, "mm/s")
     if v == 0.0 and s == 0.0:
         raise checks.refuse("speed", "> 0 where the ring does not spin", v, "mm/s")
-    return RingFriction(*_shares(v, s))
+    faster = max(v, s)
+    return RingFriction(*_shares(v / faster, s / faster))
 
 
 def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> RingSlide:
@@ -192,7 +193,8 @@ def _shares(v: float, s: float) -> tuple[float, float]:
 
 def _mean(v: float, s: float) -> float:
     """Mean slip speed along the ring."""
-    return 2.0 / pi * (v + s) * float(ellipe(4.0 * v * s / (v + s) ** 2))
+    parameter = min(4.0 * v * s / (v + s) ** 2, 1.0)  # rounding makes it more where both are nearly equal
+    return 2.0 / pi * (v + s) * float(ellipe(parameter))
 
 
 def _series(e: float) -> float:
