@@ -100,11 +100,14 @@ def test_contact_and_scale_are_found(problem):
     ratio = plunge.identify(exact, "normal_force_ratio", **options)
     assert ratio["normal_force_ratio"] == pytest.approx(1.08 * problem.model.normal_force_ratio, rel=1e-6)
     assert found(exact, **options)["time_constant"] == pytest.approx(1.08 * problem.time_constant, rel=1e-6)
-    values = []
+    late = plunge.identify(ground(problem, -0.006, 1.08), "contact_zero", **options)
+    assert late["contact_zero"] == pytest.approx(-0.006, abs=1e-7)
+    truth, pulls = {"contact_zero": 0.008, "normal_force_ratio": 1.08 * problem.model.normal_force_ratio}, []
     for seed in range(16):
-        fit = plunge.identify(ground(problem, 0.008, 1.08, sd=5e-4, seed=seed), "contact_zero", **options)
-        values.append([(fit["contact_zero"] - 0.008) / fit.sd[0]])
-    assert np.std(values) == pytest.approx(1.0, abs=0.4) and abs(np.mean(values)) < 4 / np.sqrt(16)
+        data = ground(problem, 0.008, 1.08, sd=5e-4, seed=seed)
+        fits = {what: plunge.identify(data, what, **options) for what in truth}
+        pulls.append([(fits[what][what] - true) / fits[what].sd[0] for what, true in truth.items()])
+    assert np.std(pulls, axis=0) == pytest.approx(1.0, abs=0.4) and np.all(abs(np.mean(pulls, axis=0)) < 4 / np.sqrt(16))
 
 
 def test_the_linear_model_holds_about_one_rate():
