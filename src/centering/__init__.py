@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from centering._cycle.printed_controller import PrintedController
     from centering._cycle.settings import CycleSettings
     from centering._cycle.states import CycleState
-    from centering._cycle.strategy import PushChoice, Strategy
+    from centering._cycle.strategy import Strategy
+    from centering._cycle.strategy_choice import PushChoice
     from centering._cycle.strategy_record import CenteringRuns
     from centering._cycle.strategy_timing import CycleTiming
     from centering._friction.bristle_laws import DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
@@ -378,7 +379,7 @@ _MODULES = {
     "PrintedController": "_cycle.printed_controller",
     "CycleSettings": "_cycle.settings",
     "CycleState": "_cycle.states",
-    "PushChoice": "_cycle.strategy",
+    "PushChoice": "_cycle.strategy_choice",
     "Strategy": "_cycle.strategy",
     "CenteringRuns": "_cycle.strategy_record",
     "CycleTiming": "_cycle.strategy_timing",

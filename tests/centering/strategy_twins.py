@@ -4,7 +4,7 @@ from math import atan2, cos, exp, hypot, log, pi, sin, sqrt
 
 import numpy as np
 
-from centering._cycle.outcomes import RATIOS, OutcomeTable, PushKind
+from centering._cycle.outcomes import FRICTION_SCALES, OutcomeTable, PushKind
 from centering._cycle.plan import prepared, solved
 from centering._cycle.strategy_moves import Size
 from sdpgrind.base.progress import silent
@@ -25,24 +25,24 @@ def quick_strategy(problem, *, kinds=QUICK, size=COARSE, executor=None, spindle_
 
 
 def made_up_table():
-    """Outcomes by a formula: travel = max(0, stroke - 0.03 ratio) + 0.1 stroke (1 - ratio)."""
+    """Outcomes by a formula: travel = max(0, stroke - 0.03 scale) + 0.1 stroke (1 - scale)."""
     strokes = 0.01 * 1.1 ** np.arange(80)
-    travel = np.maximum(0.0, strokes[:, None] - 0.03 * RATIOS) + 0.1 * strokes[:, None] * (1.0 - RATIOS)
+    travel = np.maximum(0.0, strokes[:, None] - 0.03 * FRICTION_SCALES) + 0.1 * strokes[:, None] * (1.0 - FRICTION_SCALES)
     travel = np.maximum(travel, 0.0)
     return OutcomeTable((PushKind("trapezoid", 10.0, True),), 0.01, 1.1, travel[None], (strokes / 10.0)[None], np.array([75]))
 
 
-def travel_twin(table, kind, stroke, ratio):
-    """Bilinear in log stroke and ratio, by two plain interpolations."""
+def travel_twin(table, kind, stroke, scale):
+    """Bilinear in log stroke and scale, by two plain interpolations."""
     if stroke <= 0:
         return 0.0
-    at_ratio = [np.interp(ratio, RATIOS, row) for row in table.travel[kind]]
-    return float(np.interp(log(stroke), np.log(table.strokes), at_ratio))
+    at_scale = [np.interp(scale, FRICTION_SCALES, row) for row in table.travel[kind]]
+    return float(np.interp(log(stroke), np.log(table.strokes), at_scale))
 
 
-def stroke_twin(table, kind, ratio, travel):
+def stroke_twin(table, kind, scale, travel):
     """Least stroke whose mean travel reaches what is wanted, by a fine search."""
-    mean = np.array([np.interp(ratio, RATIOS, row) for row in table.mean_travel[kind]])
+    mean = np.array([np.interp(scale, FRICTION_SCALES, row) for row in table.mean_travel[kind]])
     if mean[table.last[kind]] < travel:
         return np.inf
     fine = np.linspace(0.0, table.last[kind], 400_001)
@@ -62,7 +62,7 @@ def waiting_twin(phase, busy, speed, arc, before, acceleration):
 def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
     """Expected time and the weights on the nodes (a dict), draw by draw; as `all_draws` from one state."""
     table, problem, belief = ground.outcomes, ground.problem, ground.belief
-    where, ratio = ground.axes
+    where, scale = ground.axes
     stroke = table.stroke_for(kind, share * offset, friction)
     if not np.isfinite(stroke):
         return np.inf, {}
@@ -90,14 +90,14 @@ def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
         rise = problem.limits.spindle_acceleration_max
         time += w * waiting_twin(phase, busy, speed(after), ground.timing.measuring_arc, speed(offset), rise)
         mean = friction + (sd**2 / spread if spread else 0.0) * gain * (x - travels.mean())
-        mean = min(max(mean, ratio.low), ratio.high)
+        mean = min(max(mean, scale.low), scale.high)
         i = min(log(after / where.low) / (log(where.high / where.low) / (where.nodes - 1)), where.nodes - 1)
-        j = (mean - ratio.low) / ((ratio.high - ratio.low) / (ratio.nodes - 1))
-        a, b = min(int(i), where.nodes - 2), min(int(j), ratio.nodes - 2)
+        j = (mean - scale.low) / ((scale.high - scale.low) / (scale.nodes - 1))
+        a, b = min(int(i), where.nodes - 2), min(int(j), scale.nodes - 2)
         for up in (0, 1):
             for right in (0, 1):
                 part = w * (i - a if up else 1 - i + a) * (j - b if right else 1 - j + b)
-                node = (a + up) * ratio.nodes + b + right
+                node = (a + up) * scale.nodes + b + right
                 weights[node] = weights.get(node, 0.0) + part
     return time, weights
 

@@ -27,15 +27,15 @@ def ground():
 
 @settings(deadline=None)
 @given(st.floats(0.001, 40.0), st.floats(0.5, 1.5))
-def test_travel_is_bilinear(stroke, ratio):
-    assert TABLE.expected(0, stroke, ratio) == pytest.approx(travel_twin(TABLE, 0, stroke, ratio), abs=1e-9)
+def test_travel_is_bilinear(stroke, scale):
+    assert TABLE.expected(0, stroke, scale) == pytest.approx(travel_twin(TABLE, 0, stroke, scale), abs=1e-9)
 
 
 @settings(deadline=None)
 @given(st.floats(0.001, 15.0), st.floats(0.7, 1.3))
-def test_a_stroke_reaches_the_wanted_mean_travel(travel, ratio):
-    stroke = TABLE.stroke_for(0, travel, ratio)
-    twin = stroke_twin(TABLE, 0, ratio, travel)
+def test_a_stroke_reaches_the_wanted_mean_travel(travel, scale):
+    stroke = TABLE.stroke_for(0, travel, scale)
+    twin = stroke_twin(TABLE, 0, scale, travel)
     assert stroke == pytest.approx(twin, rel=1e-4)  # the search has 400 000 steps over a factor of 1270
 
 
@@ -43,13 +43,13 @@ def test_no_stroke_reaches_too_far():
     assert TABLE.stroke_for(0, 100.0, 1.0) == np.inf
 
 
-def test_mean_travel_is_the_mean_over_a_normal_ratio():
+def test_mean_travel_is_the_mean_over_a_normal_friction_scale():
     rng = np.random.default_rng(0)
-    ratio = 1.0 + 0.045 * rng.standard_normal(20_000)
+    scale = 1.0 + 0.045 * rng.standard_normal(20_000)
     middle = TABLE.mean_travel.shape[2] // 2
     for node in (20, 40):
-        drawn = np.interp(ratio, np.linspace(0.6, 1.4, TABLE.travel.shape[2]), TABLE.travel[0, node])
-        error = 5 * drawn.std() / np.sqrt(ratio.size) + 1e-5
+        drawn = np.interp(scale, np.linspace(0.6, 1.4, TABLE.travel.shape[2]), TABLE.travel[0, node])
+        error = 5 * drawn.std() / np.sqrt(scale.size) + 1e-5
         assert TABLE.mean_travel[0, node, middle] == pytest.approx(drawn.mean(), abs=error)
     assert np.all(np.diff(TABLE.mean_travel[0, :, middle]) >= 0)
 
@@ -88,9 +88,9 @@ def test_a_push_obeys_the_law_of_cosines(offset, travel, angle):
 @pytest.mark.parametrize("kind", [0, 1])
 def test_all_draws_against_one_by_one(ground, kind, seen):
     rng = np.random.default_rng(kind + 2 * seen)
-    where, ratio = ground.axes
+    where, scale = ground.axes
     offset = np.geomspace(where.low, where.high, 9)[rng.integers(0, 9, 12)]
-    friction, share = rng.uniform(ratio.low, ratio.high, 12), rng.choice(FRACTIONS, 12)
+    friction, share = rng.uniform(scale.low, scale.high, 12), rng.choice(FRACTIONS, 12)
     time, (starts, columns, weights) = KindOfPush(ground, kind, 6)._follow(offset, friction, share, seen)
     for p in range(12):
         slow, on_nodes = push_twin(ground, kind, offset[p], friction[p], share[p], seen, WORTH, draws(ground.problem))
@@ -121,9 +121,9 @@ def test_posterior_against_a_fine_grid(travelled):
     stroke, noise = 0.08, 0.004
     mean, sd = posterior(TABLE.travel[0], TABLE.grid, stroke, (1.02, 0.08), 0.04, noise, travelled)
 
-    def travel_of(ratio):
+    def travel_of(scale):
         return np.array([TABLE.expected(0, stroke, float(r)) for r in np.linspace(0.2, 1.9, 1701)]).take(
-            np.clip(np.round((ratio - 0.2) / 0.001).astype(int), 0, 1700)
+            np.clip(np.round((scale - 0.2) / 0.001).astype(int), 0, 1700)
         )
 
     slow_mean, slow_sd = posterior_twin(travel_of, 1.02, 0.08, 0.04, noise, travelled)

@@ -12,7 +12,7 @@ from scipy import sparse
 from strategy_twins import quick_strategy
 
 import sdpgrind
-from centering._cycle.belief import RatioBelief
+from centering._cycle.belief import FrictionScaleBelief
 from centering._cycle.outcomes import PushKind
 from centering._cycle.plan import GIVEN_UP, SETTLED, plan, prepared, solved
 from centering._cycle.strategy import Strategy
@@ -40,11 +40,11 @@ def light():
 
 def by_hand(ground):
     """Value [pushes seen, node] by plain value iteration over pushes left, all kinds and shares side by side."""
-    where, ratio = ground.axes
+    where, scale = ground.axes
     offset, friction = (
         x.ravel()
         for x in np.meshgrid(
-            np.geomspace(where.low, where.high, where.nodes), np.linspace(ratio.low, ratio.high, ratio.nodes), indexing="ij"
+            np.geomspace(where.low, where.high, where.nodes), np.linspace(scale.low, scale.high, scale.nodes), indexing="ij"
         )
     )
 
@@ -100,8 +100,8 @@ def test_friction_of_a_part_persists(heavy):
         friction, evidence = 1.0, 0.0
         for _ in range(4):
             choice = heavy.push(offset=8.0, friction=friction, evidence=evidence)
-            ratio = part * (1 + 0.04 * rng.standard_normal())
-            seen = heavy.outcomes.expected(choice.kind, choice.stroke, ratio) + 0.7e-3 * rng.standard_normal()
+            scale = part * (1 + 0.04 * rng.standard_normal())
+            seen = heavy.outcomes.expected(choice.kind, choice.stroke, scale) + 0.7e-3 * rng.standard_normal()
             friction, evidence = heavy.update_belief(friction, evidence, choice, seen)
         errors.append(friction - part)
         claimed.append(belief.sd(evidence))
@@ -220,7 +220,7 @@ def test_what_a_strategy_refuses(light):
     with pytest.raises(ValueError, match=r"push_speed must be > 0 \(mm/s\)"):
         PushKind("gentle", 0.0, True)
     with pytest.raises(ValueError, match="part_sd must be >= 0"):
-        RatioBelief(-0.1, 0.04)
+        FrictionScaleBelief(-0.1, 0.04)
 
 
 def test_table_speeds():
@@ -247,11 +247,11 @@ def test_a_slower_table_takes_longer():
 
 
 def test_evidence_and_standard_deviation_are_inverse():
-    belief = RatioBelief(0.08, 0.04)
+    belief = FrictionScaleBelief(0.08, 0.04)
     for pushes in (0.0, 0.5, 3.0, 20.0):
         assert belief.evidence(belief.sd(pushes)) == pytest.approx(pushes, abs=1e-9)
     assert belief.sd(3) == pytest.approx(1 / np.sqrt(1 / 0.08**2 + 3 / 0.04**2))
-    assert RatioBelief(0.0, 0.0).next_sd(5) == 0.0
+    assert FrictionScaleBelief(0.0, 0.0).next_sd(5) == 0.0
 
 
 def test_load_knows_the_kind(heavy, tmp_path):

@@ -1,4 +1,4 @@
-"""What a part's pushes say of its friction: mean and standard deviation of the ratio to the model's."""
+"""What a part's pushes say of its friction: mean and standard deviation of the friction scale."""
 
 import dataclasses
 from math import sqrt
@@ -16,7 +16,7 @@ class Belief(NamedTuple):
     Attributes
     ----------
     friction : float
-        Mean of the ratio to the model's friction, dimensionless.
+        Mean of the friction scale, dimensionless.
     evidence : float
         Pushes' worth of it: the standard deviation is that after so many pushes that showed their friction.
     """
@@ -27,10 +27,10 @@ class Belief(NamedTuple):
 
 @stored("centering.belief")
 @dataclasses.dataclass(frozen=True)
-class RatioBelief(Frozen):
+class FrictionScaleBelief(Frozen):
     """Belief about the friction scale of a part: friction over that of the model, both coefficients together.
 
-    The ratio of a part is 1 with a standard deviation of `part_sd`; each push scatters about it by `push_sd`. After n pushes that
+    The scale of a part is 1 with a standard deviation of `part_sd`; each push scatters about it by `push_sd`. After n pushes that
     showed their friction the variance is ``1/(1/part_sd^2 + n/push_sd^2)``: a function of n alone, so that only n and the mean
     are state.
 
@@ -46,7 +46,7 @@ class RatioBelief(Frozen):
 
     Examples
     --------
-    >>> belief = RatioBelief(part_sd=0.08, push_sd=0.04)
+    >>> belief = FrictionScaleBelief(part_sd=0.08, push_sd=0.04)
     >>> [round(belief.sd(pushes), 4) for pushes in (0, 1, 3)]
     [0.08, 0.0358, 0.0222]
     >>> round(belief.next_sd(0), 4), round(belief.evidence(belief.sd(3)), 6)
@@ -61,17 +61,17 @@ class RatioBelief(Frozen):
         checks.nonnegative("push_sd", self.push_sd, "relative")
 
     @classmethod
-    def of(cls, scatter: PushScatter) -> "RatioBelief":
+    def of(cls, scatter: PushScatter) -> "FrictionScaleBelief":
         """Return the belief before the first push under the `scatter` of a problem (relative standard deviations)."""
         return cls(scatter.friction_part_sd, scatter.friction_push_sd)
 
     def sd(self, pushes: float) -> float:
-        """Return the standard deviation of the part's ratio after so many `pushes`, relative."""
+        """Return the standard deviation of the part's scale after so many `pushes`, relative."""
         prior, noise = self.part_sd**2, self.push_sd**2
         return sqrt(prior * noise / (noise + pushes * prior)) if noise + pushes * prior > 0 else 0.0
 
     def next_sd(self, pushes: float) -> float:
-        """Return the standard deviation of the ratio that the next push will have, relative."""
+        """Return the standard deviation of the scale that the next push will have, relative."""
         return sqrt(self.sd(pushes) ** 2 + self.push_sd**2)
 
     def evidence(self, sd: float) -> float:

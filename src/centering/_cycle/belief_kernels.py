@@ -15,7 +15,7 @@ _FAR = 50.0  # squared standard deviations beyond which a travel is a surprise, 
 
 @njit(**_OPTIONS)
 def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
-    """Mean and standard deviation of a part's ratio after a push; `prior` holds both before; `noise` and `travelled` in mm.
+    """Mean and standard deviation of a part's friction scale after a push; `prior` holds both before; `noise`, `travelled` in mm.
 
     Between two grid points of the push the travel is smeared over their distance: what is measured may be much finer.
     """

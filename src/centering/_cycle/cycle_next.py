@@ -77,7 +77,7 @@ class NextPush:
         offset : float
             mm.
         friction, evidence : float
-            What is believed: ratio, and pushes' worth of evidence.
+            What is believed: friction scale, and pushes' worth of evidence.
         """
         asked = (min(max(offset, self._least), self._strategy.offset_max), friction, evidence)
         if self._answer is None or asked != self._asked:
@@ -95,7 +95,7 @@ class NextPush:
         start : Approach
             Where it begins.
         friction : float
-            Ratio that is believed.
+            Friction scale that is believed.
         table : TableMotion
             When it is due.
         """

@@ -9,25 +9,25 @@ _OPTIONS: Any = {"cache": True, "nogil": True}
 
 
 @njit(**_OPTIONS)
-def travel_at(table, grid, stroke, ratio):
-    """Travel (mm) of a push, bilinear in log stroke and ratio; `grid` = (log first stroke, log step, first ratio, step)."""
+def travel_at(table, grid, stroke, scale):
+    """Travel (mm) of a push, bilinear in log stroke and scale; `grid` = (log first stroke, log step, first scale, step)."""
     if stroke <= 0.0:
         return 0.0
-    strokes, ratios = table.shape
+    strokes, scales = table.shape
     i = min(max((np.log(stroke) - grid[0]) / grid[1], 0.0), strokes - 1.0)
-    j = min(max((ratio - grid[2]) / grid[3], 0.0), ratios - 1.0)
-    a, b = min(int(i), strokes - 2), min(int(j), ratios - 2)
+    j = min(max((scale - grid[2]) / grid[3], 0.0), scales - 1.0)
+    a, b = min(int(i), strokes - 2), min(int(j), scales - 2)
     x, y = i - a, j - b
     low = (1.0 - x) * table[a, b] + x * table[a + 1, b]
     return (1.0 - y) * low + y * ((1.0 - x) * table[a, b + 1] + x * table[a + 1, b + 1])
 
 
 @njit(**_OPTIONS)
-def stroke_for(mean, grid, last, ratio, travel):
-    """Least stroke (mm) whose mean travel reaches `travel` (mm) at a ratio; infinite where no stroke up to node `last` does."""
-    ratios = mean.shape[1]
-    j = min(max((ratio - grid[2]) / grid[3], 0.0), ratios - 1.0)
-    b = min(int(j), ratios - 2)
+def stroke_for(mean, grid, last, scale, travel):
+    """Least stroke (mm) whose mean travel reaches `travel` (mm) at a scale; infinite where no stroke up to node `last` does."""
+    scales = mean.shape[1]
+    j = min(max((scale - grid[2]) / grid[3], 0.0), scales - 1.0)
+    b = min(int(j), scales - 2)
     y = j - b
     if (1.0 - y) * mean[last, b] + y * mean[last, b + 1] < travel:
         return np.inf

@@ -22,14 +22,14 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.stored import stored
 
-RATIOS = np.linspace(0.6, 1.4, 49)
+FRICTION_SCALES = np.linspace(0.6, 1.4, 49)
 """Friction scales of the tables."""
 _STEP = 1.02
 """Ratio of neighbouring strokes."""
 _LONGEST = 0.25
 """Time for which a tip may push, s: what takes longer belongs to a faster push."""
 _SPREAD = 0.045
-"""Standard deviation of the ratio over which the mean travel is taken: about that of a push once a few were seen."""
+"""Standard deviation of the friction scale over which the mean travel is taken: about that of a push once a few were seen."""
 
 
 @stored("centering.push_kind")
@@ -118,7 +118,7 @@ class OutcomeTable(ByValue, Frozen):
     first_stroke, stroke_ratio : float
         Strokes of the table are ``first_stroke stroke_ratio^i``, mm.
     travel : array, (K, S, R)
-        At the friction scales `RATIOS`, mm.
+        At the friction scales `FRICTION_SCALES`, mm.
     contact_time : array, (K, S)
         From first touch to the turning point of the tip, s.
     last : array of int, (K,)
@@ -143,7 +143,12 @@ class OutcomeTable(ByValue, Frozen):
     @cached_property
     def grid(self) -> tuple[float, float, float, float]:
         """Logarithms of the first stroke (mm) and of the ratio of strokes, first friction scale and step (both unit 1)."""
-        return float(np.log(self.first_stroke)), float(np.log(self.stroke_ratio)), float(RATIOS[0]), float(RATIOS[1] - RATIOS[0])
+        return (
+            float(np.log(self.first_stroke)),
+            float(np.log(self.stroke_ratio)),
+            float(FRICTION_SCALES[0]),
+            float(FRICTION_SCALES[1] - FRICTION_SCALES[0]),
+        )
 
     @property
     def stroke_range(self) -> tuple[float, float]:
@@ -159,8 +164,8 @@ class OutcomeTable(ByValue, Frozen):
     def mean_travel(self) -> Floats:
         """Mean travel about each friction scale, never falling with the stroke, (K, S, R), mm: what a stroke is chosen by."""
         node, weight = np.polynomial.hermite_e.hermegauss(9)
-        at = np.clip(np.add.outer(RATIOS, _SPREAD * node), RATIOS[0], RATIOS[-1])
-        hat = np.maximum(0.0, 1.0 - np.abs(at[:, :, None] - RATIOS) / self.grid[3])
+        at = np.clip(np.add.outer(FRICTION_SCALES, _SPREAD * node), FRICTION_SCALES[0], FRICTION_SCALES[-1])
+        hat = np.maximum(0.0, 1.0 - np.abs(at[:, :, None] - FRICTION_SCALES) / self.grid[3])
         blur = np.einsum("q,jqr->jr", weight / weight.sum(), hat)
         return lasting(np.maximum.accumulate(self.travel @ blur.T, axis=1))
 
@@ -196,7 +201,7 @@ def simulated(
 
 
 def _rows(model: PushModel, strokes: Floats, acceleration: float, kind: PushKind) -> tuple[Floats, Floats, int]:
-    """Travel [stroke, ratio], time of contact [stroke] and last stroke of one kind of push."""
+    """Travel [stroke, friction scale], time of contact [stroke] and last stroke of one kind of push."""
     profiles, times = [], []
     for stroke in strokes:
         profile = kind.profile(model, float(stroke), acceleration)
@@ -205,30 +210,30 @@ def _rows(model: PushModel, strokes: Floats, acceleration: float, kind: PushKind
         if times[-1] > _LONGEST:
             break
     count = len(profiles)
-    travel = np.zeros((strokes.size, RATIOS.size))
+    travel = np.zeros((strokes.size, FRICTION_SCALES.size))
     travel[:count] = _travels(model, profiles)
     travel[count:] = travel[count - 1]
     return travel, np.pad(times, (0, strokes.size - count), mode="edge"), count - 1
 
 
 def _travels(model: PushModel, profiles: list[TipProfile]) -> Floats:
-    """Travel of the part [profile, ratio], mm."""
+    """Travel of the part [profile, friction scale], mm."""
     segments = np.concatenate([profile.segments for profile in profiles])
     ends = np.cumsum([profile.duration.size for profile in profiles])
     starts = np.array([profile.start for profile in profiles])
     out, status = np.empty((starts.size, COLUMNS)), np.empty(starts.size, dtype=np.int64)
-    travel = np.empty((starts.size, RATIOS.size))
-    for k, ratio in enumerate(RATIOS):
-        push_many(scaled(model, float(ratio))[None], segments, ends, starts, out, status)
+    travel = np.empty((starts.size, FRICTION_SCALES.size))
+    for k, scale in enumerate(FRICTION_SCALES):
+        push_many(scaled(model, float(scale))[None], segments, ends, starts, out, status)
         refuse_unfinished(status)
         travel[:, k] = out[:, FINAL_POSITION]
     return travel
 
 
-def scaled(model: PushModel, ratio: float) -> Floats:
-    """Parameters of a model whose coefficients of friction are changed by a ratio."""
+def scaled(model: PushModel, scale: float) -> Floats:
+    """Parameters of a model whose coefficients of friction are those of the model times a friction scale."""
     parameters = model.parameters
-    parameters[3:5] *= ratio
+    parameters[3:5] *= scale
     return parameters
 
 

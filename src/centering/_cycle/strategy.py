@@ -2,15 +2,16 @@
 
 import os
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from centering._cycle.belief import Belief, RatioBelief
+from centering._cycle.belief import Belief, FrictionScaleBelief
 from centering._cycle.belief_kernels import posterior
 from centering._cycle.outcomes import OutcomeTable
+from centering._cycle.strategy_choice import PushChoice
 from centering._cycle.strategy_kernels import table_speed
 from centering._cycle.strategy_lookup_kernels import choose, value_at
 from centering._cycle.strategy_moves import WORTH, finish_offset, friction_axis, offset_axis, packed_axes
@@ -28,36 +29,6 @@ if TYPE_CHECKING:
 
 KIND = "centering.strategy"
 _ROUNDING = 1.0 + 1e-9
-
-
-class PushChoice(NamedTuple):
-    """A push that a strategy chooses.
-
-    Attributes
-    ----------
-    aim : float
-        Mean travel of the part that is wanted, mm.
-    stroke : float
-        Greatest travel of the tip after the first touch, mm.
-    push_speed : float
-        Greatest speed of the tip, mm/s.
-    shape : str
-        ``"trapezoid"`` or ``"gentle"``.
-    retract : bool
-        Whether the tip is drawn back at once.
-    spindle_speed : float
-        Table speed, rad/s.
-    kind : int
-        Number of the kind of push among `Strategy.kinds`.
-    """
-
-    aim: float
-    stroke: float
-    push_speed: float
-    shape: str
-    retract: bool
-    spindle_speed: float
-    kind: int
 
 
 class Strategy:
@@ -89,7 +60,7 @@ class Strategy:
         What a cycle takes besides, s and rad.
     kinds : tuple of PushKind
         Kinds of push that were tried.
-    belief : RatioBelief
+    belief : FrictionScaleBelief
         Of a part's friction, before it was pushed and after (relative).
     finish : float
         Measured offset at which the part counts as centred, mm: the tolerance less what measuring may hide.
@@ -107,7 +78,7 @@ class Strategy:
         self.kinds, self.finish = outcomes.kinds, finish_offset(problem)
         self._speeds = lasting(speeds)
         self._value, self._kind, self._share = (lasting(x, kind) for x, kind in zip(table, (float, np.int64, float), strict=True))
-        self.belief = RatioBelief.of(problem.scatter)
+        self.belief = FrictionScaleBelief.of(problem.scatter)
         self._settled = self._value.shape[0] - 1
         self._axes = packed_axes(offset_axis(problem, self._value.shape[1]), friction_axis(problem, self._value.shape[2]))
         self._outcomes = (outcomes.travel, outcomes.mean_travel, outcomes.last, outcomes.grid)
@@ -197,7 +168,7 @@ class Strategy:
         Parameters
         ----------
         friction : float
-            Mean of the ratio before, dimensionless.
+            Mean of the friction scale before, dimensionless.
         evidence : float
             Pushes' worth of evidence before: 0 at the first push, then what this method gave.
         commanded : PushChoice
@@ -250,21 +221,25 @@ class Strategy:
     def dataset(self) -> xr.Dataset:
         """The strategy as labelled arrays: value (s), kind of push, share of the offset, and what pushes do (mm)."""
         dims = ("pushes", "offset", "friction")
-        low, step, nodes, first, ratio, count = self._axes
+        low, step, nodes, first, spacing, count = self._axes
         table = self.outcomes
         variables: dict[str, Any] = {
             "value": (dims, self._value, {"units": "s", "long_name": "expected time from the next touch to the end"}),
             "kind": (dims, self._kind, {"long_name": "kind of push: " + "; ".join(k.name for k in self.kinds)}),
             "share": (dims, self._share, {"units": "1", "long_name": "wanted mean travel over offset"}),
             "spindle_speed": (("offset",), self._speeds, {"units": "rad/s", "long_name": "table speed"}),
-            "travel": (("push_kind", "stroke", "ratio"), table.travel, {"units": "mm", "long_name": "travel of the part"}),
+            "travel": (
+                ("push_kind", "stroke", "friction_scale"),
+                table.travel,
+                {"units": "mm", "long_name": "travel of the part"},
+            ),
             "contact_time": (("push_kind", "stroke"), table.contact_time, {"units": "s", "long_name": "time of contact"}),
             "last": (("push_kind",), table.last, {"long_name": "greatest stroke of a kind of push, its number"}),
         }
         coordinates = {
             "pushes": ("pushes", np.arange(self._settled + 1), {"long_name": "pushes seen"}),
             "offset": ("offset", np.exp(low + step * np.arange(nodes)), {"units": "mm"}),
-            "friction": ("friction", first + ratio * np.arange(count), {"units": "1", "long_name": "mean friction scale"}),
+            "friction": ("friction", first + spacing * np.arange(count), {"units": "1", "long_name": "mean friction scale"}),
             "stroke": ("stroke", table.strokes, {"units": "mm"}),
         }
         plain = encode({"problem": self.problem, "timing": self.timing, "kinds": self.kinds, "strokes": table.stroke_range})

@@ -71,7 +71,7 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     offset, friction, fraction : array, (P,)
         State (mm, 1), and the wanted mean travel as a share of the offset.
     kind : tuple
-        (travel [stroke, ratio], mean travel, contact time [stroke], grid, last) of the kind of push.
+        (travel [stroke, friction scale], mean travel, contact time [stroke], grid, last) of the kind of push.
     tables : tuple
         (table speeds at the nodes of the offset,).
     belief : tuple

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 from scipy.special import ndtri
 
-from centering._cycle.belief import RatioBelief
+from centering._cycle.belief import FrictionScaleBelief
 from centering._cycle.outcomes import OutcomeTable
 from centering._cycle.strategy_kernels import all_draws
 from centering._cycle.strategy_timing import CycleTiming
@@ -15,10 +15,14 @@ from centering._push.problem import CenteringProblem
 from sdpgrind import sdp
 from sdpgrind.base.checks import Floats
 
-FRACTIONS = np.array(
-    [0.5, 0.7, 0.8, 0.86, 0.9, 0.94, 0.97, 0.985, 1.0, 1.015, 1.03, 1.06, 1.1, 1.15, 1.25, 1.4, 1.7, 2.2, 3.0, 5.0]
-)
-"""Mean travels that are tried, as shares of the offset; the large ones are for pushes over the axis and back."""
+_NEAR = 0.5, 0.7, 0.8, 0.86, 0.9, 0.94, 0.97, 0.985, 1.0, 1.015, 1.03, 1.06, 1.1, 1.15, 1.25, 1.4
+_OVER = 1.7, 2.2, 3.0, 5.0, 8.0, 13.0, 22.0, 36.0
+FRACTIONS = np.array([*_NEAR, *_OVER])
+"""Mean travels that are tried, as shares of the offset; the large ones are for pushes over the axis and back.
+
+The largest take a part that is nearly centred as far off as stick and slip jump: a push that wants less most likely sticks,
+and so does the next.
+"""
 WORTH = 0.65
 """Evidence of a push in pushes that show their friction fully: about the mean of what `Strategy.update_belief` finds."""
 DRAWS = 101
@@ -49,9 +53,9 @@ class Ground:
     size: Size
 
     @property
-    def belief(self) -> RatioBelief:
+    def belief(self) -> FrictionScaleBelief:
         """Belief before the first push."""
-        return RatioBelief.of(self.problem.scatter)
+        return FrictionScaleBelief.of(self.problem.scatter)
 
     @property
     def axes(self) -> tuple[sdp.Axis, sdp.Axis]:
@@ -140,7 +144,7 @@ class KindOfPush:
     def _follow(self, offset: Any, friction: Any, share: Any, seen: int) -> tuple[Floats, Any]:
         ground, out = self.ground, np.empty(np.size(offset))
         table, scatter, belief = ground.outcomes, ground.problem.scatter, ground.belief
-        where, ratio = ground.axes
+        where, friction_scale = ground.axes
         k = self.kind
         found = all_draws(
             *(np.ascontiguousarray(np.ravel(x), dtype=float) for x in (offset, friction, share)),
@@ -148,7 +152,7 @@ class KindOfPush:
             (ground.speeds, ground.finish),
             (belief.sd(WORTH * seen), belief.push_sd, float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd))),
             (ground.timing.busy_time, ground.timing.measuring_arc, ground.problem.limits.spindle_acceleration_max),
-            packed_axes(where, ratio),
+            packed_axes(where, friction_scale),
             _compiled(*draws(ground.problem)),
             out,
         )

@@ -13,7 +13,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 
 if TYPE_CHECKING:
-    from centering._cycle.strategy import PushChoice, Strategy
+    from centering._cycle.strategy import Strategy
+    from centering._cycle.strategy_choice import PushChoice
 
 _LEAST_SHARE = 0.1  # of the greatest offset: where parts begin unless told
 
@@ -36,7 +37,7 @@ class _Parts:
     def __init__(self, strategy: "Strategy", start: Floats, random: np.random.Generator) -> None:
         self.strategy, self.random, self.start = strategy, random, start
         self.scatter, count = strategy.problem.scatter, start.size
-        self.ratio = 1.0 + self.scatter.friction_part_sd * random.standard_normal(count)
+        self.scale = 1.0 + self.scatter.friction_part_sd * random.standard_normal(count)
         self.offset = start.copy()
         self.friction, self.evidence, self.waiting = np.ones(count), np.zeros(count), np.ones(count, dtype=bool)
         self.pushes = np.zeros(count, dtype=np.int64)
@@ -75,13 +76,13 @@ class _Parts:
     def _travel(self, at: Any, choices: "list[PushChoice]", unit: Floats) -> Floats:
         """Travel of the parts, mm: the tip meets a part where it is and stops where it is told, but for its scatter."""
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
-        ratio = np.maximum(0.2, self.ratio[at] * (1.0 + self.scatter.friction_push_sd * unit[0, at]))
+        scale = np.maximum(0.2, self.scale[at] * (1.0 + self.scatter.friction_push_sd * unit[0, at]))
         model = self.strategy.problem.model
         profiles = [
             self.strategy.profile(choice._replace(stroke=max(choice.stroke + p, 1e-6)))
             for choice, p in zip(choices, place, strict=True)
         ]
-        return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in ratio]), profiles)[:, 0])
+        return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in scale]), profiles)[:, 0])
 
     def _move(self, k: int, choice: "PushChoice", travel: float, unit: Floats) -> None:
         """Book a push of part k: where it is now, what was measured, how long it took, what it says of friction."""
