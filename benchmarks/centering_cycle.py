@@ -4,6 +4,7 @@ Medians of runs in turn, so that all see the same load; one core, except for who
 """
 
 import argparse
+import contextlib
 import os
 import time
 import warnings
@@ -84,6 +85,20 @@ def pushes() -> None:
     most("energy balance", residual, 1e-9, "")
 
 
+def exact_plans(count: int) -> list[float]:
+    """How long exact plans of any mass, preset, offset, speed, table and shape take, ms; those that are refused left out."""
+    rng, found = np.random.default_rng(0), []
+    for _ in range(count):
+        problem = ring(float(rng.choice(list(MASSES))), str(rng.choice(["printed", "identified"])))
+        task = {"offset": 10.0 ** rng.uniform(-2.0, 1.0), "push_speed": rng.uniform(2.0, 40.0), "follow_gap": 40.0}
+        task |= {"spindle_speed": units.rpm(rng.uniform(5.0, 100.0)), "shape": str(rng.choice(["trapezoid", "gentle"]))}
+        with warnings.catch_warnings(), contextlib.suppress(ValueError):
+            warnings.simplefilter("ignore")
+            took = in_turn({"": lambda problem=problem, task=task: centering.plan_push(problem, **task)}, 5)
+            found.append(1e3 * took[""])
+    return found
+
+
 def plans() -> None:
     print("\n## Planning a push: 1 mm, 20 1/min, 10 mm/s, 18.9 kg")
     task = {"offset": 1.0, "spindle_speed": units.rpm(20), "push_speed": 10.0}
@@ -92,6 +107,10 @@ def plans() -> None:
     took = in_turn(runs, 51)
     told(took, "end", 1e-3, "ms")
     most("lead and stroke (5.1) to (5.17)", 1e3 * took["end"], 1.0, "ms")
+    drawn = exact_plans(200)
+    median, slow = np.quantile(drawn, (0.5, 0.95))
+    print(f"exact, {len(drawn)} drawn: median {median:.2f} ms, 95 % {slow:.2f} ms, most {max(drawn):.2f} ms")
+    most("exact lead and stroke, median of those drawn", float(median), 1.0, "ms")
     friction = centering.FrictionEstimator(PRINTED)
     trace = centering.simulate_push(PRINTED.model, centering.TipProfile.move(5.0, 40.0, 2560.0))
     print(f"friction estimator, one update: {1e3 * in_turn({'': lambda: friction.update(trace)}, 31)['']:.2f} ms")

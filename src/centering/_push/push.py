@@ -15,6 +15,7 @@ from centering._push.limits import check_speed
 from centering._push.model import PushModel
 from centering._push.problem import CenteringLimits, CenteringProblem
 from centering._push.profile import TipProfile
+from centering._push.push_rows import trapezoid
 from centering._push.timing import printed_time, rest_to_rest
 from centering._push.turning import turning_profile
 from centering._push.turning_trace import TablePushTrace, simulate_table_push
@@ -288,5 +289,5 @@ def _whole(limits: CenteringLimits, rough: float, touch: Touch) -> TipProfile:
     if limits.settle_time > 0.0:
         parts.insert(0, np.array([[limits.settle_time, 0.0, 0.0]]))
     if rough > _LEAST:
-        parts.insert(0, TipProfile.move(rough, limits.approach_speed, limits.acceleration_max).segments)
+        parts.insert(0, trapezoid(rough, limits.approach_speed, limits.acceleration_max))
     return profile_of(np.vstack(parts), -rough - touch.run_up)
