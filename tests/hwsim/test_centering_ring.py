@@ -285,7 +285,7 @@ def test_the_tip_touches_the_rim_where_the_probe_says_that_it_is(lobes, speed):
     while part._state[slots.TOUCHES] == 0.0:
         before, after = after, part.step({}, 1)
     gaps = [each["slide"] - float(ring.reading([each["angle"]])[0]) for each in (before, after)]
-    # the tip is there within the tick; outside of a step of 0.5 ms the rim is 3 * 3 * 0.02 mm/s * 0.5 ms = 0.1 um off
+    # the tip is there within the tick; outside of a step of 0.5 ms the rim is 3 * 3 * 0.02 mm/s * 0.5 ms = 0.1 µm off
     assert gaps[0] >= -1e-4 and gaps[1] <= 1e-4 and gaps[0] - gaps[1] < 1e-3 * (1.0 + 4.0 * speed) + 1e-9
 
 
