@@ -75,7 +75,8 @@ def fit_circle(
     CircleEstimate
         Radius and centre, mm, with the covariance s^2 (J'J)^-1, s inflated where noise is correlated; of a robust fit that of
         Huber, which counts what the weights cost. Its `down_weighted` readings count for less than half. `freedom` is inf where
-        the noise is that which was given.
+        the noise is that which was given. One turn hardly tells noise that is correlated by 0.95 and more from reading to
+        reading (1 degree apart): of joint bands for 0.99 then 2 to 4 % miss the centre.
 
     Raises
     ------
