@@ -26,8 +26,8 @@ class CenteringController(CycleBase):
     """Centre a part in the least time that its strategy knows; see `hwsim.protocols.Controller`.
 
     The slide does not follow the rim: it waits as near as the rim comes, so that approaches are short, and the probe, which has
-    the stroke for it, follows alone. Every reading goes to a `GeometryEstimator`, while the table runs up, too; after a push the
-    radius stays known. A push is sent two samples before it begins, with the angle of the table at which it begins, so that it
+    the stroke for it, follows alone. Every reading counts, while the table runs up, too, unless a `GeometryEstimator` refuses it;
+    centre, radius and lobes of 2 to 7 undulations are found together, and after a push radius and lobes stay known. A push is sent two samples before it begins, with the angle of the table at which it begins, so that it
     starts within a sample; until then it is planned anew as the estimate improves. It is not waited for a sure estimate: a push
     that measuring errors spoil less than its own scatter is worth more. "Centred" is said only when the offset and its
     uncertainty are within the tolerance.
