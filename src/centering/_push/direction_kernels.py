@@ -37,7 +37,7 @@ _M, _K, _B, _FS, _FK, _KV = range(6)  # of the law
 _GROWTH, _SHRINK, _SAFETY, _ORDER = 4.0, 0.2, 0.9, 5.0  # of steps
 _BRAKED = 0.8  # of the time in which a slide would stop: there the direction of friction is not smooth
 _SHORT = 2e-6  # s: a step that begins or ends a slide; a ring that stops goes mu g/2 times its square, 3e-9 mm
-_PER_SWING = 4.0  # steps at least in a swing of the ring on the contact
+_PER_SWING = 4.0  # steps at least in a swing of the ring on the contact while it does not touch
 _EXACT = 1e-11  # s: so exactly an event is met
 _SLIVER = 1e-12  # s
 _EDGE, _GOLDEN, _CREST = 0.02, (sqrt(5.0) - 1.0) / 2.0, 1e-6  # of a rest: where its load is looked at; how closely
@@ -168,12 +168,13 @@ def _advance(ring, tip, touching, h, left, tolerance, state, k, end):
 
 
 @njit(**_OPTIONS)
-def _slide(ring, tip, h, left, tolerance, fresh, state, k, end):
+def _slide(ring, tip, h, longest, left, tolerance, fresh, state, k, end):
     """Let a ring slide for one step: its length, that of the next, whether what acts must be looked at anew."""
     touching = contact(ring, tip, state)[1] > 0.0 if fresh else state[FORCE] > 0.0
     if fresh:
         slope(ring, tip, touching, state, k[0])
     first, rise = gain(ring, tip, state, k[0])
+    h = min(h, left if touching else min(longest, left))  # a contact that begins is not passed over
     h, following, changed = _advance(ring, tip, touching, h, left, tolerance, state, k, end)
     after = tip_after(tip, h)
     last, fall = gain(ring, after, end, k[STAGES - 1])
@@ -205,7 +206,7 @@ def push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
             if state[RESTS] > 0.5:
                 h, step, fresh = _rest(ring, tip, longest, left, state, end), _SHORT, True
             else:
-                h, step, fresh = _slide(ring, tip, min(step, longest, left), left, tolerance, fresh, state, k, end)
+                h, step, fresh = _slide(ring, tip, step, longest, left, tolerance, fresh, state, k, end)
             state[TIP], v, _ = tip_after(tip, h)
             state[CLOCK] += h
             left -= h
