@@ -27,10 +27,11 @@ class CenteringController(CycleBase):
 
     The slide does not follow the rim: it waits as near as the rim comes, so that approaches are short, and the probe, which has
     the stroke for it, follows alone. Every reading counts, while the table runs up, too, unless a `GeometryEstimator` refuses it;
-    centre, radius and lobes of 2 to 7 undulations are found together, and after a push radius and lobes stay known. A push is sent two samples before it begins, with the angle of the table at which it begins, so that it
-    starts within a sample; until then it is planned anew as the estimate improves. It is not waited for a sure estimate: a push
-    that measuring errors spoil less than its own scatter is worth more. "Centred" is said only when the offset and its
-    uncertainty are within the tolerance.
+    centre, radius and lobes of 2 to 7 undulations are found together, and after a push radius and lobes stay known.
+    A push is sent two samples before it begins, with the angle of the table at which it begins, so that it starts within a
+    sample; until then it is planned anew as the estimate improves. It is not waited for a sure estimate: a push that measuring
+    errors spoil less than its own scatter is worth more. "Centred" is said only when the offset and its uncertainty are within
+    the tolerance.
 
     Parameters
     ----------
