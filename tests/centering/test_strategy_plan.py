@@ -38,6 +38,11 @@ def light():
     return quick_strategy(LIGHT)
 
 
+@pytest.fixture(scope="module")
+def rough():
+    return quick_strategy(preset("identified"), kinds=FEW, size=Size(64, 3))
+
+
 def by_hand(ground):
     """Value [pushes seen, node] by plain value iteration over pushes left, all kinds and shares side by side."""
     where, scale = ground.axes
@@ -148,6 +153,13 @@ def test_beliefs_stay_in_bounds_and_never_widen(heavy, offset, shift):
     belief = heavy.update_belief(1.0, 2.0, choice, max(0.0, choice.aim * (1 + shift)))
     assert 0.6 <= belief.friction <= 1.4
     assert belief.evidence >= 2.0
+
+
+@pytest.mark.parametrize("offset", [0.0026, 0.004])
+def test_a_part_nearly_centred_is_thrown_as_far_as_it_jumps(rough, offset):
+    """Where stick and slip jump by more than the tolerance: it does not stick, with friction a deviation above the mean, too."""
+    choice = rough.push(offset=offset, evidence=4)
+    assert rough.outcomes.expected(choice.kind, choice.stroke, 1.0 + rough.belief.next_sd(4)) > 1e-3  # mm
 
 
 def test_kept_and_loaded(heavy, tmp_path):
