@@ -129,7 +129,7 @@ def turning_profile(
     >>> still = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=0.0)
     >>> turning = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0)
     >>> round(still.end, 3), round(turning.end, 3)  # mm: the rim comes against the tip before alignment, and recedes behind it
-    (1.0, 1.004)
+    (1.0, 1.005)
     """
     checks.kind("profile", profile, TipProfile)
     checks.kind("model", model, PushModel)
