@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from sdpgrind.locus._area import Area
     from sdpgrind.locus._locus import Locus
 
+_BEHIND = {"facecolor": "w", "edgecolor": "none", "alpha": 0.7, "pad": 0.3}
 COLOURS = {"interior": "#8a8a8a", "locus": "#4878a8", "bound": "#b08a3a", "vertex": "#7a5aa0"}
 """Of the kinds of pieces."""
 FLAT = 1e-2
@@ -78,7 +79,8 @@ def _between(axis: Any, curve: "Locus") -> None:
         x, y = piece.table.controls[:, 0], piece.table.controls[:, 1]
         axis.plot(x, y, style, marker=marker, ms=5, color=COLOURS[piece.kind], lw=1.8 if piece.is_global else 1.0, label=label)
     for state, place in _numbered(curve):
-        axis.annotate(f"{state:.3g}", place, xytext=(4, 4), textcoords="offset points", fontsize=7, color="0.4")
+        axis.annotate(f"{state:.3g}", place, xytext=(5, 0), textcoords="offset points", fontsize=7, va="center", bbox=_BEHIND)
+    axis.margins(x=0.12)  # room for the numbers
     axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
     axis.set_title(f"numbers: {_label(curve, curve.hidden_name)}", fontsize=8, color="0.4")
     axis.legend(frameon=False, fontsize=8)
