@@ -1,6 +1,7 @@
 """One area of the command line: take a job or a preset, plan it (or load its plan), run it on a simulated stand, report."""
 
 import argparse
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import partial
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 
 _PARTS = 20  # where nobody says how many
+NOTHING_FINISHED = 1  # exit status of a run in which every part was broken off
 
 
 class Job(Protocol):
@@ -115,14 +117,14 @@ def add_to(subparsers: Any, area: Area) -> None:
     parser.set_defaults(work=partial(work, area), tolerance=None)
 
 
-def work(area: Area, arguments: argparse.Namespace) -> None:
-    """Do what the command line asks for."""
+def work(area: Area, arguments: argparse.Namespace) -> int:
+    """Do what the command line asks for and return the exit status: 0, or 1 where every part was broken off."""
     job, given = _job(area, arguments)
     _check_numbers(area, arguments)
     title = str(arguments.problem or arguments.preset or arguments.plan)
     if (text := area.instead(title, job, arguments)) is not None:
         print(text)
-        return
+        return 0
     if arguments.parts is None:
         arguments.parts = _PARTS
     folder = None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
@@ -142,6 +144,18 @@ def work(area: Area, arguments: argparse.Namespace) -> None:
         print(f"\n{held}: all of them are reported, not {arguments.parts}")
     if folder is not None:
         print(f"\nkept in {folder}: {', '.join(kept)}")
+    return _status(log)
+
+
+def _status(log: "Log") -> int:
+    from hwsim._report import broken_off
+
+    return NOTHING_FINISHED if all(broken_off(log.outcome)) else 0
+
+
+def announce(text: str) -> None:
+    """Say what begins now and may take long; on standard error, as it is no result."""
+    print(f"hwsim: {text} ...", file=sys.stderr, flush=True)
 
 
 def _check_numbers(area: Area, arguments: argparse.Namespace) -> None:
@@ -195,6 +209,7 @@ def _plan(area: Area, job: Job, given: Any, folder: RunFolder | None, arguments:
         return given
     kept = None if folder is None else folder.plan
     if kept is None:
+        announce("planning")
         return area.plan(job, arguments, TerminalLine())
     _check_error(area, kept, arguments, f"--out {arguments.out}", "choose another folder or tolerance")
     return kept
@@ -213,6 +228,9 @@ def _run(area: Area, job: Job, plan: Any, folder: RunFolder | None, arguments: a
     from sdpgrind.base.progress import TerminalLine
 
     journal = None if folder is None else folder.journal
-    parts = arguments.parts if folder is None else max(arguments.parts, folder.finished)
+    finished = 0 if folder is None else folder.finished
+    parts = max(arguments.parts, finished)
     adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
+    if finished < parts:
+        announce(f"running {parts - finished} {area.part}{'s' if parts - finished > 1 else ''}")
     return run(job.stand, controller, parts=parts, rng=arguments.rng, adapt=adapt, journal=journal, progress=TerminalLine())

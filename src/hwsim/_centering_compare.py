@@ -9,6 +9,7 @@ _PARTS = 20
 
 def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Run both, keep what came of it where a folder is given, and say it."""
+    from hwsim._area import announce
     from hwsim._centering_report import side_by_side
     from hwsim._side_by_side import compare
     from sdpgrind.base.progress import TerminalLine
@@ -19,6 +20,7 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
     plan = _strategy(area, job, arguments)
     both = {"source": job.source(plan), "ours": job.controller(plan)}
     parts = _PARTS if arguments.parts is None else arguments.parts
+    announce(f"running {parts} part{'s' if parts > 1 else ''} twice")
     log = compare(job.stand, both, parts=parts, rng=arguments.rng, progress=TerminalLine())
     text = side_by_side(title, log, plan)
     return text if folder is None else f"{text}\n\nkept in {folder}: {', '.join(_keep(folder, plan, log, arguments))}"
@@ -27,9 +29,13 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
 def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
     """The strategy that is given (of this problem, as was looked at before), or a new one."""
     import sdpgrind
+    from hwsim._area import announce
     from sdpgrind.base.progress import TerminalLine
 
-    return area.plan(job, arguments, TerminalLine()) if arguments.plan is None else sdpgrind.load(arguments.plan)
+    if arguments.plan is not None:
+        return sdpgrind.load(arguments.plan)
+    announce("planning")
+    return area.plan(job, arguments, TerminalLine())
 
 
 def _folder(path: Path | None) -> Path | None:

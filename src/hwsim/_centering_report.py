@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._report import parts_table, summary_head, summary_line
+from hwsim._report import broken_lines, broken_off, parts_table, summary_head, summary_line
 
 if TYPE_CHECKING:
     from hwsim._log import Log
@@ -32,8 +32,9 @@ class _InMicrometres:
 def report(title: str, log: "Log", plan: Any) -> str:
     """Return the whole report as text."""
     shown: Any = _InMicrometres(log)
-    lines = parts_table(shown, "part", _COLUMNS, _SHORT)
-    return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan)])
+    why = broken_off(log.outcome)
+    lines = parts_table(shown, "part", _COLUMNS, _SHORT, why)
+    return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan, why)])
 
 
 def side_by_side(title: str, log: "Log", plan: Any) -> str:
@@ -48,12 +49,16 @@ def side_by_side(title: str, log: "Log", plan: Any) -> str:
 
 
 def _figures(outcome: Any) -> Iterator[tuple[str, Any, str]]:
-    """What is compared: name, a value for each controller, format."""
+    """What is compared: name, a value for each controller, format; parts that were broken off have no time of a finished one."""
     yield "finished (%)", 100 * outcome.finished.mean("part").values, ".1f"
+    broken = outcome.said_finished == 0
+    if broken.any():
+        yield "broken off (%), left out", 100 * broken.mean("part").values, ".1f"
+    done = outcome[["time", "pushes", "offset"]].where(~broken)
     for name, label, form in (("time", "time (s)", ".2f"), ("pushes", "pushes", ".2f")):
-        yield f"{label}, mean", outcome[name].mean("part").values, form
-        yield f"{label}, 95 % of parts", outcome[name].quantile(0.95, "part").values, form
-    yield "offset at the end (µm)", _UM * outcome.offset.mean("part").values, ".2f"
+        yield f"{label}, mean", done[name].mean("part").values, form
+        yield f"{label}, 95 % of parts", done[name].quantile(0.95, "part").values, form
+    yield "offset at the end (µm)", _UM * done.offset.mean("part").values, ".2f"
     yield "peak force (N), mean", outcome.peak_force.mean("part").values, ".1f"
 
 
@@ -73,17 +78,19 @@ def _places(problem: Any) -> list[float]:
     return [round(share * problem.offset_max, 6) for share in (0.01, 0.1, 1.0) if share * problem.offset_max > problem.tolerance]
 
 
-def _summary(log: "Log", plan: Any) -> Iterator[str]:
-    outcome = log.outcome
+def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
+    outcome, done = log.outcome, np.array([not each for each in why])
     start = np.clip(np.hypot(outcome.center_x.values[:, 0], outcome.center_y.values[:, 0]), 0.0, plan.problem.offset_max)
     model = plan.simulate(runs=_PREDICTED, rng=0, start=np.resize(start, _PREDICTED))
-    expected = float(np.mean([plan.cycle_time(float(offset)) for offset in start]))
-    yield summary_head(log, "part")
-    yield summary_line("time (s)", outcome.time.values, ".3f", expected)
-    yield summary_line("pushes", outcome.pushes.values, ".3f", float(model.pushes.mean()))
-    yield summary_line("offset at the end (µm)", _UM * outcome.offset.values, ".3f", _UM * float(np.mean(model.offset)))
+    yield summary_head(int(done.sum()), len(log), "part")
+    if done.any():
+        expected = float(np.mean([plan.cycle_time(float(offset)) for offset in start[done]]))
+        yield summary_line("time (s)", outcome.time.values[done], ".3f", expected)
+        yield summary_line("pushes", outcome.pushes.values[done], ".3f", float(model.pushes.mean()))
+        yield summary_line("offset at the end (µm)", _UM * outcome.offset.values[done], ".3f", _UM * float(np.mean(model.offset)))
     yield summary_line("finished (%)", 100 * outcome.finished.values, ".1f", 100 * float(np.mean(model.finished)))
     yield summary_line("peak force (N)", outcome.peak_force.values, ".1f")
-    for name, label in (("collisions", "collisions"), ("slipped", "slipped on the table (%)"), ("timed_out", "broken off (%)")):
+    for name, label in (("collisions", "collisions"), ("slipped", "slipped on the table (%)")):
         if outcome[name].values.any():
             yield summary_line(label, (1.0 if name == "collisions" else 100.0) * outcome[name].values, ".2f", 0.0)
+    yield from broken_lines(why, "part")

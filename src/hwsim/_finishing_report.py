@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._report import parts_table, summary_head, summary_line
+from hwsim._report import broken_lines, broken_off, parts_table, summary_head, summary_line
 
 if TYPE_CHECKING:
     from hwsim._log import Log
@@ -23,8 +23,9 @@ _UM = 1000.0
 
 def report(title: str, log: "Log", plan: Any, job: Any) -> str:
     """Return the whole report as text."""
-    lines = parts_table(log, "part", _COLUMNS, _SHORT)
-    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job)])
+    why = broken_off(log.outcome)
+    lines = parts_table(log, "part", _COLUMNS, _SHORT, why)
+    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job, why)])
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
@@ -38,9 +39,15 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     yield f"controller: {controller.kind}, {job.stand.target_force:g} N{slowest}"
 
 
-def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
-    outcome, wanted = log.outcome, job.stand.target_force
-    yield summary_head(log, "part")
+def _summary(log: "Log", plan: Any, job: Any, why: list[str]) -> Iterator[str]:
+    finished = np.array([not each for each in why])
+    yield summary_head(int(finished.sum()), len(log), "part")
+    if finished.any():
+        yield from _means(log.outcome.isel(part=finished), plan, job.stand.target_force)
+    yield from broken_lines(why, "part")
+
+
+def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
     yield summary_line("time (s)", outcome.time.values, ".3f", plan.duration)
     yield summary_line("feed (mm/s)", outcome.feed.values, ".3f", plan.mean_feed_rate)
     yield summary_line("force (N)", outcome.normal_force.values, ".4f", wanted)
@@ -52,8 +59,6 @@ def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
         yield summary_line("roughness Ra (µm)", _UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted))
     if outcome.extrapolated.values.any():
         yield summary_line("beyond the model (%)", 100.0 * outcome.extrapolated.values, ".1f", 0.0)
-    if outcome.timed_out.values.any():
-        yield summary_line("broken off (%)", 100.0 * outcome.timed_out.values, ".1f", 0.0)
 
 
 def _expected(problem: Any, force: float) -> float | None:

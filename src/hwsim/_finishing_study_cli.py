@@ -9,6 +9,7 @@ from hwsim._finishing_study import finishing_study
 
 def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Make the experiment, keep it where a folder is given, and say what came of it."""
+    from hwsim._area import announce
     from sdpgrind.base.progress import TerminalLine
 
     settings = {"method": job.method, "kind": job.settings.get("kind", "lqg"), **job.study}
@@ -19,6 +20,7 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
     if arguments.confirm is not None:
         settings["confirm"] = arguments.confirm
     folder = _folder(arguments.out)
+    announce("planning and running an experiment")
     found = finishing_study(job.stand, rng=arguments.rng, folder=folder, progress=TerminalLine(), **settings)
     text = f"{title}: {found.report(rng=arguments.rng)}"
     return text if folder is None else f"{text}\n\nkept in {folder}: {', '.join(_keep(folder, found, text, arguments))}"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._report import parts_table, summary_head, summary_line
+from hwsim._report import broken_lines, broken_off, parts_table, summary_head, summary_line
 
 if TYPE_CHECKING:
     from hwsim._log import Log
@@ -20,8 +20,9 @@ _UM = 1000.0
 
 def report(title: str, log: "Log", plan: Any, job: Any) -> str:
     """Return the whole report as text."""
-    lines = parts_table(log, "part", _COLUMNS, _SHORT)
-    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job)])
+    why = broken_off(log.outcome)
+    lines = parts_table(log, "part", _COLUMNS, _SHORT, why)
+    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job, why)])
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
@@ -38,14 +39,11 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     yield f"controller: begins at {begin}; margin {controller.margin:g} W"
 
 
-def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
-    outcome, stand = log.outcome, job.stand
-    best = best_rates(log, plan, job)
-    process = plan.problem.model
-    across = np.pi * process.work_diameter * process.width
-    yield summary_head(log, "part")
-    yield summary_line("time (s)", outcome.time.values, ".3f", float(np.mean(stand.stock / best)))
-    yield summary_line("removal rate (mm^3/s)", outcome.removal_rate.values, ".3f", float(across * np.mean(best)))
+def _summary(log: "Log", plan: Any, job: Any, why: list[str]) -> Iterator[str]:
+    outcome, finished = log.outcome, np.array([not each for each in why])
+    yield summary_head(int(finished.sum()), len(log), "part")
+    if finished.any():
+        yield from _rates(log, plan, job, finished)
     yield summary_line("least slack (W)", outcome.slack.values, ".2f", job.controller(plan).margin)
     yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
     converged = outcome.convergence_time.values
@@ -53,8 +51,15 @@ def _summary(log: "Log", plan: Any, job: Any) -> Iterator[str]:
         yield summary_line("converged (s)", converged[np.isfinite(converged)], ".2f")
     if not np.isfinite(converged).all():
         yield summary_line("never converged (%)", 100.0 * np.isnan(converged), ".1f", 0.0)
-    if outcome.timed_out.values.any():
-        yield summary_line("broken off (%)", 100.0 * outcome.timed_out.values, ".1f", 0.0)
+    yield from broken_lines(why, "part")
+
+
+def _rates(log: "Log", plan: Any, job: Any, finished: Any) -> Iterator[str]:
+    outcome, process = log.outcome, plan.problem.model
+    best = best_rates(log, plan, job)[finished]
+    across = np.pi * process.work_diameter * process.width
+    yield summary_line("time (s)", outcome.time.values[finished], ".3f", float(np.mean(job.stand.stock / best)))
+    yield summary_line("removal rate (mm^3/s)", outcome.removal_rate.values[finished], ".3f", float(across * np.mean(best)))
 
 
 def best_rates(log: "Log", plan: Any, job: Any) -> Any:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._report import parts_table, summary_head, summary_line
+from hwsim._report import broken_lines, broken_off, parts_table, summary_head, summary_line
 
 if TYPE_CHECKING:
     from hwsim._log import Log
@@ -15,11 +15,14 @@ _COLUMNS = (
     ("time", ".2f"), ("part_slack", ".4f"), ("burned", "d"), ("roundness", ".5f"), ("out_of_round", "d"),
 )  # fmt: skip
 _UM = 1000.0
+_GAVE_UP = "readings of size were missing, frozen or jumped"  # all that its controller breaks a part off for
 
 
 def report(title: str, log: "Log", plan: Any) -> str:
     """Return the whole report as text."""
-    return "\n".join([*_head(title, plan), "", *parts_table(log, "part", _COLUMNS, _SHORT), "", *_summary(log, plan)])
+    why = broken_off(log.outcome, _GAVE_UP)
+    lines = parts_table(log, "part", _COLUMNS, _SHORT, why)
+    return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan, why)])
 
 
 def _head(title: str, plan: Any) -> Iterator[str]:
@@ -30,17 +33,22 @@ def _head(title: str, plan: Any) -> Iterator[str]:
     yield f"plan: the fastest cycle takes {plan.time:.4f} s ({known}); {plan.binding} binds at the end"
 
 
-def _summary(log: "Log", plan: Any) -> Iterator[str]:
-    outcome = log.outcome
-    yield summary_head(log, "part")
-    yield summary_line("time (s)", outcome.time.values, ".3f", plan.time)
-    if len(log) > 2:
-        yield summary_line("time from part 2 on (s)", outcome.time.values[2:], ".3f", plan.time)
+def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
+    outcome, finished = log.outcome, np.array([not each for each in why])
+    yield summary_head(int(finished.sum()), len(log), "part")
+    if finished.any():
+        yield from _times(outcome.time.values, finished, plan)
     known = outcome.part_slack.values[np.isfinite(outcome.part_slack.values)]
     if known.size:
         yield summary_line("slack of damage (µm)", _UM * known, ".2f", 0.0)
     yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
-    yield summary_line("roundness (µm)", _UM * outcome.roundness.values, ".3f", _UM * plan.roundness)
-    yield summary_line("out of round (%)", 100.0 * outcome.out_of_round.values, ".1f", 0.0)
-    if outcome.unfinished.values.any():
-        yield summary_line("broken off (%)", 100.0 * outcome.unfinished.values, ".1f", 0.0)
+    if finished.any():
+        yield summary_line("roundness (µm)", _UM * outcome.roundness.values[finished], ".3f", _UM * plan.roundness)
+        yield summary_line("out of round (%)", 100.0 * outcome.out_of_round.values[finished], ".1f", 0.0)
+    yield from broken_lines(why, "part")
+
+
+def _times(time: Any, finished: Any, plan: Any) -> Iterator[str]:
+    yield summary_line("time (s)", time[finished], ".3f", plan.time)
+    if finished[2:].any():
+        yield summary_line("time from part 2 on (s)", time[2:][finished[2:]], ".3f", plan.time)

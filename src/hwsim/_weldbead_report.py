@@ -39,7 +39,7 @@ def _beads(log: "Log") -> Iterator[str]:
 def _summary(log: "Log", risk: Any) -> Iterator[str]:
     outcome = log.outcome
     planned = float(outcome.penalty_planned.values.mean())
-    yield summary_head(log, "bead")
+    yield summary_head(len(log), len(log), "bead")
     yield summary_line("penalty ($)", outcome.penalty.values, ".4f", planned)
     yield summary_line("passes", outcome.passes.values, ".2f", float(risk.passes))
     yield summary_line("height left (mm)", outcome.height.values, ".4f")

@@ -3,8 +3,10 @@
 import argparse
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
+from typing import Any, NoReturn
 
 from hwsim._area import add_to
 from sdpgrind import __version__
@@ -15,7 +17,9 @@ REFUSED, INTERRUPTED = 2, 130  # exit status
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status: 0; 2 for bad input, said in one line; 130 when interrupted.
+    """Run one command and return its exit status.
+
+    0; 1 where every part was broken off; 2 for bad input, said in one line; 130 when interrupted.
 
     Parameters
     ----------
@@ -37,9 +41,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         _forget_output()
         return 0
     try:
-        arguments.work(arguments)
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            status: int = arguments.work(arguments)
     except BrokenPipeError:
         _forget_output()
+        return 0
     except (ValueError, OSError, ImportError) as error:
         print(f"hwsim: {_one_line(error)}", file=sys.stderr)
         return REFUSED
@@ -47,7 +54,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("hwsim: interrupted; the same command with the same --out goes on from here", file=sys.stderr)
         return INTERRUPTED
     _finish_output()
-    return 0
+    return status
+
+
+def _warn(message: Warning | str, *where: Any, **more: Any) -> None:
+    """Say a warning in one line; where in the source it was raised is of no use to who typed a command."""
+    print(f"hwsim: warning: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 def _finish_output() -> None:
@@ -63,8 +75,15 @@ def _forget_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, as all of ``hwsim`` does; argparse would print the usage first."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(REFUSED, f"{self.prog}: {message}; {self.prog} --help says more\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="hwsim", description="Run controllers on simulated machines.")
+    parser = _Parser(prog="hwsim", description="Run controllers on simulated machines.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     areas = parser.add_subparsers(title="areas", required=True, metavar="AREA")
     for module in _AREAS:
@@ -75,6 +94,8 @@ def _parser() -> argparse.ArgumentParser:
 def _one_line(error: Exception) -> str:
     notes = ", ".join(getattr(error, "__notes__", []))
     text = " ".join(str(error).split())
+    if isinstance(error, OSError) and error.filename is not None:
+        text = f"{error.filename}: {error.strerror}"  # without the number of the error
     return f"{text} ({notes})" if notes else text
 
 

@@ -1,13 +1,16 @@
 """``hwsim plunge``: jobs as TOML, what it prints and keeps, what it refuses; the picture of a run."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_fakes import OutcomeAlone, only_news
 
 import hwsim
 import sdpgrind
 from hwsim._log import same
+from hwsim._plunge_report import report
 from hwsim._plunge_toml import read
 from hwsim.cli import main
 from sdpgrind import physics, plunge
@@ -36,7 +39,7 @@ def finished(tmp_path_factory):
 def said(capsys, *arguments):
     assert main(["plunge", *map(str, arguments)]) == 0
     out, error = capsys.readouterr()
-    assert error == ""
+    assert only_news(error)
     return out
 
 
@@ -109,6 +112,57 @@ def test_a_cycle_without_damage_and_one_part(capsys):
     out = said(capsys, "--preset", "experiment", "--parts", 1, "--no-adapt")
     assert "slack of damage" not in out and "part 2 on" not in out
     assert "mean of 1 parts" in out
+
+
+def noisy(tmp_path, size_sd):
+    """The example with another noise of its size gauge; its controller believes in 0.5 µm."""
+    path = tmp_path / f"{size_sd}.toml"
+    path.write_text(EXAMPLE.read_text().replace('size_sd = "0.5 um"', f'size_sd = "{size_sd} um"'))
+    return path
+
+
+def test_parts_that_are_broken_off_are_no_success(tmp_path, capsys):
+    """Noise of 50 µm looks like jumps of the gauge: no part is ground, none is in a mean, the last line and the status say so."""
+    assert main(["plunge", str(noisy(tmp_path, 50)), "--parts", "2", "--no-pictures"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    why = "readings of size were missing, frozen or jumped"
+    assert [line.endswith(f"  broken off: {why}") for line in lines[4:6]] == [True, True]
+    assert lines[-1] == f"no part was finished: {why} (2)"
+    assert not any(line.startswith(("time", "roundness", "out of round")) for line in lines)
+
+
+def test_means_are_of_the_parts_that_were_finished():
+    job = read(EXAMPLE)
+    whole = hwsim.run(job.stand, plunge.CycleController(job.problem, safety_margin=0.02), parts=4, rng=1)
+    outcome = whole.outcome.copy(deep=True)
+    outcome.time.values[1], outcome.unfinished.values[1], outcome.timed_out.values[1] = 1e6, 1.0, 1.0
+    lines = report("job", OutcomeAlone(outcome), plunge.plan(job.problem)).splitlines()
+    by_name = {line[:24].strip(): line[24:].split() for line in lines}
+    kept = outcome.time.values[[0, 2, 3]]
+    assert "mean of 3 of 4 parts" in by_name and by_name["time (s)"][1] == f"{kept.mean():.3f}"
+    assert by_name["time from part 2 on (s)"][1] == f"{kept[1:].mean():.3f}"
+    assert lines[5].endswith("broken off: time was up") and "broken" not in lines[4]
+    assert lines[-1] == "1 of 4 parts were broken off, and are in no mean of times and sizes: time was up (1)"
+
+
+def test_what_begins_is_said_and_so_is_a_warning_in_one_line(tmp_path, capsys):
+    slow = tmp_path / "slow.toml"
+    slow.write_text(EXAMPLE.read_text().replace('"0.0448 mm/s"', '"0.0448 mm/min"'))
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        assert main(["plunge", str(slow), "--parts", "1", "--no-pictures"]) == 0
+    warning, *news = capsys.readouterr().err.splitlines()
+    assert warning.startswith("hwsim: warning: no spark-out is needed: ")
+    assert news == ["hwsim: planning ...", "hwsim: running 1 part ..."]
+
+
+def test_a_wrong_line_is_answered_by_one(tmp_path, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["plunge", "--parts", "x"])
+    assert left.value.code == 2
+    assert capsys.readouterr().err == "hwsim plunge: argument --parts: invalid int value: 'x'; hwsim plunge --help says more\n"
+    missing = tmp_path / "none.toml"
+    assert refused(capsys, missing) == f"{missing}: No such file or directory"
 
 
 def test_wear_is_planned_by_stages(tmp_path, capsys):
