@@ -5,6 +5,7 @@ import pytest
 from bead_plans import plain
 
 from sdpgrind import sdp, weldbead
+from sdpgrind.weldbead._risk import LARGEST
 
 # Risk ----------------------------------------------------------------------------------------------------------------
 
@@ -14,18 +15,78 @@ def test_risk_against_monte_carlo(name, height, time):
     policy = plain(name)
     risk = policy.risk(height, time, confidence=0.9)
     assert risk.distribution.total == pytest.approx(1.0, abs=1e-10)
-    assert risk.mean == pytest.approx(policy.value(height, time), abs=1e-6)  # the search's parabola against the law
-    runs = policy.simulate(runs=200_000, height=height, time_left=time, rng=5, snap=True)
+    assert risk.mean == pytest.approx(policy.value(height, time), abs=2 * risk.error["mean"])
+    runs = policy.simulate(runs=200_000, height=height, time_left=time, rng=5)
     n = runs.penalty.size
     over = np.mean(runs.final["height"] < 0)
     assert risk.overground == pytest.approx(over, abs=4 * np.sqrt(over * (1 - over) / n) + 4 / n)
-    assert risk.passes == pytest.approx(np.mean(runs.moves), abs=4 * np.std(runs.moves) / np.sqrt(n) + 1e-12)
+    assert risk.passes == pytest.approx(
+        np.mean(runs.moves), abs=4 * np.std(runs.moves) / np.sqrt(n) + risk.error["passes"] + 1e-12
+    )
+    assert risk.error["passes"] < 0.01 * risk.passes
     worst = np.sort(runs.penalty)[-n // 10 :]
-    assert risk.cvar == pytest.approx(worst.mean(), abs=6 * np.std(worst) / np.sqrt(worst.size))
+    assert risk.cvar == pytest.approx(worst.mean(), abs=6 * np.std(worst) / np.sqrt(worst.size) + risk.error["cvar"])
     level = float(np.quantile(runs.penalty, 0.8)) * 1.001
-    assert risk.distribution.exceeds(level) == pytest.approx(np.mean(runs.penalty > level), abs=4 * 0.5 / np.sqrt(n))
+    cell = float(np.diff(policy.problem.height_charge(policy.problem.height_max * np.array([1 - LARGEST, 1.0])))[0])
+    # $ from atom to atom of the distribution, at most
+    above, bar = np.mean(runs.penalty > level), 4 * 0.5 / np.sqrt(n)
+    assert risk.distribution.exceeds(level + cell) - bar <= above <= risk.distribution.exceeds(level - cell) + bar
     assert risk.cvar >= risk.mean
     assert "CVaR" in repr(risk)
+
+
+@pytest.mark.parametrize(("name", "height", "time"), [("P1", 1.5, 30.0), ("P3", 1.0, 3.0), ("P5", 1.2, 8.0)])
+def test_the_distribution_on_the_table_is_that_of_outcomes_on_its_nodes(name, height, time):
+    policy = plain(name)
+    found = policy.table.distribution(height=height, time_left=time)
+    assert found.mean == pytest.approx(policy.value(height, time), abs=1e-6)  # the search's parabola against the law
+    runs = policy.simulate(runs=200_000, height=height, time_left=time, rng=5, snap=True)
+    over = np.mean(runs.final["height"] < 0)
+    n = runs.penalty.size
+    assert found.probability_below == pytest.approx(over, abs=4 * np.sqrt(over * (1 - over) / n) + 4 / n)
+
+
+@pytest.fixture(scope="module")
+def many_small_cuts():
+    """A job whose last cuts, of 2 to 6 µm, are smaller than the cells of its table."""
+    process = weldbead.GrindingProcess(14.5, 160.0, 0.35, 62.5, 880.0, 0.01, 9.0)
+    return weldbead.SequenceProblem(
+        process,
+        bead_length=210.0,
+        reset_time=4.0,
+        durations=range(10, 31, 5),
+        force_max=80.0,
+        burn_limit=None,
+        scatter=weldbead.Scatter("K1", 0.20, law="lognormal"),
+        height_max=3.2,
+        horizon=120.0,
+        stage=5.0,
+        height_charge=sdp.Charge(under=sdp.Linear(3.0), over=sdp.Linear(25.0)),
+    )
+
+
+def test_risk_where_last_cuts_are_smaller_than_a_cell(many_small_cuts):
+    policy = weldbead.plan(many_small_cuts, tolerance=None, nodes=201)
+    risk = policy.risk(2.6, 120.0, confidence=0.9)
+    runs = policy.simulate(runs=100_000, height=2.6, time_left=120.0, rng=3)
+    n, over = runs.penalty.size, np.mean(runs.final["height"] < 0)
+    assert risk.overground == pytest.approx(over, abs=4 * np.sqrt(over * (1 - over) / n) + risk.error["overground"])
+    assert risk.passes == pytest.approx(
+        np.mean(runs.moves), abs=4 * np.std(runs.moves) / np.sqrt(n) + risk.error["passes"] + 1e-12
+    )
+    worst = np.sort(runs.penalty)[-n // 10 :]
+    assert risk.cvar == pytest.approx(worst.mean(), abs=6 * np.std(worst) / np.sqrt(worst.size) + risk.error["cvar"])
+    assert risk.error["overground"] < 0.01 * risk.overground
+    assert policy.table.distribution(height=2.6, time_left=120.0).probability_below < 0.7 * over  # what snapping makes of it
+
+
+def test_risk_that_is_unsure_says_so(many_small_cuts):
+    # With 2 % of scatter each pass leaves 50 times less: the last cuts are far below every cell.
+    sharp = many_small_cuts.replace(scatter=weldbead.Scatter("K1", 0.02, law="lognormal"))
+    policy = weldbead.plan(sharp, tolerance=None, nodes=101)
+    with pytest.warns(UserWarning, match=r"risk figures are unsure \(.*overground .*; ask simulate"):
+        risk = policy.risk(2.6, 120.0)
+    assert risk.error["overground"] > 0.05 * risk.overground
 
 
 def test_risk_of_one_pass_is_the_law():
@@ -40,7 +101,7 @@ def test_risk_of_one_pass_is_the_law():
 def test_risk_grows_with_confidence():
     policy = plain("P1")
     found = [policy.risk(1.0, 24.0, confidence=c).cvar for c in (0.0, 0.5, 0.9, 0.99)]
-    assert found[0] == pytest.approx(policy.value(1.0, 24.0), abs=1e-6)
+    assert found[0] == pytest.approx(policy.risk(1.0, 24.0).mean, abs=1e-9)
     assert all(np.diff(found) > 0)
 
 
@@ -60,7 +121,9 @@ def test_late_states_off_the_stages(time):
     # Linear lateness is solved for all times, so its prediction must agree with its value there.
     policy = plain("P3")
     value = policy.value(1.0, time) if time <= -2 else policy.value(1.0, -2.0) - 0.1 * (2 + time)
-    assert policy.risk(1.0, time).mean == pytest.approx(value, abs=1e-9)
+    assert policy.table.distribution(height=1.0, time_left=time).mean == pytest.approx(value, abs=1e-9)
+    risk = policy.risk(1.0, time)
+    assert risk.mean == pytest.approx(value, abs=2 * risk.error["mean"] + 1e-9)
     runs = policy.simulate(runs=60_000, height=1.0, time_left=time, rng=2, snap=True)
     assert abs(runs.mean - value) < 4 * runs.standard_error
     assert np.max(runs.final["time_left"]) <= time

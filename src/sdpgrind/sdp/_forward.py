@@ -9,6 +9,7 @@ from scipy.optimize import minimize_scalar
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._grid import Grid, Ints
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._rows import Tail
 from sdpgrind.sdp._solution import Solution
@@ -120,7 +121,7 @@ class Distribution:
         )
 
 
-def distribution(policy: Solution, state: dict[str, Any]) -> Distribution:
+def distribution(policy: Solution, state: dict[str, Any], grid: Grid | None = None) -> Distribution:
     """Spread probability forward from one state; see `Policy.distribution`."""
     problem = policy.need_problem("distribution")
     place = policy.locate(state)
@@ -130,7 +131,7 @@ def distribution(policy: Solution, state: dict[str, Any]) -> Distribution:
         raise ValueError("distribution needs stages: a process without end has no finite forward recursion")
     if policy.locator.outside(place)[0]:
         return _ended(policy, place, float(policy.value_at(place)[0]))
-    return _Spread(policy, problem).run(place)
+    return _Spread(policy, problem, policy.grid if grid is None else grid).run(place)
 
 
 def _ended(policy: Solution, place: Any, charge: float) -> Distribution:
@@ -147,10 +148,10 @@ Points: TypeAlias = tuple[Floats, ...]
 class _Spread:
     """Probability [mode, node] by stage, and what has been charged."""
 
-    def __init__(self, policy: Solution, problem: Any) -> None:
-        self.policy, self.problem, self.layout = policy, problem, policy.layout
-        self.menus = [Menu(problem, policy.grid, k) for k in range(len(problem.moves))]
-        self.waiting: dict[int, Floats] = defaultdict(lambda: np.zeros((len(problem.modes), policy.grid.size)))
+    def __init__(self, policy: Solution, problem: Any, grid: Grid) -> None:
+        self.policy, self.problem, self.layout, self.grid = policy, problem, policy.layout, grid
+        self.menus = [Menu(problem, grid, k) for k in range(len(problem.moves))]
+        self.waiting: dict[int, Floats] = defaultdict(lambda: np.zeros((len(problem.modes), grid.size)))
         self.atoms: list[tuple[Floats, Floats, Floats]] = []
         self.tails: list[Left] = []
         self.on_the_way = self.moves = 0.0
@@ -171,12 +172,22 @@ class _Spread:
         return Distribution(charge, probability, final, tuple(self.tails), self.on_the_way, self.moves)
 
     def _spread(self, stage: int, mass: Floats) -> None:
+        mode, node = np.nonzero(mass > NEGLIGIBLE)
+        best, entry, control = self._decided(stage, mode, node)
+        for k in np.unique(best):
+            here = best == k
+            points = tuple(x[node[here]] for x in self.grid.points)
+            at = mode[here], entry[here], control[here], mass[mode[here], node[here]]
+            self._act(stage, int(k), points, *at)
+
+    def _decided(self, stage: int, mode: Ints, node: Ints) -> tuple[Any, Any, Floats]:
+        """What is done at nodes: read off the table, or looked up where they are none of its own."""
         t = self.policy.table
-        row = int(self.policy.countdown.row(stage))
-        for k in np.unique(t.best[row][mass > NEGLIGIBLE]):
-            mode, node = np.nonzero((t.best[row] == k) & (mass > NEGLIGIBLE))
-            points = tuple(x[node] for x in self.policy.grid.points)
-            self._act(stage, int(k), points, mode, t.entry[row, mode, node], t.control[row, mode, node], mass[mode, node])
+        if self.grid is self.policy.grid:
+            at = int(self.policy.countdown.row(stage)), mode, node
+            return t.best[at], t.entry[at], t.control[at]
+        points = tuple(x[node] for x in self.grid.points)
+        return self.policy.act(self.policy.placed(np.full(node.size, stage), mode, points))[:3]
 
     def _act(self, stage: int, k: int, points: Points, mode: Any, entry: Any, control: Floats, mass: Floats) -> None:
         if k < 0:

@@ -64,6 +64,11 @@ class Grid:
             return ()
         return tuple(np.ravel(mesh) for mesh in np.meshgrid(*self.coordinates, indexing="ij"))
 
+    def surrounded(self, axis: int) -> Floats:
+        """Return the node coordinates of a linear axis, with one more beyond each end, as far as the next one inside."""
+        ax = self.axes[axis]
+        return np.asarray(ax.low + self.spacing[axis] * np.arange(-1, ax.nodes + 1))
+
     @staticmethod
     def nodes(axis: Axis) -> Floats:
         """Node coordinates of one axis; the ends are exact."""
@@ -88,6 +93,48 @@ class Grid:
     def corners(self, index: Any) -> tuple[Ints, Floats]:
         """Return flat nodes and weights, shape (2**axes, ...), of multilinear interpolation at positions inside the grid."""
         return corners(self.shape, index)
+
+
+@dataclass(frozen=True)
+class Graded(Grid):
+    """A grid of one linear axis whose nodes stand where they are wanted: what carries probability, never a value-to-go.
+
+    Attributes
+    ----------
+    places : tuple of float
+        The nodes, rising, from the low to the high end of the axis, in its unit.
+    """
+
+    places: tuple[float, ...]
+
+    @classmethod
+    def on(cls, axis: Axis, places: Floats) -> "Graded":
+        """Return the grid of `axis` with these nodes (its unit)."""
+        return cls((replace(axis, nodes=places.size),), tuple(places.tolist()))
+
+    @cached_property
+    def coordinates(self) -> tuple[Floats, ...]:
+        """Node coordinates of the axis."""
+        return (np.array(self.places),)
+
+    def surrounded(self, axis: int) -> Floats:
+        """Return the node coordinates, with one more beyond each end, as far as the next one inside."""
+        x = self.coordinates[axis]
+        return np.concatenate([[2 * x[0] - x[1]], x, [2 * x[-1] - x[-2]]])
+
+
+def graded(high: float, smallest: float, largest: float, growth: float) -> Floats:
+    """Return nodes from 0 to `high` with cells that grow with the distance from 0, from the `smallest` to the `largest`.
+
+    `growth` is the length of a cell over its distance. Their number is odd, so that every other one is such a row, too.
+    """
+    places = [0.0]
+    while places[-1] < high:
+        places.append(places[-1] + min(max(growth * places[-1], smallest), largest))
+    cells = len(places) - 1 + (len(places) - 1) % 2
+    at = np.interp(np.linspace(0, len(places) - 1, cells + 1), np.arange(len(places)), places) * (high / places[-1])
+    at[-1] = high
+    return at
 
 
 def corners(shape: Sequence[int], index: Sequence[Any]) -> tuple[Ints, Floats]:

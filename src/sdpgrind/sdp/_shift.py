@@ -116,15 +116,15 @@ def arrived(menu: Menu, axis: int, value: Any) -> Any:
 
 def _line(menu: Menu, ax: int, law: Law, x: Floats, allowed: Any) -> tuple[Floats, Floats, Floats, tuple[Tail, ...]]:
     """Weights (P, nodes of the falling axis) from points x, expected charge and probability of the exits, and their tails."""
-    axis, h = menu.grid.axes[ax], menu.grid.spacing[ax]
-    y = x - (axis.low + h * np.arange(-1, axis.nodes + 1))[:, None]
+    axis, place = menu.grid.axes[ax], menu.grid.surrounded(ax)
+    y, h = x - place[:, None], np.diff(place)
     # Below the mean the differences of E (y-D)+ are the accurate ones, above it those of E (D-y)+: noise has no sign.
-    below, above = (np.diff(curve, 2, axis=0) / h for curve in (law.under(y), law.over(y)))
+    below, above = (np.diff(np.diff(curve, axis=0) / h[:, None], axis=0) for curve in (law.under(y), law.over(y)))
     weight = np.broadcast_to(np.where(y[1:-1] <= law.mean, below, above), (axis.nodes, *x.shape)).T.copy()
     charge, stopped, tails = np.zeros(x.shape), np.zeros(x.shape), []
     for end, node in ((Exit.low(menu.problem, axis), 0), (Exit.high(menu.problem, axis), -1)):
         probability = np.broadcast_to(end.probability(law, x), x.shape)
-        weight[:, node] -= end.full_hat(law, x, h, probability)
+        weight[:, node] -= end.full_hat(law, x, float(h[node]), probability)
         charge = charge + end.charge(law, x, probability)
         if end.edge == "hold":
             weight[:, node] += probability

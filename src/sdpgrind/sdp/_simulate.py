@@ -149,12 +149,7 @@ class _Block:
         raise ValueError(f"a run did not end within {LONGEST} moves")
 
     def _place(self, alive: Ints) -> Place:
-        row = self.policy.countdown.row(self.stage[alive])
-        points = tuple(p[alive] for p in self.points)
-        index = np.array(
-            [np.nan_to_num(self.policy.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]
-        ).reshape(len(points), alive.size)
-        return Place(row, np.zeros(alive.size), self.mode[alive], index, points, (alive.size,), np.zeros(alive.size))
+        return self.policy.placed(self.stage[alive], self.mode[alive], tuple(p[alive] for p in self.points))
 
     def _advance(self, alive: Ints) -> Ints:
         best, entry, control, _ = self.policy.act(self._place(alive))

@@ -14,10 +14,11 @@ from sdpgrind.weldbead._coefficients import FrictionEstimator, PowerEstimator
 from sdpgrind.weldbead._controllers import SequenceController
 from sdpgrind.weldbead._identify import identify
 from sdpgrind.weldbead._planner import plan
-from sdpgrind.weldbead._policy import Risk, SequenceAction, SequencePolicy
+from sdpgrind.weldbead._policy import SequenceAction, SequencePolicy
 from sdpgrind.weldbead._presets import preset, presets
 from sdpgrind.weldbead._problem import FinishCharge, SequenceProblem
 from sdpgrind.weldbead._process import Coefficients, GrindingProcess
+from sdpgrind.weldbead._risk import Risk
 from sdpgrind.weldbead._scatter import Scatter
 from sdpgrind.weldbead._sweep import Sensitivity, sensitivity, sweep
 from sdpgrind.weldbead._translate import sdp_problem

@@ -15,6 +15,7 @@ from sdpgrind.base.rng import Seed
 from sdpgrind.weldbead._plots import plot_policy
 from sdpgrind.weldbead._problem import SequenceProblem
 from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead._risk import Risk, risk_of
 from sdpgrind.weldbead._translate import sdp_problem, true_problem
 
 
@@ -60,35 +61,6 @@ class SequenceAction:
         return (
             f"SequenceAction(duration={self.duration:g} s, feed_rate={self.feed_rate:.4g} mm/s,"
             f" normal_force={self.normal_force:.4g} N, mean_cut={self.mean_cut:.4g} mm, gap={self.gap:.4g} $)"
-        )
-
-
-class Risk:
-    """Risk figures of a policy from one state, exact (no Monte-Carlo).
-
-    Attributes
-    ----------
-    mean : float
-        Expected penalty, $.
-    overground : float
-        Probability of grinding below the target, 1.
-    cvar : float
-        Mean penalty of the worst ``1 - confidence`` of the cases (finish, height and lateness charge), $.
-    passes : float
-        Expected number of passes.
-    distribution : sdp.Distribution
-        All of it.
-    """
-
-    def __init__(self, distribution: sdp.Distribution, confidence: float) -> None:
-        self.distribution, self.confidence = distribution, confidence
-        self.mean, self.overground = distribution.mean, distribution.probability_below
-        self.cvar, self.passes = distribution.cvar(confidence), distribution.moves
-
-    def __repr__(self) -> str:
-        return (
-            f"Risk(mean {self.mean:.6g} $, overground with probability {self.overground:.4g},"
-            f" CVaR at {self.confidence:g}: {self.cvar:.4g} $, {self.passes:.3g} passes)"
         )
 
 
@@ -313,11 +285,16 @@ class SequencePolicy:
         return found
 
     def risk(self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95) -> Risk:
-        """Return exact risk figures from a height (mm), a time left (s) and the duration (s) of the last pass, as in `value`.
+        """Return risk figures from a height (mm), a time left (s) and the duration (s) of the last pass, as in `value`.
 
-        `confidence` is the probability of the CVaR.
+        `confidence` is the probability of the CVaR. The figures tell how far they are known (`Risk.error`).
+
+        Warns
+        -----
+        UserWarning
+            Where a figure is unsure by more than 5 % of itself and 1e-4 (1 or $).
         """
-        return Risk(self.table.distribution(**self._state(height, time_left, last_duration)), confidence)
+        return risk_of(self.table, self._state(height, time_left, last_duration), confidence)
 
     # -- keeping ---------------------------------------------------------------------------------------------------
 

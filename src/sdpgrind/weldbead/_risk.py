@@ -1,0 +1,84 @@
+"""What a planned sequence may cost: the distribution of its penalty, carried on a grid of its own that is fine near the target.
+
+The table puts outcomes on its nodes. That leaves the expected penalty right, which is nearly straight over a cell; but the last
+cuts of a sequence may be smaller than a cell, and then it says how often a bead is overground several times too low.
+"""
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+from sdpgrind import sdp
+from sdpgrind.sdp._forward import distribution
+from sdpgrind.sdp._grid import Graded, graded
+
+SMALLEST, LARGEST, GROWTH = 1 / 25_600, 1 / 400, 0.02
+"""Cells next to the target and far from it, as shares of the greatest height; in between, as shares of the height."""
+LOOSE, RARE = 0.05, 1e-4
+"""Share of itself by which a figure may be unsure without a warning; a probability and a penalty ($) that nobody asks so well."""
+_UNITS = {"mean": "$", "overground": "1", "cvar": "$", "passes": "1"}
+
+
+class Risk:
+    """Risk figures of a policy from one state, by a forward recursion (no Monte-Carlo).
+
+    The policy is followed as `SequencePolicy.simulate` follows it: heights are no nodes of its table.
+
+    Attributes
+    ----------
+    mean : float
+        Expected penalty, $.
+    overground : float
+        Probability of grinding below the target, 1.
+    cvar : float
+        Mean penalty of the worst ``1 - confidence`` of the cases (finish, height and lateness charge), $.
+    passes : float
+        Expected number of passes.
+    error : mapping
+        Of each of these names, the change from a grid with half as many heights: above the error of the recursion as a rule, in
+        the unit of the figure. That of the plan is `SequencePolicy.error`.
+    distribution : sdp.Distribution
+        All of it.
+    """
+
+    def __init__(self, distribution: sdp.Distribution, confidence: float, coarse: sdp.Distribution) -> None:
+        self.distribution, self.confidence = distribution, confidence
+        found, other = _figures(distribution, confidence), _figures(coarse, confidence)
+        self.mean, self.overground, self.cvar, self.passes = found.values()
+        self.error: Mapping[str, float] = {name: abs(value - other[name]) for name, value in found.items()}
+
+    def __repr__(self) -> str:
+        return (
+            f"Risk(mean {self.mean:.6g} $, overground with probability {self.overground:.4g},"
+            f" CVaR at {self.confidence:g}: {self.cvar:.4g} $, {self.passes:.3g} passes)"
+        )
+
+
+def _figures(found: sdp.Distribution, confidence: float) -> dict[str, float]:
+    return {
+        "mean": found.mean,
+        "overground": found.probability_below,
+        "cvar": float(found.cvar(confidence)),
+        "passes": found.moves,
+    }
+
+
+def risk_of(table: sdp.Policy, state: dict[str, Any], confidence: float) -> Risk:
+    """Return the risk figures ($, 1) of a table from one state."""
+    axis = table.layout.axes[0]
+    places = graded(axis.high, SMALLEST * axis.high, LARGEST * axis.high, GROWTH)
+    fine, coarse = (distribution(table, state, Graded.on(axis, at)) for at in (places, places[::2]))
+    risk = Risk(fine, confidence, coarse)
+    _warn(risk)
+    return risk
+
+
+def _warn(risk: Risk) -> None:
+    unsure = [
+        f"{name} {getattr(risk, name):.3g} by {error:.1g} {_UNITS[name]}"
+        for name, error in risk.error.items()
+        if error > LOOSE * abs(getattr(risk, name)) + RARE
+    ]
+    if unsure:
+        how = "last cuts are smaller than the cells of the recursion; ask simulate"
+        warnings.warn(f"risk figures are unsure ({', '.join(unsure)}): {how}", stacklevel=4)
