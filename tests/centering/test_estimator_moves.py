@@ -9,6 +9,7 @@ from centering._geometry import estimator_slots as at
 from centering._geometry.curve import circle_reading
 from centering._geometry.estimator import GeometryEstimator
 from centering._geometry.estimator_look_kernels import has_moved
+from sdpgrind.identify import Status
 
 RADIUS, SIGMA, OFFSET = 61.94, 0.01, 3.6
 
@@ -126,3 +127,95 @@ def test_the_radius_is_kept_and_the_latest_readings_too():
     alone.extend(angle[-circle.samples :], reading[-circle.samples :])
     assert circle.radius_sd < 0.2 * alone.estimate.radius_sd
     assert "radius known to" in repr(estimator)
+
+
+# Within the first turn, where form is not told from a move ---------------------------------------------------------------
+
+
+def doubtful(**settings):
+    """Estimator after 60 of the readings that follow a move of 4 sd, within the first turn."""
+    angle, reading, _ = moved_ring(0, 4.0, 150, 60)
+    estimator = GeometryEstimator(**{"joint": True, "rel_tol": 0.0, "abs_tol": 0.05, **settings})
+    estimator.extend(angle, reading)
+    return estimator
+
+
+@pytest.mark.parametrize(("size", "most"), [(2.0, 0.40), (4.0, 0.12), (8.0, 0.03)])
+def test_small_moves_within_the_turn_are_seldom_valid_and_wrong(size, most):
+    """60 readings after; of 300 others 0.31, 0.07 and 0.01 are, and without the doubt 0.84, 0.93 and 0.53."""
+    wrong = 0
+    for seed in range(60):
+        when = np.random.default_rng(seed).integers(75, 195)
+        angle, reading, there = moved_ring(seed, size, when, 60)
+        estimator = GeometryEstimator(joint=True, rel_tol=0.0, abs_tol=0.05)
+        estimator.extend(angle, reading)
+        wrong += estimator.valid and np.hypot(*(estimator.estimate.value[1:] - there)) > estimator.band
+    assert wrong <= binom.ppf(0.9999, 60, most)
+
+
+@pytest.mark.parametrize("readings", [90, 300])
+@pytest.mark.parametrize("noise_sd", [None, SIGMA])
+def test_white_noise_is_seldom_doubted(readings, noise_sd):
+    """At one look each window is with 1e-2 by F; given noise is a floor, which doubts less often."""
+    angle, doubts, runs = turned(readings), 0, 2000
+    clean, rng = 50.0 + 0.5 * np.cos(angle), np.random.default_rng(readings)
+    estimator = GeometryEstimator(model="limacon", noise_sd=noise_sd)
+    for _ in range(runs):
+        estimator.reset()
+        estimator.extend(angle, clean + rng.normal(0.0, SIGMA, readings))
+        doubts += estimator._state[at.DOUBT] != 0.0
+    assert doubts <= binom.ppf(0.9999, runs, 0.02)
+    assert noise_sd or doubts >= binom.ppf(1e-4, runs, 0.01)
+
+
+def test_a_doubt_delays_little():
+    """The first valid reading of a ring without form: the same as with its form known, but for the share of doubts."""
+    angle, later, runs = turned(360), 0, 300
+    clean, rng = circle_reading(angle, RADIUS, 1.0, 0.7), np.random.default_rng(8)
+    plain, told = (GeometryEstimator(noise_sd=0.04, harmonics=known) for known in (None, {7: (0.0, 0.0)}))
+    for _ in range(runs):
+        reading = clean + rng.normal(0.0, 0.04, 360)
+        plain.reset()
+        told.reset()
+        early, late = told.first_valid(angle, reading), plain.first_valid(angle, reading)
+        assert late >= early
+        later += late > early
+    assert later <= binom.ppf(0.9999, runs, 0.02)
+
+
+def test_a_doubt_says_so():
+    estimator = doubtful()
+    circle = estimator.estimate
+    assert estimator.restarts == 0 and not estimator.valid and estimator.band <= 0.05
+    assert (circle.status, circle.limited_by) == (Status.UNSURE, "move")
+    assert_allclose(circle.arc_needed, 2 * np.pi - circle.swept, atol=1e-5)
+    assert "readings disagree within the turn: a move or form; a whole turn tells, after" in circle.message
+    assert "not valid" in repr(estimator)
+
+
+def test_a_doubt_ends_with_reset_and_with_the_turn():
+    for keep in (False, True):
+        estimator = doubtful()
+        estimator.reset(keep_radius=keep)
+        assert estimator._state[at.DOUBT] == 0.0
+    angle = turned(720)
+    lobes = 3.0 * SIGMA * np.cos(5 * angle)
+    estimator = GeometryEstimator(joint=True, rel_tol=0.0, abs_tol=0.05)
+    reading = circle_reading(angle, RADIUS, OFFSET, 0.7) + lobes + np.random.default_rng(0).normal(0.0, SIGMA, 720)
+    estimator.extend(angle[:360], reading[:360])
+    assert not estimator.valid and estimator.estimate.limited_by == "move"
+    assert estimator.first_valid(angle[360:], reading[360:]) <= 1
+
+
+def test_a_doubt_ends_with_what_coarse_readings_cover():
+    """Of 12 readings a turn no turn tells form from noise."""
+    angle = turned(60, 12)
+    reading = circle_reading(angle, RADIUS, OFFSET, 0.7) + SIGMA * np.cos(3 * angle)
+    estimator = GeometryEstimator(joint=True, rel_tol=0.0, abs_tol=1.0)
+    estimator.extend(angle, reading)
+    estimator._state[at.DOUBT] = 1.0
+    assert estimator._state[at.TURNS] == 0.0 and estimator.valid
+
+
+def test_given_form_is_never_doubted():
+    assert doubtful(form={2: 1e-5})._state[at.DOUBT] == 0.0

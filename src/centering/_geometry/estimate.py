@@ -19,7 +19,7 @@ from sdpgrind.identify import Estimate
 
 NAMES = ("radius", "center_x", "center_y")
 MODELS = ("exact", "limacon", "printed")
-LIMITS = ("", "samples", "arc", "noise", "correlation", "form", "outliers")
+LIMITS = ("", "samples", "arc", "noise", "correlation", "form", "outliers", "move")
 KNOWN = 2.0
 """Offsets below that many standard deviations of the centre have no direction."""
 
@@ -61,9 +61,10 @@ class CircleEstimate(Estimate, ByValue):
         Radius of the probe's tip, mm; less than 0 where a bore was read from within.
     model : {"exact", "limacon", "printed"}
         The curve that was fitted; "printed" is the limacon with the radius corrected by Mears (4.22).
-    limited_by : {"", "samples", "arc", "noise", "correlation", "form", "outliers"}
+    limited_by : {"", "samples", "arc", "noise", "correlation", "form", "outliers", "move"}
         What keeps the estimate from being as sure as was asked; empty when nothing does; "outliers": the latest
-        readings disagree, by dust or because the part has moved.
+        readings disagree, by dust or because the part has moved; "move": those of less than a turn do, because it
+        has moved by little or by form.
     arc_needed : float
         Angle still to be turned until it is as sure as was asked, rad; inf when no angle will do.
 

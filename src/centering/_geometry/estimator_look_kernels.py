@@ -4,8 +4,8 @@ A move d of the centre at one radius changes the values (q, x, y) by D d. Of the
 R, q0 (of the readings before a window of the latest), the information about d alone, all values being free, is
 I = D'(A - A N^-1 A) D, A = R'R, N that of all readings, and its score e = D'(A b - R'q0): e'I^-1 e is what squares of residuals
 lose by the move, of two degrees of freedom. It is set against the noise of the readings and, as form, drift and slow noise make
-it more, after a turn against what such looks have found before. Over less than a turn form is not told from a move: nothing is
-said then, unless form is given.
+it more, after a turn against what such looks have found before. Over less than a turn form is not told from a move, unless it is
+given: what is more than white noise then makes the readings doubtful until the next look or the whole turn.
 """
 
 import numpy as np
@@ -13,8 +13,10 @@ from numba import njit
 
 from centering._geometry import estimator_slots as at
 from centering._geometry.estimator_noise_kernels import arrays, back, differences, freedom_of, inflation_of
+from centering._geometry.estimator_turn_kernels import in_first_turn
 
 _RARE = 13.815510557964274  # of a look, where nothing has moved, 1e-6; logarithm of its inverse
+_DOUBTFUL = 4.605170185988092  # the same of 1e-2: a doubt costs little, as the next look may end it
 _ARC = 0.1  # rad: least arc before the window
 _TOLD = 1e-6  # least information about a direction of the move, in that about the other,
 _ROUNDED = 1e-9  # and in that of the readings before
@@ -100,22 +102,38 @@ def _move(a, b, c, x, y, largest):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _look(state, array, value, window, lagged, rounding):
-    """Whether the part has moved within one of the windows."""
+def _find(state, array, value, window):
+    """What a move within a window explains of the squares; -1 where too little was seen before it."""
     triangle, kept, left = _older(state, window)
     if state[kept + at.KEPT_COVERED] < max(state[at.GATE_FROM], _ARC) or state[kept] <= 3.0:
-        return False
-    found = _found_move(state, array, value, triangle, left)[2]
+        return -1.0
+    return _found_move(state, array, value, triangle, left)[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_move(state, found, window, lagged, rounding):
+    """Whether what a window explains is more than noise, form and drift make of it."""
+    _, kept, left = _older(state, window)
     looks, size = at.LOOKS + at.LOOK_SIZE * window, max(state[at.WEIGHT] - left * state[kept], 0.0)
     if state[looks] >= _MANY_LOOKS and state[kept + at.KEPT_COVERED] >= _TURN:
         variance, freedom = _as_before(state, looks, found)
     else:
         variance, freedom = _as_told(state, found, lagged, rounding)
-    root = max(np.sqrt(max(found, 0.0)) - state[at.FORM_GATE] * state[at.RATIO] * np.sqrt(size), 0.0)
-    if freedom >= 1.0 and root * root > variance * freedom * np.expm1(2.0 * _RARE / freedom):
-        return True
-    _remember(state, looks, found)
-    return False
+    root = max(np.sqrt(found) - state[at.FORM_GATE] * state[at.RATIO] * np.sqrt(size), 0.0)
+    return _is_rare(root * root, variance, freedom, _RARE)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_doubtful(state, found):
+    """Whether it is more than white noise makes of it."""
+    freedom = state[at.WEIGHT] - 5.0
+    return _is_rare(found, _variance(state, state[at.SQUARES] - found, freedom), freedom, _DOUBTFUL)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_rare(found, variance, freedom, rare):
+    """Whether squares of two degrees of freedom are more than F allows."""
+    return freedom >= 1.0 and found > variance * freedom * np.expm1(2.0 * rare / freedom)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -137,9 +155,14 @@ def _as_before(state, looks, found):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _form_is_given(state):
+    return state[at.FORMS] + state[at.KNOWN] > 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _as_told(state, found, lagged, rounding):
     """Before: the same as the residuals and their correlation have it, if form is given; else nothing is known (0 degrees)."""
-    if state[at.FORMS] + state[at.KNOWN] == 0.0:
+    if not _form_is_given(state):
         return 0.0, 0.0
     squares, weight = state[at.SQUARES] - found, state[at.WEIGHT] - 2.0
     inflation = inflation_of(state, squares, weight, lagged, rounding)
@@ -157,14 +180,23 @@ def _remember(state, looks, found):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def has_moved(state, array):
-    """Look at the latest 30 readings, and every other time at the latest 60."""
+    """Look at the latest 30 readings, and every other time at the latest 60; write whether they are doubtful."""
     value = np.empty(3)
     back(array, 3, value)
     lagged, rounding = differences(state, value)
-    moved = _look(state, array, value, 0, lagged, rounding)
-    if not moved and int(state[at.SEEN]) // at.RING % 2 == 0:
-        moved = _look(state, array, value, 1, lagged, rounding)
-    return moved
+    doubt, state[at.DOUBT] = not _form_is_given(state) and in_first_turn(state), 0.0
+    both = int(state[at.SEEN]) // at.RING % 2 == 0
+    for window in range(2 if both or doubt else 1):
+        found = _find(state, array, value, window)
+        if found < 0.0:
+            continue
+        if doubt:
+            state[at.DOUBT] = max(state[at.DOUBT], 1.0 * _is_doubtful(state, found))
+        elif _is_move(state, found, window, lagged, rounding):
+            return True
+        if window == 0 or both:
+            _remember(state, at.LOOKS + at.LOOK_SIZE * window, found)
+    return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -23,15 +23,15 @@ INDEX, RESTARTS, LAST_ANGLE, SEEN = range(_RUN, _RUN + 4)
 """Readings ever, restarts, last angle as read (rad); then what `clear` forgets: readings since the (re)start, and on to TAIL."""
 (
     USED, LARGEST, REFERENCE, PER_REFERENCE, CENTER_X, CENTER_Y, POSITION, TRAVEL, LOW, HIGH, COVERED, WIDENINGS, PATH, MOVES,
-    DIRECTION, LAST_STEP, COARSE, BAD, IN_A_ROW, LAGGED, RATIO, QUANTUM, REPEATS, LATEST, GATE_FROM,
-) = range(SEEN + 1, SEEN + 26)  # fmt: skip
+    DIRECTION, LAST_STEP, COARSE, BAD, IN_A_ROW, LAGGED, RATIO, QUANTUM, REPEATS, LATEST, GATE_FROM, DOUBT,
+) = range(SEEN + 1, SEEN + 27)  # fmt: skip
 """Used of these, largest reading and the first (mm, with tip), the inverse of the first, latest centre (mm), unwrapped angle, way
 travelled, ends of what was seen and how much of it is covered (rad), steps that widened it, way and number of steps that moved,
 sense of rotation, last step (rad), even coarse steps in a row, readings refused in the ring and in a row, whether there is a row
 before, radius over the first reading, least step from reading to reading (mm; 0: none), readings equal to the one before, the
-latest (mm), and the arc from which on wild ones are refused (rad)."""
+latest (mm), the arc from which on wild ones are refused (rad), and whether those of less than a turn disagree."""
 
-SUM = GATE_FROM + 1
+SUM = DOUBT + 1
 WEIGHT, SQUARES, LAG, BIAS = SUM, SUM + 1, SUM + 2, SUM + 12
 """What is forgotten with the readings: sum of their weights, of squared residuals (mm^2), sums of products of differences of
 successive rows with their targets (upper triangle by rows), and what noise of variance 1 adds to the normal equations, (q, x, y)

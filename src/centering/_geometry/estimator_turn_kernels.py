@@ -29,6 +29,12 @@ def _square(state, begin):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def in_first_turn(state):
+    """Whether no whole turn has been seen; of readings so coarse that none tells form from noise, what they cover counts."""
+    return state[at.TURNS] == 0.0 and state[at.COVERED] < _TURN
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def gather(state, h0, h1, h2, target, way):
     """Add a row, not yet weighed, to its block; `way` is what had been travelled by then."""
     if state[at.BLOCK_COUNT] > 0.0 and way - state[at.BLOCK_BEGIN] >= _BLOCK:

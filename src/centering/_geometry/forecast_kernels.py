@@ -6,7 +6,7 @@ from numba import njit
 from centering._geometry import estimator_slots as at
 from centering._geometry.estimator_noise_kernels import arrays, freedom_of, known_quantile, quantile
 from centering._geometry.estimator_row_kernels import write_lobes
-from centering._geometry.validity_kernels import conclude, form_bound, ratio_of, worst
+from centering._geometry.validity_kernels import conclude, form_bound, may_have_moved, ratio_of, worst
 from sdpgrind.identify.kernels import rotate
 
 _STEPS = 90  # of a turn,
@@ -20,6 +20,13 @@ _TURN = 2.0 * np.pi
 @njit(cache=True, nogil=True, error_model="numpy")
 def arc_needed(state):
     """Arc (rad) until a judged estimate is sure enough, at the noise and density of readings so far; inf when none will do."""
+    arc = _forecast(state)
+    return max(arc, _rest_of_turn(state)) if may_have_moved(state) else arc
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _forecast(state):
+    """The same where readings do not disagree."""
     if state[at.MOVES] == 0.0 or state[at.USED] < 4.0 or not (state[at.FREEDOM] > 0.0 or state[at.NOISE] > 0.0):
         return turn_needed(state)
     each = _TURN / _STEPS
@@ -52,8 +59,14 @@ def turn_needed(state):
     unknown = state[at.TURNS] == 0.0 and state[at.INFLATION] > 1.0
     bent = state[at.FREED] != 0.0 and state[at.BAND] - state[at.FORM_BOUND] <= state[at.TOLERANCE]
     if (unknown or bent) and state[at.MOVES] > 0.0:
-        return max(_TURN - (state[at.TRAVEL] - state[at.TURN_BEGIN]), state[at.PATH] / state[at.MOVES])
+        return _rest_of_turn(state)
     return np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rest_of_turn(state):
+    """Arc until the turn is whole, a step at least."""
+    return max(_TURN - (state[at.TRAVEL] - state[at.TURN_BEGIN]), state[at.PATH] / state[at.MOVES])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

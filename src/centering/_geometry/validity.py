@@ -7,14 +7,14 @@ import numpy as np
 from centering._geometry import estimator_slots as at
 from centering._geometry.forecast_kernels import turn_needed
 from centering._geometry.form import gain_of_two
-from centering._geometry.validity_kernels import holds_axis, in_doubt, never_changed
+from centering._geometry.validity_kernels import holds_axis, in_doubt, may_have_moved, never_changed
 from sdpgrind.base.checks import Floats
 
 _FULL = 0.97 * 2 * pi  # rad: as good as a turn
 
 
 def limited_by(state: Floats) -> str:
-    """What limits a judged state: "samples", "arc", "form", "correlation", "noise", "outliers", or nothing."""
+    """What limits a judged state: "samples", "arc", "form", "correlation", "noise", "outliers", "move", or nothing."""
     if in_doubt(state):
         return "outliers"
     if state[at.FREEDOM] < 1:
@@ -25,7 +25,7 @@ def limited_by(state: Floats) -> str:
         return "noise"
     band, tolerance, form = state[at.BAND], state[at.TOLERANCE], state[at.FORM_BOUND]
     if band <= tolerance:
-        return ""
+        return "move" if may_have_moved(state) else ""
     if band - form <= tolerance:
         return "form"
     if state[at.INFLATION] > 1 and (band - form) / state[at.INFLATION] <= tolerance:
@@ -47,6 +47,9 @@ def sentence(state: Floats, limit: str, arc: float) -> str:
         return "the centre lies outside the part that is found: look for bad readings or a wrong unit"
     if never_changed(state):
         return "all readings are the same: give noise_sd, which is to hold half of the probe's step"
+    if limit == "move":
+        after = f"after {np.ceil(degrees(arc)):.0f} deg more"
+        return f"{head}; readings disagree within the turn: a move or form; a whole turn tells, {after}"
     if not limit:
         return head + _form_warning(state)
     return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(state, arc)}{_form_warning(state)}"

@@ -10,6 +10,7 @@ from numba import njit
 from centering._geometry import estimator_slots as at
 from centering._geometry.borrowed import borrowed
 from centering._geometry.estimator_noise_kernels import arrays, back, known_quantile, quantile, write_covariance, write_noise
+from centering._geometry.estimator_turn_kernels import in_first_turn
 from sdpgrind.identify.kernels import rotate
 
 _FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
@@ -223,6 +224,12 @@ def in_doubt(state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def may_have_moved(state):
+    """Whether readings of less than a turn disagree, as after a move or by form: a whole turn tells."""
+    return state[at.DOUBT] != 0.0 and in_first_turn(state)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _write_band(state):
     """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
     _write_rounding(state)
@@ -236,7 +243,7 @@ def _write_band(state):
     state[at.BAND] = state[at.REACH] * state[at.SPREAD] * state[at.INFLATION] + state[at.FORM_BOUND]
     offset = np.sqrt(state[at.FIT_X] ** 2 + state[at.FIT_Y] ** 2)
     state[at.TOLERANCE] = max(state[at.REL_TOL] * offset, state[at.ABS_TOL])
-    if in_doubt(state) or never_changed(state) or not holds_axis(state):
+    if in_doubt(state) or may_have_moved(state) or never_changed(state) or not holds_axis(state):
         return False
     # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
     return state[at.COVERED] >= state[at.ARC_MIN] and state[at.FREEDOM] >= 1.0 and state[at.BAND] <= state[at.TOLERANCE]
