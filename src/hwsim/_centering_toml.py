@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import centering
+from centering._cycle.settings import limited
 from hwsim._centering_jobs import Job
 from hwsim._physics_toml import flag
 from hwsim._toml import Table
@@ -76,6 +77,7 @@ def _job(file: Table) -> Job:
     speed: str | float = "scheduled"
     if file.has("spindle_speed") and file.take("spindle_speed") != "scheduled":
         speed = file.number("spindle_speed", "rad/s")
+        file.made(limited, "spindle_speed", speed, "spindle_speed_max", problem.limits, "rad/s")
     settings = _changed(centering.CycleSettings(), file.maybe("controller"), _SETTINGS)
     machine = _machine(problem, file.maybe("machine"))
     return Job(machine, speed, settings.replace(tip_radius=machine.tip_radius))

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hwsim._finishing_jobs import NORMAL_FORCE, Job
 from hwsim._physics_toml import flag
 from hwsim._toml import Table
@@ -70,8 +72,18 @@ def _job(file: Table) -> Job:
     controller = file.maybe("controller")
     force = controller.number("normal_force", "N") if controller.has("normal_force") else NORMAL_FORCE
     controller.made(checks.positive, "normal_force", force, "N")
-    cell = _cell(problem, {"axis": _axis(problem, file.maybe("axis")), "target_force": force}, file.maybe("cell"))
+    axis = _axis(problem, file.maybe("axis"))
+    controller.made(_check_force, problem, axis, force)
+    cell = _cell(problem, {"axis": axis, "target_force": force}, file.maybe("cell"))
     return Job(cell, _settings(controller), method, _study(file.maybe("study")))
+
+
+def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis, force: float) -> None:
+    """What the motor cannot press the controller would refuse only after the planning."""
+    places = problem.path.sample(per_leg=1)
+    most = axis.torque_max / float(np.max(problem.torque_per_force(problem.feed_angles(places))))
+    if force > most:
+        raise checks.refuse("normal_force", f"<= {most:.4g}, what current_limit = {axis.current_limit:g} A presses", force, "N")
 
 
 def _surface(table: Table) -> finishing.Surface:

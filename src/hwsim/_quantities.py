@@ -61,7 +61,8 @@ def quantity(name: str, value: Any, unit: str) -> float:
         return checks.number(name, value, unit)
     split = _NUMBER.match(value)
     if split is None:
-        raise ValueError(f'{name} must be a number ({unit or "1"}) or a text such as "3 {unit}"; got {value!r}')
+        example = f"3 {unit or '%'}"
+        raise ValueError(f'{name} must be a number ({unit or "1"}) or a text such as "{example}"; got {value!r}')
     number, written = split.groups()
     if not written:
         return checks.number(name, float(number), unit)

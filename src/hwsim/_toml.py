@@ -1,6 +1,7 @@
 """Tables of a TOML file, read key by key: every fault is one line that names the key; a key that nobody took is a fault."""
 
 import difflib
+import re
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -83,11 +84,45 @@ class Table:
 
 def read(path: Path, make: Callable[[Table], Made]) -> Made:
     """What `make` makes of the file at `path`; ValueError names the file and the key, also one that nobody took."""
+    entries = _entries(path)
+    table = Table("", entries)
     try:
-        with path.open("rb") as file:
-            table = Table("", tomllib.load(file))
         made = make(table)
         table.done()
-    except (ValueError, TypeError) as error:  # tomllib's error is a ValueError
-        raise ValueError(f"{path}: {error}") from None
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{path}: {_with_text(str(error), entries)}") from None
     return made
+
+
+def _entries(path: Path) -> dict[str, Any]:
+    text = path.read_text(encoding="utf-8")
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{path}: {_misread(str(error), text)}") from None
+
+
+_NO_TOML = {
+    "Cannot overwrite a value": "the key is there twice",
+    "Cannot declare": "the table is there twice",
+    "Invalid value": "no number, no true or false, and no text in quotes",
+}
+
+
+def _misread(told: str, text: str) -> str:
+    """What is no TOML, with its line: tomllib tells the place by numbers alone, and names no key."""
+    place = re.search(r"(.*) \(at line (\d+), column \d+\)", told)
+    if place is None:
+        return told
+    what = next((meaning for start, meaning in _NO_TOML.items() if told.startswith(start)), place[1])
+    return f"line {place[2]}, {text.splitlines()[int(place[2]) - 1].strip()!r}: {what}"
+
+
+def _with_text(told: str, entries: Any) -> str:
+    """Add to a refusal the text that stands in the file, where what was refused is the number made of it."""
+    named = re.match(r"(?:\[([\w.]+)\] )?([\w.]+) must be ", told)
+    if named is None:
+        return told
+    for key in ".".join(filter(None, named.groups())).split("."):
+        entries = entries.get(key) if isinstance(entries, dict) else None
+    return f"{told}, from {entries!r}" if isinstance(entries, str) and repr(entries) not in told else told

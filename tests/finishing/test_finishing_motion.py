@@ -157,13 +157,22 @@ def test_refused(changes, said):
         EASY.replace(**changes)
 
 
-def test_refused_at_the_planner():
+def only_ends(path, *, per_leg, sample=finishing.Path.sample):
+    assert per_leg == 1
+    return sample(path, per_leg=per_leg)
+
+
+def test_refused_at_the_planner(monkeypatch):
     with pytest.raises(TypeError, match=r"problem must be a FinishingProblem \(see finishing.preset\); got 3"):
         finishing.plan(3)
     with pytest.raises(ValueError, match=r"method must be one of trapezoid, toppra, min_time; got 'fast'"):
         finishing.plan(EASY, method="fast")
     with pytest.raises(ValueError, match=r"no branch within limits; nearest comes branch \d .*: q1 must be in .* at poses\[0\]"):
         finishing.plan(EASY.replace(placement=(0.0, 0.0, 100.0)))
+    great = finishing.FinishingProblem(finishing.hilbert(finishing.flat_surface(6400.0), 5))
+    with monkeypatch.context() as patch, pytest.raises(ValueError, match=r"the arm must reach the path: .*Y must be in"):
+        patch.setattr(finishing.Path, "sample", only_ends)  # a step of 0.2 mm makes millions of samples
+        finishing.plan(great)
     upside = FLAT.replace(surface=FLAT.surface.replace(outward=-1))
     with pytest.raises(ValueError, match=r"surface must have its outward normals up; outward=-1 turns them \(runs\[0\] has"):
         finishing.plan(EASY.replace(path=upside))

@@ -189,6 +189,8 @@ def test_all_that_a_file_may_say(tmp_path):
     ("line", "message"),
     [
         ('preset = "best"', "preset must be one of printed, identified; got 'best'"),
+        ('spindle_speed = "3000 rpm"', "spindle_speed must be <= spindle_speed_max = 10.472 (rad/s); got 314.159"),
+        ('spindle_speed = "3000 rpm"', ", from '3000 rpm'"),
         ("tolerence = 1", "tolerence is not a key; is tolerance meant?"),
         ('tolerance = "2 kg"', "tolerance"),
         ("[part]\nmass = -1", "[part] mass must be > 0 (kg); got -1"),

@@ -238,6 +238,11 @@ def test_everything_that_can_be_said(tmp_path):
         ("table = false", "tables = false", "cell.truth.tables is not a key; is cell.truth.table meant?"),
         ('"0.2 N m/A"', '"0.2 N m"', "cell.truth.axis.torque_constant must have a unit like N m/A; got '0.2 N m'"),
         ("[controller]\n", "[controller]\nnormal_force = 0\n", "[controller] normal_force must be > 0 (N); got 0.0"),
+        (
+            "[controller]\n",
+            "[controller]\nnormal_force = '9 N'\n",
+            "[controller] normal_force must be <= 1.682, what current_limit = 0.9 A presses (N); got 9.0, from '9 N'",
+        ),
         ("table = false", "table = {kd = -1}", "[cell.truth.table] kd must be >= 0"),
     ],
 )

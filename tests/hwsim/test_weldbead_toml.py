@@ -198,7 +198,12 @@ FAULTS = [
     ("", "", "[stand]\nwave = -0.1\n", "[stand] wave must be >= 0 (mm); got -0.1"),
     ("", "", "[stand]\nwave = 5\n", "[stand] wave must be small enough to leave metal everywhere on a bead of 1.5 mm"),
     ("", "", "[stand]\nwave_length = 0\n", "[stand] wave_length must be >= 1 (mm); got 0.0"),
-    ("stage = 2", "stage = = 2", "", "Invalid value (at line 8, column 9)"),
+    ("", "", "[stand]\ntime = '1.5 h'\n", "stand.time must be >= 0 and <= horizon = 60 (s); got 5400.0, from '1.5 h'\n"),
+    ("", "", "[stand]\nwave = '-1 cm'\n", "[stand] wave must be >= 0 (mm); got -10.0, from '-1 cm'\n"),
+    ("30 %", "high", "", 'process.friction_ratio must be a number (1) or a text such as "3 %"; got'),
+    ("stage = 2", "stage = = 2", "", "line 8, 'stage = = 2': no number, no true or false, and no text in quotes\n"),
+    ("stage = 2", "stage = 2\nstage = 4", "", "line 9, 'stage = 4': the key is there twice\n"),
+    ("[process]", "[process", "", "line 9, '[process': Expected ']' at the end of a table declaration\n"),
 ]
 
 

@@ -66,6 +66,8 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     """
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
     checks.one_of("method", method, METHODS)
+    if problem.heading == "fixed":  # ends of legs tell what is out of reach before the many samples of a great surface are made
+        posture_of(problem, problem.path.sample(per_leg=1))
     samples = problem.path.sample(per_leg=_per_leg(problem.path))
     posture, joints = posture_of(problem, samples)
     arm = problem.arm
