@@ -251,11 +251,52 @@ def test_reset_copies_and_starts():
 
 def test_reports():
     controller = LocusController(KOREN, gain=0.05, start=3.0, margin=0.1)
-    assert controller.report() == {"coordinate": 3.0, "x": pytest.approx(1.0), "slack": pytest.approx(float("nan"), nan_ok=True)}
+    assert controller.report() == {
+        "coordinate": 3.0,
+        "x": pytest.approx(1.0),
+        "slack": pytest.approx(float("nan"), nan_ok=True),
+        "saturated": 0.0,
+    }
     controller.step(response=6.0)
     assert controller.report()["slack"] == pytest.approx(1.0)
-    assert controller.reports == {"coordinate": "", "x": "", "slack": ""} and controller.reads == {"response": ""}
+    assert controller.reports == {"coordinate": "", "x": "", "slack": "", "saturated": ""} and controller.reads == {
+        "response": ""
+    }
     assert isinstance(controller, hwsim.protocols.Controller)
+
+
+@pytest.mark.parametrize("options", [{}, {"margin": 0.2}, {"method": "inversion"}, {"floor": 1.0}])
+def test_a_command_that_is_saturated_while_the_limit_is_broken_says_so(options):
+    """A process that is worse than any hidden state that was planned for: the place stands at the end."""
+    controller = LocusController(KOREN, **options)
+    for _ in range(19):
+        controller.step(response=100.0)
+        assert controller.report()["slack"] < 0
+    assert controller.report()["saturated"] == 1.0
+    advice = "floor is lower" if "floor" in options else "wider range of x"
+    with pytest.warns(UserWarning, match=f"limit has been exceeded in 20 readings .* v stands at the end .*{advice}"):
+        controller.step(response=100.0)
+    controller.step(response=100.0)  # once is enough
+    controller.step(response=float("nan"))
+    assert controller.report()["saturated"] == 0.0
+    controller.step(response=100.0)
+    controller.reset()
+    assert controller.report()["saturated"] == 0.0
+
+
+def test_an_end_with_slack_is_nothing_to_warn_of():
+    controller = LocusController(KOREN)
+    for _ in range(40):
+        controller.step(response=-100.0)
+    assert controller.report()["saturated"] == 1.0 and controller.report()["slack"] > 0
+
+
+@pytest.mark.parametrize("method", ["feedback", "inversion"])
+def test_a_margin_beyond_every_limit_is_refused(method):
+    greatest = float(KOREN.limit.max())
+    with pytest.raises(ValueError, match=r"margin must be < [\d.]+, the greatest limit on the curve; got 6000"):
+        LocusController(KOREN, margin=6000.0, method=method)
+    LocusController(KOREN, margin=0.9 * greatest, method=method)
 
 
 def test_a_coordinate_against_which_the_slack_rises():

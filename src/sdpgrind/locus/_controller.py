@@ -52,7 +52,8 @@ class LocusController(Walking, Frozen):
         point (parts that `hwsim` runs are told by `LearnedStart`); a mapping gives the coordinate or the hidden state by name.
         A start of one's own may have no slack: `design_gain` tells.
     margin : float
-        By how much the limit is backed off, in its unit; see `GainDesign.drift_margin`, which reckons without `kp` and `kd`.
+        By how much the limit is backed off, in its unit, less than the greatest limit on the curve; see
+        `GainDesign.drift_margin`, which reckons without `kp` and `kd`.
     kp, kd : float
         Proportional and derivative gain, in the unit of `gain`.
     hold : "none", "settled" or float
@@ -69,7 +70,7 @@ class LocusController(Walking, Frozen):
     filter : float
         Share (0, 1] of a new estimate of the hidden state that is believed; "inversion" only.
     floor : float, optional
-        Least coordinate; else that of the stretch.
+        Least coordinate; else that of the stretch, which the range of the hidden state tells: a wider one reaches farther down.
 
     Raises
     ------
@@ -80,7 +81,9 @@ class LocusController(Walking, Frozen):
     Warns
     -----
     UserWarning
-        When the gain may step beyond the limit.
+        When the gain may step beyond the limit. From `step`: the limit has been exceeded in 20 readings in a row while the
+        coordinate stands at an end of the stretch (or at the floor) and cannot give more: reality is worse than any hidden
+        state of the range. Each such sample reports ``saturated``.
 
     Examples
     --------
@@ -121,7 +124,9 @@ class LocusController(Walking, Frozen):
         if self.period is not None:
             checks.positive("period", self.period, "s")
         self._check_hold()
-        stretch = self.stretch
+        stretch, unit = self.stretch, self.reports["slack"]
+        if self.margin >= (greatest := float(np.max(stretch.limit))):
+            raise checks.refuse("margin", f"< {greatest:.6g}, the greatest limit on the curve", self.margin, unit)
         if self.floor is not None:
             checks.within("floor", self.floor, stretch.low, stretch.high, stretch.unit)
         if self.method == "feedback":

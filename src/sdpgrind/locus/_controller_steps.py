@@ -1,5 +1,6 @@
 """What a controller on the locus does from sample to sample, and its state."""
 
+import warnings
 from collections.abc import Mapping
 from copy import copy
 from functools import cached_property
@@ -82,7 +83,7 @@ class Walking:
         """Names of what it reports to their units."""
         stretch = self.stretch
         hidden, response = (stretch.units.get(name, "") for name in (stretch.hidden_name, stretch.response))
-        return {"coordinate": stretch.unit, stretch.hidden_name: hidden, "slack": response}
+        return {"coordinate": stretch.unit, stretch.hidden_name: hidden, "slack": response, "saturated": ""}
 
     def reset(self) -> None:
         """Begin the next run; a learned start is kept."""
@@ -123,7 +124,37 @@ class Walking:
         if self._counts(actual):
             base = float(self.state[core.PLACE]) if actual is None or self.at == "command" else actual
             self._move(reading, base)
+            self._watch()
         return self.command
+
+    def _watch(self) -> None:
+        """Count readings beyond the limit at an end of the stretch, where nothing is left to give, and say so once a run."""
+        self.state[core.HELD] = self.state[core.HELD] + 1.0 if self._saturated and self._slack < 0 else 0.0
+        if self.state[core.HELD] == PATIENCE:
+            warnings.warn(self._exhausted(), stacklevel=3)
+
+    def _exhausted(self) -> str:
+        """What is wrong where the end of the stretch does not keep the limit, and what to do."""
+        stretch, place, unit = self.stretch, float(self.state[core.PLACE]), self.reports["slack"]
+        inside = stretch.low < place < stretch.high
+        way = "its floor is lower" if inside else f"the curve is planned for a wider range of {stretch.hidden_name}"
+        return (
+            f"the limit has been exceeded in {PATIENCE} readings in a row, now by {-self._slack:.3g} {unit}".rstrip()
+            + f", while {stretch.along} stands at the end of its stretch, {place:.6g} {stretch.unit}".rstrip()
+            + f": it can give more where {way}"
+        )
+
+    @property
+    def _slack(self) -> float:
+        """Limit less response of the last reading that counted, in their unit; NaN where there is none."""
+        return float(self.state[core.LAST]) + self.margin if self.state[core.UPDATES] else nan
+
+    @property
+    def _saturated(self) -> bool:
+        """Whether the last reading asked for a place beyond the end at which it stands."""
+        place, error = float(self.state[core.PLACE]), float(self.state[core.LAST])
+        onward = self.law.direction * error if self.state[core.UPDATES] else 0.0
+        return (place <= self.law.low and onward < 0) or (place >= self.law.high and onward > 0)
 
     def _actual(self, measured: float) -> float | None:
         """The actual coordinate, measured or estimated; None: it is where it is commanded, for all that is known."""
@@ -146,7 +177,7 @@ class Walking:
         row = self.stretch.rows(place)
         n = len(self.stretch.names)
         if self.method == "inversion":
-            self._invert(reading, self._controls(row[:n], base))
+            self._invert(reading, self._controls(row[:n], base), row[n])
         elif base == place:
             core.advance(self.state, self.law, row[n + 1] - self.margin - reading, place)
         else:
@@ -161,18 +192,22 @@ class Walking:
             actual[self.stretch.names.index(self.stretch.along)] = base
         return actual
 
-    def _invert(self, reading: float, controls: Floats) -> None:
+    def _invert(self, reading: float, controls: Floats, hidden: float) -> None:
+        self.state[core.UPDATES] = float(not isnan(reading))
         if isnan(reading):
             return
+        limit = self.stretch.values(controls[None], np.array([hidden]))[1]
+        self.state[core.LAST] = float(limit[0]) - self.margin - reading
         state = hidden_of(self.stretch.values, controls[None], np.array([reading]), self.stretch.x)
         believed = self._believed
         believed[:] = state if isnan(believed[0]) else believed + self.filter * (state - believed)
-        self.state[core.LAST] = 0.0
         self.state[core.PLACE] = np.clip(balanced(self.stretch, believed, self.margin), self.law.low, self.law.high)[0]
 
     def report(self) -> dict[str, float]:
-        """Return its coordinate, the hidden state for which that is the optimum, and the slack that it saw last; user's units."""
+        """Return its coordinate, the hidden state for which that is the optimum, the slack that it saw last; user's units.
+
+        ``saturated`` is 1 where that reading asked for a place beyond the end of the stretch, at which it stands, else 0.
+        """
         place = float(self.state[core.PLACE])
         hidden = float(self.stretch.rows(place)[len(self.stretch.names)])
-        slack = float(self.state[core.LAST]) + self.margin if self.state[core.UPDATES] else nan
-        return dict(zip(self.reports, (place, hidden, slack), strict=True))
+        return dict(zip(self.reports, (place, hidden, self._slack, float(self._saturated)), strict=True))

@@ -9,10 +9,10 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.locus._table_kernels import look_up
 
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
-PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL, WAITED = range(7)
+PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL, WAITED, HELD = range(8)
 """State: coordinate, last two errors, updates since one was missing, samples since the start, estimated actual coordinate,
-samples that were waited for it."""
-STATES = 7
+samples that were waited for it, samples in a row that asked for less than the end of the stretch allows (step alone counts)."""
+STATES = 8
 
 
 class Law(NamedTuple):
