@@ -228,6 +228,16 @@ def test_margins_that_are_none():
         plunge.plan("simulation")
 
 
+def test_a_warning_points_at_the_line_of_who_caused_it():
+    """A call, a change, and a change of a change: the same line of this file, not one of ours or of dataclasses."""
+    simulation = plunge.preset("simulation")
+    with pytest.warns(UserWarning, match="no spark-out is needed") as told:
+        slow = simulation.replace(command_rate_max=7e-4)
+        plunge.CycleProblem(simulation.model, stock=0.282, command_rate_max=7e-4, roundness_max=0.003)
+        slow.replace(wear_flat_area=0.02)
+    assert len(told) == 3 and {warning.filename for warning in told} == {__file__}
+
+
 def test_warnings():
     with pytest.warns(UserWarning, match="an area of one sliding law is none of another"):
         NOMINAL.replace(power=physics.GrindingPower(sliding=physics.MalkinSliding()), burning=physics.BurningLimit(6.2, 70.0))

@@ -1,7 +1,6 @@
 """Plunge grinding of a bore or a shaft: power, burning, deflection and roundness as functions of the infeed rate."""
 
 import dataclasses
-import warnings
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import N_MM_S_PER_W
+from sdpgrind.base.warned import warn
 from sdpgrind.plunge import _kernels
 from sdpgrind.plunge._kernels import Core
 
@@ -173,10 +173,9 @@ class PlungeModel(Frozen):
         low, high = law.areas
         if not low <= self.wear_flat_area <= high:
             name = type(law).__name__
-            warnings.warn(
+            warn(
                 f"wear_flat_area = {self.wear_flat_area:g} lies outside {low:g} to {high:g}, which {name} is meant for: an area"
-                " of one sliding law is none of another",
-                stacklevel=4,
+                " of one sliding law is none of another"
             )
 
     @property

@@ -1,13 +1,14 @@
 """A plunge cycle to be planned: what is to be ground off, how fast the wheel may be fed, how round the part must be."""
 
 import dataclasses
-import warnings
 from collections.abc import Mapping
 from typing import Self
 
 from sdpgrind.base import checks
+from sdpgrind.base.brief import brief
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
 from sdpgrind.plunge._model import PlungeModel
 
@@ -16,7 +17,7 @@ DEEPEST = 1.0
 
 
 @stored("plunge.cycle_problem")
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class CycleProblem(Frozen):
     """Grind off a stock in the least time, with no burned layer left and within the roundness.
 
@@ -74,16 +75,19 @@ class CycleProblem(Frozen):
                 f" {self.model.burning.B:g} J/(mm^2 s^(1/2))"
             )
         if self.final_rate >= self.command_rate_max:
-            warnings.warn(
+            warn(
                 f"no spark-out is needed: roundness_max allows {self.final_rate:.4g} mm/s at the end, and the command no more"
-                f" than {self.command_rate_max:.4g}",
-                stacklevel=3,
+                f" than {self.command_rate_max:.4g}"
             )
         if self.time_constant is None:
             object.__setattr__(self, "time_constant", self._secant())
         longest = checks.positive("time_constant", self.time_constant, "s") / 4
         if self.sample_time > longest:
             raise checks.refuse("sample_time", f"<= time_constant/4 = {longest:.4g}", self.sample_time, "s")
+
+    def __repr__(self) -> str:
+        lengths = {"stock": "mm", "roundness_max": "mm", "command_rate_max": "mm/s"}
+        return brief(self, lengths | {"time_constant": "s", "sample_time": "s"})
 
     def _refuse_other_units(self) -> None:
         if self.stock >= self.model.work_diameter / 4:
