@@ -43,7 +43,7 @@ def identify(data: Any, what: str = "circle", **options: Any) -> Estimate:
     Raises
     ------
     ValueError, TypeError
-        For another `what`, or what the function of that name refuses.
+        For another `what`, "friction" without a problem, or what the function of that name refuses.
 
     Examples
     --------
@@ -53,4 +53,7 @@ def identify(data: Any, what: str = "circle", **options: Any) -> Estimate:
     >>> round(circle.radius, 3), round(circle.offset, 3)  # mm
     (61.9, 0.5)
     """
-    return _WAYS[checks.one_of("what", what, tuple(_WAYS))](data, **options)
+    way = _WAYS[checks.one_of("what", what, tuple(_WAYS))]
+    if way is identify_friction and "problem" not in options:
+        raise TypeError('problem must be given for what="friction": the CenteringProblem of the pushes; got none')
+    return way(data, **options)

@@ -13,6 +13,7 @@ from centering._friction.estimator import FrictionEstimator, identify_friction
 from centering._friction.prediction import predicted, roughness
 from centering._friction.prediction_kernels import log_likelihood
 from centering._friction.printed import PrintedFriction
+from centering._identify import identify
 from centering._push.presets import preset
 from centering._push.profile import TipProfile
 from centering._push.reaction import simulate_pushes
@@ -463,6 +464,11 @@ REFUSED = [
     (lambda: NEW.update(peak_force=50.0), TypeError, "profile must be a TipProfile, how the tip moved; got None"),
     (lambda: NEW.update(3), TypeError, "trace must be a PushTrace; got 3"),
     (lambda: identify_friction([], PROBLEM), ValueError, "data must be at least one push; got []"),
+    (
+        lambda: identify([], "friction"),
+        TypeError,
+        'problem must be given for what="friction": the CenteringProblem of the pushes; got none',
+    ),
     (lambda: identify_friction(3, PROBLEM), TypeError, "data must be pushes; got 3"),
     (lambda: identify_friction([3], PROBLEM), TypeError, "each push must be a dict, or a PushTrace; got 3"),
 ]

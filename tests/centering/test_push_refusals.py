@@ -5,6 +5,7 @@ import pytest
 from centering._push.direction import plan_touch
 from centering._push.gentle import gentle_profile
 from centering._push.impact import energy_balance_speed, free_slide, sliding_speed
+from centering._push.lead import TooFastError
 from centering._push.limits import spindle_acceleration_limit, spindle_speed_limit
 from centering._push.presets import preset
 from centering._push.push import plan_push
@@ -38,3 +39,10 @@ def test_what_is_no_problem_is_refused(call):
 def test_what_is_no_model_is_refused(call):
     with pytest.raises(TypeError, match=r"^model must be a PushModel; got 5$"):
         call()
+
+
+def test_a_table_too_fast_for_an_offset_is_named():
+    """20 mm at 3 rad/s: what has to change is the speed of the table, and the message begins with it."""
+    told = r"^spindle_speed must be less at an offset of 20 mm, .* the rim arrives before the push; .*\(rad/s\); got 3.0$"
+    with pytest.raises(TooFastError, match=told):
+        plan_push(preset("printed"), offset=20.0, spindle_speed=3.0, push_speed=15.0)

@@ -87,7 +87,7 @@ def find_lead(
     if late(most) >= 0.0:
         alpha = _root(late, 0.0, most)
     elif most < pi:
-        raise TooFastError(_late(most, w))
+        raise too_fast("spindle_speed", _late(most, offset), w, "rad/s")
     else:
         alpha = _root(late, pi, after + w * rough_time(room))
     lead = float(advance(alpha, offset, radius))
@@ -107,8 +107,8 @@ def _greatest_lead(d: float, r: float, room: float) -> float:
     return _root(lambda alpha: advance(alpha, d, r) - room, 0.0, pi)
 
 
-def _late(most: float, w: float) -> str:
+def _late(most: float, offset: float) -> str:
     return (
-        f"rough must be >= 0 (mm); got < 0 for every lead up to {most * 180 / pi:.4g} deg at spindle_speed ="
-        f" {w:.4g} rad/s: the rim arrives before the push; slow the spindle or open the gap"
+        f"less at an offset of {offset:g} mm, where no lead up to {most * 180 / pi:.4g} deg leaves room for the approach:"
+        " the rim arrives before the push; slow the spindle or open the gap"
     )
