@@ -154,6 +154,31 @@ def test_errors_end_the_cycle(settings, reading, others, state):
 def test_no_more_pushes_than_are_allowed():
     log = hwsim.run(MACHINE, CenteringController(PlainStrategy(PROBLEM.replace(pushes_max=1))), rng=0)
     assert log.outcome.pushes[0] == 1 and log.outcome.finished[0] == 0
+    assert log.outcome.state[0] == CycleState.PUSHES_MAX and CycleState.PUSHES_MAX.failed
+
+
+def test_the_outcome_says_how_a_cycle_ended(log):
+    assert np.all(log.outcome.state == CycleState.CENTERED)
+    early = hwsim.run(MACHINE, CenteringController(PlainStrategy(PROBLEM), settings=CycleSettings(timeout=0.5)), parts=2, rng=0)
+    assert np.all(early.outcome.state == CycleState.TIMEOUT)
+
+
+def test_a_push_that_the_machine_does_not_begin_is_no_push():
+    """The first profile is lost on its way: controller and machine still agree on how often the part was pushed."""
+    controller = CenteringController(PlainStrategy(PROBLEM))
+    machine = MACHINE.replace(start_offset=4.0).start(np.random.default_rng(2))
+    reading, sent, counted = machine.step({}, 0), 0, []
+    while not machine.done:
+        command = dict(controller.step(**reading))
+        if "profile" in command:
+            sent += 1
+            if sent == 1:
+                del command["profile"], command["profile_angle"]
+        counted.append(controller.report()["pushes"])
+        reading = machine.step(command, 10)
+    outcome = machine.outcome()
+    assert sent == outcome["pushes"] + 1 and counted[-1] == outcome["pushes"]
+    assert outcome["finished"] == 1.0 and outcome["time"] < 4.0
 
 
 def test_what_a_push_did_is_told_to_the_strategy():

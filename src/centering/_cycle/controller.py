@@ -16,6 +16,7 @@ from centering._push.model import GRAVITY
 from sdpgrind.base import checks
 
 _EARLIEST, _FREEZE = 2.7, 5.0  # samples before a push: it is sent; the slide is stopped
+_MISSED = 2.0  # samples after which the machine has not begun a push: it will not
 _STOPPED = 0.5  # mm/s: commanded speed of a slide that counts as waiting
 _SEEMS = 2.0  # tolerances within which a part looks as if it were centred
 _WELL = 3.0  # standard deviations of a push's direction
@@ -89,8 +90,11 @@ class CenteringController(CycleBase):
     def _next(self, pushing: bool) -> Command:
         if self._state is CycleState.PUSH:
             return self._pushing(pushing)
-        if self._state is CycleState.WAIT and (pushing or self._table.angle >= self._coming.trigger):
+        if self._state is CycleState.WAIT and pushing:
             return self._begin_push()
+        if self._state is CycleState.WAIT and self._table.angle - self._coming.trigger > _MISSED * self._table.speed * self.period:
+            self._coming.forget()
+            self._state = CycleState.COLLECT
         return self._measuring()
 
     def report(self) -> dict[str, float]:
@@ -133,7 +137,7 @@ class CenteringController(CycleBase):
         if maybe and view.turns < self.settings.turns_in_doubt:
             return self._stand_off(view.offset) | self._turn_at(self._speed_for(max(view.offset, tolerance)))
         if self._pushes >= self.problem.pushes_max:
-            return self._end(CycleState.TIMEOUT)
+            return self._end(CycleState.PUSHES_MAX)
         return self._prepare()
 
     def _stand_off(self, offset: float) -> Command:

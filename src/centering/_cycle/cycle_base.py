@@ -77,6 +77,10 @@ class CycleBase(ABC):
         """Forget the part before."""
         self._begin()
 
+    def verdict(self) -> dict[str, float]:
+        """Return what the cycle ended as: the number of its `CycleState`."""
+        return {"state": float(self._state)}
+
     def step(
         self,
         *,

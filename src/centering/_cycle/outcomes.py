@@ -70,7 +70,7 @@ class PushKind(Frozen):
     @property
     def name(self) -> str:
         """In words, with the speed in mm/s."""
-        return f"{self.shape} {self.push_speed:g} mm/s" + (", drawn back" if self.retract else "")
+        return f"{self.shape} {self.push_speed:.4g} mm/s" + (", drawn back" if self.retract else "")
 
     def profile(self, model: PushModel, stroke: float, acceleration: float) -> TipProfile:
         """Return the motion of the tip from the first touch on.

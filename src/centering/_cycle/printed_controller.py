@@ -186,7 +186,7 @@ class PrintedController(CycleBase):
             whole = self._table.angle - self._first >= _TURN
             return self._end(CycleState.CENTERED) if whole else {}
         if self._pushes >= self.problem.pushes_max:
-            return self._end(CycleState.TIMEOUT)
+            return self._end(CycleState.PUSHES_MAX)
         if not self._soon():
             self._plan()
         return self._near() if self._soon() else {}

@@ -27,13 +27,15 @@ class CycleState(IntEnum):
     CENTERED = 6
     """Done."""
     TIMEOUT = 7
-    """Given up: too long, or too many pushes."""
+    """Given up: too long."""
     COLLISION = 8
     """Given up: force on the slide while nothing was to be pushed, or more than the sensor's range."""
     LOST = 9
     """Given up: the probe finds no part."""
     BEYOND = 10
     """Given up: further from the axis than the strategy knows pushes for."""
+    PUSHES_MAX = 11
+    """Given up: pushed as often as the problem allows."""
 
     @property
     def failed(self) -> bool:
