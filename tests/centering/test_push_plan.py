@@ -276,9 +276,7 @@ def test_bad_pushes_are_refused(arguments, message):
 
 
 def test_ring_pushed_from_its_side_is_refused():
-    with pytest.raises(
-        TooFastError, match=r"push_speed must be higher .* the rim arrives before the push"
-    ):
+    with pytest.raises(TooFastError, match=r"push_speed must be higher .* the rim arrives before the push"):
         plan_touch(PRINTED, offset=10.0, spindle_speed=20.0, push_speed=1.0)
 
 
