@@ -28,7 +28,7 @@ class Frozen:
         further = {name: changes.pop(name) for name in list(changes) if name not in own}
         if further:
             inside: dict[str, Any] = {name: changes.get(name, getattr(self, name, None)) for name in _inside(self)}
-            _refuse_unknown(type(self).__name__, further, own.union(*map(_all_fields, inside.values())))
+            _refuse_unknown(self, further, own.union(*map(_all_fields, inside.values())))
             for home, named in _by_home(type(self).__name__, further, inside).items():
                 changes[home] = inside[home].replace(**named)
         thing: Any = self  # a dataclass, which this base cannot promise
@@ -61,9 +61,23 @@ def _by_home(owner: str, names: dict[str, Any], inside: dict[str, Any]) -> dict[
     return found
 
 
-def _refuse_unknown(owner: str, names: dict[str, Any], known: set[str]) -> None:
+def _refuse_unknown(owner: Any, names: dict[str, Any], known: set[str]) -> None:
     for name in names:
         if name not in known:
             close = difflib.get_close_matches(name, known, 1)
             meant = f"is {close[0]} meant?" if close else f"its fields are {', '.join(sorted(known))}"
-            raise ValueError(f"{owner} has no field {name!r}; {meant}")
+            if way := _deeper(owner, name):
+                meant = f"take replace({way[-1]}=x.{'.'.join(way)}.replace({name}=...)) of it, x"
+            raise ValueError(f"{type(owner).__name__} has no field {name!r}; {meant}")
+
+
+def _deeper(thing: Any, name: str) -> tuple[str, ...]:
+    """The way to a field's dataclass that has a field `name`, through what `replace` reaches; nothing where none has."""
+    for field in sorted(_fields(thing)):
+        inner = getattr(thing, field)
+        if field in _inside(thing):
+            if way := _deeper(inner, name):
+                return field, *way
+        elif name in _fields(inner) and hasattr(inner, "replace"):
+            return (field,)
+    return ()

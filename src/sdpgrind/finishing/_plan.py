@@ -7,7 +7,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.progress import Progress, TerminalLine
 from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._arm.branches import ArmChoice, choose_branches
 from sdpgrind.finishing._arm.heading import check_corners, corner_jumps
@@ -26,7 +26,7 @@ ENDLESS = 1e6  # mm
 FEWEST, STEP = 8, 0.25  # samples of a leg, and mm between them
 
 
-def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = True, progress: Progress = silent) -> Motion:
+def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = True, progress: Progress | None = None) -> Motion:
     """Plan the motion along a path: poses by Wang (1), joints in closed form, and a time law that keeps the limits.
 
     ``"trapezoid"``: rest at every sharp corner, in between a trapezoid of feed (Wang, figure 9), slower where a joint asks for
@@ -43,8 +43,8 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
         The time law.
     throw : bool
         Whether a limit that is exceeded anywhere by more than 0.1 % is an error; False: the motion says so.
-    progress : callable
-        Told the share done (0..1) and a text.
+    progress : callable, optional
+        Told the share done (0..1) and a text; by default one line on a terminal when it takes long.
 
     Returns
     -------
@@ -79,7 +79,9 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     )
     pace = problem.acceleration if method == "trapezoid" else None
     runs = runs_of(samples, joints)
-    laws = time_laws(runs, limits, feed_rate=problem.feed_rate, acceleration=pace, method=method, progress=progress)
+    laws = time_laws(
+        runs, limits, feed_rate=problem.feed_rate, acceleration=pace, method=method, progress=progress or TerminalLine()
+    )
     worst = worst_violation(runs, laws, limits=limits, feed_rate=problem.feed_rate)
     begun = sum(law.duration for law in laws[: worst.run])
     motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), rows(problem, runs, laws))

@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 from typing import Any
 
+from sdpgrind.base.brief import brief
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._pieces import Columns
 from sdpgrind.locus._problem import Problem
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Point:
     """A best point (units of the problem).
 
@@ -44,6 +45,9 @@ class Point:
     margin: float
     kind: str
     clamped: bool = False
+
+    def __repr__(self) -> str:
+        return brief(self)
 
 
 def named_point(problem: Problem, hidden: dict[str, float], row: Columns, kind: str, clamped: bool) -> Point:

@@ -27,7 +27,7 @@ _ABSURD = 12.0
 """Standard deviations that no residual of a sound fit reaches."""
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class ScatterEstimate(Frozen):
     """How much the depth scatters under each attribution, and which of them the data favour.
 
@@ -81,6 +81,12 @@ class ScatterEstimate(Frozen):
     def __getitem__(self, name: str) -> float:
         """Return the relative standard deviation (unit 1) under the attribution of that name."""
         return self.relative_sd[self.names.index(checks.one_of("name", name, self.names))]
+
+    def __repr__(self) -> str:
+        rows = zip(self.names, self.relative_sd, self.standard_error, strict=True)
+        shown = ", ".join(f"{name} {value:.4g} ± {error:.2g}" for name, value, error in rows)
+        plausible = ", ".join(self.plausible)
+        return f"ScatterEstimate({self.favoured} favoured of relative sd {shown}; plausible {plausible}; {self.message})"
 
 
 class _Fit(NamedTuple):

@@ -1,6 +1,7 @@
 """The planning problem: a process with its limits, and what is charged for."""
 
 import dataclasses
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
@@ -137,6 +138,11 @@ class SequenceProblem(Frozen):
 
     def __post_init__(self) -> None:
         self._check_kinds()
+        if self.scatter.total > 1:
+            warnings.warn(
+                f"scatter.relative_sd is {self.scatter.total:.4g}, a share of the mean (1): divide by 100 where percent is meant",
+                stacklevel=3,
+            )
         for name, unit in {"bead_length": "mm", "force_max": "N", "height_max": "mm", "stage": "s"}.items():
             object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
         for name, unit in {"reset_time": "s", "pass_charge": "$", "min_cut": "mm"}.items():

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind import physics
 from sdpgrind.base import checks
+from sdpgrind.base.brief import brief
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -32,7 +33,7 @@ class Coefficients(NamedTuple):
 
 
 @stored("weldbead.process")
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class GrindingProcess(Frozen):
     """Grinding a bead with a disc: Brown (1988), (4.4) to (4.8), in J, W, N, mm, s.
 
@@ -80,6 +81,9 @@ class GrindingProcess(Frozen):
             object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
         for name, unit in _NONNEGATIVE.items():
             object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), unit))
+
+    def __repr__(self) -> str:
+        return brief(self, _POSITIVE | _NONNEGATIVE)
 
     def _torque(self, normal_force: npt.ArrayLike) -> Floats:
         force = np.asarray(normal_force, dtype=float)

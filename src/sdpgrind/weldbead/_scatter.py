@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
+from sdpgrind.base.brief import brief
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -21,7 +22,7 @@ LAWS = ("rayleigh", "lognormal", "normal", "empirical")
 
 
 @stored("weldbead.scatter")
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Scatter(Frozen):
     """Random depth of a pass: which coefficient is random, by how much, and the law of the depth.
 
@@ -85,6 +86,9 @@ class Scatter(Frozen):
             together = ", the root of the sum of squares" if several else ""
             raise checks.refuse("relative_sd", f"<= 0.5 with a normal law{together}", self.total, "1")
         self._check_sample()
+
+    def __repr__(self) -> str:
+        return brief(self)
 
     def _check_sample(self) -> None:
         if self.law != "empirical":

@@ -15,6 +15,7 @@ from sdpgrind.finishing._surface import area, degenerate, door, evaluation, form
 from sdpgrind.finishing._surface.derivatives import SurfaceDerivatives
 
 Pair = tuple[int, int]
+NOT_GIVEN: Any = ()
 KnotPair = tuple[npt.ArrayLike, npt.ArrayLike]
 
 
@@ -58,12 +59,14 @@ class Surface(Frozen):
     """
 
     control_points: Floats
-    degree: Pair
-    knots: tuple[Floats, Floats]
+    degree: Pair = NOT_GIVEN
+    knots: tuple[Floats, Floats] = NOT_GIVEN
     weights: Floats | None = None
     outward: int = 1
 
     def __post_init__(self) -> None:
+        if self.degree is NOT_GIVEN or self.knots is NOT_GIVEN:
+            raise TypeError("degree and knots must be given; Surface.bspline(control_points) gives what is usual for both")
         net = door.control_net(self.control_points)
         degree = door.degrees(self.degree, net)
         knots = door.knot_vectors(self.knots, degree, net)
