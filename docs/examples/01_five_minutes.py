@@ -88,7 +88,7 @@ print(policy.action(height=0.05, time_left=4.0))
 _ = policy.plot()
 
 # %%
-# How sure is that? The expected penalty is a mean. The distribution behind it is known too, exactly:
+# How sure is that? The expected penalty is a mean. The distribution behind it is known too, without Monte-Carlo, and how far:
 
 print(policy.risk(height=1.5, time_left=30.0, confidence=0.95))
 

@@ -1,15 +1,17 @@
 """Policy: the solved table, looked up by state, plotted, saved and loaded."""
 
 import os
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import records, stored
+from sdpgrind.base import checks, records, stored
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.sdp import _lookup
@@ -148,6 +150,7 @@ class Policy(Solution):
         rng: Seed = 0,
         problem: Problem | None = None,
         snap: bool = False,
+        noise: Mapping[str, float] = MappingProxyType({}),
         executor: Executor | None = None,
         **state: Any,
     ) -> Any:
@@ -164,6 +167,9 @@ class Policy(Solution):
         snap : bool
             Put every outcome on one of its neighbour nodes at random, as the table's interpolation does: the mean is then
             exactly the table's value. False: states are continuous, as in life.
+        noise : mapping, optional
+            Standard deviation of the measured coordinates by their names, in their units: the policy decides by what is
+            measured, and is charged by what is.
         executor : concurrent.futures.Executor, optional
             Where to run blocks of runs.
         **state
@@ -176,7 +182,10 @@ class Policy(Solution):
         """
         from sdpgrind.sdp._simulate import simulate
 
-        return simulate(self, runs, rng, problem, snap, executor, state)
+        for name, sd in noise.items():
+            axis = checks.one_of("noise", name, [axis.name for axis in self.layout.axes])
+            checks.nonnegative(f"noise[{axis!r}]", sd)
+        return simulate(self, runs, rng, problem, snap, executor, state, noise)
 
     def distribution(self, **state: Any) -> Any:
         """Return the exact distribution of the final penalty ($) from one state, by the forward recursion on the grid."""

@@ -2,9 +2,11 @@
 
 import hashlib
 import pickle
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -94,6 +96,7 @@ def simulate(
     snap: bool,
     executor: Executor | None,
     start: dict[str, Any],
+    noise: Mapping[str, float] = MappingProxyType({}),
 ) -> Runs:
     """Run `policy` from one state; see `Policy.simulate`."""
     truth = problem if problem is not None else policy.need_problem("simulate")
@@ -103,9 +106,9 @@ def simulate(
     sizes = [min(BLOCK, runs - k) for k in range(0, checks.count("runs", runs), BLOCK)]
     seeds = random.children(rng, len(sizes))
     if executor is None:
-        blocks = [_Block(policy, truth, snap, size, seed).run(place) for size, seed in zip(sizes, seeds, strict=True)]
+        blocks = [_Block(policy, truth, snap, noise, size, seed).run(place) for size, seed in zip(sizes, seeds, strict=True)]
     else:
-        recipe = pickle.dumps((policy, truth, snap, place))
+        recipe = pickle.dumps((policy, truth, snap, dict(noise), place))
         work = partial(_work, hashlib.sha256(recipe).hexdigest(), recipe)
         blocks = execute(work, list(zip(sizes, seeds, strict=True)), executor)
     penalty, moves, *final = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
@@ -120,15 +123,24 @@ def _unpacked(token: str, recipe: bytes) -> Any:
 
 
 def _work(token: str, recipe: bytes, job: tuple[int, np.random.Generator]) -> tuple[Any, ...]:
-    policy, truth, snap, place = _unpacked(token, recipe)
-    return _Block(policy, truth, snap, *job).run(place)
+    policy, truth, snap, noise, place = _unpacked(token, recipe)
+    return _Block(policy, truth, snap, noise, *job).run(place)
 
 
 class _Block:
     """Runs that are advanced together, a move at a time."""
 
-    def __init__(self, policy: Solution, truth: Problem, snap: bool, size: int, rng: np.random.Generator) -> None:
+    def __init__(
+        self,
+        policy: Solution,
+        truth: Problem,
+        snap: bool,
+        noise: Mapping[str, float],
+        size: int,
+        rng: np.random.Generator,
+    ) -> None:
         self.policy, self.truth, self.snap, self.rng, self.size = policy, truth, snap, rng, size
+        self.noise = [noise.get(axis.name, 0.0) for axis in policy.layout.axes]
         self.menus = [Menu(truth, policy.grid, k) for k in range(len(truth.moves))]
         self.layout, self.countdown = policy.layout, Countdown.of(truth.stages)
 
@@ -149,7 +161,15 @@ class _Block:
         raise ValueError(f"a run did not end within {LONGEST} moves")
 
     def _place(self, alive: Ints) -> Place:
-        return self.policy.placed(self.stage[alive], self.mode[alive], tuple(p[alive] for p in self.points))
+        read = tuple(self._read(axis, p[alive]) for axis, p in enumerate(self.points))
+        return self.policy.placed(self.stage[alive], self.mode[alive], read)
+
+    def _read(self, axis: int, true: Floats) -> Floats:
+        """Coordinates as they are measured; one beyond the high end is taken for that end."""
+        if not self.noise[axis]:
+            return true
+        high = self.layout.axes[axis].high
+        return np.minimum(true + self.noise[axis] * self.rng.standard_normal(true.size), np.maximum(true, high))
 
     def _advance(self, alive: Ints) -> Ints:
         best, entry, control, _ = self.policy.act(self._place(alive))

@@ -31,7 +31,7 @@ class Solution:
         return self.locator.locate(state)
 
     def placed(self, stage: Ints, mode: Ints, points: tuple[Floats, ...]) -> Place:
-        """Locate states on given stages without a check: coordinates `points`, in the axes' units, one array for each axis."""
+        """Locate states on given stages, in given modes (`mode`), unchecked: `points` in the axes' units, an array for each."""
         index = [np.nan_to_num(self.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]
         none = np.zeros(mode.size)
         at = np.array(index).reshape(len(points), mode.size)

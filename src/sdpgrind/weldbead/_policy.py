@@ -245,6 +245,7 @@ class SequencePolicy:
         last_duration: float | None = None,
         rng: Seed = 0,
         snap: bool = False,
+        height_noise: float = 0.0,
         executor: Executor | None = None,
     ) -> sdp.Runs:
         """Follow the policy on the model, by Monte-Carlo (no machine, no sensor).
@@ -263,6 +264,8 @@ class SequencePolicy:
             Source of randomness.
         snap : bool
             Put outcomes on neighbour nodes at random, as the table does (the mean is then the table's value).
+        height_noise : float
+            Standard deviation of a scan (mm), by which the policy decides; the plan takes a scan for the truth.
         executor : concurrent.futures.Executor, optional
             Where to run blocks of sequences; results do not depend on it.
 
@@ -281,7 +284,10 @@ class SequencePolicy:
         )
         problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
         start = self._state(height, time_left, last_duration)
-        found: sdp.Runs = self.table.simulate(runs=runs, rng=rng, problem=problem, snap=snap, executor=executor, **start)
+        noise = {"height": checks.nonnegative("height_noise", height_noise, "mm")}
+        found: sdp.Runs = self.table.simulate(
+            runs=runs, rng=rng, problem=problem, snap=snap, noise=noise, executor=executor, **start
+        )
         return found
 
     def risk(self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95) -> Risk:
