@@ -189,7 +189,8 @@ def test_a_doubt_says_so():
     assert estimator.restarts == 0 and not estimator.valid and estimator.band <= 0.05
     assert (circle.status, circle.limited_by) == (Status.UNSURE, "move")
     assert_allclose(circle.arc_needed, 2 * np.pi - circle.swept, atol=1e-5)
-    assert "readings disagree within the turn: a move or form; a whole turn tells, after" in circle.message
+    told = f"a move (then reset) or form; after a whole turn, in {np.ceil(np.degrees(circle.arc_needed)):.0f} deg, taken for form"
+    assert f"readings disagree within the turn: {told}" in circle.message
     assert "not valid" in repr(estimator)
 
 

@@ -41,8 +41,9 @@ class GeometryEstimator:
     Readings more than 5 standard deviations from what is predicted are refused and kept in `rejected`; when that are more than
     half of the latest 30 the part has moved: the estimate begins anew with the latest ones, the radius being known. Once a whole
     turn has shown the form of the part (or from the first on where `form` or `harmonics` tell it), smaller moves are found too:
-    the latest 30 and 60 readings are compared as a whole with those before. The first 30 are screened together, about a circle
-    that most of them agree on.
+    the latest 30 and 60 readings are compared as a whole with those before. Until then what these looks find may be form: where
+    it is more than white noise makes of it (1 % of looks), nothing is valid before the next look, 30 readings later, or the whole
+    turn, after which it is taken for form. The first 30 are screened together, about a circle that most of them agree on.
 
     Parameters
     ----------

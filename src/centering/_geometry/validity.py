@@ -48,8 +48,8 @@ def sentence(state: Floats, limit: str, arc: float) -> str:
     if never_changed(state):
         return "all readings are the same: give noise_sd, which is to hold half of the probe's step"
     if limit == "move":
-        after = f"after {np.ceil(degrees(arc)):.0f} deg more"
-        return f"{head}; readings disagree within the turn: a move or form; a whole turn tells, {after}"
+        after = f"after a whole turn, in {np.ceil(degrees(arc)):.0f} deg, taken for form"
+        return f"{head}; readings disagree within the turn: a move (then reset) or form; {after}"
     if not limit:
         return head + _form_warning(state)
     return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(state, arc)}{_form_warning(state)}"

@@ -225,7 +225,7 @@ def in_doubt(state):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def may_have_moved(state):
-    """Whether readings of less than a turn disagree, as after a move or by form: a whole turn tells."""
+    """Whether readings of less than a turn disagree, as after a move or by form; after a turn that is taken for form."""
     return state[at.DOUBT] != 0.0 and in_first_turn(state)
 
 
