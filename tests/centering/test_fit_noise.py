@@ -246,12 +246,17 @@ def test_degrees_are_refused(angle):
 @pytest.mark.parametrize("points", [360, 20, 9])
 @pytest.mark.parametrize("offset", [0.0, OFFSET])
 def test_many_turns_are_legal(points, offset):
+    """Counted or not, in any order: one fit, but for the order of its sums."""
     angle, rng = TWO_PI * np.arange(4 * points) / points, np.random.default_rng(6)
     reading = circle_reading(angle, RADIUS, offset, PHI) + rng.normal(0, SIGMA, angle.size)
     mixed = rng.permutation(angle.size)
-    for turned in (angle, angle % TWO_PI):
-        fit_circle(turned, reading)
-        fit_circle(turned[mixed], reading[mixed])
+    first = fit_circle(angle, reading)
+    assert np.abs(first.value - [RADIUS, offset * np.cos(PHI), offset * np.sin(PHI)]).max() < 5 * first.center_sd
+    for turned, read in ((angle[mixed], reading[mixed]), (angle % TWO_PI, reading), (angle[mixed] % TWO_PI, reading[mixed])):
+        found = fit_circle(turned, read)
+        assert found.value == pytest.approx(first.value, abs=1e-11)
+        assert found.covariance == pytest.approx(first.covariance, rel=1e-9, abs=1e-15)
+        assert (found.freedom, found.inflation) == (first.freedom, first.inflation)
 
 
 # Known form -----------------------------------------------------------------------------------------------------------

@@ -156,9 +156,18 @@ def test_whole_turns_are_told_from_arcs(turns):
     angle = np.arange(360 * turns) * np.pi / 180
     assert limacon.whole_turns(angle)
     assert limacon.whole_turns(np.append(angle, angle[-1] + np.pi / 180))  # the first direction twice
-    assert not limacon.whole_turns(angle[:-5]) or turns > 1
+    gap = int(angle.size * limacon.EVEN / (1 + limacon.EVEN))  # a gap of m of n readings leaves m/(n - m)
+    assert limacon.whole_turns(angle[:-gap])
+    assert not limacon.whole_turns(angle[: -gap - 1])
     assert not limacon.whole_turns(angle[: -180 if turns == 1 else -90])
     assert not limacon.whole_turns(np.delete(angle, np.s_[100:130]))
+
+
+@pytest.mark.parametrize(("upr", "even"), [(1, False), (2, False), (3, False), (4, True)])
+def test_readings_denser_at_the_places_of_a_lobe_are_no_even_turn(upr, even):
+    """The closed forms hold where readings of 1, 2 and 3 undulations add up to nothing; 4 do them no harm."""
+    angle = turn()
+    assert limacon.whole_turns(angle + 0.05 * np.cos(upr * angle)) == even
 
 
 def test_the_linear_gauge_reads_noise_as_offset():

@@ -83,6 +83,13 @@ def test_pure_tones_are_found_between_the_raw_lines():
     assert abs(found.spacing - 37.3) < 0.2 and found.peaks == 8
 
 
+def test_drift_of_the_force_is_no_line():
+    """Ten times the tone, at 1.5 Hz: what is below 4 Hz is not looked at, and leaks by 10 % of the tone."""
+    time = 1e-3 * np.arange(2000)
+    force = 30.0 + 50.0 * np.sin(2 * math.pi * 1.5 * time) + 5.0 * np.sin(2 * math.pi * 37.3 * time)
+    assert abs(stiction_resonance(_recorded(force)).line - 37.3) < 0.05
+
+
 def test_datasets_of_a_trace_give_the_same():
     trace = _constant(PRINTED, 600.0)
     sampled = stiction_resonance(trace.at(np.linspace(0.0, 0.2, 1001)))
