@@ -26,7 +26,9 @@ _PICTURES = {
 }
 _MOST_LETTERS = 36  # names of controllers in more of them would run into each other
 _LINE = 48  # letters below a panel
-_SMALL = 0.02  # mm
+_TITLE = 40  # letters above a panel
+_SMALL = 0.02  # mm, s
+_FINER = {"mm": "µm", "s": "ms"}
 _MOST_PARTS = 50  # more lines than these cannot be told apart
 
 
@@ -39,20 +41,21 @@ def draw(log: PartLog) -> "Figure":
     return compared(log) if "controller" in log.outcome.dims else _all_measured(log)
 
 
-def label(variable: Any, name: str) -> str:
-    """Axis label of a labelled array: its long name and unit."""
+def label(variable: Any, name: str, more: str = "") -> str:
+    """Axis label of a labelled array: its long name, what is more to be said of it, and unit."""
     unit = variable.attrs.get("units", "1")
     text = variable.attrs.get("long_name", name)
     escaped = unit.replace("$", r"\$")
-    return text if unit == "1" else f"{text} [{escaped}]"
+    return text + more if unit == "1" else f"{text}{more} [{escaped}]"
 
 
 def _legible(variable: Any) -> Any:
-    """Small lengths in µm, as people read them; anything else as it is."""
+    """Small lengths in µm and short times in ms, as people read them; anything else as it is."""
     largest = float(np.nanmax(np.abs(variable.values), initial=0.0))
-    if variable.attrs.get("units") != "mm" or not 0 < largest < _SMALL:
+    finer = _FINER.get(variable.attrs.get("units", ""))
+    if finer is None or not 0 < largest < _SMALL:
         return variable
-    return (1e3 * variable).assign_attrs(variable.attrs | {"units": "µm"})
+    return (1e3 * variable).assign_attrs(variable.attrs | {"units": finer})
 
 
 def compared(log: PartLog) -> "Figure":
@@ -67,6 +70,7 @@ def compared(log: PartLog) -> "Figure":
     columns = min(3, len(names))
     figure, axes = _panels(len(names), columns)
     controllers = [str(name) for name in outcome.controller.values]
+    less = f" less that of {controllers[0]}" if len(controllers) > 1 else ""
     for axis, name in zip(axes, names, strict=True):
         variable = _legible(outcome[name])
         values = variable.values
@@ -75,11 +79,11 @@ def compared(log: PartLog) -> "Figure":
             axis.set_xlabel(_means(controllers, values), fontsize="small")
         else:
             axis.boxplot([values[0][np.isfinite(values[0])]], tick_labels=controllers, showmeans=True)
-        axis.set_title(label(variable, name), fontsize="medium")
+        axis.set_title(fill(label(variable, name, less), _TITLE), fontsize="medium")
+        axis.yaxis.set_major_formatter("{x:g}")  # a power of ten above the axis would lie on the title
     for axis in axes[:-columns]:
         axis.tick_params(labelbottom=False)  # the names stand below the last panel of each column
-    less = f", less those of {controllers[0]}" if len(controllers) > 1 else ""
-    figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller{less}")
+    figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller")
     return figure
 
 

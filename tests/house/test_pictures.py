@@ -8,7 +8,7 @@ import pytest
 from house_names import ROOT
 
 import hwsim
-from sdpgrind import units, weldbead
+from sdpgrind import locus, units, weldbead
 from sdpgrind.weldbead import force, passes
 
 P1 = weldbead.preset("P1")
@@ -147,7 +147,9 @@ def test_what_a_pass_leaves_is_drawn_over_its_target(pyplot):
 def test_long_names_of_controllers_stand_aslant_and_once_a_column(pyplot):
     many = {f"a controller of {n} passes": Passes(n) for n in (1, 2, 3)}
     figure = hwsim.compare(hwsim.WeldBeadStand(P1), many, parts=3).plot()
-    assert figure.get_suptitle().endswith("each controller, less those of a controller of 1 passes")
+    assert all("less that of a controller of 1 passes" in " ".join(axis.get_title().split()) for axis in figure.axes)
+    figure.canvas.draw()
+    assert not any(axis.yaxis.get_offset_text().get_text() for axis in figure.axes)  # it would lie on the title
     named = [axis for axis in figure.axes if axis.xaxis.get_tick_params()["labelbottom"]]
     assert len(named) == min(3, len(figure.axes)) and len(figure.axes) > 3
     assert {label.get_rotation() for axis in named for label in axis.get_xticklabels()} == {30.0}
@@ -159,3 +161,34 @@ def test_controllers_that_did_the_same_leave_nothing_to_draw(pyplot):
     log = hwsim.compare(hwsim.WeldBeadStand(P1), {"one": Passes(), "other": Passes()}, parts=2)
     with pytest.raises(ValueError, match="nothing to draw: every controller made the same of every part"):
         log.plot()
+
+
+def test_a_hidden_range_of_decades_has_plain_ticks_and_its_limit_is_seen(pyplot):
+    """1, 2 and 5 of each decade and no minor labels; the limit lies over the response that meets it, and is dashed."""
+    problem = locus.Problem(
+        controls={"f": (0.05, 0.6), "v": (40.0, 260.0)},
+        hidden={"w": (0.02, 0.5)},
+        cost=lambda s, c: -c.f * c.v,
+        constraints=[
+            locus.Varying(response=lambda s, c: (1.6 + 2.2 * s.w) * c.v, limit=lambda s, c: 95.0 - 0.25 * c.v, name="p")
+        ],
+    )
+    figure = locus.plan(problem).plot()
+    figure.canvas.draw()
+    *upper, lowest = (axis for axis in figure.axes if axis.get_xscale() == "log")
+    low, high = lowest.get_xlim()
+    shown = [t.get_text() for x, t in zip(lowest.get_xticks(), lowest.get_xticklabels(), strict=True) if low <= x <= high]
+    assert shown[:4] == ["0.02", "0.05", "0.1", "0.2"]
+    assert not any(label.get_text() for axis in (*upper, lowest) for label in axis.get_xticklabels(minor=True))
+    (limit,) = (line for line in lowest.lines if line.get_label() == "limit")
+    assert limit.get_linestyle() == "--" and limit.get_zorder() >= max(line.get_zorder() for line in lowest.lines)
+
+
+def test_colours_of_a_policy_tell_small_penalties_apart(pyplot):
+    """One in fifty may be the lowest colour, and then the bar has an arrow."""
+    policy = weldbead.plan(P1.replace(lateness_charge=None), tolerance=1e-3)
+    image = policy.plot().axes[0].collections[0]
+    values = np.asarray(image.get_array()).ravel()
+    below = np.mean(values[values > 0] < image.norm.vmin)
+    assert below <= 0.02 or image.norm.vmin <= 1e-6 * values.max()
+    assert image.colorbar.extend == ("min" if values.min() < image.norm.vmin else "neither")

@@ -335,7 +335,7 @@ def test_the_picture_shows_what_the_log_holds(finished, pyplot):
     np.testing.assert_allclose(slack.lines[0].get_ydata(), 1e3 * log.outcome.part_slack)
     np.testing.assert_allclose(roundness.lines[0].get_ydata(), 1e3 * log.outcome.roundness)
     assert [axis.get_ylabel() for axis in figure.axes] == [
-        "rate [µm/s]", "depth from the size [mm]", "time [s]", "slack [µm]", "out-of-round [µm]",
+        "rate [µm/s]", "depth from the size [mm]", "time [s]", "part slack [µm]", "out-of-round [µm]",
     ]  # fmt: skip
     assert figure.get_suptitle() == f"4 parts: {log.outcome.time.values.mean():.2f} s each, 0 burned, 0 out of round"
     verticals = [line for line in rates.lines if np.ptp(line.get_xdata()) == 0]

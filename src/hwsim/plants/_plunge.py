@@ -64,8 +64,9 @@ class PlungeGrinder(Frozen):
     the monitor is at its end), and takes ``command_rate`` (mm/s), ``balancing`` (1 where the controller balances damage and
     stock: those samples make the ``slack``) and ``retract``.
 
-    Outcome of a part: ``time`` (s); ``slack`` (mm, the least of remaining stock less damage while balancing), ``part_slack``
-    (mm, the same of all samples with damage; the part is ``burned`` where it is negative, by a nanometre; NaN: no damage),
+    Outcome of a part: ``time`` (s); ``slack`` (mm, the least of remaining stock less damage while balancing; NaN: it did not
+    balance, or without damage), ``part_slack`` (mm, the same of all samples with damage; the part is ``burned`` where it is
+    negative, by a nanometre; NaN: no damage),
     ``roundness`` (mm) and ``out_of_round`` (1: beyond the limit), the stock ``remaining`` (mm), ``unfinished``
     (1: more than 2 % of it, as the part was broken off by the time or by a gauge that failed), ``timed_out``, and the hidden
     ``true_wear_flat_area`` at the end and ``true_contact_zero`` (mm).

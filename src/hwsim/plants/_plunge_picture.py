@@ -93,14 +93,14 @@ def _stock(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
 
 
 def _outcomes(axes: list[Any], log: PartLog) -> None:
-    """Time, slack of damage and roundness of every part, with their limits."""
+    """Time, least stock over damage in the whole part (``part_slack``; no point: no damage) and roundness of every part."""
     out, limit = log.outcome, float(log.outcome.attrs["roundness_max"])
     parts = np.arange(len(log))
     _series(axes[0], parts, out.time.values, out.unfinished.values)
     axes[0].set(ylabel="time [s]")
     axes[0].set_title("Every part", loc="left")
     _series(axes[1], parts, _UM * out.part_slack.values, out.burned.values)
-    axes[1].set(ylabel="slack [µm]")
+    axes[1].set(ylabel="part slack [µm]")
     axes[1].axhline(0, color=_LIMIT, lw=1, ls="--")
     axes[1].annotate("below: burned", (0.99, 0), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right"))
     _series(axes[2], parts, _UM * out.roundness.values, out.out_of_round.values)

@@ -28,12 +28,13 @@ def picture(curve: "Locus") -> Any:
     right = axes[:, -1]
     for k, name in enumerate(curve.names):
         _over_hidden(right[k], curve, [piece.table.controls[:, k] for piece in curve.pieces])
-        right[k].set(ylabel=_label(curve, name), xticklabels=[])
+        right[k].set(ylabel=_label(curve, name))
+        right[k].tick_params(which="both", labelbottom=False)
     for j, name in enumerate(curve.responses):
         _over_hidden(right[n], curve, [piece.table.response[:, j] for piece in curve.pieces])
         for k, piece in enumerate(curve.best):
             told = "limit" if k == j == 0 else None
-            right[n].plot(piece.table.hidden, piece.table.limit[:, j], color="#b04a3a", lw=0.8, zorder=0, label=told)
+            right[n].plot(piece.table.hidden, piece.table.limit[:, j], "--", color="#b04a3a", lw=1.0, dashes=(4, 4), label=told)
         right[n].set(ylabel=_label(curve, name), xlabel=_label(curve, curve.hidden_name))
     _spread_out(right[n])
     right[n].legend(frameon=False, fontsize=8)
@@ -56,6 +57,15 @@ def _over_hidden(axis: Any, curve: "Locus", columns: list[checks.Floats]) -> Non
     low, high = curve.problem.hidden[curve.hidden_name]
     if low > 0 and high > 20 * low:
         axis.set_xscale("log")
+        _few_ticks(axis.xaxis)
+
+
+def _few_ticks(axis: Any) -> None:
+    """1, 2 and 5 of each decade, as they are: powers of ten with a factor each run into one another."""
+    ticker = need("matplotlib.ticker", "plot")
+    axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    axis.set_minor_formatter(ticker.NullFormatter())
 
 
 def _spread_out(axis: Any) -> None:

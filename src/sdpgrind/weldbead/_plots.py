@@ -7,6 +7,8 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 
+_LOWEST, _DECADES = 0.02, 1e-6  # share of the penalties that may be one colour; least penalty that has its own, over the greatest
+
 
 def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
     """Draw expected penalty, duration and force of a policy over its heights (mm) and times left (s); grey is to stop.
@@ -18,7 +20,7 @@ def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
     states = {"height": height[1:, None], "time_left": time[None, :-1]}
     action, value = policy.action(**states), policy.value(**states)
     durations = np.asarray(policy.problem.durations)
-    low = max(float(value.min()), 1e-3 * float(value.max())) or None
+    low = _least(value)
     panels: tuple[tuple[Any, str, str, Any], ...] = (
         (value, "expected penalty [$]", "viridis", colors.LogNorm(low, value.max() or 1.0, clip=True)),
         (
@@ -33,13 +35,19 @@ def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
     for ax, (field, label, name, norm) in zip(axes, panels, strict=True):
         cmap = plt.get_cmap(name).with_extremes(bad="0.88")
         image = ax.pcolormesh(time, height, np.ma.masked_invalid(field), cmap=cmap, norm=norm, rasterized=True)
-        bar = figure.colorbar(image, ax=ax)
+        bar = figure.colorbar(image, ax=ax, extend="min" if field is value and low and value.min() < low else "neither")
         if name == "plasma" and durations.size <= 12:
             bar.set_ticks(durations)
             bar.minorticks_off()
         ax.set(title=label, xlabel="time left [s]")
     axes[0].set_ylabel("height [mm]")
     return figure
+
+
+def _least(value: Floats) -> float | None:
+    """Low end of the colours of a penalty ($): all but the lowest few of its values are told apart; none where all are 0."""
+    known = value[value > 0]
+    return max(float(np.quantile(known, _LOWEST)), _DECADES * float(known.max())) if known.size else None
 
 
 def _ends(durations: Floats) -> Floats:
