@@ -2,12 +2,17 @@
 
 import re
 
+NEWS = re.compile(r"hwsim: (planning|running \d+ \w+( twice)?|planning and running .*) \.\.\.\n")
+
 
 def only_news(error):
     """Whether there is nothing but what begins now."""
-    return all(
-        re.fullmatch(r"hwsim: (planning|running \d+ \w+( twice)?|planning and running .*) \.\.\.", s) for s in error.splitlines()
-    )
+    return without_news(error) == ""
+
+
+def without_news(error):
+    """What was said of it afterwards."""
+    return NEWS.sub("", error)
 
 
 class OutcomeAlone:

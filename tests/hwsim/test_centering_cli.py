@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_fakes import only_news
+from cli_fakes import only_news, without_news
 
 import centering
 import hwsim
@@ -68,6 +68,7 @@ def refused(capsys, *arguments):
     """Exit status 2, one line on standard error, nothing on standard output; give the line."""
     assert main(["centering", *map(str, arguments)]) == 2
     out, error = capsys.readouterr()
+    error = without_news(error)
     assert out == "" and error.count("\n") == 1 and error.startswith("hwsim: ")
     return error.removeprefix("hwsim: ").strip()
 

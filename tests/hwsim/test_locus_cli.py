@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_fakes import only_news
+from cli_fakes import only_news, without_news
 
 import hwsim
 import sdpgrind
@@ -44,6 +44,7 @@ def refused(capsys, *arguments):
     """Exit status 2, one line on standard error, nothing on standard output; give the line."""
     assert main(["locus", *map(str, arguments)]) == 2
     out, error = capsys.readouterr()
+    error = without_news(error)
     assert out == "" and error.count("\n") == 1 and error.startswith("hwsim: ")
     return error.removeprefix("hwsim: ").strip()
 
@@ -133,8 +134,11 @@ def test_every_part_begins_at_the_same_point(finished, tmp_path, capsys):
 def test_parts_that_are_never_done_are_told(tmp_path, capsys):
     path = tmp_path / "job.toml"
     path.write_text(EXAMPLE.read_text().replace("[grinder.power_gauge]", 'max_time = "10 s"\n[grinder.power_gauge]'))
-    rows = table(said(capsys, path, "--parts", 2))
+    assert main(["locus", str(path), "--parts", "2"]) == 1
+    out = capsys.readouterr().out
+    rows = table(out)
     assert rows["broken off (%)"][1] == "100.0" and "never converged (%)" in rows
+    assert out.splitlines()[-1] == "no part was finished: time was up (2)" and "time (s)" not in rows
 
 
 def test_other_refusals(finished, tmp_path, capsys):

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from cli_fakes import only_news
+from cli_fakes import only_news, without_news
 
 import hwsim
 import sdpgrind
@@ -44,6 +44,7 @@ def refused(capsys, *arguments):
     """Exit status 2, one line on standard error, nothing on standard output; give the line."""
     assert main(["weldbead", *map(str, arguments)]) == 2
     out, error = capsys.readouterr()
+    error = without_news(error)
     assert out == "" and error.count("\n") == 1 and error.startswith("hwsim: ")
     return error.removeprefix("hwsim: ").strip()
 
@@ -126,7 +127,7 @@ def test_interrupted(finished, monkeypatch, capsys):
 
     monkeypatch.setattr(_area, "_run", interrupt)
     assert main(["weldbead", "--simple", "--policy", str(finished / "policy.nc")]) == 130
-    assert capsys.readouterr().err == "hwsim: interrupted; the same command with the same --out goes on from here\n"
+    assert without_news(capsys.readouterr().err) == "hwsim: interrupted; the same command with the same --out goes on from here\n"
 
 
 def test_journal_of_another_seed(finished, capsys):
