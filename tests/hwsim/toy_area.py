@@ -86,7 +86,8 @@ class Toy(Area):
 
     def report(self, title, log, plan, job):
         lines = parts_table(log, "drain", [("time", ".2f"), ("leak", ".3f")], {"leak": "lost"})
-        summary = [summary_head(len(log), len(log), "drain"), summary_line("time (s)", log.outcome.time.values, ".2f", job.problem.duration)]
+        head = summary_head(len(log), len(log), "drain")
+        summary = [head, summary_line("time (s)", log.outcome.time.values, ".2f", job.problem.duration)]
         return "\n".join([f"{title}: {plan.flow:g} mm/s", *lines, *summary])
 
 
