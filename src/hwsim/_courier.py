@@ -189,7 +189,7 @@ class Courier:
         if ours and arrived + behind.bit_length() + (behind > 0) > self._oldest + len(self._kept):
             self.close()  # who has more than there is talks nonsense
             return
-        if other != self._other:  # somebody new: begins with the oldest of its own
+        if other != self._other or oldest > self._taken:  # somebody new, or who has given records to another in between
             self._other, self._taken = other, oldest
             self._early.clear()
         if ours:

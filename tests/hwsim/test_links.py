@@ -323,6 +323,20 @@ def test_a_new_host_takes_over_what_the_old_one_had_not():
     assert got == [bytes([k]) for k in range(10, 20)]
 
 
+@pytest.mark.parametrize("number", [10, 100])  # within the window of records under way, and beyond it
+def test_a_host_that_comes_back_goes_on_behind_what_another_took(number):
+    machine, first, second, step = Courier(), Courier(), Courier(), 0
+    for host, records in ((first, 5), (second, number), (first, 3)):
+        near, far = QueueLink().start()
+        machine.attach(near)
+        host.attach(far)
+        for k in range(records):
+            machine.send(bytes([k]))
+        assert talk(machine, host, 10, begin=step)[0] == [bytes([k]) for k in range(records)] and machine.waiting == 0
+        near.close()
+        step += 10
+
+
 def test_a_new_machine_is_not_taken_for_the_old_one():
     near, far = QueueLink().start()
     old, host = Courier(near), Courier(far)
