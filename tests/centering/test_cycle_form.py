@@ -51,6 +51,25 @@ def test_lobes_stay_known_over_a_push(upr):
     assert hypot(part.x - after.center_x, part.y - after.center_y) < part.band < 2e-3
 
 
+def test_a_push_takes_away_the_lobes_expected_beforehand_as_they_were_counted():
+    """What is kept over a push is what readings told: none of it is negative, and of what they cannot tell there is nothing.
+
+    Half a turn shows lobes of 6 µm, so that others are expected larger than when the equations were written; then none do.
+    """
+    ring = RingFilter(RADIUS, 0.05, 3e-4, NOISE, 0.0, TIP)
+    show(lambda a, r: ring.take(a, r, True), Ring(RADIUS, 0.5, 1.0, lobes={2: (0.006, 0.4)}), 0.0, pi, np.random.default_rng(1))
+    ring.look((0.5, 0.0))
+    told = ring._matrix - ring._known - np.diag([0.0] * 3 + [1.0 / 3e-4**2] * (SIZE - 3))
+    ring.moved()
+    least = np.linalg.eigvalsh(ring._known)[0]
+    assert ring._form > 1.2 * 3e-4 and least > -1e-9 * np.trace(told)
+    row = np.zeros((SIZE, 2))
+    row[:2] = np.eye(2)  # that the centre is unknown takes two of the directions, and leaves the others
+    kept = told - told @ row @ np.linalg.inv(row.T @ told @ row) @ row.T @ told
+    np.testing.assert_allclose(ring._known[2:, 2:], kept[2:, 2:] + np.diag([1 / 0.05**2] + [0.0] * (SIZE - 3)),
+                               atol=1e-9 * np.trace(told))  # fmt: skip
+
+
 def test_the_band_of_short_arcs_counts_what_lobes_may_do():
     """Lobes drawn as they are believed, arcs of a quarter turn: errors over their sd have the variance 2 of two directions.
 

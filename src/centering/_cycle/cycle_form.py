@@ -72,7 +72,7 @@ class RingFilter:
     def moved(self) -> None:
         """The ring was pushed: it is somewhere else, with its radius and its lobes."""
         if self._looked:
-            forget_center(self._matrix - self._prior, self._vector, self._known, self._told)
+            forget_center(self._matrix - self._assumed, self._vector, self._known, self._told)
             self._squares, self._freedom = self._squares + self._own[0], self._freedom + self._own[1]
         self._value[:2] = 0.0
         self._forget_readings()
@@ -123,7 +123,8 @@ class RingFilter:
         rows = np.ascontiguousarray(rows[rows[:, 2] > 0.0].T)
         angles, readings = rows[0], rows[1]
         ring = self._value, self._nominal + self._tip, self._turning
-        known = self._known + self._prior
+        self._assumed = self._prior  # as it is in the equations, whatever is made of the form after
+        known = self._known + self._assumed
         covariance = solve(angles, readings, *ring, noise, known, self._told, self._matrix, self._vector)
         squares, lagged = residuals(angles, readings, *ring)
         explained = SIZE - float(np.sum(covariance * known))
