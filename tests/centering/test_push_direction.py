@@ -15,7 +15,7 @@ from centering._push.presets import preset
 from centering._push.profile import TipProfile
 from centering._push.push_rows import after, forward, remaining
 from centering._push.quasi_static_kernels import touch_back
-from centering._push.shooting import ring_state
+from centering._push.shooting import landing, ring_state
 from centering._push.trace import simulate_push
 from sdpgrind import units
 
@@ -226,6 +226,17 @@ def test_push_goes_on_from_where_it_was():
             push_on_table(PRINTED.model.parameters, 89.5, 5.0, piece, 1e-10, state)
     end = complex(state[at.X], state[at.Y]) * np.exp(-1j * 5.0 * state[at.CLOCK])
     assert math.isclose(state[at.CLOCK], rows[:, 0].sum()) and abs(end - whole) < 1e-7
+
+
+def test_a_slow_push_is_followed_until_the_ring_rests():
+    """At 1 mm/s friction would stop a free ring in 3 ms; pressed by the tip it swings, for some 12 ms in a half."""
+    touch = plan_touch(PRINTED, offset=0.1, spindle_speed=1.0, push_speed=1.0)
+    state = ring_state(0.1, -touch.angle, 89.5, 1.0)
+    where = landing(PRINTED.model, 1.0, touch.push_profile.segments, state, 1e-10)
+    later = state.copy()
+    push_on_table(PRINTED.model.parameters, 89.5, 1.0, np.array([[0.05, 0.0, 0.0]]), 1e-10, later)
+    there = complex(later[at.X], later[at.Y]) * np.exp(-1j * later[at.CLOCK])
+    assert state[at.RESTS] == 1.0 and abs(there - where) < 1e-12
 
 
 def test_a_ring_out_of_reach_is_carried_round():

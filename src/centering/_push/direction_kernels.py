@@ -217,7 +217,8 @@ def land(parameters, radius, spindle_speed, segments, tolerance, state):
     """`push_on_table`, and on with a tip that stays where it is until the ring rests, as long as that may take."""
     push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
     wait = np.zeros((1, 3))
-    wait[0, 0] = 2.0 * (np.abs(segments[:, 1]).max() + 1.0) * parameters[_M] / (parameters[_FK] * _PARTS)
+    thrown = 2.0 * (np.abs(segments[:, 1]).max() + 1.0) * parameters[_M] / parameters[_FK]
+    wait[0, 0] = (thrown + 2.0 * pi * sqrt(parameters[_M] / parameters[_K])) / _PARTS  # pressed, a ring swings before it is free
     for _ in range(2 * _PARTS):
         if state[RESTS] < 0.5:
             push_on_table(parameters, radius, spindle_speed, wait, tolerance, state)
