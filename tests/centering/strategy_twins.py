@@ -4,6 +4,7 @@ from math import atan2, cos, exp, hypot, log, pi, sin, sqrt
 
 import numpy as np
 
+from centering._cycle.outcome_kernels import FINE
 from centering._cycle.outcomes import FRICTION_SCALES, OutcomeTable, PushKind
 from centering._cycle.plan import prepared, solved
 from centering._cycle.strategy_moves import Size
@@ -32,17 +33,22 @@ def made_up_table():
     return OutcomeTable((PushKind("trapezoid", 10.0, True),), 0.01, 1.1, travel[None], (strokes / 10.0)[None], np.array([75]))
 
 
+def even(scale):
+    """What the friction scales of the tables are even in."""
+    return np.arcsinh((scale - 1.0) / FINE)
+
+
 def travel_twin(table, kind, stroke, scale):
     """Bilinear in log stroke and scale, by two plain interpolations."""
     if stroke <= 0:
         return 0.0
-    at_scale = [np.interp(scale, FRICTION_SCALES, row) for row in table.travel[kind]]
+    at_scale = [np.interp(even(scale), even(FRICTION_SCALES), row) for row in table.travel[kind]]
     return float(np.interp(log(stroke), np.log(table.strokes), at_scale))
 
 
 def stroke_twin(table, kind, scale, travel):
     """Least stroke whose mean travel reaches what is wanted, by a fine search."""
-    mean = np.array([np.interp(scale, FRICTION_SCALES, row) for row in table.mean_travel[kind]])
+    mean = np.array([np.interp(even(scale), even(FRICTION_SCALES), row) for row in table.mean_travel[kind]])
     if mean[table.last[kind]] < travel:
         return np.inf
     fine = np.linspace(0.0, table.last[kind], 400_001)

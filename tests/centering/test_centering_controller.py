@@ -247,3 +247,24 @@ def test_a_part_far_off_is_not_said_to_be_checked(log):
     table = log["control"]
     checked = table.state_planned.values == CycleState.CHECK
     assert checked.any() and np.all(table.offset_planned.values[checked] <= 2.0 * PROBLEM.tolerance)
+
+
+@pytest.mark.parametrize(("friction", "state"), [(1.0, CycleState.PUSHES_MAX), (2.4, CycleState.FRICTION)])
+def test_a_part_of_strange_friction_that_comes_no_nearer_is_given_up_early(friction, state):
+    """Pushes of a hundredth of the offset: a part of usual friction is pushed as often as is allowed."""
+
+    class Feeble(PlainStrategy):
+        def push(self, *, offset, friction, evidence):
+            return (
+                super()
+                .push(offset=offset, friction=friction, evidence=evidence)
+                ._replace(stroke=0.01 * offset, aim=0.01 * offset)
+            )
+
+        def update_belief(self, friction, evidence, commanded, travelled):
+            return believed, evidence
+
+    believed, problem = friction, PROBLEM.replace(pushes_max=16)
+    log = hwsim.run(MACHINE.replace(start_offset=1.0), CenteringController(Feeble(problem)), rng=0)
+    assert log.outcome.state[0] == state
+    assert log.outcome.pushes[0] == 16 if friction == 1.0 else log.outcome.pushes[0] < 16

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from strategy_twins import made_up_table, posterior_twin, push_twin, stroke_twin, travel_twin, waiting_twin
 
 from centering._cycle.belief_kernels import posterior
-from centering._cycle.outcomes import PushKind
+from centering._cycle.outcomes import FRICTION_SCALES, PushKind
 from centering._cycle.plan import prepared
 from centering._cycle.strategy_kernels import push_once, waiting_time
 from centering._cycle.strategy_moves import FRACTIONS, WORTH, KindOfPush, Size, draws
@@ -46,9 +46,10 @@ def test_no_stroke_reaches_too_far():
 def test_mean_travel_is_the_mean_over_a_normal_friction_scale():
     rng = np.random.default_rng(0)
     scale = 1.0 + 0.045 * rng.standard_normal(20_000)
-    middle = TABLE.mean_travel.shape[2] // 2
+    middle = int(np.argmin(np.abs(FRICTION_SCALES - 1.0)))
+    assert abs(FRICTION_SCALES[middle] - 1.0) < 1e-12
     for node in (20, 40):
-        drawn = np.interp(scale, np.linspace(0.6, 1.4, TABLE.travel.shape[2]), TABLE.travel[0, node])
+        drawn = np.interp(scale, FRICTION_SCALES, TABLE.travel[0, node])
         error = 5 * drawn.std() / np.sqrt(scale.size) + 1e-5
         assert TABLE.mean_travel[0, node, middle] == pytest.approx(drawn.mean(), abs=error)
     assert np.all(np.diff(TABLE.mean_travel[0, :, middle]) >= 0)
@@ -119,7 +120,7 @@ def test_draws_are_standard():
 @pytest.mark.parametrize("travelled", [0.035, 0.045, 0.05, 0.06])
 def test_posterior_against_a_fine_grid(travelled):
     stroke, noise = 0.08, 0.004
-    mean, sd = posterior(TABLE.travel[0], TABLE.grid, stroke, (1.02, 0.08), 0.04, noise, travelled)
+    mean, sd, wrong = posterior(TABLE.travel[0], TABLE.grid, stroke, (1.02, 0.08), 0.04, noise, travelled)
 
     def travel_of(scale):
         return np.array([TABLE.expected(0, stroke, float(r)) for r in np.linspace(0.2, 1.9, 1701)]).take(
@@ -128,11 +129,28 @@ def test_posterior_against_a_fine_grid(travelled):
 
     slow_mean, slow_sd = posterior_twin(travel_of, 1.02, 0.08, 0.04, noise, travelled)
     assert mean == pytest.approx(slow_mean, abs=0.08 * 0.06)
-    assert sd == pytest.approx(slow_sd, rel=0.06)
+    assert sd == pytest.approx(slow_sd, rel=0.06) and not wrong
+
+
+@pytest.mark.parametrize("scale", [0.5, 0.6, 1.6, 2.0])
+def test_a_travel_far_outside_what_is_believed_begins_the_belief_anew(scale):
+    """Of 0.08 mm of stroke the travel falls by 0.038 mm per unit of scale: the noise of 0.5 µm is 0.013, a push's own 0.04."""
+    travelled = TABLE.expected(0, 0.08, scale)
+    mean, sd, wrong = posterior(TABLE.travel[0], TABLE.grid, 0.08, (1.0, 0.08), 0.04, 5e-4, travelled)
+    own = np.hypot(0.04 * scale, 5e-4 / 0.038)
+    assert wrong and abs(mean - scale) < own
+    assert sd == pytest.approx(own, rel=0.3)  # the nodes of the part are apart by up to a fifth of what it is off 1
+
+
+@pytest.mark.parametrize("deviation", [-3.0, -1.5, 0.0, 1.5, 3.0])
+def test_a_travel_within_what_is_believed_does_not(deviation):
+    travelled = TABLE.expected(0, 0.08, 1.0 + 0.08 * deviation)
+    assert not posterior(TABLE.travel[0], TABLE.grid, 0.08, (1.0, 0.08), 0.04, 5e-4, travelled)[2]
 
 
 def test_a_travel_that_says_nothing_changes_nothing():
-    flat = np.full((10, 49), 0.5)
-    mean, sd = posterior(flat, (0.0, 0.1, 0.6, 0.8 / 48), 1.2, (1.1, 0.05), 0.04, 0.001, 0.5)
+    flat = np.full((10, 62), 0.5)
+    mean, sd, wrong = posterior(flat, TABLE.grid, 1.2, (1.1, 0.05), 0.04, 0.001, 0.5)
     assert mean == pytest.approx(1.1, abs=1e-12)
+    assert not wrong
     assert sd == pytest.approx(0.05, rel=1e-3)  # the grid ends at four standard deviations

@@ -13,7 +13,7 @@ from strategy_twins import quick_strategy
 
 import sdpgrind
 from centering._cycle.belief import FrictionScaleBelief
-from centering._cycle.outcomes import PushKind
+from centering._cycle.outcomes import FRICTION_SCALES, PushKind
 from centering._cycle.plan import GIVEN_UP, SETTLED, plan, prepared, solved
 from centering._cycle.strategy import Strategy
 from centering._cycle.strategy_moves import FRACTIONS, KindOfPush, Size
@@ -147,12 +147,23 @@ def test_choices_are_sound(heavy, offset, friction, evidence):
     assert heavy.value(offset=offset, friction=friction, evidence=evidence) > 0.2
 
 
-@given(offset=st.floats(0.01, 8.0), shift=st.floats(-0.3, 0.3))
-def test_beliefs_stay_in_bounds_and_never_widen(heavy, offset, shift):
+@given(offset=st.floats(0.01, 8.0), shift=st.floats(-0.9, 2.0))
+def test_beliefs_stay_in_bounds_and_widen_only_where_they_were_wrong(heavy, offset, shift):
     choice = heavy.push(offset=offset)
     belief = heavy.update_belief(1.0, 2.0, choice, max(0.0, choice.aim * (1 + shift)))
-    assert 0.6 <= belief.friction <= 1.4
-    assert belief.evidence >= 2.0
+    assert FRICTION_SCALES[0] <= belief.friction <= FRICTION_SCALES[-1]
+    assert belief.evidence >= 2.0 or abs(belief.friction - 1.0) > heavy.belief.sd(2.0)
+
+
+@given(offset=st.floats(0.0021, 12.0), friction=st.floats(0.3, 3.0))
+def test_there_is_a_push_for_any_friction(heavy, offset, friction):
+    choice = heavy.push(offset=offset, friction=friction, evidence=2)
+    assert 0 < choice.stroke <= heavy.outcomes.strokes[int(heavy.outcomes.last[choice.kind])] * (1 + 1e-9)
+
+
+def test_a_table_of_other_friction_scales_is_refused(light):
+    with pytest.raises(ValueError, match=r"travel must be of shape \(K, S, 62\)"):
+        light.outcomes.replace(travel=light.outcomes.travel[:, :, 1:])
 
 
 @pytest.mark.parametrize("offset", [0.0026, 0.004])

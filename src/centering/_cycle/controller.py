@@ -92,10 +92,14 @@ class CenteringController(CycleBase):
             return self._pushing(pushing)
         if self._state is CycleState.WAIT and pushing:
             return self._begin_push()
-        if self._state is CycleState.WAIT and self._table.angle - self._coming.trigger > _MISSED * self._table.speed * self.period:
+        if self._state is CycleState.WAIT and self._table.angle > self._coming.trigger + self._way(_MISSED):
             self._coming.forget()
             self._state = CycleState.COLLECT
         return self._measuring()
+
+    def _way(self, samples: float) -> float:
+        """Angle that the table turns in so many samples, rad."""
+        return samples * self._table.speed * self.period
 
     def report(self) -> dict[str, float]:
         """Return what is known and intended: state, offset (mm), its direction (rad), band (mm), friction, angles (rad)."""
@@ -138,7 +142,7 @@ class CenteringController(CycleBase):
             return self._stand_off(view.offset) | self._turn_at(self._speed_for(max(view.offset, tolerance)))
         if self._pushes >= self.problem.pushes_max:
             return self._end(CycleState.PUSHES_MAX)
-        return self._prepare()
+        return self._end(CycleState.FRICTION) if self._learner.hopeless else self._prepare()
 
     def _stand_off(self, offset: float) -> Command:
         """Let the tip wait outside the furthest that the rim comes, but never so far off that the probe loses it."""

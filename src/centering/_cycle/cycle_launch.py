@@ -84,7 +84,13 @@ def run_up(speed: float, limits: CenteringLimits) -> float:
 
 
 def launch(
-    kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, lag: float = 0.0
+    kind: PushKind,
+    stroke: float,
+    start: Approach,
+    model: PushModel,
+    limits: CenteringLimits,
+    lag: float = 0.0,
+    friction: float = 1.0,
 ) -> SentPush:
     """Return what is to be sent for a push.
 
@@ -102,21 +108,24 @@ def launch(
     start : Approach
         Offset and room (mm), table speed (rad/s).
     model : PushModel
-        What is pushed, as it is believed to be.
+        What the push is made for.
     limits : CenteringLimits
         Of the slide.
     lag : float
         How late the slide follows once it is loaded, s: speed over following error of Mears' Table 3.2; it is made up for.
+    friction : float
+        What is believed of the part's friction, over that of the model.
     """
-    goal = _travel_at_rest(kind.profile(model, stroke, limits.acceleration_max).segments, model)
-    tries = [_tried(kind, stroke, start, model, limits, goal)]
+    felt = felt_model(model, friction)
+    goal = _travel_at_rest(kind.profile(model, stroke, limits.acceleration_max).segments, felt)
+    tries = [_tried(kind, stroke, start, (model, felt), limits, goal)]
     strokes = [stroke]
     for _ in range(_MENDINGS):
         beyond = tries[-1].beyond
         if abs(beyond) <= max(_MEND, _CLOSE * start.offset):
             break
         strokes.append(_mended(strokes, tries))
-        tries.append(_tried(kind, strokes[-1], start, model, limits, goal, tries[-1].lead))
+        tries.append(_tried(kind, strokes[-1], start, (model, felt), limits, goal, tries[-1].lead))
     best = min(tries, key=lambda one: abs(one.beyond))
     if lag == 0.0:
         return best
@@ -124,31 +133,41 @@ def launch(
     return SentPush(best.lead + late, _made_up(best.rows, best.first, lag), best.stop_time + lag, best.beyond, best.first)
 
 
-def preview(kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits) -> SentPush:
+def preview(
+    kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, friction: float = 1.0
+) -> SentPush:
     """Return about what is to be sent for a push that is not due yet: `launch`, its stroke not mended (`beyond` is 0).
 
     Parameters
     ----------
-    kind, stroke, start, model, limits
+    kind, stroke, start, model, limits, friction
         As `launch` has them (mm, rad/s).
     """
-    return _tried(kind, stroke, start, model, limits, None)
+    return _tried(kind, stroke, start, (model, felt_model(model, friction)), limits, None)
+
+
+def felt_model(model: PushModel, friction: float) -> PushModel:
+    """Return a model with its friction times a friction scale."""
+    return model.replace(mu_static=model.mu_static * friction, mu_kinetic=model.mu_kinetic * friction)
 
 
 def _tried(
     kind: PushKind,
     stroke: float,
     start: Approach,
-    model: PushModel,
+    models: tuple[PushModel, PushModel],
     limits: CenteringLimits,
     goal: float | None,
     guess: float = 0.0,
 ) -> SentPush:
-    """The push with a stroke, and how much further than its goal (mm) the ring goes; `guess` is a lead to begin with (rad)."""
-    contact = kind.profile(model, stroke, limits.acceleration_max).segments
+    """The push with a stroke, and how much further than its goal (mm) the ring goes; `guess` is a lead to begin with (rad).
+
+    Of the two models the first is what the push is made for, as the tables of outcomes have it, the second what is pushed.
+    """
+    contact = kind.profile(models[0], stroke, limits.acceleration_max).segments
     before = _approach(start.room, float(contact[0, 1]), limits)
     rows = np.vstack((before, contact) if kind.retract else (before, contact, _drawn_back(limits)))
-    lead, left = _lead(rows, start, model, guess)
+    lead, left = _lead(rows, start, models[1], guess)
     beyond = 0.0 if goal is None else start.offset - left - goal
     return SentPush(lead, rows, until_turn(rows), beyond, len(before))
 

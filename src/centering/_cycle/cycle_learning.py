@@ -1,7 +1,7 @@
 """What a push teaches: how far the part went along the push, and how far beside it."""
 
 from dataclasses import dataclass
-from math import cos, hypot, pi, sin
+from math import cos, hypot, inf, pi, sin
 
 from centering._cycle.cycle_next import ChosenPush, PushStrategy
 from centering._cycle.cycle_view import PartView
@@ -11,6 +11,8 @@ _TOLD, _HIDDEN = 0.05, 2e-3  # of the wanted travel, and mm: what turning may ad
 _LONG = 1.0  # mm: what a longer push is off by is more of its direction than of friction, and small pushes tell it better
 _MEMORY = 4.0  # pushes' worth of evidence at most: friction may change, and models err
 _TELLING = 0.02  # mm: shorter travels say nothing about the direction
+_STRANGE = 5.0  # standard deviations from part to part: one of a million parts has such friction
+_IDLE = 12  # pushes of such a part without bringing it half as near: where each does so with even odds, one of 4000 parts
 _DIRECTION_BIAS = 0.0035  # rad: sd of a constant error of direction, before anything is known
 
 
@@ -118,11 +120,22 @@ class PartLearner:
         self._direction.reset()
         self.friction, self.evidence = 1.0, 0.0
         self._last: _Pushed | None = None
+        self._nearest, self._idle = inf, 0  # offset (mm) that is to be halved, and pushes since the last that did so
 
     @property
     def bias(self) -> float:
         """By how much pushes go to the left of where they are aimed, rad."""
         return self._direction.value
+
+    @property
+    def strange(self) -> bool:
+        """Whether friction is outside what the strategy was made for."""
+        return abs(self.friction - 1.0) > _STRANGE * self._strategy.problem.scatter.friction_part_sd
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether friction is strange, and pushes no longer bring the part nearer."""
+        return self.strange and self._idle >= _IDLE
 
     def pushed(self, view: PartView, choice: ChosenPush, beyond: float) -> None:
         """Note where a part is that is being pushed.
@@ -149,6 +162,12 @@ class PartLearner:
             told = max(travel.distance - last.beyond, 0.0)
             belief = self._strategy.update_belief(self.friction, self.evidence, last.choice, told)
             self.friction, self.evidence = belief[0], min(belief[1], _MEMORY)
+        self._count(view.offset)
         if travel.along > _TELLING:
             spread = hypot(self._strategy.problem.scatter.direction_sd, hypot(last.sd, view.sd) / travel.along)
             self._direction.see(travel.across / travel.along, spread)
+
+    def _count(self, offset: float) -> None:
+        """Count the pushes of a part of strange friction that did not halve its offset (mm)."""
+        nearer = not self.strange or offset <= 0.5 * self._nearest
+        self._nearest, self._idle = (offset, 0) if nearer else (self._nearest, self._idle + 1)

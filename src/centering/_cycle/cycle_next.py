@@ -6,7 +6,6 @@ from typing import Any, Protocol
 from centering._cycle.cycle_launch import Approach, SentPush, launch, preview
 from centering._cycle.cycle_table import TableMotion
 from centering._cycle.outcomes import PushKind
-from centering._push.model import PushModel
 from centering._push.problem import CenteringProblem
 
 _TURN = 2.0 * pi
@@ -103,20 +102,15 @@ class NextPush:
         if near and (not self._exact or _stale(self._planned, start, _STALE)):
             self.finish_plan(choice, start, friction)
         elif self.launch is None or _stale(self._planned, start, _ROUGH):
-            self.launch = preview(_kind(choice), choice.stroke, start, self._felt(friction), self._problem.limits)
+            self.launch = preview(_kind(choice), choice.stroke, start, self._problem.model, self._problem.limits, friction)
             self._planned, self._exact = start, False
 
     def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> SentPush:
         """Plan a push as it is sent, and return that; the parameters are those of `plan` (mm, rad/s)."""
-        model = self._felt(friction)
-        self.launch = launch(_kind(choice), choice.stroke, start, model, self._problem.limits, self._lag)
+        model, limits = self._problem.model, self._problem.limits
+        self.launch = launch(_kind(choice), choice.stroke, start, model, limits, self._lag, friction)
         self._planned, self._exact = start, True
         return self.launch
-
-    def _felt(self, friction: float) -> PushModel:
-        """The model with the part's friction as it is believed to be."""
-        model = self._problem.model
-        return model.replace(mu_static=model.mu_static * friction, mu_kinetic=model.mu_kinetic * friction)
 
     def set_trigger(self, direction: float, table: TableMotion) -> None:
         """Find the next angle at which the planned push can begin, for a high point under the tip at `direction` (rad)."""

@@ -6,18 +6,34 @@ import numpy as np
 from numba import njit
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
+FINE = 0.25
+"""Distance from 1 within which friction scales of the tables are about evenly spaced; beyond, their distance grows with it."""
+
+
+@njit(**_OPTIONS)
+def scale_at(grid, j):
+    """Friction scale of a node, or between nodes."""
+    return 1.0 + FINE * np.sinh(grid[2] + grid[3] * j)
+
+
+@njit(**_OPTIONS)
+def scale_cell(grid, scale, scales):
+    """Cell of a friction scale among so many, and how far it is through that."""
+    j = min(max((np.arcsinh((scale - 1.0) / FINE) - grid[2]) / grid[3], 0.0), scales - 1.0)
+    b = min(int(j), scales - 2)
+    return b, j - b
 
 
 @njit(**_OPTIONS)
 def travel_at(table, grid, stroke, scale):
-    """Travel (mm) of a push, bilinear in log stroke and scale; `grid` = (log first stroke, log step, first scale, step)."""
+    """Travel (mm) of a push, bilinear in log stroke and `scale_cell`; `grid` = (log first stroke, log step, first cell, step)."""
     if stroke <= 0.0:
         return 0.0
     strokes, scales = table.shape
     i = min(max((np.log(stroke) - grid[0]) / grid[1], 0.0), strokes - 1.0)
-    j = min(max((scale - grid[2]) / grid[3], 0.0), scales - 1.0)
-    a, b = min(int(i), strokes - 2), min(int(j), scales - 2)
-    x, y = i - a, j - b
+    a = min(int(i), strokes - 2)
+    b, y = scale_cell(grid, scale, scales)
+    x = i - a
     low = (1.0 - x) * table[a, b] + x * table[a + 1, b]
     return (1.0 - y) * low + y * ((1.0 - x) * table[a, b + 1] + x * table[a + 1, b + 1])
 
@@ -25,10 +41,7 @@ def travel_at(table, grid, stroke, scale):
 @njit(**_OPTIONS)
 def stroke_for(mean, grid, last, scale, travel):
     """Least stroke (mm) whose mean travel reaches `travel` (mm) at a scale; infinite where no stroke up to node `last` does."""
-    scales = mean.shape[1]
-    j = min(max((scale - grid[2]) / grid[3], 0.0), scales - 1.0)
-    b = min(int(j), scales - 2)
-    y = j - b
+    b, y = scale_cell(grid, scale, mean.shape[1])
     if (1.0 - y) * mean[last, b] + y * mean[last, b + 1] < travel:
         return np.inf
     low, high = -1, last

@@ -8,7 +8,7 @@ from math import sqrt
 
 import numpy as np
 
-from centering._cycle.outcome_kernels import stroke_for, travel_at
+from centering._cycle.outcome_kernels import FINE, stroke_for, travel_at
 from centering._push.batch_kernels import push_many
 from centering._push.gentle import gentle_profile, tap_profile
 from centering._push.model import PushModel
@@ -22,8 +22,9 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.stored import stored
 
-FRICTION_SCALES = np.linspace(0.6, 1.4, 49)
-"""Friction scales of the tables."""
+_FIRST, _EACH, _SCALES = -1.6, 1.0 / 15.0, 62  # of the friction scales, as areas sinh
+FRICTION_SCALES = 1.0 + FINE * np.sinh(_FIRST + _EACH * np.arange(_SCALES))
+"""Friction scales of the tables, 0.41 to 2.46: every 1/60 near 1, and about as coarse as a tenth of the distance far from it."""
 _STEP = 1.02
 """Ratio of neighbouring strokes."""
 _LONGEST = 0.25
@@ -135,6 +136,10 @@ class OutcomeTable(ByValue, Frozen):
     def __post_init__(self) -> None:
         for name, kind in (("travel", float), ("contact_time", float), ("last", np.int64)):
             object.__setattr__(self, name, lasting(getattr(self, name), kind))
+        if self.travel.shape[-1] != _SCALES:
+            raise checks.refuse(
+                "travel", f"of shape (K, S, {_SCALES}), as a plan of this version has it", self.travel.shape, "mm"
+            )
 
     def __repr__(self) -> str:
         last = self.first_stroke * self.stroke_ratio ** (self.travel.shape[1] - 1)
@@ -142,13 +147,8 @@ class OutcomeTable(ByValue, Frozen):
 
     @cached_property
     def grid(self) -> tuple[float, float, float, float]:
-        """Logarithms of the first stroke (mm) and of the ratio of strokes, first friction scale and step (both unit 1)."""
-        return (
-            float(np.log(self.first_stroke)),
-            float(np.log(self.stroke_ratio)),
-            float(FRICTION_SCALES[0]),
-            float(FRICTION_SCALES[1] - FRICTION_SCALES[0]),
-        )
+        """Logarithms of the first stroke (mm) and of the ratio of strokes, first friction scale and step (area sinh, unit 1)."""
+        return float(np.log(self.first_stroke)), float(np.log(self.stroke_ratio)), _FIRST, _EACH
 
     @property
     def stroke_range(self) -> tuple[float, float]:
@@ -165,7 +165,8 @@ class OutcomeTable(ByValue, Frozen):
         """Mean travel about each friction scale, never falling with the stroke, (K, S, R), mm: what a stroke is chosen by."""
         node, weight = np.polynomial.hermite_e.hermegauss(9)
         at = np.clip(np.add.outer(FRICTION_SCALES, _SPREAD * node), FRICTION_SCALES[0], FRICTION_SCALES[-1])
-        hat = np.maximum(0.0, 1.0 - np.abs(at[:, :, None] - FRICTION_SCALES) / self.grid[3])
+        cell = (np.arcsinh((at - 1.0) / FINE) - _FIRST) / _EACH
+        hat = np.maximum(0.0, 1.0 - np.abs(cell[:, :, None] - np.arange(_SCALES)))
         blur = np.einsum("q,jqr->jr", weight / weight.sum(), hat)
         return lasting(np.maximum.accumulate(self.travel @ blur.T, axis=1))
 

@@ -74,7 +74,7 @@ class CycleSettings(Frozen):
     tip_radius: float = 3.75
     margin: float = 0.5
     radius_sd: float = 0.05
-    form_sd: float = 3e-4
+    form_sd: float = 1e-4
     noise_sd: float = 1e-4
     angle_sd: float = _ROUNDED
     doubt: float = 0.8

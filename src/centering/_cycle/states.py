@@ -36,6 +36,8 @@ class CycleState(IntEnum):
     """Given up: further from the axis than the strategy knows pushes for."""
     PUSHES_MAX = 11
     """Given up: pushed as often as the problem allows."""
+    FRICTION = 12
+    """Given up: friction outside what the strategy knows, and pushes that no longer bring the part nearer."""
 
     @property
     def failed(self) -> bool:

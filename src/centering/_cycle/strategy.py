@@ -10,7 +10,7 @@ import xarray as xr
 
 from centering._cycle.belief import Belief, FrictionScaleBelief
 from centering._cycle.belief_kernels import posterior
-from centering._cycle.outcomes import OutcomeTable
+from centering._cycle.outcomes import FRICTION_SCALES, OutcomeTable
 from centering._cycle.strategy_choice import PushChoice
 from centering._cycle.strategy_kernels import table_speed
 from centering._cycle.strategy_lookup_kernels import choose, value_at
@@ -165,6 +165,8 @@ class Strategy:
     def update_belief(self, friction: float, evidence: float, commanded: PushChoice, travelled: float) -> Belief:
         """Return what is believed after a push: Bayes' rule, the push scattering about the friction of the part.
 
+        A travel that only a friction far outside what is believed explains makes it begin anew, about that.
+
         Parameters
         ----------
         friction : float
@@ -179,13 +181,13 @@ class Strategy:
         Returns
         -------
         Belief
-            Mean and evidence; a push that told little adds little evidence.
+            Mean and evidence; a push that told little adds little evidence, and one that told it was wrong leaves less.
         """
         prior = friction, self.belief.sd(evidence)
         table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
-        mean, sd = posterior(table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled)
-        low, high = self._axes[3], self._axes[3] + self._axes[4] * (self._axes[5] - 1)
-        return Belief(min(max(mean, low), high), max(evidence, self.belief.evidence(sd)))
+        mean, sd, wrong = posterior(table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled)
+        told = self.belief.evidence(sd)
+        return Belief(min(max(mean, FRICTION_SCALES[0]), FRICTION_SCALES[-1]), told if wrong else max(evidence, told))
 
     @cached_property
     def _noise(self) -> float:

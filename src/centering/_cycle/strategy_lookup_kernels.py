@@ -34,5 +34,6 @@ def choose(policy, outcomes, speeds, axes, offset, friction, pushes):
     i, j = place(axes, offset, friction)
     a, b = int(np.rint(i)), int(np.rint(j))
     kind, aim = policy[0][pushes, a, b], policy[1][pushes, a, b] * offset
-    stroke = stroke_for(outcomes[1][kind], outcomes[3], outcomes[2][kind], friction, aim)
+    last, grid = outcomes[2][kind], outcomes[3]
+    stroke = min(stroke_for(outcomes[1][kind], grid, last, friction, aim), np.exp(grid[0] + grid[1] * last))
     return kind, aim, stroke, table_speed(speeds, (axes[0], axes[1]), offset)
