@@ -9,7 +9,7 @@ tip, or lags behind it, by its inertia, its friction and the table's centrifugal
 
 import warnings
 from dataclasses import dataclass
-from math import isfinite, pi
+from math import isfinite, nan, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +34,8 @@ DIRECTIONS = ("exact", "quasi-static", "contact", "end")
 SHAPES = ("trapezoid", "gentle")
 
 _ROUNDS = 3  # a gentle profile depends little on the angle: each round is one digit or more
-_FINE, _SHARE = 0.01, 0.1  # of the offset: what is told when it is left, and what is too much unless the ring sticks or is thrown
+_FINE, _SMALL = 1e-3, 0.1  # of the offset, of the tolerance: what is told when more is left
+_SHARE = 0.1  # of the offset: what is too much, unless the ring sticks or is thrown, or it is within the tolerance
 _CLOSES, _STUCK = 2.0, 0.98  # times F_s/k: a ring nearer than that may stick; share of the offset that is left where it does
 _LOOKS, _NEAR = 400, 1e-6  # at a run-up, and mm: a rim that is ahead of the tip by more has met it
 
@@ -58,6 +59,9 @@ class Touch(ByValue):
         From the start of the tip on.
     push_profile : TipProfile
         From first touch on.
+    miss : float
+        Distance from the axis at which the model leaves the ring, mm: 0 to rounding where an exact push solves it; NaN for other
+        directions, which do not ask.
     """
 
     angle: float
@@ -67,6 +71,7 @@ class Touch(ByValue):
     run_up_time: float
     profile: TipProfile
     push_profile: TipProfile
+    miss: float = nan
 
 
 def plan_touch(
@@ -138,16 +143,16 @@ class _Task(NamedTuple):
 
     def touch(self, direction: str) -> Touch:
         """Find the place of first touch; a gentle profile begins there, and is therefore found with it."""
-        rows, angle, longer, found = self._rows(self.offset, 0.0), 0.0, 0.0, ""
+        rows, angle, longer, miss, found = self._rows(self.offset, 0.0), 0.0, 0.0, nan, ""
         for _ in range(_ROUNDS if self.shape == "gentle" and direction != "exact" else 1):
             angle = self._angle(direction, forward(rows))
             rows = self._rows(self._reach(angle), 0.0) if self.shape == "gentle" else rows
         if direction == "exact":
             aim = aimed(self.problem.model, self.spindle_speed, self._asked(), self.offset, angle)
             found = self._found(aim)
-            angle, longer = aim.angle, aim.longer
+            angle, longer, miss = aim.angle, aim.longer, aim.left
             rows = self._rows(self._reach(angle), longer)
-        touch = self._described(angle, longer, rows)
+        touch = self._described(angle, longer, rows, miss)
         if found:
             warnings.warn(found, stacklevel=4)
         return touch
@@ -170,15 +175,16 @@ class _Task(NamedTuple):
     def _found(self, aim: Aim) -> str:
         """Refuse a push that does not bring the ring near the axis; return why one leaves some, as it sticks or is thrown."""
         d, left = self.offset, aim.left
-        if aim.solved or left <= max(_FINE * d, self.problem.tolerance):
+        if aim.rests and left <= max(_FINE * d, _SMALL * self.problem.tolerance):
             return ""
         model, overrun = self.problem.model, self.spindle_speed * d >= self.push_speed  # the rim may be faster than the tip
         sticks = aim.along > _STUCK * d and d <= _CLOSES * model.breakaway_force / model.contact_stiffness
         thrown = aim.along < 0.0 and not overrun
         where = f"for an offset of {d:.4g} mm at push_speed = {self.push_speed:.4g} mm/s"
-        if not (sticks or thrown or left <= _SHARE * d):
+        if not (sticks or thrown or left <= max(_SHARE * d, self.problem.tolerance)):
             raise self._no_push(where, left)
         why = "it is thrown beyond, push slower" if thrown else "it chatters on the tip"
+        why = why if aim.rests else "it does not come to rest on the turning table, slow the spindle"
         why = "the rim is as fast as the tip, slow the spindle or push faster" if overrun else "it sticks" if sticks else why
         return f"the push leaves the ring {left:.3g} mm from the axis {where}: {why}"
 
@@ -218,7 +224,7 @@ class _Task(NamedTuple):
         most = min(self.spindle_speed * time, pi / 2)
         return float(brentq(apart, 0.0, most, xtol=1e-13)) if apart(most) < 0.0 else most
 
-    def _described(self, angle: float, longer: float, rows: Floats) -> Touch:
+    def _described(self, angle: float, longer: float, rows: Floats, miss: float) -> Touch:
         way = self._reach(angle)
         push = after(rows, way + longer)
         time, run_up = float(forward(push)[:, 0].sum()), self.total - way
@@ -233,6 +239,7 @@ class _Task(NamedTuple):
             run_up_time=before,
             profile=profile_of(rows, -run_up),
             push_profile=profile_of(push, 0.0),
+            miss=miss,
         )
 
     def _refuse_early(self, rows: Floats, before: float, angle: float) -> None:

@@ -42,6 +42,7 @@ _EXACT = 1e-11  # s: so exactly an event is met
 _SLIVER = 1e-12  # s
 _EDGE, _GOLDEN, _CREST = 0.02, (sqrt(5.0) - 1.0) / 2.0, 1e-6  # of a rest: where its load is looked at; how closely
 _PARTS = 4  # in which a slide that goes on after the stroke is followed
+_HELD = 1.0 / 16.0  # of mu_k g: what is left of it at least, for a bound of the time
 
 
 @njit(**_OPTIONS)
@@ -214,11 +215,17 @@ def push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
 
 @njit(**_OPTIONS)
 def land(parameters, radius, spindle_speed, segments, tolerance, state):
-    """`push_on_table`, and on with a tip that stays where it is until the ring rests, as long as that may take."""
+    """`push_on_table`, and on with a tip that stays where it is until the ring rests; RESTS is 0 where it goes on sliding.
+
+    A ring that leaves the tip at twice its speed u is stopped in 2 u/(mu_k g - w^2 r), r the offset at most; one that is pressed
+    swings before it is free. It is given twice that: what slides for longer leans on the tip while the table turns below it, or
+    is thrown off.
+    """
+    off = parameters[_M] * spindle_speed**2 * sqrt(state[X] ** 2 + state[Y] ** 2) / parameters[_FK]
     push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
-    wait = np.zeros((1, 3))
-    thrown = 2.0 * (np.abs(segments[:, 1]).max() + 1.0) * parameters[_M] / parameters[_FK]
-    wait[0, 0] = (thrown + 2.0 * pi * sqrt(parameters[_M] / parameters[_K])) / _PARTS  # pressed, a ring swings before it is free
+    wait, swing = np.zeros((1, 3)), 2.0 * pi * sqrt(parameters[_M] / parameters[_K])
+    slide = 2.0 * (np.abs(segments[:, 1]).max() + 1.0) * parameters[_M] / parameters[_FK]
+    wait[0, 0] = (slide + swing) / (max(1.0 - off, _HELD) * _PARTS)
     for _ in range(2 * _PARTS):
         if state[RESTS] < 0.5:
             push_on_table(parameters, radius, spindle_speed, wait, tolerance, state)

@@ -82,6 +82,14 @@ class Push(ByValue):
         """The tip from first touch on (s, mm/s)."""
         return self.touch.push_profile
 
+    @property
+    def miss(self) -> float:
+        """Distance from the axis at which the model leaves the ring, mm: 0 to rounding where it is solved.
+
+        NaN for other directions, which do not ask; `arrival` tells it for all.
+        """
+        return self.touch.miss
+
     def simulate(self, model: PushModel | None = None) -> TablePushTrace:
         """Return what the model says of the push (mm, s, N): the part along the contact normal, Mears (5.26) and (5.27).
 
@@ -215,8 +223,8 @@ def plan_push(
     Warns
     -----
     UserWarning
-        When an exact push leaves more of the offset than 1 % and the tolerance, with how much: a ring that sticks is not moved,
-        one that is thrown goes beyond. `Push.arrival` tells where to.
+        When an exact push leaves more than 0.1 % of the offset and a tenth of the tolerance, with how much (`Push.miss`): a ring
+        that sticks is not moved, one that is thrown goes beyond. `Push.arrival` tells where to.
 
     Examples
     --------

@@ -21,7 +21,7 @@ def ring_state(offset: float, offset_angle: float, radius: float, spindle_speed:
 def landing(model: PushModel, spindle_speed: float, rows: Floats, state: Floats, tolerance: float) -> complex:
     """Where the ring comes to rest, x + i y mm in the table's frame at the begin; the tip stays where its profile ends.
 
-    `tolerance` (mm) is what a step may err by.
+    `tolerance` (mm) is what a step may err by. A ring that goes on sliding (RESTS of the state is 0) is where it was seen last.
     """
     at.land(model.parameters, model.part.radius, spindle_speed, rows, tolerance, state)
     return complex(state[at.X], state[at.Y]) * exp(-1j * spindle_speed * state[at.CLOCK])
@@ -30,7 +30,7 @@ def landing(model: PushModel, spindle_speed: float, rows: Floats, state: Floats,
 class Aim(NamedTuple):
     """Angle of first touch (rad), lengthening of the stroke (mm); what they miss, astray (rad) and left along the way (mm).
 
-    `left`: distance from the axis at which the ring is left, mm; infinite where it is not pushed. `solved`: nothing is missed.
+    `left`: distance from the axis at which the ring is left, mm; infinite where it is not pushed. `rests`: it stays there.
     """
 
     angle: float
@@ -38,7 +38,7 @@ class Aim(NamedTuple):
     astray: float
     along: float
     left: float
-    solved: bool
+    rests: bool
 
 
 def aimed(model: PushModel, spindle_speed: float, push: Floats, offset: float, angle: float) -> Aim:
@@ -47,6 +47,6 @@ def aimed(model: PushModel, spindle_speed: float, push: Floats, offset: float, a
     `push` is what `push_rows` takes. A ring that is thrown so far that no stroke does is aimed at the axis in its direction only.
     """
     aim = np.empty(search.SEARCH)
-    solved = search.aimed(model.parameters, model.part.radius, spindle_speed, push, offset, angle, aim)
-    angle, longer, astray, along = aim[: search.ALONG + 1].tolist()
-    return Aim(angle, longer * offset, astray, along * offset, search.left_of(aim) * offset, bool(solved))
+    search.aimed(model.parameters, model.part.radius, spindle_speed, push, offset, angle, aim)
+    angle, longer, astray, along, still = aim[: search.STILL + 1].tolist()
+    return Aim(angle, longer * offset, astray, along * offset, search.left_of(aim) * offset, still > 0.5)

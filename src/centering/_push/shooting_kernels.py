@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from centering._push.direction_kernels import CLOCK, STATES, X, Y, land, place
+from centering._push.direction_kernels import CLOCK, RESTS, STATES, X, Y, land, place
 from centering._push.push_rows_kernels import ROWS, TOTAL, push_rows
 from centering._push.rim_kernels import reach
 
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 # What a search keeps: angle of first touch (rad), lengthening of the stroke; what is missed there, astray (rad) and left along
-# the way; the inverse of its derivatives, by rows.
-ANGLE, LONGER, ASTRAY, ALONG, _A, _B, _C, _D, SEARCH = range(9)
+# the way; 1 where the ring comes to rest there; the inverse of the derivatives, by rows.
+ANGLE, LONGER, ASTRAY, ALONG, STILL, _A, _B, _C, _D, SEARCH = range(10)
 
 _ROUNDS = 12  # at most; four are usual
 _TURNS = 2  # rounds in which only the direction is mended
@@ -35,11 +35,11 @@ _SLOPES = 0.5, 2.0  # slopes that a secant may have
 
 @njit(**_OPTIONS)
 def _missed(ring, push, offset, angle, longer, tolerance):
-    """What a push misses: astray (rad), left along the way; infinite where there is none."""
+    """What a push misses: astray (rad), left along the way, infinite where there is none; whether the ring rests there."""
     law, radius, w = ring
     way = reach(angle, offset, radius)
     if not min(way, way + longer * offset, push[TOTAL] - way) > 0.0:
-        return inf, inf
+        return inf, inf, 0.0
     rows, state = np.empty((ROWS, 3)), np.empty(STATES)
     count = push_rows(push, way, longer * offset, rows)
     place(offset, -angle, radius, w, state)
@@ -48,13 +48,13 @@ def _missed(ring, push, offset, angle, longer, tolerance):
     c, s = cos(turned), sin(turned)
     x, y = (c * state[X] - s * state[Y]) / offset - 1.0, (s * state[X] + c * state[Y]) / offset
     if x * x + y * y < _MOVED * _MOVED:
-        return 0.0, 1.0 - hypot(x, y)
-    return atan2(-y, -x), 1.0 + x
+        return 0.0, 1.0 - hypot(x, y), state[RESTS]
+    return atan2(-y, -x), 1.0 + x, state[RESTS]
 
 
 @njit(**_OPTIONS)
 def _look(ring, push, offset, tolerance, aim):
-    aim[ASTRAY], aim[ALONG] = _missed(ring, push, offset, aim[ANGLE], aim[LONGER], tolerance)
+    aim[ASTRAY], aim[ALONG], aim[STILL] = _missed(ring, push, offset, aim[ANGLE], aim[LONGER], tolerance)
 
 
 @njit(**_OPTIONS)
@@ -119,7 +119,7 @@ def _solved(ring, push, offset, aim):
     """Search from `aim` on, with coarse steps and then fine ones; return whether it hits."""
     _follow(ring, push, offset, _COARSE, _ROUGH, aim)
     _follow(ring, push, offset, _FINE, _NEAR, aim)
-    return _missing(aim) <= _FAIR and aim[LONGER] > _SHORTEST
+    return _missing(aim) <= _FAIR and aim[LONGER] > _SHORTEST and aim[STILL] > 0.5
 
 
 @njit(**_OPTIONS)
@@ -127,7 +127,7 @@ def _turned(ring, push, offset, angle, longer):
     """The angle with which a stroke goes through the axis, roughly, and what it then leaves along the way."""
     along = inf
     for _ in range(_TURNS):
-        astray, along = _missed(ring, push, offset, angle, longer, _COARSE)
+        astray, along, _ = _missed(ring, push, offset, angle, longer, _COARSE)
         angle -= min(max(astray, -_MOST_FIRST), _MOST_FIRST)
     return angle, along
 
