@@ -349,6 +349,20 @@ def test_negative_charges_have_a_mean_and_a_cvar_too():
     assert found.cvar(0.0) == pytest.approx(-2.25, abs=1e-9)
 
 
+def test_a_distribution_on_nodes_of_its_own():
+    """On those of the table it is the table's own; what is no row from end to end of the only axis is refused."""
+    policy = sdp.plan(bead())
+    state = {"height": 1.5, "time_left": 10.0}
+    own, other = policy.distribution(**state), policy.distribution(nodes=policy.grid.coordinates[0], **state)
+    assert other.total == pytest.approx(1.0, abs=1e-12)
+    assert other.mean == pytest.approx(own.mean, rel=1e-9)  # looked up where it is read off: rounding alone
+    assert other.probability_below == pytest.approx(own.probability_below, rel=1e-9)
+    high = policy.layout.axes[0].high
+    for nodes in ([0.0, high], [0.0, 1.0, 1.0, high], [0.0, 1.0, 1.1 * high], [[0.0, 1.0, high]]):
+        with pytest.raises(ValueError, match=r"^nodes must be 3 or more that rise from 0 to "):
+            policy.distribution(nodes=nodes, **state)
+
+
 @pytest.mark.parametrize("confidence", [0.5, 0.9, 0.99])
 def test_cvar_against_monte_carlo(confidence):
     problem = bead()

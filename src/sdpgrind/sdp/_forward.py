@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.sdp._grid import Grid, Ints
+from sdpgrind.sdp._grid import Graded, Grid, Ints
 from sdpgrind.sdp._menu import Menu
 from sdpgrind.sdp._rows import Tail
 from sdpgrind.sdp._solution import Solution
@@ -121,7 +122,7 @@ class Distribution:
         )
 
 
-def distribution(policy: Solution, state: dict[str, Any], grid: Grid | None = None) -> Distribution:
+def distribution(policy: Solution, state: dict[str, Any], nodes: npt.ArrayLike | None = None) -> Distribution:
     """Spread probability forward from one state; see `Policy.distribution`."""
     problem = policy.need_problem("distribution")
     place = policy.locate(state)
@@ -131,7 +132,7 @@ def distribution(policy: Solution, state: dict[str, Any], grid: Grid | None = No
         raise ValueError("distribution needs stages: a process without end has no finite forward recursion")
     if policy.locator.outside(place)[0]:
         return _ended(policy, place, float(policy.value_at(place)[0]))
-    return _Spread(policy, problem, policy.grid if grid is None else grid).run(place)
+    return _Spread(policy, problem, policy.grid if nodes is None else Graded.on(policy.layout.axes, nodes)).run(place)
 
 
 def _ended(policy: Solution, place: Any, charge: float) -> Distribution:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem import Axis, Problem
 
@@ -108,8 +109,15 @@ class Graded(Grid):
     places: tuple[float, ...]
 
     @classmethod
-    def on(cls, axis: Axis, places: Floats) -> "Graded":
-        """Return the grid of `axis` with these nodes (its unit)."""
+    def on(cls, axes: Sequence[Axis], nodes: npt.ArrayLike) -> "Graded":
+        """Return the grid of the only one of `axes` with these nodes (its unit)."""
+        if len(axes) != 1 or axes[0].scale != "linear":
+            raise ValueError(f"nodes must be left out unless there is one axis, a linear one; there are {len(axes)}")
+        axis = axes[0]
+        places = checks.finite_array("nodes", nodes, axis.unit)
+        ends = places.ndim == 1 and places.size > 2 and bool(places[0] == axis.low and places[-1] == axis.high)
+        if not ends or np.any(np.diff(places) <= 0):
+            raise checks.refuse("nodes", f"3 or more that rise from {axis.low:g} to {axis.high:g}", nodes, axis.unit)
         return cls((replace(axis, nodes=places.size),), tuple(places.tolist()))
 
     @cached_property
@@ -121,20 +129,6 @@ class Graded(Grid):
         """Return the node coordinates, with one more beyond each end, as far as the next one inside."""
         x = self.coordinates[axis]
         return np.concatenate([[2 * x[0] - x[1]], x, [2 * x[-1] - x[-2]]])
-
-
-def graded(high: float, smallest: float, largest: float, growth: float) -> Floats:
-    """Return nodes from 0 to `high` with cells that grow with the distance from 0, from the `smallest` to the `largest`.
-
-    `growth` is the length of a cell over its distance. Their number is odd, so that every other one is such a row, too.
-    """
-    places = [0.0]
-    while places[-1] < high:
-        places.append(places[-1] + min(max(growth * places[-1], smallest), largest))
-    cells = len(places) - 1 + (len(places) - 1) % 2
-    at = np.interp(np.linspace(0, len(places) - 1, cells + 1), np.arange(len(places)), places) * (high / places[-1])
-    at[-1] = high
-    return at
 
 
 def corners(shape: Sequence[int], index: Sequence[Any]) -> tuple[Ints, Floats]:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from sdpgrind.base import checks, records, stored
@@ -187,11 +188,15 @@ class Policy(Solution):
             checks.nonnegative(f"noise[{axis!r}]", sd)
         return simulate(self, runs, rng, problem, snap, executor, state, noise)
 
-    def distribution(self, **state: Any) -> Any:
-        """Return the exact distribution of the final penalty ($) from one state, by the forward recursion on the grid."""
+    def distribution(self, *, nodes: npt.ArrayLike | None = None, **state: Any) -> Any:
+        """Return the distribution of the final penalty ($) from one state, by a forward recursion on the table's nodes.
+
+        So it is exact for the process that the table solves. `nodes` (of the only axis, in its unit, from end to end) carry the
+        probability instead where moves are smaller than a cell.
+        """
         from sdpgrind.sdp._forward import distribution
 
-        return distribution(self, state)
+        return distribution(self, state, nodes)
 
     def alternatives(self, within: float, **state: Any) -> dict[str, float]:
         """Return the stops and moves that cost at most `within` $ more than the best, with what each costs ($), at one state."""

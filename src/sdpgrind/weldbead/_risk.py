@@ -8,9 +8,10 @@ import warnings
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from sdpgrind import sdp
-from sdpgrind.sdp._forward import distribution
-from sdpgrind.sdp._grid import Graded, graded
+from sdpgrind.base.checks import Floats
 
 SMALLEST, LARGEST, GROWTH = 1 / 25_600, 1 / 400, 0.02
 """Cells next to the target and far from it, as shares of the greatest height; in between, as shares of the height."""
@@ -66,11 +67,22 @@ def _figures(found: sdp.Distribution, confidence: float) -> dict[str, float]:
 def risk_of(table: sdp.Policy, state: dict[str, Any], confidence: float) -> Risk:
     """Return the risk figures ($, 1) of a table from one state."""
     axis = table.layout.axes[0]
-    places = graded(axis.high, SMALLEST * axis.high, LARGEST * axis.high, GROWTH)
-    fine, coarse = (distribution(table, state, Graded.on(axis, at)) for at in (places, places[::2]))
+    heights = _heights(axis.high)
+    fine, coarse = (table.distribution(nodes=nodes, **state) for nodes in (heights, heights[::2]))
     risk = Risk(fine, confidence, coarse)
     _warn(risk)
     return risk
+
+
+def _heights(high: float) -> Floats:
+    """Nodes from the target to `high` (mm), in cells that grow with the height; every other one is such a row, too."""
+    nodes = [0.0]
+    while nodes[-1] < high:
+        nodes.append(nodes[-1] + min(max(GROWTH * nodes[-1], SMALLEST * high), LARGEST * high))
+    cells = len(nodes) - 1 + (len(nodes) - 1) % 2
+    at = np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes) * (high / nodes[-1])
+    at[-1] = high
+    return at
 
 
 def _warn(risk: Risk) -> None:
