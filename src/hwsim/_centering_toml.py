@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import centering
-from centering._cycle.settings import limited
 from hwsim._centering_jobs import Job
 from hwsim._physics_toml import flag
 from hwsim._toml import Table
 from hwsim._toml import read as read_toml
 from hwsim.plants._centering import CenteringMachine
 from hwsim.plants._probe_errors import ProbeErrors
+from sdpgrind.base import checks
 
 _LENGTHS = {"tolerance": "mm", "offset_max": "mm"}
 _PART = {"mass": "kg", "radius": "mm"}
@@ -45,6 +45,7 @@ _SETTINGS = {
     "probe_reach": "mm",
     "margin": "mm",
     "radius_sd": "mm",
+    "form_sd": "mm",
     "noise_sd": "mm",
     "doubt": "",
     "turns_in_doubt": "",
@@ -77,7 +78,7 @@ def _job(file: Table) -> Job:
     speed: str | float = "scheduled"
     if file.has("spindle_speed") and file.take("spindle_speed") != "scheduled":
         speed = file.number("spindle_speed", "rad/s")
-        file.made(limited, "spindle_speed", speed, "spindle_speed_max", problem.limits, "rad/s")
+        file.made(checks.at_most, "spindle_speed", speed, "spindle_speed_max", problem.limits.spindle_speed_max, "rad/s")
     settings = _changed(centering.CycleSettings(), file.maybe("controller"), _SETTINGS)
     machine = _machine(problem, file.maybe("machine"))
     return Job(machine, speed, settings.replace(tip_radius=machine.tip_radius))

@@ -93,6 +93,14 @@ def within(name: str, value: object, low: float, high: float, unit: str = "") ->
     return checked
 
 
+def at_most(name: str, value: object, limit: str, most: float, unit: str = "") -> float:
+    """Return `value` as a float in (0, `most`]; what is more is refused by the name of the `limit`."""
+    checked = positive(name, value, unit)
+    if checked > most:
+        raise refuse(name, f"<= {limit} = {most:.6g}", checked, unit)
+    return checked
+
+
 def share(name: str, value: object, unit: str = "") -> float:
     """Return `value` as a float, or raise ValueError unless it is in (0, 1]."""
     checked = number(name, value, unit)
