@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from centering import CycleState
 from hwsim._report import broken_lines, broken_off, parts_table, summary_head, summary_line
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ _COLUMNS = (
     ("time", ".2f"), ("pushes", "d"), ("offset", ".2f"), ("finished", "d"), ("peak_force", ".0f"), ("true_mu_kinetic", ".4f"),
 )  # fmt: skip
 _UM = 1000.0
+_GAVE_UP = "the controller gave up"
 _PREDICTED = 400  # parts that the strategy is followed for on its model
 
 
@@ -32,9 +34,18 @@ class _InMicrometres:
 def report(title: str, log: "Log", plan: Any) -> str:
     """Return the whole report as text."""
     shown: Any = _InMicrometres(log)
-    why = broken_off(log.outcome)
+    why = _given_up(log.outcome)
     lines = parts_table(shown, "part", _COLUMNS, _SHORT, why)
     return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan, why)])
+
+
+def _given_up(outcome: Any) -> list[str]:
+    """Say of each part why it was broken off: of one that the controller gave up, as what."""
+    why = broken_off(outcome, _GAVE_UP)
+    if "state" not in outcome:
+        return why
+    states = (CycleState(int(state)).name.lower().replace("_", " ") for state in outcome.state.values)
+    return [f"{_GAVE_UP}: {state}" if each == _GAVE_UP else each for each, state in zip(why, states, strict=True)]
 
 
 def side_by_side(title: str, log: "Log", plan: Any) -> str:

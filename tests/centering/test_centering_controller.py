@@ -14,6 +14,7 @@ from centering._cycle.cycle_launch import launch, preview
 from centering._cycle.settings import CycleSettings
 from centering._cycle.states import CycleState
 from centering._push.presets import preset
+from hwsim._fingerprint import fingerprint
 from hwsim.plants._centering import CenteringMachine
 
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
@@ -268,3 +269,13 @@ def test_a_part_of_strange_friction_that_comes_no_nearer_is_given_up_early(frict
     log = hwsim.run(MACHINE.replace(start_offset=1.0), CenteringController(Feeble(problem)), rng=0)
     assert log.outcome.state[0] == state
     assert log.outcome.pushes[0] == 16 if friction == 1.0 else log.outcome.pushes[0] < 16
+
+
+def test_two_controllers_of_one_strategy_are_made_of_the_same():
+    """A journal goes on only with an equal controller: nothing in one may be what happened to stand in memory."""
+    for k in range(20):
+        noise = np.full((256, 3), float(k))  # what the next array may find
+        del noise
+        assert fingerprint(CenteringController(PlainStrategy(PROBLEM))) == fingerprint(
+            CenteringController(PlainStrategy(PROBLEM))
+        )

@@ -52,7 +52,7 @@ class RingFilter:
         self._nominal, self._tip, self._noise, self._turning = radius, tip_radius, noise_sd, angle_sd / noise_sd
         self._radius_sd, self._least_form = radius_sd, form_sd
         self._matrix, self._vector = np.zeros((SIZE, SIZE)), np.zeros(SIZE)
-        self._rows = np.empty((_KEPT, 3))
+        self._rows = np.zeros((_KEPT, 3))
         self.reset()
 
     def reset(self) -> None:

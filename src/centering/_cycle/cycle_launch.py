@@ -16,7 +16,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
 _ERROR = 1e-6  # mm: of a step of the push in the plane
-_TRIES = 8
+_TRIES = 12
 _MOVED = 0.2  # of the offset: a ring that went less far was hardly touched; pushes of less than half of it are not chosen
 _EARLIER, _NEAR_END = 0.5, 1e-3  # of the way to a lead with alignment at the end, and rad more: the next try then
 _SLOPE, _SLOPES, _LEAP = -0.7, (-3.0, -0.3), 0.5  # of the direction over the lead, at first and in bounds; rad at a time
