@@ -78,7 +78,7 @@ class CycleBase(ABC):
         self._begin()
 
     def verdict(self) -> dict[str, float]:
-        """Return what the cycle ended as: the number of its `CycleState`."""
+        """Return what the cycle ended as: the number of its `CycleState`, dimensionless."""
         return {"state": float(self._state)}
 
     def step(

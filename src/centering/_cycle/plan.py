@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from centering._cycle.outcomes import PushKind, default_kinds, simulated
-from centering._cycle.settings import limited
 from centering._cycle.strategy import Strategy
 from centering._cycle.strategy_moves import FRACTIONS, Ground, Size, finish_offset, moves, offset_axis
 from centering._cycle.strategy_timing import CycleTiming, table_speeds
@@ -69,7 +68,7 @@ def plan(
     if isinstance(spindle_speed, str):
         checks.one_of("spindle_speed", spindle_speed, ("scheduled",))
     else:
-        limited("spindle_speed", spindle_speed, "spindle_speed_max", problem.limits, "rad/s")
+        checks.at_most("spindle_speed", spindle_speed, "spindle_speed_max", problem.limits.spindle_speed_max, "rad/s")
     if problem.quantum_note:
         warnings.warn(problem.quantum_note, stacklevel=2)
     tell = progress if progress is not None else TerminalLine()

@@ -9,7 +9,7 @@ from centering._cycle.cycle_base import Command, CycleBase
 from centering._cycle.cycle_view import PrintedPlace
 from centering._cycle.following import FollowingGains
 from centering._cycle.printed_planner import PrintedPlanner
-from centering._cycle.settings import CycleSettings, limited
+from centering._cycle.settings import CycleSettings
 from centering._cycle.states import CycleState
 from centering._push.problem import CenteringProblem
 from centering._push.push import Push
@@ -95,8 +95,12 @@ class PrintedController(CycleBase):
         gains: FollowingGains | None = None,
     ) -> None:
         limits = checks.kind("problem", problem, CenteringProblem).limits
-        self.spindle_speed = limited("spindle_speed", spindle_speed, "spindle_speed_max", limits, "rad/s")
-        self.push_speed = None if push_speed is None else limited("push_speed", push_speed, "push_speed_max", limits, "mm/s")
+        self.spindle_speed = checks.at_most(
+            "spindle_speed", spindle_speed, "spindle_speed_max", limits.spindle_speed_max, "rad/s"
+        )
+        if push_speed is not None:
+            push_speed = checks.at_most("push_speed", push_speed, "push_speed_max", limits.push_speed_max, "mm/s")
+        self.push_speed = push_speed
         self.scheduled = scheduled if scheduled is None else checks.able("scheduled", scheduled, "a strategy", "spindle_speed")
         self.timing = one_of("timing", timing, ("printed", "exact"))
         self._planner = PrintedPlanner(problem, self.push_speed, self.timing)

@@ -3,20 +3,11 @@
 from dataclasses import dataclass
 from math import pi, sqrt
 
-from centering._push.problem import CenteringLimits
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 
 _LENGTHS = ("probe_reach", "margin", "radius_sd", "form_sd", "noise_sd")
 _ROUNDED = 2.0 * pi / 4000.0 / sqrt(12.0)  # rad
-
-
-def limited(name: str, value: object, limit: str, limits: CenteringLimits, unit: str) -> float:
-    """Return a speed (in its unit) if the machine can do it, within its limit of that name; else refuse it."""
-    speed, most = checks.positive(name, value, unit), float(getattr(limits, limit))
-    if speed > most:
-        raise checks.refuse(name, f"<= {limit} = {most:.6g}", speed, unit)
-    return speed
 
 
 @dataclass(frozen=True)
