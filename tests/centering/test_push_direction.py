@@ -239,6 +239,32 @@ def test_a_slow_push_is_followed_until_the_ring_rests():
     assert state[at.RESTS] == 1.0 and abs(there - where) < 1e-12
 
 
+def _let_go(share, outward):
+    """Where a 0.8 kg ring 8 mm off the axis ends that has left a tip of 5 mm/s outward over the table."""
+    model = PRINTED.replace(mass=0.8).model
+    w = math.sqrt(share * model.mu_kinetic * 9807.0 / 8.0)
+    state = ring_state(8.0, 0.0, 89.5, w)
+    state[at.TIP], state[at.RESTS] = 300.0, 0.0
+    state[at.V_X] += outward
+    landing(model, w, np.array([[1e-3, 5.0, 0.0]]), state, 1e-10)
+    return state, w
+
+
+def test_a_ring_that_the_table_hardly_lets_slow_is_followed_until_it_rests():
+    """Of mu_k g a tenth is left: 10 mm/s need six times what they need where the table stands."""
+    state, w = _let_go(0.9, 10.0)
+    assert state[at.RESTS] == 1.0 and state[at.CLOCK] > 5.0 * 10.0 / (0.15 * 9807.0)
+    assert w * w * math.hypot(state[at.X], state[at.Y]) < 0.15 * 9807.0  # else it would not have stopped
+
+
+def test_a_ring_that_is_thrown_off_is_not_said_to_rest():
+    """Friction would hold it at rest; once it slides it goes on, and it is not followed for ever."""
+    state, w = _let_go(1.1, 10.0)
+    usual = 2.0 * 6.0 / (0.15 * 9807.0) + 2.0 * math.pi * math.sqrt(0.8e-3 / 1200.0)
+    assert state[at.RESTS] == 0.0 and state[at.CLOCK] < 1e-3 + 32.0 * usual + 1e-9  # twice, where 1/16 of mu_k g is left
+    assert w * w * math.hypot(state[at.X], state[at.Y]) > 1.1 * 0.15 * 9807.0
+
+
 def test_a_ring_out_of_reach_is_carried_round():
     state = ring_state(3.0, 0.4, 89.5, 6.0)
     state[at.TIP] = 110.0

@@ -185,6 +185,20 @@ def test_ring_that_sticks_is_aimed_at_the_axis():
     with pytest.warns(UserWarning, match="leaves the ring 0.01 mm from the axis .*: it sticks"):
         stuck, touch = _left(PRINTED, SLOW, 0.01, 5.0)  # the contact gives way by more before the ring breaks away
     assert math.isclose(abs(stuck), 0.01, rel_tol=1e-9) and math.isclose(touch.travel, 0.01, rel_tol=1e-3)
+    assert math.isclose(touch.miss, 0.01, rel_tol=1e-9)
+
+
+def test_what_is_left_is_told_although_it_is_within_the_tolerance():
+    with pytest.warns(UserWarning, match="leaves the ring 0.002 mm"):
+        touch = plan_touch(PRINTED, offset=0.002, spindle_speed=SLOW, push_speed=5.0)
+    assert math.isclose(touch.miss, 0.002, rel_tol=1e-9)
+
+
+def test_push_says_what_it_misses():
+    """To the 1e-8 of the offset that the search asks for, in each of two numbers; of other directions nothing is known."""
+    exact, other = (_at(PRINTED, direction=direction) for direction in ("exact", "contact"))
+    assert 0.0 <= exact.miss < 1.5e-8 and math.isnan(other.miss)
+    assert exact.arrival().offset < 1e-4 < other.arrival().offset
 
 
 FAST_RIMS = [
