@@ -71,7 +71,7 @@ def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.
         event = machine.event
         if not event and machine.time == now and not machine.done:
             raise RuntimeError("nothing is under way and nothing was commanded: the part would never end")
-    return _finished(tiers, machine, reading, plant, clock)
+    return _finished(tiers, machine, reading, clock)
 
 
 def _at_once(machine: Machine, controller: Controller) -> Part | None:
@@ -156,7 +156,7 @@ def _wait(tiers: list[Tier], now: int) -> int:
     return due - now
 
 
-def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], plant: Plant, clock: Clock) -> Part:
+def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], clock: Clock) -> Part:
     """Turn rows into columns; a last row without a command holds what was measured when the part was done."""
     said: dict[str, Any] = {}
     for tier in tiers:

@@ -1,7 +1,6 @@
 """A ring on a table and the tip that pushes it: mass, friction, contact."""
 
 import dataclasses
-import warnings
 from typing import ClassVar
 
 import numpy as np
@@ -10,6 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.base.warned import warn
 
 GRAVITY = 9807.0
 """Acceleration of gravity, mm/s^2, Mears (3.7)."""
@@ -120,7 +120,7 @@ class PushModel(Frozen):
         if self.mu_static < self.mu_kinetic:
             raise checks.refuse("mu_static", f">= mu_kinetic = {self.mu_kinetic:g}", self.mu_static, "1")
         if self.mu_static == self.mu_kinetic:
-            warnings.warn(f"mu_static equals mu_kinetic = {self.mu_kinetic:g}: the part will not stick and slip", stacklevel=4)
+            warn(f"mu_static equals mu_kinetic = {self.mu_kinetic:g}: the part will not stick and slip")
 
     @property
     def inertia(self) -> float:

@@ -1,7 +1,6 @@
 """The planning problem: a process with its limits, and what is charged for."""
 
 import dataclasses
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
@@ -13,6 +12,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.base.warned import warn
 from sdpgrind.sdp._charges import check_function
 from sdpgrind.weldbead._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead._process import GrindingProcess
@@ -139,9 +139,8 @@ class SequenceProblem(Frozen):
     def __post_init__(self) -> None:
         self._check_kinds()
         if self.scatter.total > 1:
-            warnings.warn(
-                f"scatter.relative_sd is {self.scatter.total:.4g}, a share of the mean (1): divide by 100 where percent is meant",
-                stacklevel=3,
+            warn(
+                f"scatter.relative_sd is {self.scatter.total:.4g}, a share of the mean (1): divide by 100 where percent is meant"
             )
         for name, unit in {"bead_length": "mm", "force_max": "N", "height_max": "mm", "stage": "s"}.items():
             object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))

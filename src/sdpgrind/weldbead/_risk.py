@@ -4,7 +4,6 @@ The table puts outcomes on its nodes. That leaves the expected penalty right, wh
 cuts of a sequence may be smaller than a cell, and then it says how often a bead is overground several times too low.
 """
 
-import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from sdpgrind import sdp
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.warned import warn
 
 SMALLEST, LARGEST, GROWTH = 1 / 25_600, 1 / 400, 0.02
 """Cells next to the target and far from it, as shares of the greatest height; in between, as shares of the height."""
@@ -93,4 +93,4 @@ def _warn(risk: Risk) -> None:
     ]
     if unsure:
         how = "last cuts are smaller than the cells of the recursion; ask simulate"
-        warnings.warn(f"risk figures are unsure ({', '.join(unsure)}): {how}", stacklevel=4)
+        warn(f"risk figures are unsure ({', '.join(unsure)}): {how}")

@@ -1,7 +1,6 @@
 """What one pass is asked for."""
 
 import dataclasses
-import warnings
 from functools import cached_property
 from typing import ClassVar
 
@@ -12,6 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
+from sdpgrind.base.warned import warn
 from sdpgrind.weldbead._burn import BurnLimit
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
@@ -110,15 +110,14 @@ class PassProblem(Frozen):
             )
         over = volume_between(self.parent, self._covering(self.target), self.disc.model.bead_width)
         if over > 1e-9 * max(self.volume, 1.0):
-            warnings.warn(f"the target lies below the parent: {over:.4g} mm^3 of it would be ground", stacklevel=4)
+            warn(f"the target lies below the parent: {over:.4g} mm^3 of it would be ground")
 
     def _warn_of_depth(self) -> None:
         """Where nothing says where the work is, heights are most likely measured from it."""
         if self.parent is None and self.mean_cut > self.bead.mean > 0 and not self.allow_overground:
-            warnings.warn(
+            warn(
                 f"mean_cut of {self.mean_cut:g} mm is deeper than the bead is high: {self.bead.mean:.4g} mm above 0; parent says"
-                " where the work begins, allow_overground=True grinds into it",
-                stacklevel=4,
+                " where the work begins, allow_overground=True grinds into it"
             )
 
     def _covering(self, contour: Contour) -> Contour:
