@@ -184,18 +184,19 @@ def _cycle(preset: str, mass: float, parts: int, executor: ProcessPoolExecutor) 
     cells = [pair(found.time.mean("part"), ".2f"), pair(found.time.quantile(0.95, "part"), ".2f")]
     cells += [pair(found.pushes.mean("part"), ".2f"), pair(found.pushes.quantile(0.95, "part"), ".1f")]
     print(f"| {preset} | {mass:g} | {' | '.join(cells)} | {pair((found.finished == 0).sum('part'), '.0f')} | {expected:.2f} |")
+    ours = float(found.time.sel(controller="ours").mean())
+    most(f"{preset}, {mass:g} kg: predicted time off by", 100 * abs(expected / ours - 1), 15.0, "%")
     if preset == "printed":
-        _bars(mass, found, expected)
+        _bars(mass, found)
 
 
-def _bars(mass: float, found: Any, expected: float) -> None:
+def _bars(mass: float, found: Any) -> None:
     source, ours = (float(found.time.sel(controller=name).mean()) for name in ("source", "ours"))
     done = 100 * float(found.finished.sel(controller="ours").mean())
     least(f"{mass:g} kg: finished", done, 99.0, "%")
     if mass != 5.0:
         most(f"{mass:g} kg: mean time", ours, {0.8: 4.0, 18.9: 4.5}[mass], "s")
     least(f"{mass:g} kg: time of the source's controller over ours", source / ours, 3.0, "")
-    most(f"{mass:g} kg: predicted time off by", 100 * abs(expected / ours - 1), 15.0, "%")
 
 
 PARTS = {"pushes": pushes, "plans": plans, "strategies": strategies, "steps": steps, "cycles": cycles}
