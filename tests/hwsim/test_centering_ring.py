@@ -224,6 +224,31 @@ def test_what_is_left_for_the_place_is_on_the_limit():
     assert (friction.held(0.0), friction.held(1.0), friction.held(2.0)) == (1.0, 0.0, 0.0)
 
 
+@given(st.floats(0.02, 1.5), st.floats(0.02, 1.5))
+def test_a_ring_begins_to_move_the_way_in_which_it_is_set_in_motion(pull, turn):
+    """Else friction, taken against another way, would stop it where it begins, again and again."""
+    onward, around = friction.begins(pull, turn, 1.0)
+    force, moment = friction.shares(onward, around)
+    assert (pull - force) * around == pytest.approx(
+        (turn - moment) * onward, abs=1e-10
+    )  # shares are one value within 1e-12 of equal
+    if pull > 1.01 * friction.held(turn):  # beyond what friction can hold
+        assert pull > force and turn > moment
+
+
+def test_a_table_that_speeds_up_throws_a_heavy_ring_on_little_friction_and_does_not_hang():
+    """At half the friction a table at 10 rad/s^2 leaves a third of it for the place: w^2 d of 4.95 mm is beyond at 8.4 rad/s."""
+    of = problem(mass=18.9, radius=89.5, mu_static=0.1, mu_kinetic=0.075)
+    part = started(exact(of, ring=at(4.95, radius=89.5), start_gap=20.0), 0.0)
+    part.step({"spindle_speed": 10.4}, 0)
+    left = friction.held(10.0 * 89.5 / (0.1 * 9807.0)) * 0.1 * 9807.0 / 4.95
+    slips = (left**2 - 10.0**2) ** 0.25 / 10.0  # s: w^4 + alpha^2 on the limit
+    part.move_to(0.98 * slips)
+    assert part.outcome()["slipped"] == 0.0
+    part.move_to(1.02 * slips)
+    assert part.outcome()["slipped"] == 1.0 and hypot(*center(part)) > 4.95
+
+
 @pytest.mark.parametrize(("speed", "spin"), [(100.0, 0.0), (100.0, 0.1), (100.0, 0.9), (100.0, -2.0), (20.0, 1.0), (5.0, 1.0)])
 def test_a_ring_that_slides_and_spins_comes_to_rest_where_the_closed_slide_ends(speed, spin):
     """Two ways: steps in time here, along the ratio of the speeds there; from mm/s and rad/s."""

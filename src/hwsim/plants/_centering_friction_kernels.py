@@ -67,3 +67,21 @@ def held(moment):
         else:
             high = middle
     return shares(np.cos(low), np.sin(low))[0]
+
+
+@njit(**_OPTIONS)
+def begins(pull, turn, most):
+    """Cosine and sine of how a ring at rest begins to slide and to spin: the way in which what friction leaves sets it in motion.
+
+    `pull` at its place and `turn` at its rim, N, > 0, against a friction of `most`, which is not enough to hold both.
+    """
+    low, high = 0.0, 0.5 * np.pi
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        cosine, sine = np.cos(middle), np.sin(middle)
+        force, moment = shares(cosine, sine)
+        if (turn - most * moment) * cosine > (pull - most * force) * sine:
+            low = middle
+        else:
+            high = middle
+    return np.cos(low), np.sin(low)

@@ -119,10 +119,14 @@ class CenteringPart:
             self._take(command)
         return bool(self._state[slide.SPEED_SET] != before)
 
-    def _check_lost(self) -> None:
-        """A ring whose axis is outside of it cannot be measured any more."""
+    @property
+    def _beyond(self) -> bool:
+        """Whether the axis is outside of the ring, which cannot be measured any more."""
         reach = self._rig.radius - self._rig.shape[2]
-        if math.hypot(self._state[slide.X], self._state[slide.Y]) >= reach:
+        return bool(math.hypot(self._state[slide.X], self._state[slide.Y]) >= reach)
+
+    def _check_lost(self) -> None:
+        if self._beyond:
             self._lost = self.done = True
 
     def _take(self, command: Mapping[str, Any]) -> None:
@@ -173,14 +177,15 @@ class CenteringPart:
         cell[slide.AIM], cell[slide.STOP] = rig.scatter.direction_sd * aim, rig.scatter.stop_sd * stop
 
     def _end(self) -> None:
-        """The slide goes away as fast as it can, and the ring comes to rest; the part is done now."""
+        """The slide goes away as fast as it can, and the ring comes to rest or is lost; the part is done now."""
         state = self._state
         self._ended = until = float(state[slide.TIME])
         state[slide.SEGMENT], state[slide.ARMED] = -1.0, 0.0
         state[slide.VELOCITY_SET] = -self._cell[slide.SPEED_MAX]
-        while until < self._ended + _AWAY and (until == self._ended or not kernels.settled(state)):
+        while until < self._ended + _AWAY and (until == self._ended or not (kernels.settled(state) or self._beyond)):
             until += _SHORT
             self.move_to(until)
+        self._check_lost()
         self.done = True
 
     def _read(self) -> dict[str, float]:

@@ -108,8 +108,9 @@ def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin
     force, moment, sense = 1.0, 0.0, np.sign(spin)
     if spin != 0.0:
         force, moment = friction.shares(speed, abs(spin))
-    elif turn != 0.0 and speed == 0.0:  # it begins to: in the direction of what sets it in motion
-        force, moment = friction.shares(np.sqrt(pull_x * pull_x + pull_y * pull_y), inertia * abs(turn))
+    elif turn != 0.0 and speed == 0.0:
+        onward, around = friction.begins(np.sqrt(pull_x * pull_x + pull_y * pull_y), inertia * abs(turn), most)
+        force, moment = friction.shares(onward, around)
         sense = np.sign(turn)
     pull_x -= most * force * way_x + cell[slide.VISCOUS] * speed_x
     pull_y -= most * force * way_y + cell[slide.VISCOUS] * speed_y
