@@ -20,6 +20,7 @@ _TRIES = 12
 _MOVED = 0.2  # of the offset: a ring that went less far was hardly touched; pushes of less than half of it are not chosen
 _EARLIER, _NEAR_END = 0.5, 1e-3  # of the way to a lead with alignment at the end, and rad more: the next try then
 _SLOPE, _SLOPES, _LEAP = -0.7, (-3.0, -0.3), 0.5  # of the direction over the lead, at first and in bounds; rad at a time
+_LATEST = 0.2  # rad beyond alignment at the end: later the rim sweeps the tip up from its other side, and may be aligned there, too
 _CLOSE = 1e-4  # of the offset, across: far below what the direction scatters
 _PAUSE = 0.02  # s: a tip that is not drawn back at once stays so long
 _CLEAR = 0.5  # mm: how far it is drawn back then
@@ -239,6 +240,8 @@ def _lead(rows: Floats, start: Approach, model: PushModel, guess: float) -> tupl
             slope = min(max((off - before[1]) / (lead - before[0]), _SLOPES[0]), _SLOPES[1])
         before = lead, off
         lead -= min(max(off / slope, -_LEAP), _LEAP)
+        if lead > end + _LATEST:
+            lead, before = _EARLIER * end, (0.0, nan)
     return before[0] if abs(across) > _CLOSE * start.offset else lead, along
 
 
