@@ -182,14 +182,19 @@ def test_a_push_that_the_machine_does_not_begin_is_no_push():
     assert outcome["finished"] == 1.0 and outcome["time"] < 4.0
 
 
-def test_what_a_push_did_is_told_to_the_strategy():
+def told_and_done(offset):
+    """A strategy that was told of the pushes of a part from an offset (mm), and what became of the part."""
     strategy = PlainStrategy(PROBLEM)
     controller = CenteringController(strategy)
-    machine = MACHINE.replace(start_offset=0.9).start(np.random.default_rng(4))
+    machine = MACHINE.replace(start_offset=offset).start(np.random.default_rng(4))
     reading = machine.step({}, 0)
     while not machine.done:
         reading = machine.step(controller.step(**reading), 10)
-    outcome = machine.outcome()
+    return strategy, machine.outcome()
+
+
+def test_what_a_push_did_is_told_to_the_strategy():
+    strategy, outcome = told_and_done(0.9)
     moved = np.hypot(np.diff(outcome["center_x"]), np.diff(outcome["center_y"]))
     told = np.array([travel for _, travel in strategy.told])
     assert told.size >= 1
@@ -197,13 +202,8 @@ def test_what_a_push_did_is_told_to_the_strategy():
 
 
 def test_a_long_push_teaches_no_friction():
-    strategy = PlainStrategy(PROBLEM)
-    controller = CenteringController(strategy)
-    machine = MACHINE.replace(start_offset=5.0).start(np.random.default_rng(4))
-    reading = machine.step({}, 0)
-    while not machine.done:
-        reading = machine.step(controller.step(**reading), 10)
-    assert all(aim <= 1.0 for aim, _ in strategy.told) and len(strategy.told) < machine.outcome()["pushes"]
+    strategy, outcome = told_and_done(5.0)
+    assert all(aim <= 1.0 for aim, _ in strategy.told) and len(strategy.told) < outcome["pushes"]
 
 
 @pytest.mark.parametrize(

@@ -402,6 +402,8 @@ def test_where_the_finish_is_charged_no_cell_has_a_jump():
 
 def test_finish_risk_and_simulation(finish):
     risk = finish.risk(1.0, 24.0)
+    snapped = finish.table.distribution(**finish._state(1.0, 24.0, None))
+    assert snapped.mean == pytest.approx(finish.value(1.0, 24.0), abs=1e-6)
     assert risk.distribution.on_the_way == pytest.approx(0.01 * risk.passes)
     between = finish.simulate(runs=100_000, height=1.0, time_left=24.0, rng=5)
     assert abs(between.mean - risk.mean) < 4 * between.standard_error + risk.error["mean"]
@@ -428,6 +430,8 @@ def test_risk_and_snapped_runs_begin_where_the_bead_is(state):
     """Between nodes whose passes differ the first pass is that of the bead: no mixture of theirs."""
     policy = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101)
     value = policy.value(*state)
+    snapped = policy.table.distribution(height=state[0], time_left=state[1])
+    assert snapped.mean == pytest.approx(value, abs=1e-4)  # of a chord over a cell of 0.02 mm
     risk, between = policy.risk(*state), policy.simulate(runs=200_000, height=state[0], time_left=state[1], rng=4)
     assert abs(between.mean - risk.mean) < 4 * between.standard_error + risk.error["mean"]
     runs = policy.simulate(runs=200_000, height=state[0], time_left=state[1], rng=3, snap=True)
