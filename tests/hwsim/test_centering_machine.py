@@ -247,6 +247,11 @@ def test_a_controller_for_another_machine_is_refused(changed):
         ({"ring": at(1.0, radius=60.0)}, ValueError, r"radius of ring must be that of the part, 89\.5 \(mm\); got 60\.0"),
         ({"ring": 1}, TypeError, r"ring must be a Ring or None; got 1"),
         (
+            {"ring": at(1.0), "start_offset": 2.0},
+            ValueError,
+            "start_offset must be left out with a ring, which says where it lies",
+        ),
+        (
             {"ring": at(10.5)},
             ValueError,
             r"offset and amplitudes of lobes of ring must be <= offset_max = 10 together \(mm\); got 10\.5",

@@ -48,10 +48,12 @@ class CenteringMachine(Frozen):
     without a push (a collision) pushes it, too.
 
     Outcome of a part: ``time`` (s), ``pushes``, the hidden ``offset`` (mm) once the ring lies still, ``said_finished``,
-    ``finished`` (1: said so, and within tolerance), ``timed_out``, ``slipped`` (1: the table threw the ring), ``lost`` (1: the
-    axis came out of the part), ``collisions`` (contacts that begin while no profile runs), ``peak_force`` (N),
-    ``true_mu_static``, ``true_mu_kinetic`` of this part, ``overruns`` of tasks, ``worst_response`` (s) of the controller's, and
-    ``center_x``, ``center_y`` (mm, on the table) before each push and at the end.
+    ``finished`` (1: said so, and within tolerance), ``timed_out`` (1: cut off at ``time_max``), ``slipped`` (1: the table threw
+    the ring), ``lost`` (1: the axis came out of the part), ``collisions`` (contacts that begin while no profile runs),
+    ``peak_force`` (N), ``true_mu_static``, ``true_mu_kinetic`` of this part, ``overruns`` of tasks, ``worst_response`` (s) of the
+    controller's, and ``center_x``, ``center_y`` (mm, on the table) before each push and at the end. The controllers of
+    `centering` add ``state``: as what the cycle ended, the number of a `centering.CycleState` (6: centred; 7 and above: why it
+    was given up).
 
     Parameters
     ----------
@@ -147,6 +149,10 @@ class CenteringMachine(Frozen):
         if self._offsets[0] > self._offsets[1]:
             raise checks.refuse("start_offset", "of a least and a greatest", self.start_offset, "mm")
         if self.ring is not None:
+            if self.start_offset is not None:
+                raise ValueError(
+                    f"start_offset must be left out with a ring, which says where it lies; got {self.start_offset!r} (mm)"
+                )
             _check_ring(self.ring, radius, most)
 
     @property
