@@ -11,10 +11,10 @@ import numpy as np
 from scipy import sparse
 
 from sdpgrind import sdp, weldbead
-from sdpgrind.sdp._grid import Grid
-from sdpgrind.sdp._menu import Menu
-from sdpgrind.sdp._stages import late_stages
-from sdpgrind.sdp._stops import StopCharges
+from sdpgrind.sdp._problem.grid import Grid
+from sdpgrind.sdp._problem.stops import StopCharges
+from sdpgrind.sdp._solve.stages import late_stages
+from sdpgrind.sdp._transitions.menu import Menu
 
 
 class Rows(NamedTuple):

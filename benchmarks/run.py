@@ -62,9 +62,9 @@ def same_mdp() -> None:
 def _tables_ready(problem: sdp.Problem) -> Callable[[], object]:
     from sdpgrind.base.parallel import one_blas_thread
     from sdpgrind.base.progress import silent
-    from sdpgrind.sdp._bundles import Bundles
-    from sdpgrind.sdp._grid import Grid
-    from sdpgrind.sdp._stages import solve_stages
+    from sdpgrind.sdp._problem.grid import Grid
+    from sdpgrind.sdp._solve.bundles import Bundles
+    from sdpgrind.sdp._solve.stages import solve_stages
 
     grid = Grid.of(problem)
     bundles = Bundles(problem, grid)

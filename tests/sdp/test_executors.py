@@ -8,8 +8,8 @@ import pytest
 from executor_problems import belief, dulling, line
 
 from sdpgrind import sdp, weldbead
-from sdpgrind.sdp._bundles import Bundles
-from sdpgrind.sdp._grid import Grid
+from sdpgrind.sdp._problem.grid import Grid
+from sdpgrind.sdp._solve.bundles import Bundles
 
 START = {"height": 1.0, "time_left": 4.0}
 RUNS = 70_000

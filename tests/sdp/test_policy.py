@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import sdpgrind
 from sdpgrind import sdp
-from sdpgrind.sdp._menu import Menu
+from sdpgrind.sdp._transitions.menu import Menu
 
 CHARGE = sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(10.0))
 

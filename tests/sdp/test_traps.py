@@ -10,8 +10,8 @@ from scipy.optimize import minimize_scalar
 
 import sdpgrind
 from sdpgrind import sdp, weldbead
-from sdpgrind.sdp._bundles import Bundles
-from sdpgrind.sdp._grid import Grid
+from sdpgrind.sdp._problem.grid import Grid
+from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.weldbead import sdp_problem
 
 CHARGE = sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(10.0))
@@ -94,13 +94,13 @@ def test_trap_4_a_small_problem_is_not_compiled(monkeypatch):
     def fail(*_):
         raise AssertionError("compiled")
 
-    monkeypatch.setattr("sdpgrind.sdp._compiled.expect", fail)
+    monkeypatch.setattr("sdpgrind.sdp._transitions.compiled.expect", fail)
     step = sdp.Sampled(halve, {"n": sdp.Discrete([-0.1, 0.1])})
     move = sdp.Move("go", {"f": [0.5, 0.8]}, step, charge=1.0)
     axis = sdp.Axis("x", 0.01, 1.0, 21, scale="log", below=0.0, above="hold")
     problem = sdp.Problem([axis], [move], [], sdp.Forever())
     assert sdp.plan(problem).value(x=1.0) > 0
-    monkeypatch.setattr("sdpgrind.sdp._pointwise.KEEP", 10)  # beyond what is kept, it is
+    monkeypatch.setattr("sdpgrind.sdp._solve.point_backup.KEEP", 10)  # beyond what is kept, it is
     with pytest.raises(AssertionError, match="compiled"):
         sdp.plan(problem)
 

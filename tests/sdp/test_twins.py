@@ -277,7 +277,7 @@ def charge_2d(s):
 @pytest.mark.parametrize("compiled", [False, True, None], ids=["numpy", "compiled", "table"])
 def test_sampled_in_two_dimensions_with_a_charge_of_arrival(compiled, monkeypatch):
     if compiled is False:
-        monkeypatch.setattr("sdpgrind.sdp._pointwise.KEEP", 0)
+        monkeypatch.setattr("sdpgrind.sdp._solve.point_backup.KEEP", 0)
     noise = {"eta": sdp.Discrete([-0.2, 0.2]), "nu": sdp.Discrete([0.3, 0.6, 0.9])}
     move = sdp.Move(
         "go",
@@ -396,7 +396,7 @@ def test_a_deterministic_coordinate_that_leaves_its_axis(rule):
 @pytest.mark.parametrize("compiled", [False, True, None], ids=["numpy", "compiled", "table"])
 def test_a_masked_sampled_move_may_lead_anywhere(compiled, monkeypatch):
     if compiled is False:
-        monkeypatch.setattr("sdpgrind.sdp._pointwise.KEEP", 0)
+        monkeypatch.setattr("sdpgrind.sdp._solve.point_backup.KEEP", 0)
     step = sdp.Sampled(lambda s, c, e: (s.x - c.d,), compiled=compiled)
     move = sdp.Move("go", {"d": [0.25, 0.5]}, step, allowed=lambda s, c: s.x >= c.d - 1e-9, into="b")
     stop = sdp.Stop("stop", lambda s: s.x**2 + 0.01 * np.asarray(s.mode))
@@ -407,7 +407,7 @@ def test_a_masked_sampled_move_may_lead_anywhere(compiled, monkeypatch):
 @pytest.mark.parametrize("compiled", [False, True, None], ids=["numpy", "compiled", "table"])
 def test_a_step_that_gives_no_number_is_refused(compiled, monkeypatch):
     if compiled is False:
-        monkeypatch.setattr("sdpgrind.sdp._pointwise.KEEP", 0)
+        monkeypatch.setattr("sdpgrind.sdp._solve.point_backup.KEEP", 0)
     step = sdp.Sampled(lambda s, c, e: (s.x * np.nan,), compiled=compiled)
     axis = sdp.Axis("x", 0.0, 1.0, 9, below="hold", above="hold")
     problem = sdp.Problem([axis], [sdp.Move("go", {}, step)], [sdp.Stop("stop", lambda s: s.x)], sdp.Stages(2, 1.0))

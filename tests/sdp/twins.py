@@ -267,7 +267,7 @@ def plain_levels(levels):
 def compare(problem, depth=0, tolerance=1e-10):
     """Assert that `plan` and the twin agree at every stage, mode and node; return both."""
     twin, policy = Twin(problem), sdp.plan(problem)
-    with patch("sdpgrind.sdp._stages.SMALL", 0):  # small problems in one axis go another way than large ones
+    with patch("sdpgrind.sdp._solve.stages.SMALL", 0):  # small problems in one axis go another way than large ones
         large = sdp.plan(problem)
     np.testing.assert_allclose(large.table.value, policy.table.value, rtol=1e-12, atol=1e-13)
     assert np.array_equal(large.table.best, policy.table.best)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import sdpgrind
 from sdpgrind import sdp, weldbead
-from sdpgrind.sdp._between import between_nodes
+from sdpgrind.sdp._plan.look_up_error import between_nodes
 
 FINISH = weldbead.preset("P1").replace(
     finish_charge=weldbead.FinishCharge(0.4, reference_rate=12.5), min_cut=0.02, pass_charge=0.01, horizon=30.0

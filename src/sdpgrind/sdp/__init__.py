@@ -14,23 +14,23 @@ nodes; for the weld-bead problems the largest error of all states falls 2.8 to 4
 extrapolated error of the grid and that of the search between control levels.
 """
 
-from sdpgrind.sdp._charges import Charge
-from sdpgrind.sdp._check import Report, check
-from sdpgrind.sdp._discrete import Discrete, Point
-from sdpgrind.sdp._empirical import Empirical, RectifiedNormal
-from sdpgrind.sdp._forward import Distribution
-from sdpgrind.sdp._law import Law
-from sdpgrind.sdp._normal import LogNormal, Normal
-from sdpgrind.sdp._one_sided import Constant, Linear, OneSided, Quadratic
-from sdpgrind.sdp._plan import ToleranceError, plan
-from sdpgrind.sdp._policy import Action, Policy
-from sdpgrind.sdp._problem import Axis, Forever, Levels, Move, Problem, Stages, Stop, Transition
-from sdpgrind.sdp._rayleigh import Rayleigh
-from sdpgrind.sdp._rows import Rows
-from sdpgrind.sdp._sampled import Sampled
-from sdpgrind.sdp._shift import Shift
-from sdpgrind.sdp._simulate import Runs
-from sdpgrind.sdp._stay import Stay
+from sdpgrind.sdp._distributions.discrete import Discrete, Point
+from sdpgrind.sdp._distributions.empirical import Empirical, RectifiedNormal
+from sdpgrind.sdp._distributions.law import Law
+from sdpgrind.sdp._distributions.normal import LogNormal, Normal
+from sdpgrind.sdp._distributions.rayleigh import Rayleigh
+from sdpgrind.sdp._plan.check import Report, check
+from sdpgrind.sdp._plan.plan import ToleranceError, plan
+from sdpgrind.sdp._policy.distribution import Distribution
+from sdpgrind.sdp._policy.policy import Action, Policy
+from sdpgrind.sdp._policy.simulate import Runs
+from sdpgrind.sdp._problem.charges import Charge
+from sdpgrind.sdp._problem.one_sided import Constant, Linear, OneSided, Quadratic
+from sdpgrind.sdp._problem.problem import Axis, Forever, Levels, Move, Problem, Stages, Stop, Transition
+from sdpgrind.sdp._transitions.rows import Rows
+from sdpgrind.sdp._transitions.sampled import Sampled
+from sdpgrind.sdp._transitions.shift import Shift
+from sdpgrind.sdp._transitions.stay import Stay
 
 __all__ = [
     "Action",

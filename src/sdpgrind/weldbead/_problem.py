@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.warned import warn
-from sdpgrind.sdp._charges import check_function
+from sdpgrind.sdp._problem.charges import check_function
 from sdpgrind.weldbead._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead._process import GrindingProcess
 from sdpgrind.weldbead._scatter import Scatter

@@ -1,0 +1,123 @@
+"""The Rayleigh law of a random amount, translated or scaled."""
+
+from functools import lru_cache
+from math import factorial, pi, sqrt
+
+import numpy as np
+import numpy.typing as npt
+from numpy.polynomial.polynomial import polyval
+from scipy.special import erf, erfc, erfcx, roots_legendre
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed, generator
+from sdpgrind.sdp._distributions.law import LocationScale, Size, amounts, gauss_rule
+
+ROOT2 = sqrt(2.0)
+HALF_PI = sqrt(pi / 2)  # mean of the unit Rayleigh law
+RAYLEIGH_SD = sqrt(2 - pi / 2)
+RAYLEIGH_REACH = 8.85
+
+
+def _rayleigh_series(power: int) -> Floats:
+    """Coefficients, in powers of u^2, of E((u - Rho)+)^power / u^power: no cancellation for u < 1."""
+    k = np.arange(1, 16)
+    signs = np.where(k % 2, 1.0, -1.0) / (2.0**k * [factorial(int(n)) for n in k])
+    further = 1.0 / (2 * k + 1) if power == 1 else 2.0 / ((2 * k + 1) * (2 * k + 2))
+    return np.concatenate([[0.0], signs * further])
+
+
+_SERIES = {power: _rayleigh_series(power) for power in (1, 2)}
+
+
+class Rayleigh(LocationScale):
+    """Rayleigh law with a given mean and standard deviation, translated or scaled: Brown (1988), section 4.2.
+
+    With q = sd/sqrt(2 - pi/2) and unit Rayleigh Rho: where mean/sd >= `SWITCH` the law is translated,
+    D = (mean - q sqrt(pi/2)) + q Rho; where it is below, that would begin beneath 0, so the law is scaled,
+    D = mean/sqrt(pi/2) Rho, and its standard deviation is cut to mean/`SWITCH`.
+
+    Parameters
+    ----------
+    mean, sd : array_like
+        Mean >= 0 and requested standard deviation >= 0, in the unit of D; 0 gives a point mass.
+
+    Attributes
+    ----------
+    SWITCH : float
+        mean/sd at which the scaled law becomes the translated one: sqrt(pi/2)/sqrt(2 - pi/2), unit 1.
+
+    Raises
+    ------
+    ValueError
+        When a mean or an sd is negative or not finite.
+
+    Examples
+    --------
+    >>> law = Rayleigh([0.1, 1.0], 0.1)
+    >>> law.sd.round(6)
+    array([0.052272, 0.1     ])
+    >>> law.under(1.0).round(6)
+    array([0.9     , 0.040192])
+    """
+
+    SWITCH = HALF_PI / RAYLEIGH_SD
+
+    def __init__(self, mean: npt.ArrayLike, sd: npt.ArrayLike) -> None:
+        mean, sd = np.broadcast_arrays(amounts("mean", mean, 0.0), amounts("sd", sd, 0.0))
+        scale = np.minimum(sd / RAYLEIGH_SD, mean / HALF_PI)
+        self._set(np.maximum(mean - scale * HALF_PI, 0.0), scale)
+        self.mean, self.sd = mean.copy(), scale * RAYLEIGH_SD
+
+    @property
+    def support(self) -> tuple[Floats, Floats]:
+        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        return self._location, self._location + RAYLEIGH_REACH * self._scale
+
+    def sample(self, rng: Seed, size: Size | None = None) -> Floats:
+        """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
+        return self._location + self._scale * generator(rng).rayleigh(size=self.shape if size is None else size)
+
+    def nodes(self, n: int) -> tuple[Floats, Floats]:
+        """Return the Gauss rule with `n` points on the last axis; see `Law.nodes`. Unit of D."""
+        unit, weights = _rayleigh_rule(checks.count("n", n))
+        return self._placed(unit), np.broadcast_to(weights, (*self.shape, n))
+
+    def _fine(self) -> tuple[Floats, Floats]:
+        unit, weights = _rayleigh_points()
+        return self._placed(unit), np.broadcast_to(weights, (*self.shape, weights.size))
+
+    def _unit_under(self, v: Floats, power: int) -> Floats:
+        u = np.maximum(v, 0.0)
+        below = -np.expm1(-0.5 * u * u)
+        if power == 0:
+            return below
+        mean_part = HALF_PI * erf(u / ROOT2)
+        far = np.asarray(u - mean_part if power == 1 else u * u - 2 * u * mean_part + 2 * below)
+        near = u < 1
+        far[near] = u[near] ** power * polyval(u[near] ** 2, _SERIES[power])
+        return far
+
+    def _unit_over(self, v: Floats, power: int) -> Floats:
+        u = np.maximum(v, 0.0)
+        if power == 0:
+            return np.exp(-0.5 * u * u)
+        if power == 1:
+            upper: Floats = HALF_PI * erfc(u / ROOT2) + np.maximum(-v, 0.0)
+            return upper
+        beyond = 2 * np.exp(-0.5 * u * u) * np.maximum(1 - u * HALF_PI * erfcx(u / ROOT2), 0.0)
+        short = np.maximum(-v, 0.0)
+        return np.asarray(beyond + short * (2 * HALF_PI + short))
+
+
+@lru_cache(maxsize=1)
+def _rayleigh_points() -> tuple[Floats, Floats]:
+    x, w = roots_legendre(256)
+    points = 0.5 * RAYLEIGH_REACH * (x + 1)
+    weights = w * points * np.exp(-0.5 * points**2)
+    return points, weights / weights.sum()
+
+
+@lru_cache(maxsize=64)
+def _rayleigh_rule(n: int) -> tuple[Floats, Floats]:
+    return gauss_rule(*_rayleigh_points(), n)

@@ -1,0 +1,244 @@
+"""Plan: solve on a grid, or refine the grid until the answer is known to a tolerance."""
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.parallel import one_blas_thread
+from sdpgrind.base.progress import Progress, TerminalLine
+from sdpgrind.sdp._plan.look_up_error import between_nodes
+from sdpgrind.sdp._policy.policy import Policy
+from sdpgrind.sdp._problem.grid import Grid
+from sdpgrind.sdp._problem.layout import Layout
+from sdpgrind.sdp._problem.problem import Levels, Problem, Stages
+from sdpgrind.sdp._solve.bundles import Bundles
+from sdpgrind.sdp._solve.forever import solve_forever
+from sdpgrind.sdp._solve.stages import solve_stages
+from sdpgrind.sdp._transitions.sampled import Sampled
+from sdpgrind.sdp._transitions.shift import Shift
+
+REFINEMENTS = 10
+"""Largest number of times that every cell is halved."""
+STALLED = 0.6
+"""Share of the last change but one that the last change must come down to."""
+LARGEST = 2.0 * 2**30
+"""Bytes that tables may take."""
+
+
+class ToleranceError(ValueError):
+    """A tolerance that cannot be reached.
+
+    Attributes
+    ----------
+    message : str
+        What could be, $.
+    policy : Policy
+        The best that was reached; its ``error`` ($) is above the tolerance.
+    """
+
+    def __init__(self, message: str, policy: Policy) -> None:
+        super().__init__(message)
+        self.message, self.policy = message, policy
+
+
+def plan(
+    problem: Problem,
+    *,
+    tolerance: float | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    throw: bool = True,
+) -> Policy:
+    """Solve a problem by stochastic dynamic programming.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to solve.
+    tolerance : float, optional
+        Halve the cells of all axes, and go finer in controls and sampled noise where that is needed, until the estimated
+        error of the value-to-go ($), at nodes and between them, is at most this. None: solve on the grid as given; the
+        policy's ``error`` is then None.
+    executor : concurrent.futures.Executor, optional
+        Where to evaluate the blocks of problems with two or three axes; results do not depend on it. On one axis a
+        barrier a stage would cost more than the work, and it is ignored.
+    progress : callable(share, text), optional
+        By default one line on a terminal when it takes long, silent elsewhere.
+    throw : bool
+        Whether a tolerance that cannot be reached is an error; False: the best that was reached, its ``error`` above it.
+
+    Returns
+    -------
+    Policy
+        Value-to-go ($), actions, gaps.
+
+    Raises
+    ------
+    ValueError
+        When nothing is allowed in some state, the process never ends, or an edge is passed that must not be.
+    ToleranceError
+        When the tolerance cannot be reached: a ValueError with the best policy that was.
+
+    Examples
+    --------
+    >>> from sdpgrind import sdp
+    >>> bend = sdp.Problem(
+    ...     [sdp.Axis("error", -3, 3, 121, "mm", below="stop", above="stop")],
+    ...     [sdp.Move("bend", {"by": sdp.Levels(0, 5, 101)}, sdp.Shift("error", lambda s, c: sdp.Normal(c.by, 0.1 * c.by)))],
+    ...     [sdp.Stop("done", sdp.Charge(under=sdp.Linear(1.0), over=sdp.Linear(4.0)))],
+    ...     sdp.Stages(2, 1.0, "hits_left", ""),
+    ... )
+    >>> policy = sdp.plan(bend)
+    >>> policy.value(error=2.0, hits_left=2) < policy.value(error=2.0, hits_left=1) < 2.0
+    True
+    """
+    checks.kind("problem", problem, Problem, " of this package, as axes, moves, stops and stages make it")
+    tell = progress if progress is not None else TerminalLine()
+    if tolerance is None:
+        return _solve(problem, 1, executor, tell)
+    checks.positive("tolerance", tolerance, "$")
+    return _refined(problem, tolerance, executor, tell, throw)
+
+
+def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progress) -> Policy:
+    grid = Grid.of(problem, refine)
+    solve = solve_stages if isinstance(problem.stages, Stages) else solve_forever
+    with one_blas_thread():
+        table = solve(problem, grid, Bundles(problem, grid, executor), tell)
+    return Policy(problem, Layout.of(problem, grid, table.base is not None), table.stacked(), None)
+
+
+def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell: Progress, throw: bool) -> Policy:
+    before = _solve(problem, 1, executor, tell)
+    changes: list[float] = []
+    at_nodes: list[float] = []
+    hopeless = 0  # halvings in a row that promise nothing: one may be that which first resolves a kink
+    for halvings in range(1, REFINEMENTS + 1):
+        if before.table.search_error > tolerance / 4 or _stalls(changes):
+            problem = _with_finer_levels(problem)
+        policy = _solve(problem, 2**halvings, executor, tell)
+        every, shared = _changes(before, policy)
+        changes.append(every)
+        at_nodes.append(shared)
+        if grid_error(changes) <= tolerance / 2 < policy.table.search_error:  # the grid will do, the search will not
+            problem = _with_finer_levels(problem)
+            policy = _solve(problem, 2**halvings, executor, tell)
+        error = grid_error(changes) + policy.table.search_error
+        room = _halvings_left(problem, halvings)
+        if halvings > 2:  # the first changes are those of a grid that may have missed much
+            hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
+        last = room == 0 or (throw and hopeless > 1)
+        if (halvings > 1 and error <= tolerance) or last:
+            solve = partial(_solve, refine=2**halvings, executor=executor, tell=tell)
+            error = max(error, grid_error(at_nodes) + between_nodes(policy) + policy.table.search_error)
+            problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve)
+            error += noise
+        policy.error = error
+        if (halvings > 1 and error <= tolerance) or not problem.axes:
+            return policy
+        if throw and last:
+            raise _out_of_reach(tolerance, policy, changes, room)
+        if last:
+            return policy
+        before = policy
+    raise AssertionError("a hopeless tolerance is refused before")
+
+
+def _stalls(changes: list[float]) -> bool:
+    """Whether halving the cells no longer helps: then the search may have missed something between its levels."""
+    return len(changes) > 2 and changes[-1] > STALLED * changes[-2]
+
+
+def _rate(changes: list[float]) -> float:
+    return min(4.0, max(1.25, changes[-2] / max(changes[-1], 1e-300)))
+
+
+def _within_reach(error: float, changes: list[float], room: int) -> float:
+    """The error that is left if each halving that memory holds halves it at least."""
+    return float(error / max(2.0, _rate(changes)) ** room)
+
+
+def _out_of_reach(tolerance: float, policy: Policy, changes: list[float], room: int) -> ToleranceError:
+    assert policy.error is not None  # it is what was refined
+    reachable = 1.5 * policy.error / _rate(changes) ** room
+    return ToleranceError(
+        f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}: try"
+        f" {reachable:.1g}, or throw=False for the best that can be reached",
+        policy,
+    )
+
+
+def _halvings_left(problem: Problem, done: int) -> int:
+    """How often the cells can be halved again."""
+    room = 0
+    while done + room < REFINEMENTS and _table_bytes(problem, 2 ** (done + room + 1)) <= LARGEST:
+        room += 1
+    return room
+
+
+def _table_bytes(problem: Problem, refine: int) -> float:
+    """Size of the tables of the shifts, which are the largest: weight and charge of every row, lag and other node."""
+    nodes = float(np.prod([(axis.nodes - 1) * refine + 1 for axis in problem.axes], dtype=float))
+    rows = (m.choices * (m.levels.count if m.levels else 1) for m in problem.moves if isinstance(m.to, Shift))
+    return 16.0 * nodes * sum(rows)
+
+
+def _with_finer_levels(problem: Problem) -> Problem:
+    moves = []
+    for move in problem.moves:
+        finer = {k: replace(v, count=2 * v.count) if isinstance(v, Levels) and v.search else v for k, v in move.controls.items()}
+        moves.append(replace(move, controls=finer))
+    return replace(problem, moves=moves)
+
+
+def _with_enough_noise(
+    problem: Problem, policy: Policy, tolerance: float, solve: Callable[[Problem], Policy]
+) -> tuple[Problem, Policy, float]:
+    """Double the quadrature points of sampled noise until that changes little; return the last change, too."""
+    change = 0.0
+    while (finer := _with_finer_noise(problem)) is not None:
+        problem, before, policy = finer, policy, solve(finer)
+        change = float(np.max(np.abs(policy.table.value - before.table.value)))
+        if change <= tolerance:
+            break
+    return problem, policy, change
+
+
+def _with_finer_noise(problem: Problem) -> Problem | None:
+    """Twice the quadrature points for sampled noise; None where that changes nothing."""
+    moves = []
+    for move in problem.moves:
+        to = move.to
+        if isinstance(to, Sampled):
+            finer = replace(to, points=2 * to.points)
+            to = finer if finer.quadrature()[1].size > to.quadrature()[1].size else to
+        moves.append(replace(move, to=to))
+    same = all(one.to is other.to for one, other in zip(moves, problem.moves, strict=True))
+    return None if same else replace(problem, moves=moves)
+
+
+def grid_error(changes: list[float]) -> float:
+    """Return the estimated error ($) of the last of several solutions, from the largest changes that each halving made.
+
+    If the error falls by a factor r at each halving, the last change is (r - 1) times the error. Linear interpolation gives
+    r = 4 on average, but kinks of the value-to-go fall unevenly between nodes and into cells: r is taken from the last two
+    changes, never above 3 and never below 1.25 (many passes of laws narrower than a cell converge slower than at first
+    order). A change may be small by luck: the one before it bounds the error from below, as if both orders were second.
+    """
+    if len(changes) < 2:
+        return changes[-1]
+    rate = changes[-2] / changes[-1] if changes[-1] > 0 else 2.0
+    return max(changes[-1] / (min(3.0, max(1.25, rate)) - 1), changes[-2] / 12)
+
+
+def _changes(coarse: Policy, fine: Policy) -> tuple[float, float]:
+    """Largest change at the nodes of the finer grid, as the coarser looks them up, and at the nodes that the two share."""
+    shape = fine.grid.shape
+    row, mode, *node = (x.ravel() for x in np.indices((*fine.table.value.shape[:2], *shape)))
+    index = 0.5 * np.array(node).reshape(len(shape), row.size)
+    change = np.abs(coarse.interpolated(row, mode, index) - fine.table.value.ravel())
+    return float(np.max(change)), float(np.max(change, where=np.all(index % 1 == 0, axis=0), initial=0.0))

@@ -1,0 +1,86 @@
+"""Slices of a table, counted down to the deadline, and what lies beyond it: the late side."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._problem.problem import Stages
+
+ROUNDING = 1e-9
+"""Share of a cell or stage that counts as rounding."""
+
+
+class Arrival(NamedTuple):
+    """Where a move ends: slice of the table, the late charge that its values lack, the late charge there, and its stage."""
+
+    row: int
+    lacks: float
+    late: float
+    stage: int | None
+
+
+@dataclass(frozen=True)
+class Countdown:
+    """Which slice serves which stage. `first` is the stage of the first slice.
+
+    Where `has_base` the first slice ("base") serves all stages up to its own; its values lack the late charge.
+    """
+
+    step: float
+    charge: Any
+    first: int = 0
+    has_base: bool = False
+    endless: bool = False
+
+    @classmethod
+    def of(cls, stages: Any, first: int = 0) -> "Countdown":
+        """Read the stages of a problem."""
+        return cls(stages.step, stages.late, first) if isinstance(stages, Stages) else cls(0.0, None, endless=True)
+
+    @property
+    def lowest(self) -> int:
+        """The first stage that has a slice of its own."""
+        return self.first + (1 if self.has_base else 0)
+
+    def time(self, row: Any) -> Any:
+        """Stage coordinate of a slice."""
+        return (row + self.first) * self.step
+
+    def late(self, time: Any) -> Floats:
+        """Late charge at stage coordinates."""
+        return np.zeros(np.shape(time)) if self.charge is None else np.asarray(self.charge(np.maximum(-np.asarray(time), 0.0)))
+
+    def row(self, stage: Any) -> Any:
+        """Slice that serves a stage."""
+        return np.zeros(np.shape(stage), np.int64) if self.endless else np.maximum(stage - self.first, 0)
+
+    def in_base(self, row: Any) -> Any:
+        """Tell whether a slice is the base."""
+        return (row == 0) & self.has_base
+
+    def begin(self, row: int, time: float) -> tuple[int, float]:
+        """Return the stage at which a state of slice `row` begins, and its time beyond that (0 unless late in the base)."""
+        if self.endless:
+            return 0, 0.0
+        if not self.in_base(row):
+            return row + self.first, 0.0
+        stage = int(np.floor(time / self.step + ROUNDING))
+        return stage, float(max(0.0, time - stage * self.step))
+
+    def arrival(self, row: int, duration: int, begin: float | None = None) -> Arrival | None:
+        """Return where a move from slice `row` ends; None before a table without base.
+
+        `begin` is the stage coordinate at which it begins if that is in the base; otherwise the lowest that is not.
+        """
+        if self.endless:
+            return Arrival(0, 0.0, 0.0, None)
+        end, base = row - duration, 1 if self.has_base else 0
+        if end >= base and not self.in_base(row):
+            return Arrival(end, 0.0, float(self.late(self.time(end))), end + self.first)
+        if not self.has_base:
+            return None
+        used = self.lowest * self.step if begin is None else begin
+        late = float(self.late((used if row == 0 else self.time(row)) - duration * self.step))
+        return Arrival(0, late, late, end + self.first)

@@ -1,0 +1,356 @@
+"""The description of a problem: axes, moves, stops, stages, modes. Nothing here computes.
+
+Callbacks get named tuples ``s`` (state coordinates; the stage coordinate where the move is ``timed``; ``mode``, a whole
+number, where the problem has modes), ``c`` (controls) and ``e`` (noise). They are written elementwise (operators and numpy
+functions, no ``if``), so that one body runs on floats in a compiled kernel and on broadcast arrays in numpy.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.stored import stored
+from sdpgrind.sdp._problem.charges import Charge, check_function
+from sdpgrind.sdp._problem.one_sided import OneSided
+
+Edge: TypeAlias = Literal["refuse", "hold", "stop"] | float
+Callback: TypeAlias = Callable[..., Any]
+
+
+@stored("sdp.axis")
+@dataclass(frozen=True)
+class Axis:
+    """One continuous state coordinate on a uniform grid.
+
+    Parameters
+    ----------
+    name : str
+        Field of ``s`` in callbacks.
+    low, high : float
+        Ends of the grid, in `unit`.
+    nodes : int
+        Number of grid nodes (>= 3). Never an array: the solver must be able to refine.
+    unit : str
+        Unit of the coordinate.
+    scale : {"linear", "log"}
+        Nodes uniform in the coordinate or in its logarithm.
+    below, above : {"refuse", "hold", "stop"} or float
+        What a next state beyond the end means: an error; the end itself; the process ends there and is charged exactly
+        by the (single) stop's `Charge`; or a value-to-go of this many $.
+    """
+
+    name: str
+    low: float
+    high: float
+    nodes: int
+    unit: str = ""
+    scale: Literal["linear", "log"] = "linear"
+    below: Edge = "refuse"
+    above: Edge = "refuse"
+
+    def __post_init__(self) -> None:
+        checks.number(f"{self.name}.low", self.low, self.unit)
+        if checks.number(f"{self.name}.high", self.high, self.unit) <= self.low:
+            rule = checks.with_unit("> low", self.unit)
+            raise ValueError(f"{self.name}.high must be {rule}; got {self.high!r} and {self.low!r}")
+        checks.count(f"{self.name}.nodes", self.nodes, at_least=3)
+        checks.one_of(f"{self.name}.scale", self.scale, ("linear", "log"))
+        if self.scale == "log":
+            checks.positive(f"{self.name}.low", self.low, self.unit)
+        for side in (self.below, self.above):
+            if isinstance(side, str):
+                checks.one_of(f"{self.name}.below and .above", side, ("refuse", "hold", "stop"))
+            elif np.isnan(side):
+                raise ValueError(f"{self.name}.below and .above must be a word or a value-to-go ($); got {side!r}")
+
+    @property
+    def interval(self) -> str:
+        """The interval in words, with its unit."""
+        return checks.with_unit(f"[{self.low:g}, {self.high:g}]", self.unit)
+
+
+@dataclass(frozen=True)
+class Stages:
+    """A countdown of `count` stages of length `step`; need not be time.
+
+    Parameters
+    ----------
+    count : int
+        Stages from the start to the deadline.
+    step : float
+        Length of one, in `unit`.
+    name, unit : str
+        The stage coordinate's field of ``s`` (in timed moves) and unit.
+    late : OneSided or callable, optional
+        Charge ($) on the time by which the end comes late; 0 at 0 and never falling. None: moves longer than what is left
+        are inadmissible.
+        `Linear`: late states are solved exactly for all times. `Quadratic`: a finite window is enough.
+    late_window : float, optional
+        Length (in `unit`) of the late side in the table; by default what is provably enough. A concave `late`
+        (`Constant`, a plain function) needs one.
+    """
+
+    count: int
+    step: float
+    name: str = "time_left"
+    unit: str = "s"
+    late: OneSided | Callback | None = None
+    late_window: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.count("stages.count", self.count, at_least=0)
+        checks.positive("stages.step", self.step, self.unit)
+        if self.late_window is not None:
+            checks.nonnegative("stages.late_window", self.late_window, self.unit)
+        if self.late is not None and not callable(self.late):
+            raise TypeError(f"stages.late must be a one-sided charge, a function or None; got {self.late!r}")
+        if self.late is not None and not isinstance(self.late, OneSided):
+            check_function("stages.late", self.late, self.late_window or 0.0)
+
+
+@dataclass(frozen=True)
+class Forever:
+    """No deadline: moves until a stop or a stopping edge is reached; no discount."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """One continuous control: `count` levels, refined by search inside each regime.
+
+    Parameters
+    ----------
+    low, high : float
+        Interval of the control, in its own unit.
+    count : int
+        Levels in all. They lie densely at the ends of each regime (Chebyshev-Lobatto points).
+    breaks : sequence of float
+        Interior values at which the law or the charge has a kink. Each is a level, and no search crosses it.
+    search : bool
+        False: the levels are all there is (a plain finite Markov decision process).
+    """
+
+    low: float
+    high: float
+    count: int = 401
+    breaks: Sequence[float] = ()
+    search: bool = True
+
+    def __post_init__(self) -> None:
+        checks.number("Levels.low", self.low)
+        if checks.number("Levels.high", self.high) < self.low:
+            raise ValueError(f"Levels.high must be >= low; got {self.high!r} and {self.low!r}")
+        checks.count("Levels.count", self.count, at_least=1)
+
+
+class Transition(Protocol):
+    """How a move changes the coordinates: `Shift`, `Sampled`, `Stay`, or a user's own class with these two methods.
+
+    Both get P points (one array for each axis), their modes (None where a problem has but one), the stage coordinate, and
+    for each point an entry of the move's lists and a value of its continuous control; `menu.state` and `menu.controls` make
+    ``s`` and ``c`` of them.
+    """
+
+    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> Any:
+        """Return the exact one-step distribution, in-path charges ($) included.
+
+        Parameters
+        ----------
+        menu : object
+            Gives ``state``, ``controls``, ``penalty``, ``grid``.
+        points : tuple of array
+            Coordinates, one array (P,) for each axis, in its unit.
+        mode, stage : array or None
+            Mode and stage coordinate of each point.
+        choice, level : array
+            Entry of the move's lists, and value of its continuous control, of each point.
+        """
+
+    def sample(
+        self,
+        menu: Any,
+        points: tuple[Floats, ...],
+        mode: Any,
+        stage: Any,
+        choice: Any,
+        level: Floats,
+        rng: np.random.Generator,
+    ) -> tuple[tuple[Floats, ...], Any]:
+        """Draw next coordinates, and what is charged ($) besides the move's own charge.
+
+        Parameters
+        ----------
+        menu, points, mode, stage, choice, level
+            As in `rows`.
+        rng : numpy Generator
+            Source of randomness.
+        """
+
+
+@dataclass(frozen=True)
+class Move:
+    """What one may do.
+
+    Parameters
+    ----------
+    name : str
+        Its name in the policy.
+    controls : mapping
+        At most one `Levels`; the rest lists of equal length, read together, entry by entry.
+    to : Transition
+        Where it leads.
+    duration : int
+        Stages it takes (>= 0 for modes-only problems without stages, else >= 1).
+    charge : float or callable(s, c)
+        In-path charge, $.
+    allowed : callable(s, c), optional
+        True where the move may be chosen.
+    into : str or sequence of str, optional
+        Mode on arrival: one, or one for each entry of the lists. None keeps the mode.
+    timed : bool
+        True: ``s`` has the stage coordinate, and everything is evaluated anew at every stage.
+    """
+
+    name: str
+    controls: Mapping[str, Levels | npt.ArrayLike]
+    to: Transition
+    duration: int = 1
+    charge: float | Callback = 0.0
+    allowed: Callback | None = None
+    into: str | Sequence[str] | None = None
+    timed: bool = False
+
+    def __post_init__(self) -> None:
+        checks.count(f"move {self.name!r}: duration", self.duration, at_least=1)
+        if not callable(self.charge):
+            checks.number(f"move {self.name!r}: charge", self.charge, "$, or a function of s and c")
+        levels = [name for name, control in self.controls.items() if isinstance(control, Levels)]
+        if len(levels) > 1:
+            raise ValueError(f"move {self.name!r}: controls must have at most one Levels; got {levels}")
+        lengths = {name: np.size(np.asarray(entry)) for name, entry in self.controls.items() if name not in levels}
+        if len(set(lengths.values())) > 1:
+            raise ValueError(f"move {self.name!r}: lists of controls must be of equal length; got {lengths}")
+        if 0 in lengths.values():
+            raise ValueError(f"move {self.name!r}: lists of controls must not be empty; got {lengths}")
+
+    @property
+    def level_name(self) -> str | None:
+        """Name of the continuous control, or None."""
+        return next((name for name, control in self.controls.items() if isinstance(control, Levels)), None)
+
+    @property
+    def levels(self) -> Levels | None:
+        """The continuous control, or None."""
+        return next((control for control in self.controls.values() if isinstance(control, Levels)), None)
+
+    @property
+    def lists(self) -> dict[str, Floats]:
+        """The listed controls as arrays of equal length."""
+        return {k: np.ravel(np.asarray(v)) for k, v in self.controls.items() if not isinstance(v, Levels)}
+
+    @property
+    def choices(self) -> int:
+        """Number of entries of the lists (1 where there are none)."""
+        return next((entry.size for entry in self.lists.values()), 1)
+
+
+@dataclass(frozen=True)
+class Stop:
+    """End here and be charged.
+
+    Parameters
+    ----------
+    name : str
+        Its name in the policy.
+    charge : Charge or callable(s)
+        $. A `Charge` is taken of the one axis; it is needed where an axis has the edge "stop".
+    extra : callable(s), optional
+        A further charge ($) that may depend on the mode alone; it is charged beyond a stopping edge too.
+    allowed : callable(s), optional
+        True where one may stop.
+    """
+
+    name: str
+    charge: Charge | Callback
+    extra: Callback | None = None
+    allowed: Callback | None = None
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Axes, moves, stops, stages and modes: all that the solver knows.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+        Zero to three continuous coordinates.
+    moves : sequence of Move
+        In the order in which ties are broken.
+    stops : sequence of Stop
+        Tried before any move.
+    stages : Stages or Forever
+        The countdown.
+    modes : sequence of str
+        Names of the discrete part of the state. In callbacks ``s.mode`` is the number of the mode in this order, a whole
+        number or an array of them, never its name.
+    """
+
+    axes: Sequence[Axis]
+    moves: Sequence[Move]
+    stops: Sequence[Stop]
+    stages: Stages | Forever
+    modes: Sequence[str] = ("",)
+
+    def __post_init__(self) -> None:
+        for name in ("axes", "moves", "stops", "modes"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        if len(self.axes) > 3:
+            raise ValueError(f"axes must be at most 3; got {len(self.axes)}")
+        checks.unique("axes", [axis.name for axis in self.axes])
+        checks.unique("modes", self.modes)
+        names = [stop.name for stop in self.stops] + [move.name for move in self.moves]
+        checks.unique("names of stops and moves", names)
+        if not self.moves:
+            raise ValueError("moves must hold at least one Move; got none")
+        self._check_modes()
+        self._check_edges()
+
+    def _check_modes(self) -> None:
+        for move in self.moves:
+            into = (move.into,) if isinstance(move.into, str) else tuple(move.into or ())
+            for name in into:
+                checks.one_of(f"move {move.name!r}: into", name, self.modes)
+            if not isinstance(move.into, str) and into and len(into) != move.choices:
+                raise ValueError(
+                    f"move {move.name!r}: into must name {move.choices} modes, one for each control; got {len(into)}"
+                )
+            if move.timed and isinstance(self.stages, Forever):
+                raise ValueError(f"move {move.name!r}: timed must be False where stages is Forever; got True")
+
+    def _check_edges(self) -> None:
+        stopping = [axis.name for axis in self.axes if "stop" in (axis.below, axis.above)]
+        exact = len(self.axes) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
+        two_axes = len(stopping) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
+        if stopping and not (exact or two_axes):
+            raise ValueError(f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis")
+
+        numbers = [axis.name for axis in self.axes if not isinstance(axis.below, str) or not isinstance(axis.above, str)]
+        if numbers and isinstance(self.stages, Stages) and self.stages.late is not None:
+            raise ValueError(
+                f"the ends of the axis {numbers[0]!r} must not be numbers beside a late charge,"
+                " which they would not bear; use 'stop'"
+            )
+
+    @property
+    def stop_axis(self) -> int:
+        """Index of the axis that a `Charge` is taken of: the one with a stopping edge, else the first."""
+        return next((k for k, axis in enumerate(self.axes) if "stop" in (axis.below, axis.above)), 0)
+
+    @property
+    def step(self) -> float:
+        """Length of a stage, in the unit of the stages (0 for `Forever`)."""
+        return self.stages.step if isinstance(self.stages, Stages) else 0.0

@@ -1,0 +1,178 @@
+"""Moves grouped by how they are evaluated, cut into blocks by the grid, here or on an executor.
+
+Shifts go together, everything else one by one. The cut depends on the grid alone, never on the number of workers, and a
+block's result on nothing but the block: so results are bit-equal on any executor. A worker prepares a block when it first
+gets it and keeps it; from then on only slices of the value-to-go travel.
+"""
+
+import hashlib
+import pickle
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import execute, one_blas_thread
+from sdpgrind.sdp._problem.grid import Grid
+from sdpgrind.sdp._problem.problem import Problem, Stages
+from sdpgrind.sdp._solve.point_backup import PointBundle
+from sdpgrind.sdp._solve.shift_backup import ShiftBundle
+from sdpgrind.sdp._transitions._found import Found
+from sdpgrind.sdp._transitions.menu import Menu
+from sdpgrind.sdp._transitions.shift import Shift
+
+LINES, NODES = 4, 2048
+"""Lines along the falling axis, and nodes, in one block."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What a worker needs to prepare and evaluate one block of one bundle."""
+
+    moves: tuple[int, ...]
+    per_mode: bool
+    block: tuple[int, int]
+
+    def prepare(self, problem: Problem, grid: Grid, stage: float | None = None, keep: bool = True) -> Any:
+        """Return the bundle of this block."""
+        menus, block = [Menu(problem, grid, k) for k in self.moves], slice(*self.block)
+        if isinstance(menus[0].move.to, Shift):
+            return ShiftBundle(menus, self.per_mode, block, stage)
+        return PointBundle(menus[0], self.per_mode, block, stage, keep)
+
+
+class Bundles:
+    """All moves of a problem on a grid, ready to be evaluated into a value-to-go."""
+
+    def __init__(self, problem: Problem, grid: Grid, executor: Executor | None = None, keep: bool = True) -> None:
+        self.problem, self.grid, self.keep = problem, grid, keep
+        self.shared = np.array([not _per_mode(Menu(problem, grid, k)) for k in range(len(problem.moves))])
+        self.search_error = 0.0
+        still = [k for k, move in enumerate(problem.moves) if not move.timed]
+        self._timed = [k for k, move in enumerate(problem.moves) if move.timed]
+        self._groups = [(moves, self._cut(moves)) for moves in self._together(still)]
+        several = sum(len(pieces) for _, pieces in self._groups) > 1 and len(problem.axes) > 1
+        self._remote = _Remote(problem, grid, executor) if executor is not None and several else None
+        self._here = (
+            {}
+            if self._remote
+            else {piece: piece.prepare(problem, grid, None, keep) for _, pieces in self._groups for piece in pieces}
+        )
+
+    def best(self, value: Floats, level: Floats, stage: int | None, last: int | None) -> Iterator[tuple[list[int], Found]]:
+        """Yield the moves of each bundle with what is best into value[mode, node], which is that of `stage`.
+
+        Moves that would begin beyond the stage `last` are left out where that saves work; `stage` None: the late side.
+        """
+        for moves, pieces in self._groups:
+            yield moves, self._join(moves, pieces, self._evaluate(pieces, value, level))
+        for move in self._timed:
+            departure = stage + self.problem.moves[move].duration if stage is not None else None
+            if departure is None or last is None or departure > last:
+                continue
+            yield [move], self.timed(move, value, level, departure)
+
+    def timed(self, move: int, value: Floats, level: Floats, departure: int) -> Found:
+        """Return what is best of one timed move that begins at the stage `departure` and leads into value[mode, node]."""
+        pieces = self._cut([move])
+        ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
+        return self._join([move], pieces, [(b.best(value, level), b.search_error) for b in ready])
+
+    def alone(self) -> ShiftBundle | None:
+        """Return the bundle where all moves are shifts of one axis and mode, here; else None."""
+        if len(self.grid.shape) != 1 or len(self.problem.modes) > 1 or self._timed or len(self._here) != 1:
+            return None
+        bundle = next(iter(self._here.values()))
+        return bundle if isinstance(bundle, ShiftBundle) else None
+
+    def _evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
+        if self._remote is not None:
+            return self._remote.evaluate(pieces, value, level)
+        return [(self._here[piece].best(value, level), self._here[piece].search_error) for piece in pieces]
+
+    def _join(self, moves: list[int], pieces: list[Piece], results: list[tuple[Found, float]]) -> Found:
+        """Put blocks together: [move, mode or 0, node]."""
+        self.search_error = max(self.search_error, *(error for _, error in results))
+        shift = self.problem.moves[moves[0]].to
+        if len(pieces) == 1:
+            found = results[0][0]
+            if not isinstance(shift, Shift):
+                return found
+            if len(self.grid.shape) == 1:
+                return Found(found.q[:, :, 0], found.control[:, :, 0], found.entry[:, :, 0])
+        parts = [np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")]
+        if not isinstance(shift, Shift):
+            return Found(*parts)
+        axis = shift.position(self.grid)
+        rest = [n for k, n in enumerate(self.grid.shape) if k != axis]
+        lines = [np.moveaxis(p.reshape(*p.shape[:2], *rest, p.shape[-1]), -1, axis + 2) for p in parts]
+        return Found(*(p.reshape(*p.shape[:2], self.grid.size) for p in lines))
+
+    def _together(self, moves: list[int]) -> list[list[int]]:
+        """Shifts that share the falling axis and the treatment of modes go together; the order of the moves is kept."""
+        groups: dict[Any, list[int]] = {}
+        for k in moves:
+            to = self.problem.moves[k].to
+            key = (to.axis, bool(self.shared[k])) if isinstance(to, Shift) else k
+            groups.setdefault(key, []).append(k)
+        return list(groups.values())
+
+    def _cut(self, moves: list[int]) -> list[Piece]:
+        to = self.problem.moves[moves[0]].to
+        total, size = self.grid.size, NODES
+        if isinstance(to, Shift):
+            total, size = self.grid.size // self.grid.shape[to.position(self.grid)], LINES
+        return [Piece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total))) for a in range(0, total, size)]
+
+
+def _per_mode(menu: Menu) -> bool:
+    """Whether a move is evaluated for each mode: where it keeps the mode, or where a callback reads it."""
+    return len(menu.problem.modes) > 1 and (menu.move.into is None or _reads_mode(menu))
+
+
+def _reads_mode(menu: Menu) -> bool:
+    """Evaluate the move at one node without the mode: a callback that asks for it is found out."""
+    stages = menu.problem.stages
+    stage = np.array([stages.step]) if isinstance(stages, Stages) else None
+    first = tuple(x[:1] for x in menu.grid.points)
+    try:
+        menu.move.to.rows(menu, first, None, stage, np.zeros(1, dtype=np.int64), menu.levels[:1])
+    except AttributeError as error:
+        if error.name == "mode":
+            return True
+        raise
+    return False
+
+
+class _Remote:
+    """Bundles that live in workers."""
+
+    def __init__(self, problem: Problem, grid: Grid, executor: Executor) -> None:
+        self.executor = executor
+        self.recipe = pickle.dumps((problem, grid))
+        self.token = hashlib.sha256(self.recipe).hexdigest()
+
+    def evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
+        """Evaluate every piece; the recipe travels along, and is unpacked once in each worker."""
+        return execute(partial(_work, self.token, self.recipe, value, level), pieces, self.executor)
+
+
+@lru_cache(maxsize=4)
+def _unpacked(token: str, recipe: bytes) -> tuple[Problem, Grid]:
+    problem, grid = pickle.loads(recipe)
+    return problem, grid
+
+
+@lru_cache(maxsize=256)
+def _prepared(token: str, recipe: bytes, piece: Piece) -> Any:
+    return piece.prepare(*_unpacked(token, recipe))
+
+
+def _work(token: str, recipe: bytes, value: Floats, level: Floats, piece: Piece) -> tuple[Found, float]:
+    bundle = _prepared(token, recipe, piece)
+    with one_blas_thread():
+        return bundle.best(value, level), bundle.search_error

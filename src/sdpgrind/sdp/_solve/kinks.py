@@ -1,0 +1,226 @@
+"""Cells of one axis in which the best action changes: what each action that matters costs at both ends of the cell.
+
+Between two nodes the value-to-go is the least of the costs of several actions. Each cost is smooth, and straight to second
+order; their minimum has a kink, which a straight line between the nodes would cut, to first order. So where the action
+changes, the costs are kept, one line each, and a look-up takes the least.
+"""
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._problem.grid import Ints
+from sdpgrind.sdp._problem.problem import Problem
+
+LARGE, JUMPS = 0.1, ((1e-4, 1.1), (1e-5, 4.0))
+"""Shares of its interval by which a control jumps to another minimum inside a cell: more than `LARGE` always is one, more than
+each of `JUMPS` where the control changes so many times less in the cells beside."""
+
+
+class Kinks(NamedTuple):
+    """Lines of cost in the cells where the action changes.
+
+    `at[row, mode, cell]` is the number of such a cell (-1: none), whose lines are ``start[number]:start[number + 1]``;
+    `cost[line, end]` ($) and `control[line, end]` at the left and right node, `act[line]` (stops -1, -2, ..., moves 0, 1, ...)
+    and `entry[line]` of the lists.
+    """
+
+    at: npt.NDArray[np.int32]
+    start: npt.NDArray[np.int32]
+    cost: Floats
+    control: Floats
+    act: npt.NDArray[np.int32]
+    entry: npt.NDArray[np.int32]
+
+    @classmethod
+    def none(cls, shape: tuple[int, int, int]) -> "Kinks":
+        """Return no kinks for so many rows, modes and cells."""
+        empty = np.zeros(0, dtype=np.int32)
+        return cls(np.full(shape, -1, np.int32), np.zeros(1, np.int32), np.zeros((0, 2)), np.zeros((0, 2)), empty, empty)
+
+
+class Lines(NamedTuple):
+    """Lines of cost in the order found: where (row, mode, cell), action (stops -1, -2, ...), and both ends."""
+
+    row: Ints
+    mode: Ints
+    cell: Ints
+    act: Ints
+    entry: Ints  # [line, end]
+    control: Floats  # [line, end]
+    cost: Floats  # [line, end]
+    differ: Any  # whether what a move does differs at the ends
+    onward: Floats  # [line, end]: where the control of the other end would be here if it went on as in the cell beside
+
+    def select(self, kept: Any) -> "Lines":
+        """Return some of the lines."""
+        return Lines(*(column[kept] for column in self))
+
+
+class Spans(NamedTuple):
+    """Of each move's continuous control: the length of its interval (infinite where there is none), its breaks, [move, k], and
+    whether it may fall between its levels.
+    """
+
+    length: Floats
+    breaks: Floats  # filled up with inf
+    search: Any
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Spans":
+        """Read a problem."""
+        levels = [move.levels for move in problem.moves]
+        breaks = [sorted(one.breaks) if one else [] for one in levels]
+        most = max(map(len, breaks))
+        filled = [[*some, *[np.inf] * (most - len(some))] for some in breaks]
+        length = np.array([one.high - one.low if one else np.inf for one in levels])
+        return cls(length, np.array(filled), np.array([one is None or one.search for one in levels]))
+
+    def select(self, move: Any) -> "Spans":
+        """Return those of an array of moves."""
+        return Spans(*(column[move] for column in self))
+
+    def jumps(self, four: tuple[Floats, ...]) -> Any:
+        """Whether a control jumps, or meets a break, between the middle two of four nodes; NaN where it is not known."""
+        left, right = four[1][..., None], four[2][..., None]
+        low, high = np.minimum(left, right), np.maximum(left, right)
+        met = ((low < self.breaks) & (high >= self.breaks)) | ((low <= self.breaks) & (high > self.breaks))
+        return _jumps(four, self.length) | met.any(axis=-1)
+
+    def around(self, control: Floats) -> tuple[Floats, Floats]:
+        """Return the breaks next below and next above a control of each move (infinite where there is none)."""
+        below, above = self.breaks < control[:, None], self.breaks > control[:, None]
+        low = np.where(below, self.breaks, -np.inf).max(axis=1, initial=-np.inf)
+        return low, np.where(above, self.breaks, np.inf).min(axis=1, initial=np.inf)
+
+
+@dataclass
+class Changes:
+    """Collects lines while stages are solved, as the costs of single moves are known only then.
+
+    `shared`: the moves that mode 0 tells for all modes. `history`: the costs [row, move, mode, node] of a small problem, not
+    yet looked through.
+    """
+
+    spans: "Spans"
+    shared: Any
+    found: list[Lines] = field(default_factory=list)
+    history: tuple[Any, ...] | None = None
+
+    @classmethod
+    def of(cls, problem: Problem, shared: Any) -> "Changes":
+        """Begin for a problem."""
+        return cls(Spans.of(problem), np.asarray(shared))
+
+    def add(self, row: int, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats) -> None:
+        """Look through one row: costs of stops [stop, mode, node] and moves [move, mode, node], and what was chosen."""
+        mode, cell = np.nonzero(_changes(best, entry, control, self.spans))
+        if cell.size:
+            own = np.where(self.shared[:, None], 0, mode)
+            self.found.append(_lines(Cells(np.full(cell.size, row), mode, cell), (mode, own), stop_q, moves))
+
+    def all(self) -> Lines | None:
+        """Return everything found, without the lines that are nowhere the least."""
+        if self.history is not None:
+            self._look_through(*self.history)
+            self.history = None
+        if not self.found:
+            return None
+        return Lines(*(np.concatenate(columns) for columns in zip(*self.found, strict=True)))
+
+    def shifted(self, other: "Changes | None") -> "Changes":
+        """Return these one row later, after those of the base."""
+        later = [lines._replace(row=lines.row + 1) for lines in _listed(self)]
+        return Changes(self.spans, self.shared, (_listed(other) if other else []) + later)
+
+    def _look_through(self, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats) -> None:
+        """All rows of a problem of one mode at once: they take the place of the modes."""
+        row, cell = np.nonzero(_changes(best, entry, control, self.spans))
+        if cell.size:
+            own = np.broadcast_to(row, (self.spans.length.size, row.size))
+            self.found.append(_lines(Cells(row, np.zeros_like(row), cell), (row, own), stop_q, moves))
+
+
+class Cells(NamedTuple):
+    """Cells in which something changes."""
+
+    row: Ints
+    mode: Ints
+    cell: Ints
+
+
+def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Floats, Floats, Any]) -> Lines:
+    """Read the lines of all actions in these cells; `at` says where the costs of stops, and of each move, stand."""
+    ends = np.stack([cells.cell, cells.cell + 1], axis=1)
+    stop, move = np.arange(stop_q.shape[0])[:, None, None], np.arange(moves[0].shape[0])[:, None, None]
+    stops = stop_q[stop, at[0][:, None], ends]
+    found, control, entry = (array[move, at[1][:, :, None], ends] for array in moves)
+    beside = np.clip(ends + np.array([-1, 1]), 0, moves[0].shape[2] - 1)  # at an end the node itself: no change
+    outer = moves[1][move, at[1][:, :, None], beside]
+    differ = (np.abs(np.diff(control)[..., 0]) > 0) | (entry[..., 0] != entry[..., 1])  # NaN: no continuous control
+    split = np.concatenate([np.zeros(stops.shape[:2], bool), differ])
+    onward = np.concatenate([np.zeros(stops.shape), 2 * control[..., ::-1] - outer[..., ::-1]])
+    cost, nothing = np.concatenate([stops, found]), np.zeros(stops.shape)
+    control, entry = np.concatenate([nothing, control]), np.concatenate([nothing.astype(np.int32), entry])
+    lower = _lower(cost)
+    split &= lower == 0
+    kept = (lower >= 0) & (lower < 2)  # the least anywhere, or the next
+    line, number = np.nonzero(kept)
+    act = np.where(line < stop.size, -1 - line, line - stop.size)
+    row, mode, cell = (column[number] for column in cells)
+    return Lines(row, mode, cell, act, entry[kept], control[kept], cost[kept], split[kept], onward[kept])
+
+
+def _listed(changes: Changes) -> list[Lines]:
+    lines = changes.all()
+    return [] if lines is None else [lines]
+
+
+def _changes(best: Any, entry: Any, control: Floats, spans: Spans) -> Any:
+    """Cells [mode, cell] whose nodes differ in the move, in the entry of its lists, or by a jump or break of its control."""
+    same = best[:, 1:] == best[:, :-1]
+    going = same & (best[:, 1:] >= 0)
+    around = np.pad(np.where(best < 0, np.nan, control), ((0, 0), (1, 1)), constant_values=np.nan)
+    four = tuple(around[:, k : around.shape[1] - 3 + k] for k in range(4))
+    jump = spans.select(np.maximum(best[:, 1:], 0)).jumps(four)
+    return ~same | (going & ((entry[:, 1:] != entry[:, :-1]) | jump))
+
+
+def _jumps(four: tuple[Floats, ...], span: Floats) -> Any:
+    """Whether a control jumps between the middle two of four nodes, NaN where it is not known."""
+    with np.errstate(invalid="ignore"):
+        before, here, after = (np.abs(b - a) for a, b in itertools.pairwise(four))
+        beside = np.fmax(before, after)
+        steep = [(here > share * span) & (here > times * beside) for share, times in JUMPS]
+        return (here > LARGE * span) | np.any(steep, axis=0)
+
+
+def _lower(cost: Floats) -> Any:
+    """How many other lines are lower at both ends (of equals the first is), for each of the lines [line, number]; -1: unknown."""
+    finite = np.asarray(np.isfinite(cost).all(axis=2))
+    one, other = cost[:, None], cost[None]
+    earlier = np.tri(cost.shape[0], k=-1, dtype=bool).T[:, :, None]
+    lower = np.all(one <= other, axis=3) & (np.any(one < other, axis=3) | earlier)
+    return np.where(finite, np.sum(finite[:, None] & lower, axis=0), -1)
+
+
+def sorted_kinks(lines: Lines, shape: tuple[int, int, int]) -> Kinks:
+    """Number the cells and put their lines side by side, stops first, then moves in their order."""
+    flat = np.ravel_multi_index((lines.row, lines.mode, lines.cell), shape)
+    rank = np.where(lines.act < 0, -1 - lines.act - 2**15, lines.act)
+    order = np.lexsort((lines.entry[:, 0], rank, flat))
+    cells, start = np.unique(flat[order], return_index=True)
+    kinks = Kinks.none(shape)
+    kinks.at.ravel()[cells] = np.arange(cells.size)
+    return Kinks(
+        kinks.at,
+        np.append(start, flat.size).astype(np.int32),
+        np.ascontiguousarray(lines.cost[order]),
+        np.ascontiguousarray(lines.control[order]),
+        lines.act[order].astype(np.int32),
+        lines.entry[order, 0].astype(np.int32),
+    )

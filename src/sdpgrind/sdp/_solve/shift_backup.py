@@ -1,0 +1,301 @@
+"""The fast backup of shift moves: tables once for each grid, then one matrix product and one kernel call a stage.
+
+All shift moves of a problem form one bundle, so that a stage costs a few microseconds of Python. Scanned rows are summed by
+a matrix product with the Toeplitz matrix of the value-to-go; the search between them uses single rows.
+"""
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._distributions.law import Law
+from sdpgrind.sdp._problem.grid import Grid, Ints
+from sdpgrind.sdp._solve import kernels as _kernels
+from sdpgrind.sdp._solve._convolution import Convolution, Product
+from sdpgrind.sdp._transitions._found import Found
+from sdpgrind.sdp._transitions.edges import Exit
+from sdpgrind.sdp._transitions.menu import Menu
+from sdpgrind.sdp._transitions.shift import Shift, refuse_leak
+
+ROUGH = 0.05
+"""Standard deviations, in cells, of a law below which expectations have a kink wherever the law passes a node."""
+LONG = 600
+"""Nodes from which sums are convolutions by Fourier transform: n log n instead of n^2 operations a row."""
+
+
+class ShiftBundle:
+    """Shift moves of one problem on one grid.
+
+    Parameters
+    ----------
+    menus : sequence of Menu
+        Their moves share the falling axis.
+    per_mode : bool
+        Whether tables depend on the mode one starts from (a callback reads it, or the mode stays).
+    block : slice
+        The lines along the falling axis (nodes of the other axes, flattened) that one starts from.
+    stage : float, optional
+        The stage coordinate of departure, for timed moves.
+    """
+
+    def __init__(self, menus: Sequence[Menu], per_mode: bool, block: slice, stage: float | None = None) -> None:
+        self.menus, self.per_mode, self.block, self.stage = tuple(menus), per_mode, block, stage
+        self.grid: Grid = menus[0].grid
+        self.axis = _shift(menus[0]).position(self.grid)
+        self.modes = len(menus[0].problem.modes)
+        self.others = self.grid.size // self.grid.shape[self.axis]
+        self.nodes = self.grid.shape[self.axis]
+        self.sources = self.modes if per_mode else 1
+        self.groups = (block.stop - block.start) * self.sources
+        self.difference = np.zeros(1)  # of values, by the search between levels: the largest so far
+        self._layout()
+        self._tables()
+
+    def _layout(self) -> None:
+        def offsets(sizes: list[int]) -> Ints:
+            return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+        menus = self.menus
+        self.row_at = offsets([m.rows for m in menus])
+        scans = [_scan_rows(m) + at for m, at in zip(menus, self.row_at, strict=False)]
+        self.scan_rows = np.concatenate(scans)
+        self.plan = (
+            self.row_at, offsets([m.levels.size for m in menus]),
+            offsets([m.regimes.size for m in menus]), offsets([s.size for s in scans]),
+            np.concatenate([m.levels for m in menus]), np.concatenate([m.regimes for m in menus]),
+            np.array([m.stride for m in menus]), np.array([m.search for m in menus]), self.scan_rows,
+        )  # fmt: skip
+        self.coarse = np.empty((max(s.size for s in scans), self.nodes))
+
+    def _tables(self) -> None:
+        groups, rows, n = self.groups, int(self.row_at[-1]), self.nodes
+        laws = [self._laws(menu) for menu in self.menus]
+        rising = any(float(np.min(law.support[0], initial=0.0)) < 0 for law, *_ in laws)
+        self.first_lag = 1 - n if rising else 0
+        self.weight = np.zeros((groups, rows, n - self.first_lag))
+        ends = [
+            Exit.low(self.menus[0].problem, self.grid.axes[self.axis]),
+            Exit.high(self.menus[0].problem, self.grid.axes[self.axis]),
+        ]
+        used = ends if rising else ends[:1]
+        self.gone = np.zeros(
+            (groups, rows, n if any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used) else 0)
+        )
+        self.stopped = np.zeros((groups, rows, 0))
+        self._ends, self._stops = used, any(end.edge == "stop" for end in used)
+        self.above = np.zeros((groups, rows, n if rising else 0))
+        self.charge = np.zeros((groups, rows, n))
+        self.target = np.zeros((groups, rows, 2 ** (len(self.grid.axes) - 1)), dtype=np.int64)
+        self.part = np.ones(self.target.shape)
+        self.rough = np.zeros((groups, rows), dtype=np.bool_)
+        for menu, at, (law, s, c) in zip(self.menus, self.row_at, laws, strict=False):
+            here = slice(int(at), int(at) + menu.rows)
+            allowed = self._fill(menu, here, law, ends, rising)
+            self._aim(menu, here, s, c, np.broadcast_to(allowed, (groups, menu.rows, n)).any(axis=2))
+        used = self.weight != 0
+        low = np.argmax(used, axis=2)
+        high = used.shape[2] - 1 - np.argmax(used[:, :, ::-1], axis=2)
+        self.reach = np.stack([low, np.where(used.any(axis=2), high, -1)], axis=2) + self.first_lag
+        self.tables: tuple[Any, ...] = (
+            self.weight,
+            self.first_lag,
+            self.reach,
+            self.gone,
+            self.stopped,
+            self.above,
+            self.charge,
+            self.target,
+            self.part,
+            self.rough,
+        )
+        self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
+        self.scan_weight = (
+            np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
+        )
+        make = Product if n < LONG else Convolution
+        self._product = make(self.scan_weight, n, self.weight.shape[2], self.first_lag)
+        self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
+        self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
+
+    def _fill(self, menu: Menu, here: slice, law: Law, ends: list[Exit], rising: bool) -> Any:
+        n, h, axis = self.nodes, self.grid.spacing[self.axis], self.grid.axes[self.axis]
+        lag = np.arange(self.first_lag - 1, n + 1)
+        curve = law.under((h * lag)[:, None, None])
+        # What lies beyond the law's support is nothing, not the rounding of differences: sums skip it.
+        far = (h * lag[1:-1])[:, None, None] > law.support[1] + h
+        _put(self.weight, here, np.where(far, 0.0, (curve[2:] - 2 * curve[1:-1] + curve[:-2]) / h))
+        self.rough[:, here] = _rough(menu, law, self.groups, h)
+        x = (axis.low + h * np.arange(n))[:, None, None]
+        allowed = self._penalties(menu, here)
+        for end in ends if rising else ends[:1]:
+            probability = end.probability(law, x)
+            if end.edge == "refuse":
+                refuse_leak(
+                    menu,
+                    end,
+                    np.where(allowed, np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2), 0.0),
+                )
+            if end.edge not in ("hold", "stop"):
+                _add(self.gone, here, probability)
+            _add(self.charge, here, end.charge(law, x, probability))
+            if end.sign < 0:
+                _add(
+                    self.above,
+                    here,
+                    end.full_hat(law, x, h, probability) - (probability if end.edge == "hold" else 0.0),
+                )
+        return allowed
+
+    def _penalties(self, menu: Menu, here: slice) -> Any:
+        """Put the in-path charges into the table; tell where the move is allowed."""
+        if menu.move.allowed is None and not callable(menu.move.charge):
+            self.charge[:, here] += menu.move.charge
+            return True
+        points, mode = self._starts()
+        c = _row_controls(menu, extra=2)
+        x = self.grid.coordinates[self.axis]
+        places = [np.asarray(p)[:, None, None] for p in points]
+        places.insert(self.axis, x[None, None, :])
+        s = menu.state(places, None if mode is None else mode[:, None, None], self.stage)
+        penalty = menu.penalty(s, c)
+        self.charge[:, here] += penalty
+        return np.isfinite(penalty)
+
+    def _aim(self, menu: Menu, here: slice, s: Any, c: Any, allowed: Any) -> None:
+        """Put where each row (groups, rows) arrives, where it is allowed: mode on arrival and the corners of the other axes."""
+        points, mode = self._starts()
+        if not points and menu.into is None and mode is None:
+            return
+        others = _shift(menu).others
+        after = others(s, c) if others else [p[:, None] for p in points]
+        node, part = Shift._targets(menu, self.axis, after, allowed)
+        if menu.into is not None:
+            arrival: Any = np.repeat(menu.into, menu.levels.size)
+        else:
+            arrival = 0 if mode is None else mode[:, None]
+        self.target[:, here] = np.moveaxis(node + arrival * self.others, 0, 2)
+        self.part[:, here] = np.moveaxis(part, 0, 2)
+
+    @property
+    def search_error(self) -> float:
+        """Estimated error ($) of the search between levels so far."""
+        return float(self.difference[0])
+
+    def best(self, value: Floats, level: Floats) -> Found:
+        """Return the best of each move for value[mode, node] and the stops' further charge level[mode]."""
+        v = self._by_line(value)
+        flipped = np.ascontiguousarray((v - v[:, :1])[:, ::-1])
+        for target, rows in self._runs:
+            self._product(rows, flipped[target], self._products[rows])
+        shape = (len(self.menus), self.groups, self.nodes)
+        q, control, entry = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
+        targets = np.repeat(level, self.others) if self.others > 1 else level
+        if self._stops and not self.stopped.size and np.any(targets != v[:, 0]):
+            self.tabulate_stopped()
+        _kernels.push(
+            0,
+            len(self.menus),
+            self.plan,
+            self.tables,
+            v,
+            flipped,
+            targets,
+            self._products,
+            self.dense,
+            False,
+            self.coarse,
+            q,
+            control,
+            entry,
+            self.difference,
+        )
+        lines = (len(self.menus), self.sources, -1, self.nodes)  # [move, mode or 0, line, node of the falling axis]
+        return Found(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
+
+    def _starts(self) -> tuple[list[Floats], Ints | None]:
+        """Coordinates on the other axes of every group, and its mode (None where there is but one or none matters)."""
+        rest = [x for k, x in enumerate(self.grid.coordinates) if k != self.axis]
+        points = [np.ravel(m)[self.block] for m in np.meshgrid(*rest, indexing="ij")]
+        lines = self.block.stop - self.block.start
+        mode = np.repeat(np.arange(self.modes), lines) if self.per_mode and self.modes > 1 else None
+        return [np.tile(p, self.sources) for p in points], mode
+
+    def _laws(self, menu: Menu) -> tuple[Law, Any, Any]:
+        """The laws of all (groups, rows), with the ``s`` and ``c`` they were made from."""
+        points, mode = self._starts()
+        places = [p[:, None] for p in points]
+        places.insert(self.axis, np.empty(0))
+        s = menu.state(places, None if mode is None else mode[:, None], self.stage, without=_shift(menu).axis)
+        c = _row_controls(menu)
+        return _shift(menu).law(s, c), s, c
+
+    def tabulate_stopped(self) -> None:
+        """Probabilities of ending beyond an edge: wanted only where that is charged otherwise than ending at the first node."""
+        self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
+        x = (self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes))[:, None, None]
+        for menu, at in zip(self.menus, self.row_at, strict=False):
+            law = self._laws(menu)[0]
+            for end in self._ends:
+                if end.edge == "stop":
+                    _add(self.stopped, slice(int(at), int(at) + menu.rows), end.probability(law, x))
+        self.tables = (*self.tables[:4], self.stopped, *self.tables[5:])
+
+    @property
+    def scan_tables(self) -> tuple[Floats, ...]:
+        """Tables (charge, gone, stopped, above) of the scanned rows, [row, node], of the only group."""
+        return tuple(table[0, self.scan_rows] for table in (self.charge, self.gone, self.stopped, self.above))
+
+    def _by_line(self, value: Floats) -> Floats:
+        """[mode, node] to [(mode, other node), node of the falling axis]."""
+        if self.others == 1:
+            return value
+        lines = np.moveaxis(value.reshape(self.modes, *self.grid.shape), self.axis + 1, -1)
+        return np.ascontiguousarray(lines).reshape(-1, self.nodes)
+
+
+def _shift(menu: Menu) -> Shift:
+    assert isinstance(menu.move.to, Shift)  # the caller bundles only these
+    return menu.move.to
+
+
+def _scan_rows(menu: Menu) -> Ints:
+    """Rows of the first scan: every stride-th level of every entry of the lists."""
+    return np.add.outer(np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)).ravel()
+
+
+def _row_controls(menu: Menu, extra: int = 1) -> Any:
+    """``c`` with shape (1, rows) or (1, rows, 1): groups first, nodes of the falling axis last."""
+    c = menu.row_controls()
+    return type(c)(*(np.asarray(f)[(None, slice(None), *([None] * (extra - 1)))] for f in c))
+
+
+def _rough(menu: Menu, law: Law, groups: int, h: float) -> Any:
+    """Laws narrower than the step of their mean from level to level: the levels do not resolve the cost between them."""
+    shape = (groups, menu.move.choices, menu.levels.size)
+    mean, sd = (np.broadcast_to(x, (groups, menu.rows)).reshape(shape) for x in (law.mean, law.sd))
+    step = np.abs(np.diff(mean, axis=2, prepend=mean[:, :, :1], append=mean[:, :, -1:]))
+    wide = np.maximum(step[:, :, 1:], step[:, :, :-1])
+    rough = (wide > 0) & (sd < np.maximum(wide, ROUGH * h))
+    # A law that jumps from nothing to something: no curve may use the level that removes nothing.
+    for near in (1, 2):
+        rough[:, :, near:] |= (sd[:, :, near:] > 0) & (sd[:, :, :-near] == 0)
+        rough[:, :, :-near] |= (sd[:, :, :-near] > 0) & (sd[:, :, near:] == 0)
+    return rough.reshape(groups, menu.rows)
+
+
+def _put(table: Floats, here: slice, found: Any) -> None:
+    table[:, here] = np.moveaxis(np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2)
+
+
+def _add(table: Floats, here: slice, found: Any) -> None:
+    if np.ndim(found):
+        table[:, here] += np.moveaxis(np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2)
+
+
+def _runs(targets: Ints) -> list[tuple[int, slice]]:
+    """Stretches of rows with the same target: each is one matrix product."""
+    ends = [0, *(np.flatnonzero(np.diff(targets)) + 1), targets.size]
+    return [(int(targets[a]), slice(int(a), int(b))) for a, b in itertools.pairwise(ends)]

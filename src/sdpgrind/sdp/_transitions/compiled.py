@@ -1,0 +1,175 @@
+"""A user's step in a compiled kernel: the same body that numpy broadcasts, on floats, for moves too large to tabulate."""
+
+from functools import lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+from numba import njit
+from numba.np.unsafe.ndarray import to_fixed_tuple
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._problem.charges import Charge
+from sdpgrind.sdp._problem.grid import Ints, record
+from sdpgrind.sdp._problem.one_sided import Constant, Linear, Quadratic
+from sdpgrind.sdp._transitions.menu import Menu
+from sdpgrind.sdp._transitions.sampled import Sampled
+
+HOLD, STOP, NUMBER, REFUSE = 0, 1, 2, 3
+_KINDS = {Constant: 0, Linear: 1, Quadratic: 2}
+
+
+class Block(Protocol):
+    """A move on some nodes: what the kernel goes through."""
+
+    menu: Menu
+    sources: Ints
+    nodes: tuple[Floats, ...]
+    count: int
+    tells_mode: bool
+    stage: float | None
+    noise: dict[str, Floats]
+    weight: Floats
+    target: Ints
+    penalty: Floats
+
+
+def compiled_step(menu: Menu) -> Any:
+    """Return the user's step, compiled."""
+    move = menu.move.to
+    assert isinstance(move, Sampled)
+    return njit(move.step)
+
+
+@lru_cache(maxsize=32)
+def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]) -> Any:
+    """The sweep over rows, nodes and noise for one step function; compiled once for each."""
+    n_state, n_control, n_noise, n_axes = sizes
+    step = njit(step)
+    charge = njit(charge) if charge is not None else None
+    charged = charge is not None
+
+    @njit(nogil=True)
+    def sweep(points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, penalty, q):
+        """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite.
+
+        Return the worst coordinate that left a refused edge (NaN: none did; infinite: one was no number).
+        """
+        worst = np.nan
+        low, part = np.empty(n_axes, dtype=np.int64), np.empty(n_axes)
+        for row in range(controls.shape[0]):
+            c = control(*to_fixed_tuple(controls[row], n_control))
+            ahead, beyond = value[target[row]], level[target[row]]
+            for node in range(points.shape[0]):
+                if penalty[row, node] == np.inf:
+                    q[row, node] = 0.0
+                    continue
+                s = state(*to_fixed_tuple(points[node], n_state))
+                total = 0.0
+                for k in range(weight.size):
+                    x = step(s, c, noise(*to_fixed_tuple(noises[k], n_noise)))
+                    here, inside = 0.0, True
+                    if charged:
+                        here += charge(s, c, after(*x))
+                    for a in range(n_axes):
+                        y = x[a]
+                        if np.isnan(y):
+                            worst, y = np.inf, axes[a, 0]
+                        for side in range(2):
+                            out = y < axes[a, 0] if side == 0 else y > axes[a, 1]
+                            kind = edges[a, side]
+                            if out and kind == REFUSE and abs(y - axes[a, side]) > 1e-9 * (axes[a, 1] - axes[a, 0]):
+                                worst = y
+                            if inside and kind == STOP and out:
+                                inside = False
+                                z = abs(y) - sides[side, 2]
+                                if sides[side, 0] == 0.0:
+                                    here += sides[side, 1] if z >= 0.0 else 0.0
+                                elif z > 0.0:
+                                    here += sides[side, 1] * (z if sides[side, 0] == 1.0 else z * z)
+                                here += beyond
+                            elif inside and kind == NUMBER and (out or y == axes[a, side]):
+                                inside = False
+                                here += extra[a, side]
+                        i = 0.0
+                        if y > axes[a, 0] or not logs[a]:
+                            i = ((np.log(y) - np.log(axes[a, 0])) if logs[a] else (y - axes[a, 0])) / axes[a, 2]
+                        i = min(max(i, 0.0), shape[a] - 1.0)
+                        low[a] = min(int(i), shape[a] - 2)
+                        part[a] = i - low[a]
+                    if inside:
+                        for corner in range(1 << n_axes):
+                            at, w = 0, 1.0
+                            for a in range(n_axes):
+                                up = (corner >> a) & 1
+                                at = at * shape[a] + low[a] + up
+                                w *= part[a] if up else 1.0 - part[a]
+                            if w > 0.0:
+                                here += w * ahead[at]
+                    total += weight[k] * here
+                q[row, node] = total
+        return worst
+
+    return sweep
+
+
+def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats:
+    """Return expectations [source, row, node] of a bundle by its compiled kernel."""
+    menu = bundle.menu
+    c = menu.row_controls()
+    out = np.empty((bundle.sources.size, menu.rows, bundle.count))
+    for k, mode in enumerate(bundle.sources):
+        s = menu.state(
+            list(bundle.nodes),
+            np.full(bundle.count, float(mode)) if bundle.tells_mode else None,
+            None if bundle.stage is None else np.full(bundle.count, bundle.stage),
+        )
+        sizes = (len(s), len(c), len(bundle.noise), len(menu.grid.axes))
+        types: tuple[Any, ...] = (
+            type(s),
+            type(c),
+            record("E", tuple(bundle.noise)),
+            record("N", tuple(a.name for a in menu.grid.axes)),
+        )
+        sweep = _kernel(move.step, move.charge, *types, sizes)
+        worst = sweep(
+            _columns(s, bundle.count), _columns(c, menu.rows),
+            _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
+            *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out[k],
+        )  # fmt: skip
+        if np.isinf(worst):
+            raise ValueError(f"move {menu.move.name!r}: step must give numbers; got NaN or an infinity")
+        if not np.isnan(worst):
+            raise ValueError(f"move {menu.move.name!r} must not leave an axis whose edge is 'refuse'; got {worst:g}")
+    return out
+
+
+def _columns(fields: Any, length: int) -> Floats:
+    return np.ascontiguousarray(
+        np.array([np.broadcast_to(np.asarray(f, dtype=float), length) for f in fields]).reshape(len(fields), length).T
+    )
+
+
+def _edges(menu: Menu) -> tuple[Any, ...]:
+    grid = menu.grid
+    axes = np.array([[a.low, a.high, h] for a, h in zip(grid.axes, grid.spacing, strict=True)]).reshape(-1, 3)
+    kinds, extra = np.zeros((len(grid.axes), 2), dtype=np.int64), np.zeros((len(grid.axes), 2))
+    for k, axis in enumerate(grid.axes):
+        for side, edge in enumerate((axis.below, axis.above)):
+            kinds[k, side] = {"hold": HOLD, "stop": STOP, "refuse": REFUSE}.get(edge, NUMBER) if isinstance(edge, str) else NUMBER
+            extra[k, side] = 0.0 if isinstance(edge, str) else edge
+    logs = np.array([a.scale == "log" for a in grid.axes])
+    return axes, logs, kinds, np.array(grid.shape, dtype=np.int64), extra, _sides(menu)
+
+
+def _sides(menu: Menu) -> Floats:
+    """Kind, amount and tolerance of the stop's charge below and above the axis."""
+    sides = np.zeros((2, 3))
+    if not any("stop" in (a.below, a.above) for a in menu.grid.axes):
+        return sides
+    charge = menu.problem.stops[0].charge
+    assert isinstance(charge, Charge)
+    for row, one in enumerate((charge.over, charge.under)):
+        if isinstance(one, Constant | Linear | Quadratic):
+            amount = {Constant: "amount", Linear: "rate", Quadratic: "factor"}[type(one)]
+            sides[row] = _KINDS[type(one)], getattr(one, amount), one.tolerance
+    return sides
