@@ -8,24 +8,24 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from sdpgrind.base.preset_info import PresetInfo
-from sdpgrind.weldbead._attribution import ScatterEstimate
-from sdpgrind.weldbead._burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
-from sdpgrind.weldbead._coefficients import FrictionEstimator, PowerEstimator
-from sdpgrind.weldbead._controllers import SequenceController
-from sdpgrind.weldbead._identify import identify
-from sdpgrind.weldbead._planner import plan
-from sdpgrind.weldbead._policy import SequenceAction, SequencePolicy
-from sdpgrind.weldbead._presets import preset, presets
-from sdpgrind.weldbead._problem import FinishCharge, SequenceProblem
-from sdpgrind.weldbead._process import Coefficients, GrindingProcess
-from sdpgrind.weldbead._risk import Risk
-from sdpgrind.weldbead._scatter import Scatter
-from sdpgrind.weldbead._sweep import Sensitivity, sensitivity, sweep
-from sdpgrind.weldbead._translate import sdp_problem
+from sdpgrind.weldbead._identify.attribution import ScatterEstimate
+from sdpgrind.weldbead._identify.coefficients import FrictionEstimator, PowerEstimator
+from sdpgrind.weldbead._identify.identify import identify
+from sdpgrind.weldbead._sequence.as_sdp import sdp_problem
+from sdpgrind.weldbead._sequence.burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
+from sdpgrind.weldbead._sequence.controller import SequenceController
+from sdpgrind.weldbead._sequence.plan import plan
+from sdpgrind.weldbead._sequence.policy import SequenceAction, SequencePolicy
+from sdpgrind.weldbead._sequence.presets import preset, presets
+from sdpgrind.weldbead._sequence.problem import FinishCharge, SequenceProblem
+from sdpgrind.weldbead._sequence.process import Coefficients, GrindingProcess
+from sdpgrind.weldbead._sequence.risk import Risk
+from sdpgrind.weldbead._sequence.scatter import Scatter
+from sdpgrind.weldbead._sequence.sweep import Sensitivity, sensitivity, sweep
 
 if TYPE_CHECKING:
     from sdpgrind.weldbead import force, passes
-    from sdpgrind.weldbead._hierarchy import Hierarchy
+    from sdpgrind.weldbead._hierarchy.hierarchy import Hierarchy
 
 __all__ = [
     "BurnLimit",
@@ -63,5 +63,5 @@ def __getattr__(name: str) -> Any:
     if name in ("force", "passes"):  # the tiers below stand on scipy.signal, which takes half a second to import
         return import_module(f"sdpgrind.weldbead.{name}")
     if name == "Hierarchy":
-        return import_module("sdpgrind.weldbead._hierarchy").Hierarchy
+        return import_module("sdpgrind.weldbead._hierarchy.hierarchy").Hierarchy
     raise AttributeError(f"module 'sdpgrind.weldbead' has no attribute {name!r}")

@@ -10,7 +10,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import N_MM_S_PER_W
-from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead._sequence.process import GrindingProcess
 from sdpgrind.weldbead.passes._kernels import Core
 
 STEEPEST = 1.3

@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.warned import warn
-from sdpgrind.weldbead._burn import BurnLimit
+from sdpgrind.weldbead._sequence.burn import BurnLimit
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
 

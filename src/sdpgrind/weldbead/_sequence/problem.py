@@ -14,9 +14,9 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.warned import warn
 from sdpgrind.sdp._problem.charges import check_function
-from sdpgrind.weldbead._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
-from sdpgrind.weldbead._process import GrindingProcess
-from sdpgrind.weldbead._scatter import Scatter
+from sdpgrind.weldbead._sequence.burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
+from sdpgrind.weldbead._sequence.process import GrindingProcess
+from sdpgrind.weldbead._sequence.scatter import Scatter
 
 BURN_LIMITS = (ForceBurnLimit, PowerBurnLimit, MalkinBurnLimit)
 Lateness = sdp.OneSided | Callable[[Floats], npt.ArrayLike]

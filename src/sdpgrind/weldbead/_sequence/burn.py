@@ -12,7 +12,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
-from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead._sequence.process import GrindingProcess
 
 
 class BurnLimit(Protocol):

@@ -9,7 +9,7 @@ import numpy as np
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
-from sdpgrind.weldbead._problem import SequenceProblem
+from sdpgrind.weldbead._sequence.problem import SequenceProblem
 
 
 def sdp_problem(problem: SequenceProblem, nodes: int = 401, *, levels: int = 401, search: bool = True) -> sdp.Problem:

@@ -5,10 +5,10 @@ from collections.abc import Callable
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.preset_info import PresetInfo
-from sdpgrind.weldbead._burn import ForceBurnLimit
-from sdpgrind.weldbead._problem import SequenceProblem
-from sdpgrind.weldbead._process import GrindingProcess
-from sdpgrind.weldbead._scatter import Scatter
+from sdpgrind.weldbead._sequence.burn import ForceBurnLimit
+from sdpgrind.weldbead._sequence.problem import SequenceProblem
+from sdpgrind.weldbead._sequence.process import GrindingProcess
+from sdpgrind.weldbead._sequence.scatter import Scatter
 
 _SOURCE = "Brown (1988): K1, K2, mu, R, w, omega0 of section 5.5; charges of Fig. 5-4"
 _CHOSEN = "length, reset, durations, force limit, scatter: chosen, as the source does not print its own"

@@ -13,8 +13,8 @@ from sdpgrind.base.checks import Floats, one_of, positive, refuse
 from sdpgrind.base.extras import need
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.progress import silent
-from sdpgrind.weldbead._planner import plan
-from sdpgrind.weldbead._problem import SequenceProblem
+from sdpgrind.weldbead._sequence.plan import plan
+from sdpgrind.weldbead._sequence.problem import SequenceProblem
 
 MODEL = ("specific_energy", "idle_power", "friction_ratio", "disk_radius", "free_speed")
 FACTORS = (*MODEL, "force_max", "relative_sd", "under", "over")

@@ -4,21 +4,21 @@ from typing import Any, Literal, TypedDict, Unpack, overload
 
 from sdpgrind.base import checks
 from sdpgrind.identify import Estimate
-from sdpgrind.weldbead._attribution import (
+from sdpgrind.weldbead._identify.attribution import (
     LAW_METHODS,
     SCATTER_METHODS,
     ScatterEstimate,
     estimate_law,
     estimate_scatter,
 )
-from sdpgrind.weldbead._coefficients import (
+from sdpgrind.weldbead._identify.coefficients import (
     FRICTION_METHODS,
     POWER_METHODS,
     estimate_friction,
     estimate_power,
 )
-from sdpgrind.weldbead._process import GrindingProcess
-from sdpgrind.weldbead._scatter import Scatter
+from sdpgrind.weldbead._sequence.process import GrindingProcess
+from sdpgrind.weldbead._sequence.scatter import Scatter
 
 _METHODS = {
     "power": POWER_METHODS,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 from sdpgrind.base import checks
 
 if TYPE_CHECKING:
-    from sdpgrind.weldbead._policy import SequencePolicy
+    from sdpgrind.weldbead._sequence.policy import SequencePolicy
 
 
 _SCAN = 0.01  # of the greatest height planned for; a scan of a bead of just that height may read so much more

@@ -9,9 +9,9 @@ import numpy as np
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress
-from sdpgrind.weldbead._policy import SequencePolicy
-from sdpgrind.weldbead._problem import SequenceProblem
-from sdpgrind.weldbead._translate import sdp_problem
+from sdpgrind.weldbead._sequence.as_sdp import sdp_problem
+from sdpgrind.weldbead._sequence.policy import SequencePolicy
+from sdpgrind.weldbead._sequence.problem import SequenceProblem
 
 _WHY = "a charge that jumps, or a law too narrow for the grid; see policy.error"
 START_NODES = 101

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.identify import RecursiveLeastSquares
-from sdpgrind.weldbead._controllers import SequenceController
-from sdpgrind.weldbead._planner import plan as plan_sequence
-from sdpgrind.weldbead._policy import SequencePolicy
-from sdpgrind.weldbead._process import GrindingProcess
+from sdpgrind.weldbead._sequence.controller import SequenceController
+from sdpgrind.weldbead._sequence.plan import plan as plan_sequence
+from sdpgrind.weldbead._sequence.policy import SequencePolicy
+from sdpgrind.weldbead._sequence.process import GrindingProcess
 from sdpgrind.weldbead.force import ForceController, ForceLoop
 from sdpgrind.weldbead.passes import Contour, PassPlan, PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes import plan as plan_pass

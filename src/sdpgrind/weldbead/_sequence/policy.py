@@ -12,11 +12,11 @@ from sdpgrind import sdp
 from sdpgrind.base import checks, records, stored
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed
-from sdpgrind.weldbead._plots import plot_policy
-from sdpgrind.weldbead._problem import SequenceProblem
-from sdpgrind.weldbead._process import GrindingProcess
-from sdpgrind.weldbead._risk import Risk, risk_of
-from sdpgrind.weldbead._translate import sdp_problem, true_problem
+from sdpgrind.weldbead._sequence.as_sdp import sdp_problem, true_problem
+from sdpgrind.weldbead._sequence.pictures import plot_policy
+from sdpgrind.weldbead._sequence.problem import SequenceProblem
+from sdpgrind.weldbead._sequence.process import GrindingProcess
+from sdpgrind.weldbead._sequence.risk import Risk, risk_of
 
 
 class SequenceAction:
