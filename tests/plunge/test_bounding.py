@@ -13,10 +13,10 @@ from scipy.optimize import brentq
 
 import hwsim
 from sdpgrind import plunge
-from sdpgrind.plunge import _stage_readings as readings
-from sdpgrind.plunge._bounding import moved
-from sdpgrind.plunge._stage_program import CONSTRAINTS, SETTINGS, program
-from sdpgrind.plunge._stage_solvers import SOLVED, Task, optimum
+from sdpgrind.plunge._learn import _stage_readings as readings
+from sdpgrind.plunge._learn.bounding import moved
+from sdpgrind.plunge._stages.program import CONSTRAINTS, SETTINGS, program
+from sdpgrind.plunge._stages.solvers import SOLVED, Task, optimum
 
 COARSE = plunge.preset("simulation")
 FINE = COARSE.replace(sample_time=0.02)
@@ -400,8 +400,8 @@ def shown(monkeypatch, learner, *parts, start=None):
     controller, bounds = start or believed(COARSE), []
     for left in parts:
         seen = {"burned_layer": -left, "roundness": COARSE.roundness_max - BUFFER["roundness"], "grinding_power": 1000.0}
-        monkeypatch.setattr("sdpgrind.plunge._bounding.measured", lambda *_, seen=seen: seen)
-        monkeypatch.setattr("sdpgrind.plunge._bounding.at_size", lambda _: True)
+        monkeypatch.setattr("sdpgrind.plunge._learn.bounding.measured", lambda *_, seen=seen: seen)
+        monkeypatch.setattr("sdpgrind.plunge._learn.bounding.at_size", lambda _: True)
         controller = learner.next(controller, None)
         bounds.append(learner.bounds["burned_layer"])
     return bounds

@@ -9,8 +9,9 @@ import pytest
 from cycle_sets import NOMINAL, play, problem
 
 from sdpgrind import physics, plunge, units
-from sdpgrind.plunge import _collocation, _dp
-from sdpgrind.plunge._dynamics import allowed_rate, burn_depth, burns_always, coolest, core_at
+from sdpgrind.plunge._model.dynamics import allowed_rate, burn_depth, burns_always, coolest, core_at
+from sdpgrind.plunge._plan import _collocation
+from sdpgrind.plunge._plan import dp as _dp
 
 RANGE = (units.hz(2), units.hz(8))
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import hwsim
 from sdpgrind import physics, plunge
-from sdpgrind.plunge import _law as places
+from sdpgrind.plunge._control import state as places
 
 # The printed cycle. Rows marked (cal) fixed the preset: they test this code, not the model -----------------------------
 

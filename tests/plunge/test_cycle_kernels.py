@@ -12,8 +12,9 @@ from scipy.optimize import brentq
 
 import hwsim
 from sdpgrind import physics, plunge
-from sdpgrind.plunge import _kernels, kernels
-from sdpgrind.plunge import _law as places
+from sdpgrind.plunge import kernels
+from sdpgrind.plunge._control import state as places
+from sdpgrind.plunge._model import kernels as _kernels
 
 PROBLEM = plunge.preset("simulation")
 MODEL = PROBLEM.model

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import hwsim
 from sdpgrind import physics, plunge
-from sdpgrind.plunge._margins import _Bias
-from sdpgrind.plunge._slack import measured_slack, noise_of_slack, scatter_of_slack
+from sdpgrind.plunge._learn.margins import _Bias
+from sdpgrind.plunge._learn.readings import measured_slack, noise_of_slack, scatter_of_slack
 
 PROBLEM = plunge.preset("simulation")
 SHARPER = PROBLEM.replace(wear_flat_area=0.9 * 0.026)

@@ -8,9 +8,9 @@ from scipy.integrate import quad, simpson, solve_ivp
 
 from sdpgrind import physics, plunge
 from sdpgrind.plunge import kernels
-from sdpgrind.plunge._envelope import Envelope, Limits
-from sdpgrind.plunge._exact import _slowing
-from sdpgrind.plunge._kernels import damage
+from sdpgrind.plunge._model.kernels import damage
+from sdpgrind.plunge._plan.envelope import Envelope, Limits
+from sdpgrind.plunge._plan.exact import _slowing
 
 NOMINAL = plunge.preset("simulation")
 

@@ -9,7 +9,7 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.special import kve
 
 from sdpgrind import plunge
-from sdpgrind.plunge._kernels import DECAY
+from sdpgrind.plunge._model.kernels import DECAY
 
 PROBLEM = plunge.preset("simulation")
 MODEL = PROBLEM.model

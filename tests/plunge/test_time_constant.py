@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from scipy import integrate, signal
 
 from sdpgrind import identify, plunge
-from sdpgrind.plunge import _records, _time_constant
+from sdpgrind.plunge._identify import cycles as _records
+from sdpgrind.plunge._identify import time_constant as _time_constant
 
 # Time constant: the numbers of the source's own recipe and of the right one ----------------------------------------
 

@@ -1,19 +1,19 @@
 """Cylindrical plunge grinding: cycles of least time without burned layers (Dong, Danai and Malkin 2004, Part 2)."""
 
 from sdpgrind.base.preset_info import PresetInfo
-from sdpgrind.plunge._bounding import ConstraintBounding
-from sdpgrind.plunge._chain import Chain, SharpnessUpdate, adaptation
-from sdpgrind.plunge._controller import CycleController
-from sdpgrind.plunge._cycle import CycleError, CyclePlan, CycleSolution
-from sdpgrind.plunge._dressing import RoughnessLaw
-from sdpgrind.plunge._identify import identify
-from sdpgrind.plunge._margins import ChanceMargin, MarginBounding, RoundnessMargin
-from sdpgrind.plunge._model import PlungeModel, Wear
-from sdpgrind.plunge._plan import plan
-from sdpgrind.plunge._presets import preset, presets
-from sdpgrind.plunge._problem import CycleProblem
-from sdpgrind.plunge._staged import StagedController
-from sdpgrind.plunge._time_constant import TimeConstantEstimator
+from sdpgrind.plunge._control.controller import CycleController
+from sdpgrind.plunge._identify.identify import identify
+from sdpgrind.plunge._identify.time_constant import TimeConstantEstimator
+from sdpgrind.plunge._learn.bounding import ConstraintBounding
+from sdpgrind.plunge._learn.chain import Chain, SharpnessUpdate, adaptation
+from sdpgrind.plunge._learn.margins import ChanceMargin, MarginBounding, RoundnessMargin
+from sdpgrind.plunge._model.dressing import RoughnessLaw
+from sdpgrind.plunge._model.model import PlungeModel, Wear
+from sdpgrind.plunge._model.presets import preset, presets
+from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plan.cycle import CycleError, CyclePlan, CycleSolution
+from sdpgrind.plunge._plan.plan import plan
+from sdpgrind.plunge._stages.controller import StagedController
 
 __all__ = [
     "Chain",

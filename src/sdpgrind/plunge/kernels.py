@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from sdpgrind.plunge import _law as places
-from sdpgrind.plunge._control_kernels import control_step
-from sdpgrind.plunge._kernels import Core, damage, deflected, rate, rate_near, worn
+from sdpgrind.plunge._control import state as places
+from sdpgrind.plunge._control.control_kernels import control_step
+from sdpgrind.plunge._model.kernels import Core, damage, deflected, rate, rate_near, worn
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)

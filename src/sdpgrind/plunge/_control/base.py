@@ -1,0 +1,113 @@
+"""What all controllers of plunge cycles share: a compiled core that is stepped once in a sample."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._control import state as places
+from sdpgrind.plunge._control.control_kernels import control_step, start_control
+from sdpgrind.plunge._model.problem import CycleProblem
+
+REPORTS: Mapping[str, str] = {
+    "section": "",
+    "infeed_rate": "mm/s",
+    "remaining": "mm",
+    "wear_flat_area": "",
+    "contact_zero": "mm",
+    "deflection_scale": "",
+}
+"""What a controller of a cycle reports: name -> unit."""
+
+
+class Sampled:
+    """What steps in compiled code once in a sample; a batch of parts runs the same code on the same state."""
+
+    problem: CycleProblem
+    reads: ClassVar[Mapping[str, str]] = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
+    commands: ClassVar[Mapping[str, str]] = {"command_rate": "mm/s", "balancing": "", "retract": ""}
+    reports: ClassVar[Mapping[str, str]] = REPORTS
+
+    @property
+    def period(self) -> float:
+        """Sample time, s."""
+        return self.problem.sample_time
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """What the machine must have set up: stock and diameters in mm, the greatest rate in mm/s."""
+        return self.problem.job
+
+    @cached_property
+    def law(self) -> places.Law:
+        """What the compiled core knows, in mm, s and N."""
+        return self._compiled()
+
+    def _compiled(self) -> places.Law:
+        """Of the problem and what the controller makes of it."""
+        return places.law_of(self.problem, places.final_rate(self.problem, 0.0))
+
+    @cached_property
+    def state(self) -> Floats:
+        """State of the compiled core, in mm, s and N."""
+        state = np.zeros(places.STATES)
+        start_control(state, self.law)
+        return state
+
+    def reset(self) -> None:
+        """Forget the part before."""
+        start_control(self.state, self.law)
+
+    def step(
+        self, *, size: float, grinding_power: float = np.nan, power_saturated: float = 0.0, **others: Any
+    ) -> dict[str, float]:
+        """Return the command rate (mm/s) of the next sample, or ``{"retract": 1.0}``.
+
+        Parameters
+        ----------
+        size : float
+            Radial stock that is ground off, mm; NaN: no reading. Five in a row end the part.
+        grinding_power : float
+            Power, W; NaN: no reading.
+        power_saturated : float
+            Not 0 where the power is clipped: it is not used then; unit 1.
+        **others
+            Whatever else the plant measures; not used.
+
+        Returns
+        -------
+        dict
+            ``command_rate`` (mm/s) and ``balancing`` (1 while damage and stock are balanced); or ``retract``.
+
+        Raises
+        ------
+        ValueError
+            When the gauge says before any feed that nothing is left to grind (mm).
+        """
+        command = control_step(self.state, self.law, float(size), np.nan if power_saturated else float(grinding_power))
+        if self.state[places.SECTION] == places.RETRACT:
+            self.check_fed()
+            return {"retract": 1.0}
+        return {"command_rate": float(command), "balancing": float(self.state[places.BALANCED])}
+
+    def report(self) -> dict[str, float]:
+        """Return what it estimates: section, rate (mm/s), remaining stock and contact zero (mm), area, scale of deflection."""
+        area = self.problem.model.wear_flat_area
+        s = self.state
+        values = (s[places.SECTION], s[places.RATE], s[places.REMAINING])
+        learned = (s[places.SHARPNESS] * area, s[places.ZERO], s[places.SCALE])
+        return dict(zip(self.reports, map(float, (*values, *learned)), strict=True))
+
+    def check_fed(self) -> None:
+        """Raise ValueError where a part is done before any feed, as the gauge says that nothing is left (mm)."""
+        if self.state[places.SECTION] == places.RETRACT and self.state[places.COMMANDED] == 0.0 and not self.lost:
+            size, stock = float(self.state[places.SIZE]), self.problem.stock
+            raise checks.refuse("size", f"< stock = {stock:g} before any feed", size, "mm")
+
+    @property
+    def lost(self) -> bool:
+        """Whether the part was broken off as the size was missing, frozen or jumped for 5 samples (dimensionless)."""
+        return bool(self.state[places.MISSED] >= places.MISSED_MAX)

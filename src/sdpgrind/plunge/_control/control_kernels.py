@@ -1,0 +1,263 @@
+"""One sample of the controllers of plunge cycles, compiled: `CycleController.step` and whole parts run through here."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.plunge._control.online_kernels import estimated, know_nothing, spread
+from sdpgrind.plunge._control.state import (
+    BALANCE,
+    BALANCED,
+    BURNING,
+    COMMAND,
+    COMMANDED,
+    FULL_RATE,
+    GAUGE,
+    MISSED,
+    MISSED_MAX,
+    NO,
+    OUTLYING,
+    PRINTED,
+    RATE,
+    REMAINING,
+    RETRACT,
+    SCALE,
+    SECTION,
+    SHARPNESS,
+    SIZE,
+    SPARK_OUT,
+    STILL,
+    TARGET,
+    TOUCHED,
+    Y,
+)
+from sdpgrind.plunge._model.kernels import beyond, burn_depth, deflected, least_over_burn, rate_near, rate_of_burn, worn
+
+ROUND_ENOUGH = 1.004
+"""Rate over the final one with which a part may end."""
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def start_control(state, law):
+    """Make the state of the next part."""
+    state[:] = 0.0
+    state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.core.K0
+    state[SIZE], state[BURNING] = np.nan, law.burn_rate
+    know_nothing(state, law)
+
+
+@njit(**_OPTIONS)
+def control_step(state, law, size, power):
+    """Take readings of size (mm) and power (W), NaN where there is none, decide, and return the command rate (mm/s)."""
+    core = worn(law.core, state[SHARPNESS]) if law.online else law.core
+    _predict(state, law, core)
+    usable = _usable(state, law, size)
+    if usable and state[COMMANDED] == 0.0:  # a part may come with more or less stock
+        state[REMAINING] = law.stock - size
+    if law.online:
+        core = estimated(state, law, size if usable else np.nan, power)
+    elif usable:
+        state[REMAINING] += law.gain * (law.stock - size - state[REMAINING])
+    if _done(state, law) or state[MISSED] >= MISSED_MAX:
+        state[SECTION] = RETRACT
+    state[COMMAND] = _decide(state, law, core)
+    return state[COMMAND]
+
+
+@njit(**_OPTIONS)
+def _done(state, law):
+    """Whether the part is to size and, as far as the rate is learned, round: size is known no better than the gauge errs."""
+    waits = law.online and state[SECTION] == SPARK_OUT and state[RATE] > ROUND_ENOUGH * law.final_rate
+    return state[REMAINING] <= (-law.size_sd if waits else 0.0)
+
+
+@njit(**_OPTIONS)
+def _decide(state, law, core):
+    state[BALANCED] = 0.0
+    if state[SECTION] == RETRACT:
+        return 0.0
+    if law.form == PRINTED:
+        return _printed(state, law)
+    if state[SECTION] == SPARK_OUT:
+        return _creep(state, law)
+    command = _staged(state, law) if law.staged else _balance(state, law, core)
+    return _until_spark_out(state, law, core, command)
+
+
+@njit(**_OPTIONS)
+def _predict(state, law, core):
+    """Where the wheel is after a sample of the last command."""
+    u, dt, scale, before = state[COMMAND], law.sample_time, state[SCALE], state[Y]
+    state[COMMANDED] += u * dt
+    if law.form == PRINTED:
+        _predict_printed(state, law)
+        return
+    if law.online and state[TOUCHED] == NO:
+        return
+    state[Y], state[RATE] = deflected(before, state[RATE], u, dt / scale, 1, core)
+    removed = u * dt - scale * (state[Y] - before)
+    state[REMAINING] -= removed
+    if law.online:
+        spread(state, law, core, u, removed / dt)
+
+
+@njit(**_OPTIONS)
+def _predict_printed(state, law):
+    """(5), after the delay of touch-in."""
+    u, dt = state[COMMAND], law.sample_time
+    state[REMAINING] -= state[RATE] * dt
+    beyond_touch = state[COMMANDED] - law.core.K0
+    if beyond_touch > 0.0:
+        pole = law.pole ** min(beyond_touch / (u * dt), 1.0) if u > 0.0 else law.pole
+        state[RATE] = pole * state[RATE] + (1.0 - pole) * u
+
+
+@njit(**_OPTIONS)
+def _usable(state, law, size):
+    """Whether a reading of size is one: there, not frozen, no jump beyond noise or feed; count those that are not."""
+    last, noise = state[SIZE], OUTLYING * law.size_sd
+    state[STILL] = state[STILL] + state[RATE] * law.sample_time if size == last else 0.0
+    farthest = law.rate_max * law.sample_time * (state[MISSED] + 1.0)
+    jumps = size < last - np.sqrt(2.0) * noise - 1e-12 or size > last + farthest + np.sqrt(2.0) * noise + 1e-12
+    if np.isnan(size) or jumps or state[STILL] > noise:
+        state[MISSED] += 1.0
+        return False
+    state[MISSED], state[SIZE] = 0.0, size
+    return True
+
+
+@njit(**_OPTIONS)
+def _balanced_rate(state, law, core, ahead, reach):
+    """The rate up to `reach` (mm/s) whose damage is as deep as the stock at the next sample, less the margin."""
+    state[TARGET] = state[REMAINING] - ahead - law.safety_margin
+    if state[BURNING] >= reach:
+        return reach
+    if law.no_burn or state[TARGET] <= 0.0:
+        return state[BURNING]
+    return rate_of_burn(state[TARGET], state[BURNING], reach, core)
+
+
+@njit(**_OPTIONS)
+def _printed(state, law):
+    """Sections by (2), (3) and (5) as printed, with a constant time constant."""
+    v, left, first = state[RATE], state[REMAINING], False
+    if state[SECTION] == FULL_RATE:
+        burn = burn_depth(v, law.core) if v > law.burn_rate else 0.0
+        burning = v >= law.burn_rate if law.no_burn else burn > 0.0 and burn >= left - law.safety_margin
+        if burning:
+            state[SECTION], first = BALANCE, True
+    _spark_out_printed(state, law)
+    if state[SECTION] == FULL_RATE:
+        return law.rate_max
+    if state[SECTION] == SPARK_OUT:
+        return _creep(state, law)
+    aim = _balanced_rate(state, law, law.core, v * law.sample_time, law.rate_max)
+    state[BALANCED] = 1.0 if state[TARGET] > 0.0 and not first else 0.0
+    return min(max((aim - law.pole * v) / (1.0 - law.pole), 0.0), law.rate_max)
+
+
+@njit(**_OPTIONS)
+def _spark_out_printed(state, law):
+    """(2) in (3): q_k = tau (v_k - v_f); armed above the final rate only."""
+    v, last = state[RATE], _final_rate(state, law)
+    armed = state[SECTION] < SPARK_OUT and v > last
+    if armed and state[REMAINING] <= law.time_constant * (v - last):
+        state[SECTION] = SPARK_OUT
+
+
+@njit(**_OPTIONS)
+def _creep(state, law):
+    """Nothing is commanded until the final rate is reached; where size is not, that rate is kept."""
+    last = _final_rate(state, law)
+    return last if state[RATE] <= last else 0.0
+
+
+@njit(**_OPTIONS)
+def _final_rate(state, law):
+    """Infeed rate at size, mm/s: round enough, and without damage."""
+    return min(law.final_rate, state[BURNING])
+
+
+@njit(**_OPTIONS)
+def _balance(state, law, core):
+    """Full rate until the damage would be deeper than the stock at the next sample, then just as deep."""
+    v, dt = state[RATE], law.sample_time
+    reach = rate_near(state[Y] + (law.rate_max - v) * dt / state[SCALE], v, core)
+    aim = _balanced_rate(state, law, core, 0.5 * (v + reach) * dt, reach)
+    command = law.rate_max
+    if aim < reach:
+        removed = _removed(state, law, core, _to_rate(state, law, core, aim, 0.5 * (v + aim) * dt))
+        aim = _balanced_rate(state, law, core, removed, reach)
+        command = _to_rate(state, law, core, aim, removed)
+    command = min(command, max(_room(state, law, core), 0.0) / dt)
+    if state[SECTION] == BALANCE:
+        state[BALANCED] = 1.0 if state[TARGET] > 0.0 else 0.0
+    elif command < law.rate_max and state[Y] > 0.0:
+        state[SECTION] = BALANCE
+    return command
+
+
+@njit(**_OPTIONS)
+def _removed(state, law, core, command):
+    """What a command (mm/s) removes in a sample, mm: by halves of both rates it would be 1e-6 too little, all of it damage."""
+    y, _ = deflected(state[Y], state[RATE], command, law.sample_time / state[SCALE], 1, core)
+    return command * law.sample_time - state[SCALE] * (y - state[Y])
+
+
+@njit(**_OPTIONS)
+def _to_rate(state, law, core, aim, removed):
+    """The command (mm/s) that comes to a rate at the next sample if so much is removed until then, mm."""
+    needed = (state[SCALE] * (beyond(aim, core) - state[Y]) + removed) / law.sample_time
+    return min(max(needed, 0.0), law.rate_max)
+
+
+@njit(**_OPTIONS)
+def _room(state, law, core):
+    """How much may be commanded (mm) so that no damage to come is too deep, even if nothing more is commanded then.
+
+    Deflection less stock grows by the command alone. It must stay below what the limit of burning leaves at all stock to come,
+    the running minimum of the exact plan. Where the limit falls down to the present stock, the aim at the next sample is that;
+    else it turns on the way, which is looked for here. Below the damage of the rate at which burning begins, nothing is ahead.
+    """
+    left = state[REMAINING] - law.safety_margin
+    if law.no_burn or state[BURNING] >= law.rate_max or left <= max(burn_depth(state[BURNING], core), 0.0):
+        return np.inf
+    top = rate_of_burn(left, state[BURNING], law.rate_max, core)
+    least = least_over_burn(state[SCALE], state[BURNING], top, core) - law.safety_margin
+    return least - (state[SCALE] * state[Y] - state[REMAINING])
+
+
+@njit(**_OPTIONS)
+def _staged(state, law):
+    """A rough rate, then a slower one: the sample in which the stock is reached gets of both, so that it is exact between."""
+    if state[SECTION] == BALANCE:
+        return law.stage_rate
+    reach = rate_near(state[Y] + (law.rough_rate - state[RATE]) * law.sample_time, state[RATE], law.core)
+    ahead = 0.5 * (state[RATE] + reach) * law.sample_time
+    left = state[REMAINING] - law.stage_remaining
+    if left >= ahead:
+        return law.rough_rate
+    state[SECTION] = BALANCE
+    share = max(left, 0.0) / ahead if ahead > 0.0 else 0.0
+    return share * law.rough_rate + (1.0 - share) * law.stage_rate
+
+
+@njit(**_OPTIONS)
+def _until_spark_out(state, law, core, command):
+    """The command, or the last of it before spark-out: exact between samples."""
+    allowed = _allowed(state, law, core)
+    if command * law.sample_time < allowed:
+        return command
+    state[SECTION] = SPARK_OUT
+    return max(allowed, 0.0) / law.sample_time
+
+
+@njit(**_OPTIONS)
+def _allowed(state, law, core):
+    """How much may still be commanded (mm) so that the deflection that is given back leaves the final rate at size."""
+    kept = beyond(_final_rate(state, law), core)
+    if law.form == GAUGE or law.online:
+        return state[REMAINING] - state[SCALE] * (state[Y] - kept)
+    return law.stock + core.K0 + kept - state[COMMANDED]

@@ -1,0 +1,124 @@
+"""The controller of plunge cycles: full rate, balance of damage and stock, spark-out."""
+
+import dataclasses
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.plunge._control.base import Sampled
+from sdpgrind.plunge._control.state import GAUGE, P_END, PRINTED, Law, final_rate, law_of
+from sdpgrind.plunge._model.problem import CycleProblem
+
+_FORMS = {"p_end": P_END, "gauge": GAUGE, "printed": PRINTED}
+_NONNEGATIVE = {
+    "safety_margin": "mm",
+    "roundness_margin": "mm",
+    "size_sd": "mm",
+    "power_sd": "",
+    "contact_zero_sd": "mm",
+    "deflection_sd": "",
+    "sharpness_sd": "",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class CycleController(Sampled, Frozen):
+    """Full rate, then as fast as the damage still comes off, then spark-out: Dong, Danai and Malkin (2004), section 2.
+
+    The structure is that of the fastest cycle (`plan`). Damage is that of the model; the stock is measured. Spark-out begins
+    when the deflection that is given back leaves the final rate at size.
+
+    With ``online`` (default) a Kalman filter learns from size and power during the part: where the wheel touched, how the
+    machine really gives way, how sharp the wheel is. Then neither a wrong wear flat area nor a wrong contact zero matter much;
+    a gain of the power monitor that is not known does, and has to be covered by the margin.
+
+    Five readings of the size that are missing, frozen or jump, one after the other, end the part: it commands ``retract``.
+
+    Parameters
+    ----------
+    problem : CycleProblem
+        What is ground, as it is believed to be.
+    safety_margin : float
+        By how much less than the remaining stock the damage may go down, mm: (7).
+    sparkout : {"p_end", "gauge", "printed"}
+        Spark-out begins at a command that is known beforehand (it needs the contact zero), by the measured size, or by (2) and
+        (3) as printed, with a constant time constant (`problem.time_constant`).
+    online : bool, optional
+        Learn during the part; True unless `sparkout` is printed or the model is linear.
+    no_burn : bool
+        Never burn, not even what would come off again.
+    roundness_margin : float
+        Aim at so much less out-of-roundness, mm: noise of the gauge scatters it by some 1e-5.
+    observer_gain : float
+        Gain of the observer of the size (0, 1] where nothing is learned: 1 believes the gauge, unit 1.
+    size_sd, power_sd : float
+        Noise of the gauge, mm, and of the power monitor, relative.
+    contact_zero_sd : float
+        What is not known of the contact zero where power is missing, mm.
+    deflection_sd, sharpness_sd : float
+        What is not known of the deflection and of the wear flat area at the start, relative.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> from sdpgrind import plunge
+    >>> controller = plunge.CycleController(plunge.preset("simulation"))
+    >>> controller.step(size=0.0, grinding_power=0.0)
+    {'command_rate': 0.0448, 'balancing': 0.0}
+    """
+
+    problem: CycleProblem
+    safety_margin: float = 0.0
+    _: dataclasses.KW_ONLY
+    sparkout: str = "p_end"
+    online: bool | None = None
+    no_burn: bool = False
+    roundness_margin: float = 3e-5
+    observer_gain: float = 0.1
+    size_sd: float = 5e-4
+    power_sd: float = 0.01
+    contact_zero_sd: float = 0.01
+    deflection_sd: float = 0.1
+    sharpness_sd: float = 0.1
+
+    def __post_init__(self) -> None:
+        checks.kind("problem", self.problem, CycleProblem, " (see plunge.preset)")
+        checks.one_of("sparkout", self.sparkout, _FORMS)
+        for name, unit in _NONNEGATIVE.items():
+            checks.nonnegative(name, getattr(self, name), unit)
+        checks.within("size_sd", self.size_sd, 0.0, 0.1 * self.problem.stock, "mm")
+        checks.within("power_sd", self.power_sd, 0.0, 0.5)
+        if self.safety_margin >= self.problem.stock:
+            raise checks.refuse("safety_margin", f"< stock = {self.problem.stock:g}", self.safety_margin, "mm")
+        checks.share("observer_gain", self.observer_gain)
+        if self.online and not self._may_learn:
+            raise checks.refuse("online", "False with sparkout='printed' or a linear model", self.online)
+        final_rate(self.problem, self.roundness_margin)
+
+    @property
+    def _may_learn(self) -> bool:
+        return self.sparkout != "printed" and self.problem.model.linear_time_constant is None
+
+    @property
+    def final_rate(self) -> float:
+        """Infeed rate at size that it aims at, mm/s."""
+        return final_rate(self.problem, self.roundness_margin)
+
+    def _compiled(self) -> Law:
+        model = self.problem.model
+        return law_of(self.problem, self.final_rate)._replace(
+            form=_FORMS[self.sparkout],
+            no_burn=self.no_burn,
+            online=self._may_learn if self.online is None else self.online,
+            safety_margin=float(self.safety_margin),
+            gain=float(self.observer_gain),
+            size_sd=float(self.size_sd),
+            power_sd=float(self.power_sd),
+            zero_sd=float(self.contact_zero_sd),
+            scale_sd=float(self.deflection_sd),
+            sharpness_sd=float(self.sharpness_sd),
+            growth=0.0 if model.wear is None else model.wear.growth / model.wear_flat_area,
+        )

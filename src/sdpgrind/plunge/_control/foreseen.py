@@ -1,0 +1,45 @@
+"""A part as the model foresees it under a controller: the compiled loop, without a plant."""
+
+from math import ceil
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge import kernels
+from sdpgrind.plunge._control import state as places
+from sdpgrind.plunge._control.control_kernels import start_control
+from sdpgrind.plunge._control.state import Law
+from sdpgrind.plunge._model.problem import CycleProblem
+
+_SPARE = 1000  # samples beyond those in which all the stock comes off at the slowest rate
+
+
+def foreseen(
+    problem: CycleProblem, law: Law, *, rng: np.random.Generator | None = None, contact: float = 0.0
+) -> tuple[Floats, dict[str, Floats]]:
+    """Return the state at the end and the table, with the names of a log, of a part.
+
+    With `rng` the gauges have the noise that the controller reckons with, and the wheel touches `contact` (mm) late.
+    """
+    slowest = min(problem.final_rate, problem.command_rate_max, problem.model.burn_rate)
+    rows = ceil(problem.stock / slowest / problem.sample_time) + _SPARE
+    rig = kernels.rig(problem.model, problem.stock, problem.sample_time, rows - 1)._replace(contact_zero=contact)
+    normals = np.zeros((rows, 2))
+    if rng is not None:
+        rig, normals = rig._replace(size_sd=law.size_sd, power_sd=law.power_sd), rng.standard_normal((rows, 2))
+    state, brain = np.zeros(kernels.STATES), np.zeros(places.STATES)
+    kernels.start_part(state, rig)
+    start_control(brain, law)
+    table = np.empty((rows, len(kernels.ROW)))
+    done = abs(kernels.grind(state, rig, brain, law, normals, table, 0))
+    return state, dict(zip(_NAMES, table[:done].T, strict=True))
+
+
+def _name(column: str) -> str:
+    """What a column is called in a log."""
+    if column in kernels.PLANNED:
+        return f"{column}_planned"
+    return f"{column}_command" if column in ("command_rate", "balancing") else column
+
+
+_NAMES = tuple(map(_name, kernels.ROW))

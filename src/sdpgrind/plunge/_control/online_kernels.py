@@ -1,0 +1,132 @@
+"""What a controller learns while it grinds, compiled: contact, deflection and sharpness, by a Kalman filter of size and power."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.plunge._control.state import (
+    BELIEVED,
+    BLANK,
+    BURNING,
+    COMMANDED,
+    COVARIANCE,
+    DEFLECTION_DRIFT,
+    MISSED_MAX,
+    NO,
+    RATE,
+    READ,
+    REMAINING,
+    SCALE,
+    SHARPNESS,
+    SHARPNESS_DRIFT,
+    SILENT,
+    TOUCHED,
+    TOUCHING,
+    YES,
+    ZERO,
+    Y,
+)
+from sdpgrind.plunge._model.kernels import burning_begins, rate_near, worn
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def know_nothing(state, law):
+    """Of the contact, as before it."""
+    state[SCALE] = state[SHARPNESS] = 1.0
+    cov = state[COVARIANCE:].reshape(4, 4)
+    cov[:] = 0.0
+    cov[:2, :2] = law.zero_sd**2
+    cov[2, 2], cov[3, 3] = law.scale_sd**2, law.sharpness_sd**2
+
+
+@njit(**_OPTIONS)
+def spread(state, law, core, u, v):
+    """Covariance after a sample of the last command, u and v in mm/s; the wear that the model knows."""
+    dt, scale, cov = law.sample_time, state[SCALE], state[COVARIANCE:].reshape(4, 4)
+    own, by_scale, by_area = 1.0, -u * dt / scale**2, 0.0
+    if state[Y] > 0.0 and v > 0.0:
+        slope = core.K1 + core.p * core.K2 * v ** (core.p - 1.0)
+        own = np.exp(-dt / (scale * slope))
+        by_scale = -(u - v) * dt / scale**2
+        by_area = law.core.K2 * v**core.p / slope * dt / scale
+        state[SHARPNESS] *= 1.0 + law.growth * v * dt
+        cov[3, 3] += SHARPNESS_DRIFT**2
+    for j in range(4):
+        cov[0, j] = own * cov[0, j] + by_scale * cov[2, j] + by_area * cov[3, j]
+    for j in range(4):
+        cov[j, 0] = own * cov[j, 0] + by_scale * cov[j, 2] + by_area * cov[j, 3]
+    cov[0, 0] += DEFLECTION_DRIFT**2
+
+
+@njit(**_OPTIONS)
+def estimated(state, law, size, power):
+    """Correct by both readings and return the core of the wheel as it is now: Kalman's filter about the last estimate.
+
+    Power is in proportion to the deflection of the model; size is zero + p - scale x, once the wheel cuts.
+    """
+    base = law.core
+    watts = base.power1 / base.K1
+    noise = law.power_sd * (power / watts + base.K0)
+    state[SILENT] = state[SILENT] + 1.0 if np.isnan(power) else 0.0
+    if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # it is heard now: the wheel does not cut yet
+        state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[BLANK]
+        know_nothing(state, law)
+    before = state[TOUCHED] == NO
+    if before and size == size:
+        state[READ] += 1.0
+        state[BLANK] += (size - state[BLANK]) / state[READ]
+    if before and not _touched(state, law, power / watts, noise):
+        return worn(base, state[SHARPNESS])
+    x = state[Y] + base.K0
+    if power >= 0.0 and x > 0.0 and not before:  # the readings that tell contact have been used
+        x = _correct(state, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
+    if size == size and not before:
+        off = size - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
+        x = _correct(state, x, off, -state[SCALE], 1.0, -x, law.size_sd**2)
+    state[Y] = x - base.K0
+    core = worn(base, state[SHARPNESS])
+    state[RATE] = rate_near(state[Y], state[RATE], core)
+    state[BURNING] = burning_begins(core, state[BURNING], law.rate_max)
+    state[REMAINING] = law.stock - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
+    return core
+
+
+@njit(**_OPTIONS)
+def _touched(state, law, x, noise):
+    """Whether the wheel touches: power says so, and how far it is in; long without power the command must be believed."""
+    known = x == x
+    if (x <= TOUCHING * noise) if known else (state[COMMANDED] <= 0.0 or state[SILENT] < MISSED_MAX):
+        return False
+    state[TOUCHED] = YES if known else BELIEVED
+    cov = state[COVARIANCE:].reshape(4, 4)
+    if not known:
+        x = state[COMMANDED]
+    variance = noise**2 if known else law.zero_sd**2
+    state[Y], state[ZERO] = x - law.core.K0, state[BLANK] + x - state[COMMANDED]
+    cov[:2, :2] = variance
+    cov[1, 1] += law.size_sd**2 / max(state[READ], 1.0) + (x * law.scale_sd) ** 2
+    cov[1, 2] = cov[2, 1] = x * law.scale_sd**2
+    return True
+
+
+@njit(**_OPTIONS)
+def _correct(state, x, off, h0, h1, h2, variance):
+    """One correction, of a reading that depends on deflection x, zero and scale by h0, h1 and h2; return x."""
+    cov = state[COVARIANCE:].reshape(4, 4)
+    gain = np.empty(4)
+    for j in range(4):
+        gain[j] = h0 * cov[j, 0] + h1 * cov[j, 1] + h2 * cov[j, 2]
+    total = h0 * gain[0] + h1 * gain[1] + h2 * gain[2] + variance
+    if total <= 0.0:  # all is known already
+        return x
+    for i in range(4):
+        for j in range(4):
+            cov[i, j] -= gain[i] * gain[j] / total
+    off /= total
+    state[ZERO] += gain[1] * off
+    state[SCALE] = min(max(state[SCALE] + gain[2] * off, 0.2), 5.0)
+    state[SHARPNESS] = min(max(state[SHARPNESS] + gain[3] * off, 0.2), 5.0)
+    return x + gain[0] * off

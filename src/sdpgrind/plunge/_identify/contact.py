@@ -1,0 +1,78 @@
+"""Where the wheel meets the work, and how far the machine gives way: output error of the deflection of the model.
+
+The size is what was commanded and a constant, the contact zero, less a scale times the deflection of the model at the rate that
+it has. Both show in the size of one part: the first is constant, the second goes with the rate.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind import identify as idf
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._identify.cycles import Cycle, concluded, fault, not_identified
+from sdpgrind.plunge._model.model import PlungeModel
+from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plan.replay_kernels import deflections
+
+CONTACT, RATIO, TAU = ("contact_zero", "mm"), ("normal_force_ratio", "1"), ("time_constant", "s")
+SCALES = (0.1, 10.0)
+"""Deflections of the machine over those of the model that are looked for."""
+_STEPS = 2  # of Runge and Kutta in a sample: 1e-9 s of a cycle
+_FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
+
+
+class Course(NamedTuple):
+    """What the model says of a cycle: size (mm) and infeed rate (mm/s) at each reading."""
+
+    size: Floats
+    infeed_rate: Floats
+
+
+def course(cycle: Cycle, model: PlungeModel, contact_zero: float = 0.0, scale: float = 1.0) -> Course:
+    """Run the model on the command; it gives way by `scale` times its deflection."""
+    core = model.core
+    core = core._replace(K0=scale * core.K0, K1=scale * core.K1, K2=scale * core.K2)
+    y, rate = deflections(contact_zero - core.K0, cycle.command_rate, cycle.step, _STEPS, core).T
+    return Course(cycle.infeed + contact_zero - core.K0 - y, rate)
+
+
+def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
+    """Contact zero (mm) and scale of the deflection that make the size fit."""
+
+    def residual(values: Floats) -> Floats:
+        return np.asarray((cycle.size - course(cycle, model, *values).size)[cycle.read])
+
+    reach = float(cycle.infeed[-1])
+    low, high = [-reach, SCALES[0]], [reach, SCALES[1]]
+    fit = idf.output_error(residual, [0.0, 1.0], scale=[1e-2, 0.1], low=low, high=high, throw=False)
+    return fit.replace(names=("contact_zero", "scale"), units=("mm", "1"))
+
+
+def contact_zero(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
+    """By how much the wheel meets the work before the command is 0, mm; negative: after."""
+    return _one(cycle, problem, 0, CONTACT, 1.0)
+
+
+def normal_force_ratio(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
+    """Force ratio of the model, times the scale of its deflection."""
+    return _one(cycle, problem, 1, RATIO, problem.model.normal_force_ratio)
+
+
+def secant(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
+    """Time constant of the spark-out: that of the model, times the scale of its deflection, s."""
+    return _one(cycle, problem, 1, TAU, float(problem.replace(time_constant=None).time_constant or 0.0))
+
+
+def _one(cycle: Cycle, problem: CycleProblem, which: int, name: tuple[str, str], times: float) -> idf.Estimate:
+    """One of the two values, times a constant."""
+    if reason := fault(cycle):
+        return not_identified(*name, reason)
+    fit = fitted(cycle, problem.model)
+    scale, sd = fit["scale"], fit.sd[1]
+    status = fit.status if sd < scale and SCALES[0] * 1.001 < scale < SCALES[1] / 1.001 else idf.Status.NOT_IDENTIFIED
+    only = slice(which, which + 1)
+    found = idf.Estimate(
+        name[:1], times * fit.value[only], times**2 * fit.covariance[only, only], status, units=name[1:], freedom=fit.freedom
+    )
+    return concluded(found, _FAINT) if which == 1 or not found.ok else found

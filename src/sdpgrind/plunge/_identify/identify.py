@@ -1,0 +1,135 @@
+"""From the log of parts back to the model: time constant, sharpness, contact, and how far the machine gives way."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from sdpgrind.base import checks
+from sdpgrind.identify import Estimate
+from sdpgrind.plunge._identify import contact as _contact
+from sdpgrind.plunge._identify import sharpness as _sharpness
+from sdpgrind.plunge._identify import time_constant as _time_constant
+from sdpgrind.plunge._identify.cycles import cycles, of_parts
+from sdpgrind.plunge._model.problem import CycleProblem
+
+_METHODS = {
+    "time_constant": ("output_error", "recursive", "printed"),
+    "wear_flat_area": ("mean",),
+    "contact_zero": ("output_error",),
+    "normal_force_ratio": ("output_error",),
+}
+
+
+def identify(
+    data: Any,
+    what: str,
+    *,
+    method: str | None = None,
+    problem: CycleProblem | None = None,
+    part: int | Sequence[int] | None = None,
+    forgetting: float = 1.0,
+    power_max: float | None = None,
+    throw: bool = False,
+) -> Estimate:
+    """Estimate from cycles what `CycleProblem.updated` takes, or where the wheel meets the work.
+
+    ==================== =========================================================================================
+    `what`               result and methods (the first is the default)
+    ==================== =========================================================================================
+    "time_constant"      of the actual rate behind the commanded one, s. "output_error": least squares of the size
+                         that the linear model gives for the command, to a constant offset; no estimator without a
+                         bias is better. "recursive": the same reading by reading, old ones forgotten. "printed":
+                         (4), which noise of the size makes too short and an offset ruins
+    "wear_flat_area"     0..1. "mean": of the areas by (6), over the samples in which sliding is more than a quarter
+                         of the power; needs `problem`. 1 % of power is some 2.5 % of area
+    "contact_zero"       size less command, but for the deflection: by how much the wheel meets the work before the
+                         command is 0, mm (negative: after); needs `problem`
+    "normal_force_ratio" scale of the deflection, as the force ratio of the model, unit 1; needs `problem`
+    ==================== =========================================================================================
+
+    The linear model holds about one rate: at the rates of roughing its time constant is shorter than in spark-out. With
+    `problem` "output_error" fits the deflection of the model and gives the time constant of its spark-out.
+
+    Parameters
+    ----------
+    data : mapping of arrays, or log
+        Arrays of one length by name: time (s), command_rate (mm/s, from that time on), size (radial stock removed, mm; NaN:
+        no reading), grinding_power (W), and part where there are several. Or a log, whose table "controller" has them. A part
+        starts with the wheel free of load.
+    what : str
+        See above.
+    method : str, optional
+        See above.
+    problem : CycleProblem, optional
+        Whose model is corrected.
+    part : int or sequence of int, optional
+        Which parts of the log, unit 1; all by default, each with its own offset, and the mean of what they say.
+    forgetting : float
+        For "recursive" and "printed": weight of a reading relative to the next one, in (0, 1], unit 1.
+    power_max : float, optional
+        Greatest power that the monitor shows, W: readings near it are clipped and not used. By default it is looked for: the
+        greatest power of a part, where it is read three times or more.
+    throw : bool
+        Raise when the readings do not identify the value.
+
+    Returns
+    -------
+    Estimate
+        Value with its variance; or, never NaN, the status "not identified" with the reason in its message: a gauge that
+        stands still or jumps back, fewer than 10 readings of a moving size, clipped power only, a' of (4) outside (0, 1).
+
+    Raises
+    ------
+    ValueError, TypeError
+        For missing or bad arguments; with `throw`, for a value that is not identified.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> time = np.arange(0.0, 6.4, 0.04)
+    >>> size = 0.0448 * (time - 1.935 * (1 - np.exp(-time / 1.935)))
+    >>> data = {"time": time, "command_rate": np.full(160, 0.0448), "size": size + 0.01}
+    >>> print(round(identify(data, "time_constant")["time_constant"], 6))  # s
+    1.935
+    >>> identify({name: values[:5] for name, values in data.items()}, "time_constant").message
+    'not identified: 2 readings of a moving size are too few: at least 10 are needed (0 are missing)'
+    """
+    methods = _METHODS[checks.one_of("what", what, _METHODS)]
+    method = checks.one_of("method", methods[0] if method is None else method, methods)
+    checks.share("forgetting", forgetting, "1")
+    if power_max is not None:
+        checks.positive("power_max", power_max, "W")
+    if problem is not None or what != "time_constant":
+        checks.kind("problem", problem, CycleProblem, f", whose model is corrected, for {what!r}")
+    if problem is not None and method in ("recursive", "printed"):
+        raise checks.refuse("problem", f"left out with method {method!r}, which has no model", problem)
+    found = _found(data, what, method, problem, part, float(forgetting), power_max)
+    if throw and not found.ok:
+        raise ValueError(found.message)
+    return found
+
+
+def _found(
+    data: Any,
+    what: str,
+    method: str,
+    problem: CycleProblem | None,
+    part: int | Sequence[int] | None,
+    forgetting: float,
+    power_max: float | None,
+) -> Estimate:
+    if what == "wear_flat_area" and problem is not None:
+        each = cycles(data, power=True, size=False, part=part)
+        return of_parts(each, lambda cycle: _sharpness.wear_flat_area(cycle, problem, power_max), what, _sharpness.UNIT)
+    each = cycles(data, part=part)
+    if method == "recursive":
+        return _time_constant.recursively(each, forgetting)
+    if method == "printed":
+        return _time_constant.as_printed(each, forgetting)
+    if problem is None:
+        return of_parts(each, _time_constant.by_output_error, what, _time_constant.UNIT)
+    one, unit = {
+        "time_constant": (_contact.secant, "s"),
+        "contact_zero": (_contact.contact_zero, "mm"),
+        "normal_force_ratio": (_contact.normal_force_ratio, "1"),
+    }[what]
+    return of_parts(each, lambda cycle: one(cycle, problem), what, unit)

@@ -1,0 +1,103 @@
+"""Wear flat area of the wheel from the power: what is left of it after chips and ploughing, Dong (6)."""
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind import identify as idf
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._identify.contact import course, fitted
+from sdpgrind.plunge._identify.cycles import MOVING, Cycle, fault, not_identified
+from sdpgrind.plunge._model.model import PlungeModel
+from sdpgrind.plunge._model.problem import CycleProblem
+
+Mask: TypeAlias = npt.NDArray[np.bool_]
+NAME, UNIT = "wear_flat_area", "1"
+SLIDING = 0.25
+"""Least share of sliding in the power of a sample that is used."""
+CLIPPED = 0.99
+"""Of the greatest power that a monitor shows: from there on a reading says nothing."""
+_NEAR = 0.95  # and a sample whose power is expected above this share may have been cut
+_FIT_STEPS = [1e-4, 1e-3]  # mm and 1: of a derivative
+_PLATEAU = 3  # equal readings of the greatest power, by which a clipping monitor is known
+_LEAST, _MOST = 1e-6, 1.0
+
+
+def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None) -> idf.Estimate:
+    """Mean over the samples in which sliding matters, at the rates that the model has; size, where read, corrects them.
+
+    Where the model has wear, of what the area was when the part began.
+    """
+    clipped = _clipped(cycle, power_max)
+    top = float(np.min(cycle.grinding_power[clipped], initial=np.inf)) if power_max is None else power_max
+    model, usable = problem.model, np.isfinite(cycle.grinding_power) & ~clipped
+    if not np.any(usable):
+        few = f"all {int(clipped.sum())} readings of the power are clipped" if np.any(clipped) else "there is no power"
+        return not_identified(NAME, UNIT, few)
+    mean = model.wear_flat_area
+    corrected = bool(np.any(cycle.read)) and not fault(cycle)
+    for _ in range(20):
+        trial = model.replace(wear_flat_area=float(np.clip(mean, _LEAST, _MOST)))
+        fit = fitted(cycle, trial) if corrected else None
+        rate = course(cycle, trial, *(fit.value if fit else ())).infeed_rate
+        each, grown = samples(cycle, trial, rate, usable, _NEAR * top)
+        if each.size < MOVING:
+            few = f"{each.size} readings of a power that slides and is not clipped are too few: {MOVING} are needed"
+            return not_identified(NAME, UNIT, few)
+        before, mean = mean, float(each.mean())
+        if abs(mean - before) <= 1e-5 * abs(mean):
+            break
+    first = each - grown
+    if not _LEAST < first.mean() <= _MOST:
+        few = f"the power means a wear flat area of {first.mean():.3g}: look for a wrong zero or unit"
+        return not_identified(NAME, UNIT, few)
+    variance = _of_mean(first)
+    if fit:
+        slope = np.array([_change(cycle, trial, fit, step, usable, _NEAR * top) for step in np.diag(_FIT_STEPS)])
+        variance += float(slope @ fit.covariance @ slope)
+    return idf.Estimate((NAME,), first.mean(keepdims=True), np.full((1, 1), variance), units=(UNIT,), freedom=first.size - 1.0)
+
+
+def _change(cycle: Cycle, model: PlungeModel, fit: idf.Estimate, step: Floats, usable: Mask, most: float) -> float:
+    """By how much the mean changes with contact or scale."""
+    low, high = (
+        samples(cycle, model, course(cycle, model, *at).infeed_rate, usable, most) for at in (fit.value - step, fit.value + step)
+    )
+    return float((high[0].mean() - low[0].mean()) / (2 * step.sum())) if low[0].size and high[0].size else 0.0
+
+
+def samples(cycle: Cycle, model: PlungeModel, rate: Floats, usable: Mask, most: float) -> tuple[Floats, Floats]:
+    """Wear flat area of each sample in which sliding is expected to be a quarter of the power, and the power below `most`.
+
+    And by how much it has grown since the part began.
+    """
+    depth = model.depth_of_cut(rate)
+    wheel = {"work_speed": model.work_speed, "wheel_speed": model.wheel_speed, "equivalent_diameter": model.equivalent_diameter}
+    expected = model.grinding_power(rate)
+    rest = model.power.power(depth_of_cut=depth, **wheel, wear_flat_area=0.0, width=model.width)
+    used = usable & (rate > 0) & (expected - rest > SLIDING * expected) & (expected < most)
+    full = model.power.power(depth_of_cut=depth[used], **wheel, wear_flat_area=1.0, width=model.width) - rest[used]
+    growth = np.zeros(rate.size)
+    if model.wear is not None:
+        growth[1:] = np.cumsum(model.wear.rate(0.5 * (rate[1:] + rate[:-1])) * cycle.step)
+    return (cycle.grinding_power[used] - rest[used]) / full, growth[used]
+
+
+def _clipped(cycle: Cycle, power_max: float | None) -> Mask:
+    """Readings that the monitor cut: flagged, near its greatest power, or on the plateau that it leaves."""
+    power, flagged = cycle.grinding_power, cycle.power_saturated > 0
+    if power_max is not None:
+        return (power >= CLIPPED * power_max) | flagged
+    read = power[np.isfinite(power)]
+    if not read.size or np.sum(read == read.max()) < _PLATEAU:
+        return flagged
+    return (power >= CLIPPED * float(read.max())) | flagged
+
+
+def _of_mean(each: Floats) -> float:
+    """Variance of a mean whose samples resemble their neighbours."""
+    off = each - each.mean()
+    square = float(off @ off)
+    alike = min(max(float(off[1:] @ off[:-1]) / square, 0.0), 0.95) if square > 0 else 0.0
+    return square / (each.size - 1) / each.size * (1 + alike) / (1 - alike)

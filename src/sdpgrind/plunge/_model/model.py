@@ -1,0 +1,306 @@
+"""Plunge grinding of a bore or a shaft: power, burning, deflection and roundness as functions of the infeed rate."""
+
+import dataclasses
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind import physics
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.base.units import N_MM_S_PER_W
+from sdpgrind.base.warned import warn
+from sdpgrind.plunge._model import kernels as _kernels
+from sdpgrind.plunge._model.kernels import Core
+
+_POSITIVE = {
+    "wheel_diameter": "mm",
+    "work_diameter": "mm",
+    "width": "mm",
+    "wheel_speed": "mm/s",
+    "work_rotation": "rad/s",
+    "stiffness": "N/mm",
+    "normal_force_ratio": "1",
+    "diffusivity": "mm^2/s",
+    "roundness_gain": "1",
+}
+SLOWEST_WHEEL, FASTEST_WORK = 1000.0, 300.0  # mm/s and rad/s: beyond them another unit is meant
+
+
+@stored("plunge.wear")
+@dataclasses.dataclass(frozen=True)
+class Wear(Frozen):
+    """How the wear flat area grows while a part is ground: dA/dq = growth (v/reference_rate)^exponent.
+
+    Dong, Danai and Malkin (2004) let it grow in proportion to the stock: exponent 0.
+
+    Parameters
+    ----------
+    growth : float
+        Growth of the area for each mm of radial infeed, 1/mm.
+    exponent : float
+        How it depends on the infeed rate, unit 1.
+    reference_rate : float
+        Infeed rate at which `growth` holds, mm/s.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> Wear(growth=0.02).rate(infeed_rate=0.01)  # 1/s
+    0.0002
+    """
+
+    growth: float
+    exponent: float = 0.0
+    reference_rate: float = 0.01
+
+    def __post_init__(self) -> None:
+        checks.nonnegative("growth", self.growth, "1/mm")
+        checks.nonnegative("exponent", self.exponent)
+        checks.positive("reference_rate", self.reference_rate, "mm/s")
+
+    def rate(self, infeed_rate: Any) -> Any:
+        """Return by how much the area grows in a second, 1/s, at an infeed rate (mm/s)."""
+        return self.growth * (infeed_rate / self.reference_rate) ** self.exponent * infeed_rate
+
+
+@stored("plunge.model")
+@dataclasses.dataclass(frozen=True)
+class PlungeModel(Frozen):
+    """A wheel that is fed into a turning work, a machine that gives way, and heat that damages the surface.
+
+    All infeeds, rates and depths are radial. Power is that of `physics.GrindingPower`; the work burns where it exceeds
+    `physics.BurningLimit`. The machine gives way by x = F_n/k with F_n = R_n F_t, so that x = K0 + K1 v + K2 v^p at an infeed
+    rate v: the commanded infeed is the actual one and x.
+
+    Parameters
+    ----------
+    wheel_diameter, work_diameter : float
+        Diameters d_s and d_w, mm.
+    width : float
+        Width of the cut b, mm.
+    wheel_speed : float
+        Speed of the wheel's surface v_s, mm/s: units.m_per_s(37).
+    work_rotation : float
+        Rotation of the work, rad/s: units.hz(5).
+    wear_flat_area : float
+        Effective wear flat area A, as the sliding law of `power` means it, 0..1.
+    stiffness : float
+        Of the whole machine, k, N/mm.
+    normal_force_ratio : float
+        Normal over tangential force R_n, unit 1. Only R_n/k matters.
+    power : GrindingPower
+        Chips, ploughing and sliding.
+    burning : BurningLimit
+        Power that the surface stands.
+    diffusivity : float
+        Thermal diffusivity of the work, mm^2/s.
+    roundness_base, roundness_gain : float
+        Out-of-roundness R_0 + k_r a of the depth a in the last turn: R_0 in mm, k_r unit 1.
+    internal : bool
+        A bore; False: a shaft.
+    wear : Wear, optional
+        How the wear flat area grows during the part (1/mm); it stays as it is without.
+    linear_time_constant : float, optional
+        The machine gives way by this times the infeed rate, s, and not by the force: Dong's (1) and (5) as a plant.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or smells of another unit.
+
+    Examples
+    --------
+    >>> from sdpgrind import physics, units
+    >>> model = PlungeModel(
+    ...     wheel_diameter=50.0, work_diameter=70.0, width=9.0, wheel_speed=units.m_per_s(37), work_rotation=units.hz(5),
+    ...     wear_flat_area=0.026, stiffness=8000.0, normal_force_ratio=9.78,
+    ...     power=physics.GrindingPower(sliding=physics.DongSliding()), burning=physics.BurningLimit(6.205, 3.32),
+    ...     diffusivity=12.5, roundness_base=units.um(1.59), roundness_gain=2.75)
+    >>> round(float(model.burn_depth(0.02)), 4), round(model.burn_rate, 6)  # mm, mm/s
+    (0.0316, 0.008257)
+    """
+
+    wheel_diameter: float
+    work_diameter: float
+    width: float
+    wheel_speed: float
+    work_rotation: float
+    wear_flat_area: float
+    stiffness: float
+    normal_force_ratio: float
+    power: physics.GrindingPower
+    burning: physics.BurningLimit
+    diffusivity: float
+    roundness_base: float
+    roundness_gain: float
+    internal: bool = True
+    wear: Wear | None = None
+    linear_time_constant: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.linear_time_constant is not None:
+            checks.positive("linear_time_constant", self.linear_time_constant, "s")
+        for name, unit in _POSITIVE.items():
+            checks.positive(name, getattr(self, name), unit)
+        checks.nonnegative("roundness_base", self.roundness_base, "mm")
+        checks.kind("power", self.power, physics.GrindingPower)
+        checks.kind("burning", self.burning, physics.BurningLimit)
+        checks.kind("internal", self.internal, bool)
+        if self.wear is not None:
+            checks.kind("wear", self.wear, Wear)
+        checks.share("wear_flat_area", self.wear_flat_area)
+        if self.internal and self.wheel_diameter >= self.work_diameter:
+            raise checks.refuse(
+                "wheel_diameter", f"< work_diameter = {self.work_diameter:g} in a bore", self.wheel_diameter, "mm"
+            )
+        if self.wheel_speed < SLOWEST_WHEEL:
+            raise ValueError(f"wheel_speed must be in mm/s, some 30000; units.m_per_s(...) for m/s; got {self.wheel_speed!r}")
+        if self.work_rotation > FASTEST_WORK:
+            raise ValueError(f"work_rotation must be in rad/s, some 30; units.rpm(...) for rev/min; got {self.work_rotation!r}")
+        self._warn_of_area()
+
+    def _warn_of_area(self) -> None:
+        law = self.power.sliding
+        low, high = law.areas
+        if not low <= self.wear_flat_area <= high:
+            name = type(law).__name__
+            warn(
+                f"wear_flat_area = {self.wear_flat_area:g} lies outside {low:g} to {high:g}, which {name} is meant for: an area"
+                " of one sliding law is none of another"
+            )
+
+    @property
+    def equivalent_diameter(self) -> float:
+        """Diameter d_e of a wheel that meets a plane in the same contact, mm."""
+        sign = -1.0 if self.internal else 1.0
+        return self.wheel_diameter * self.work_diameter / (self.work_diameter + sign * self.wheel_diameter)
+
+    @property
+    def turns(self) -> float:
+        """Turns of the work in a second, n_w, 1/s."""
+        return self.work_rotation / (2 * np.pi)
+
+    @property
+    def work_speed(self) -> float:
+        """Speed of the work's surface v_w, mm/s."""
+        return np.pi * self.work_diameter * self.turns
+
+    def depth_of_cut(self, infeed_rate: npt.ArrayLike) -> Floats:
+        """Return the depth of cut in one turn of the work (mm) at an infeed rate (mm/s): a = v/n_w."""
+        return np.asarray(infeed_rate, dtype=float) / self.turns
+
+    def grinding_power(self, infeed_rate: npt.ArrayLike) -> Floats:
+        """Return the power (W) at an infeed rate (mm/s)."""
+        return np.asarray(
+            self.power.power(
+                depth_of_cut=self.depth_of_cut(infeed_rate), work_speed=self.work_speed, wheel_speed=self.wheel_speed,
+                equivalent_diameter=self.equivalent_diameter, wear_flat_area=self.wear_flat_area, width=self.width,
+            )
+        )  # fmt: skip
+
+    def burning_power(self, infeed_rate: npt.ArrayLike) -> Floats:
+        """Return the power (W) at which the work begins to burn at an infeed rate (mm/s)."""
+        speeds = {"work_speed": self.work_speed, "equivalent_diameter": self.equivalent_diameter}
+        return np.asarray(self.burning.power(depth_of_cut=self.depth_of_cut(infeed_rate), **speeds, width=self.width))
+
+    def burn_depth(self, infeed_rate: npt.ArrayLike, grinding_power: npt.ArrayLike | None = None) -> Floats:
+        """Return how deep the damage goes (mm) at an infeed rate (mm/s); negative: how much is left.
+
+        Below the lower rate of `burn_onset` it is positive again: an artefact of a ploughing force that does not fade with the
+        rate. Plans, controllers and plants take damage there for none.
+
+        From the depth in which the heat of a moving band reaches the temperature of damage: z = sqrt(alpha l_c/v_w)/0.915
+        ln((P - u_0 Q)/(P_b - u_0 Q)).
+
+        Parameters
+        ----------
+        infeed_rate : float or array
+            Actual infeed rate, mm/s.
+        grinding_power : float or array, optional
+            Measured power, W; that of the model by default.
+        """
+        rate = np.asarray(infeed_rate, dtype=float)
+        power = self.grinding_power(rate) if grinding_power is None else np.asarray(grinding_power, dtype=float)
+        chips = self.burning.u0 * self.width * self.work_speed * self.depth_of_cut(rate)
+        contact = np.sqrt(self.equivalent_diameter * self.depth_of_cut(rate))
+        reach = np.sqrt(self.diffusivity * contact / self.work_speed) / _kernels.DECAY
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(reach * np.log((power - chips) / (self.burning_power(rate) - chips)))
+
+    def deflection(self, infeed_rate: npt.ArrayLike) -> Floats:
+        """Return by how much (mm) the machine gives way at an infeed rate (mm/s): x = R_n P/(v_s k), or tau v."""
+        if self.linear_time_constant is not None:
+            return np.asarray(self.linear_time_constant * np.asarray(infeed_rate, dtype=float))
+        tangential = self.grinding_power(infeed_rate) * N_MM_S_PER_W / self.wheel_speed
+        return np.asarray(self.normal_force_ratio * tangential / self.stiffness)
+
+    def infeed_rate(self, deflection: npt.ArrayLike) -> Floats:
+        """Return the infeed rate (mm/s) at which the machine gives way by `deflection` (mm); 0 where it only ploughs."""
+        x = np.asarray(deflection, dtype=float) - self.core.K0
+        return np.asarray(_kernels.rates(np.ravel(x), self.core)).reshape(x.shape)
+
+    def local_time_constant(self, infeed_rate: npt.ArrayLike) -> Floats:
+        """Return the time constant (s) of small changes about an infeed rate (mm/s): dx/dv."""
+        c, v = self.core, np.asarray(infeed_rate, dtype=float)
+        if self.linear_time_constant is not None:
+            return np.full(v.shape, c.K1)
+        return np.asarray(c.K1 + c.p * c.K2 * v ** (c.p - 1))
+
+    def roundness(self, infeed_rate: npt.ArrayLike) -> Floats:
+        """Return the out-of-roundness (mm) that an infeed rate (mm/s) in the last turn leaves."""
+        return np.asarray(self.roundness_base + self.roundness_gain * self.depth_of_cut(infeed_rate))
+
+    @cached_property
+    def burn_onset(self) -> tuple[float, float]:
+        """Infeed rates (mm/s) between which nothing burns; the lower is an artefact of the ploughing force."""
+        onset = physics.burn_onset(
+            self.power, self.burning, work_speed=self.work_speed, wheel_speed=self.wheel_speed,
+            equivalent_diameter=self.equivalent_diameter, wear_flat_area=self.wear_flat_area,
+        )  # fmt: skip
+        return onset.lower * self.turns, onset.upper * self.turns
+
+    @property
+    def burn_rate(self) -> float:
+        """Greatest infeed rate (mm/s) at which nothing burns, v_b: 0 where everything does, infinite where nothing does."""
+        low, high = self.burn_onset
+        return high if high >= low else 0.0
+
+    @cached_property
+    def core(self) -> Core:
+        """The coefficients of this model, for compiled loops, in mm, s and N."""
+        a1 = 1.0 / self.turns  # depth of cut at 1 mm/s
+        ratio = self.normal_force_ratio / self.stiffness
+        power = self.power
+        sliding: Any = power.sliding.force(
+            depth_of_cut=a1, work_speed=self.work_speed, wheel_speed=self.wheel_speed,
+            equivalent_diameter=self.equivalent_diameter, wear_flat_area=self.wear_flat_area,
+        )  # fmt: skip
+        chips = power.specific_energy * self.work_speed * a1 * N_MM_S_PER_W / self.wheel_speed  # N/mm at 1 mm/s
+        heat = self.wheel_speed / N_MM_S_PER_W
+        band = self.burning.B * (self.equivalent_diameter * a1) ** 0.25 * self.work_speed**0.5
+        contact = np.sqrt(self.equivalent_diameter * a1)
+        gives = ratio * self.width * np.array([power.ploughing_force, chips, float(sliding)])
+        if self.linear_time_constant is not None:
+            gives = np.array([0.0, self.linear_time_constant, 0.0])
+        return Core(
+            K0=float(gives[0]),
+            K1=float(gives[1]),
+            K2=float(gives[2]),
+            p=float(power.sliding.exponent),
+            heat0=heat * power.ploughing_force / band,
+            heat1=(power.specific_energy - self.burning.u0) * self.work_speed * a1 / band,
+            heat2=heat * float(sliding) / band,
+            reach=float(np.sqrt(self.diffusivity * contact / self.work_speed) / _kernels.DECAY),
+            power0=heat * self.width * power.ploughing_force,
+            power1=heat * self.width * chips,
+            power2=heat * self.width * float(sliding),
+        )

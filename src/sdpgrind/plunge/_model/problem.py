@@ -1,0 +1,149 @@
+"""A plunge cycle to be planned: what is to be ground off, how fast the wheel may be fed, how round the part must be."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Self
+
+from sdpgrind.base import checks
+from sdpgrind.base.brief import brief
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.base.warned import warn
+from sdpgrind.identify import Estimate
+from sdpgrind.plunge._model.model import PlungeModel
+
+DEEPEST = 1.0
+"""Depth of cut in a turn (mm) from which on another unit is meant."""
+
+
+@stored("plunge.cycle_problem")
+@dataclasses.dataclass(frozen=True, repr=False)
+class CycleProblem(Frozen):
+    """Grind off a stock in the least time, with no burned layer left and within the roundness.
+
+    Parameters
+    ----------
+    model : PlungeModel
+        Wheel, work, machine and heat.
+    stock : float
+        Radial stock, mm.
+    command_rate_max : float
+        Greatest commanded infeed rate u_max, mm/s.
+    roundness_max : float
+        Greatest out-of-roundness, mm.
+    time_constant : float, optional
+        Time constant (s) that a controller reckons with: the secant of the deflection between the final rate and that at which
+        burning begins, when left out. It stays when fields of the model are replaced.
+    sample_time : float
+        Of the controller, s.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, no rate is round enough, or the work burns at every rate.
+
+    Examples
+    --------
+    >>> from sdpgrind import plunge, units
+    >>> problem = plunge.preset("simulation")
+    >>> round(problem.final_rate, 6), round(problem.time_constant, 4)
+    (0.002564, 1.9334)
+    >>> problem.replace(wear_flat_area=0.03).time_constant == problem.time_constant
+    True
+    """
+
+    model: PlungeModel
+    stock: float
+    command_rate_max: float
+    roundness_max: float
+    time_constant: float | None = None
+    sample_time: float = 0.04
+
+    def __post_init__(self) -> None:
+        checks.kind("model", self.model, PlungeModel)
+        for name, unit in {"stock": "mm", "command_rate_max": "mm/s", "sample_time": "s"}.items():
+            checks.positive(name, getattr(self, name), unit)
+        self._refuse_other_units()
+        base = self.model.roundness_base
+        if checks.number("roundness_max", self.roundness_max, "mm") <= base:
+            raise checks.refuse(
+                "roundness_max", f"> roundness_base = {base:g}: no rate is round enough", self.roundness_max, "mm"
+            )
+        if self.model.burn_rate == 0.0:
+            raise ValueError(
+                f"wear_flat_area must be less: the work burns at every infeed rate; got {self.model.wear_flat_area:g}, with B ="
+                f" {self.model.burning.B:g} J/(mm^2 s^(1/2))"
+            )
+        if self.final_rate >= self.command_rate_max:
+            warn(
+                f"no spark-out is needed: roundness_max allows {self.final_rate:.4g} mm/s at the end, and the command no more"
+                f" than {self.command_rate_max:.4g}"
+            )
+        if self.time_constant is None:
+            object.__setattr__(self, "time_constant", self._secant())
+        longest = checks.positive("time_constant", self.time_constant, "s") / 4
+        if self.sample_time > longest:
+            raise checks.refuse("sample_time", f"<= time_constant/4 = {longest:.4g}", self.sample_time, "s")
+
+    def __repr__(self) -> str:
+        lengths = {"stock": "mm", "roundness_max": "mm", "command_rate_max": "mm/s"}
+        return brief(self, lengths | {"time_constant": "s", "sample_time": "s"})
+
+    def _refuse_other_units(self) -> None:
+        if self.stock >= self.model.work_diameter / 4:
+            raise ValueError(
+                f"stock must be radial and in mm, < work_diameter/4; units.um(...) for micrometres; got {self.stock!r}"
+            )
+        if self.model.depth_of_cut(self.command_rate_max) >= DEEPEST:
+            raise ValueError(
+                f"command_rate_max must be in mm/s, < {DEEPEST:g} mm a turn; units.um(...) for um/s;"
+                f" got {self.command_rate_max!r}"
+            )
+
+    @property
+    def final_rate(self) -> float:
+        """Infeed rate v_f (mm/s) at which the part is just round enough."""
+        m = self.model
+        return float(m.turns * (self.roundness_max - m.roundness_base) / m.roundness_gain)
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine, name -> (value, unit); nothing that is estimated."""
+        diameters = {name: (getattr(self.model, name), "mm") for name in ("wheel_diameter", "work_diameter", "width")}
+        rate = {"command_rate_max": (self.command_rate_max, "mm/s"), "work_rotation": (self.model.work_rotation, "rad/s")}
+        return {**diameters, **rate, "stock": (self.stock, "mm"), "sample_time": (self.sample_time, "s")}
+
+    def updated(self, estimate: Estimate) -> Self:
+        """Return the problem with what was measured: the loop from log back to model.
+
+        Parameters
+        ----------
+        estimate : Estimate
+            What `plunge.identify` gives: the time constant that a controller reckons with (s), or fields of the model by their
+            names and in their units (wear flat area 1, force ratio 1, stiffness N/mm).
+
+        Raises
+        ------
+        ValueError
+            When the estimate has failed, or names something else.
+        """
+        if not hasattr(estimate, "ok"):
+            raise TypeError(f"estimate must be what plunge.identify gives; got {checks.shown(estimate)}")
+        if not estimate.ok:
+            raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
+        known = ["time_constant", *_fields_of_numbers()]
+        for name in estimate.names:
+            checks.one_of("estimate.names", name, known)
+        return self.replace(**{name: estimate[name] for name in estimate.names})
+
+    def _secant(self) -> float:
+        m, low = self.model, self.final_rate
+        high = min(m.burn_rate, self.command_rate_max)
+        if high <= low * (1 + 1e-9):
+            return float(m.local_time_constant(low))
+        return float((m.deflection(high) - m.deflection(low)) / (high - low))
+
+
+def _fields_of_numbers() -> list[str]:
+    """Fields of the model that hold one number each."""
+    return [field.name for field in dataclasses.fields(PlungeModel) if field.type in (float, float | None)]

@@ -1,0 +1,163 @@
+"""The fastest cycle by dynamic programming over the remaining stock: an independent check of the exact one.
+
+A stage takes the stock from one place to the next; the state is the deflection beyond ploughing, as a share of the greatest
+from which the rest can be ground. That limit is a node, and both ends of a control are exact: no command, and full rate or
+the limit, whichever comes first. Within a stage the deflection is taken as linear in time. Places are dense where the wheel
+touches and where little is left. With these the time is second order in the stages.
+
+Wear in proportion to the stock (`Wear` of exponent 0) makes the area a function of the remaining stock, which is the stage.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdpgrind import sdp
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._model import kernels as _kernels
+from sdpgrind.plunge._model.dynamics import allowed_rate, core_at
+from sdpgrind.plunge._model.kernels import Core
+from sdpgrind.plunge._model.problem import CycleProblem
+
+STAGES = 200
+NODES, LEVELS = 121, 5
+"""Nodes of the state and levels of the command at each."""
+NEWTON = 40
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Commands (mm/s) and how long each is held (s), from the first touch on; the value-to-go at the start, s."""
+
+    command: Floats
+    duration: Floats
+    value: float
+
+
+def places(problem: CycleProblem, margin: float, stages: int) -> Floats:
+    """Remaining stock at the stages, mm: geometric near the end, dense at the start, and one at the margin."""
+    scale = min(problem.final_rate, problem.command_rate_max)
+    end = float(_kernels.beyond(scale, problem.model.core))
+    share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, stages + 1))
+    left = end * np.expm1(share * np.log1p(problem.stock / end))
+    if margin > 0:
+        near = min(max(int(np.argmin(np.abs(left - margin))), 1), stages - 1)
+        below = left <= left[near]
+        above = margin + (left - left[near]) * (left[-1] - margin) / (left[-1] - left[near])
+        left = np.where(below, left * margin / left[near], above)
+    left[-1] = problem.stock
+    return np.asarray(left)
+
+
+class Ground:
+    """Stages, what the wheel is in each of them, and the greatest deflection (mm) from which the rest can be ground."""
+
+    def __init__(self, problem: CycleProblem, margin: float, stages: int) -> None:
+        self.rate_max, self.left = problem.command_rate_max, places(problem, margin, stages)
+        self.drop = np.diff(self.left)
+        ends = self._wheel(problem, self.left)
+        middle = self._wheel(problem, self.left[1:] - 0.5 * self.drop)
+        self.cores = [Core(*(float(x) for x in fields)) for fields in zip(*middle, strict=True)]
+        limit = allowed_rate(ends, np.maximum(self.left - margin, 0.0), self.rate_max)
+        limit[0] = min(limit[0], problem.final_rate)
+        y = _kernels.beyond.py_func(limit, ends)
+        self.most = np.minimum.accumulate(y - self.left) + self.left  # the command does not go back
+
+    @staticmethod
+    def _wheel(problem: CycleProblem, left: Floats) -> Any:
+        """Coefficients where so much is left: a `Core` of arrays."""
+        wear, area = problem.model.wear, problem.model.wear_flat_area
+        growth = 0.0 if wear is None else wear.growth
+        core: Any = core_at(problem.model, area=area + growth * (problem.stock - left))
+        return core._make(np.broadcast_to(np.asarray(field, dtype=float), left.shape) for field in core)
+
+    def time(self, stage: int, y: Floats, after: Floats) -> Floats:
+        """Time (s) of the stage that begins with `stage` left, between two deflections (mm)."""
+        core = self.cores[stage - 1]
+        speed = mean_rate(_rates(y, core), _rates(after, core), core)
+        return np.asarray(self.drop[stage - 1] / np.maximum(speed, 1e-12))
+
+    def reach(self, stage: int, y: Floats) -> tuple[Floats, Floats]:
+        """Least and greatest deflection (mm) after a stage: no command, and full rate or the limit."""
+        drop, core, most = self.drop[stage - 1], self.cores[stage - 1], self.most[stage - 1]
+        least = np.clip(y - drop, 0.0, most)
+        return least, np.maximum(least, np.minimum(self._full(y, _rates(y, core), drop, core, most), most))
+
+    def _full(self, y: Floats, v: Floats, drop: float, core: Core, most: float) -> Floats:
+        """Deflection at full rate; `most` where it is more: (y' - y + drop) mean rate = u drop, convex in v'^p; from above."""
+        w = np.full(y.shape, _rates(np.array([most]), core)[0] ** core.p)
+        for _ in range(NEWTON):
+            rate = w ** (1 / core.p)
+            after = core.K1 * rate + core.K2 * w
+            mean, given = mean_rate(v, rate, core), after - y + drop
+            off = given * mean - self.rate_max * drop
+            rise = after - y
+            with np.errstate(divide="ignore", invalid="ignore"):
+                bend = np.where(np.abs(rise) > 1e-9 * after, (rate - mean) / rise, 0.0)
+            slope = (mean + given * bend) * (core.K1 * rate / (core.p * w) + core.K2)
+            step = np.where(off > 0, off / slope, 0.0)
+            w = w - step
+            if np.all(step <= 1e-13 * w):
+                break
+        return np.asarray(core.K1 * w ** (1 / core.p) + core.K2 * w)
+
+
+def _rates(y: Floats, core: Core) -> Floats:
+    return np.asarray(_kernels.rates(np.ravel(y), core)).reshape(np.shape(y))
+
+
+def mean_rate(v: Floats, after: Floats, core: Core) -> Floats:
+    """Mean over the deflection of the rate between two rates, mm/s: (G(v') - G(v))/(y' - y) with G the integral of v dy."""
+    near = np.abs(after - v) <= 1e-6 * (after + v)
+    other = np.where(near, 2 * v + 1e-9, after)  # any other, where both are one
+
+    def integral(rate: Floats) -> Floats:
+        return rate * (core.K1 * rate / 2 + core.p / (core.p + 1) * core.K2 * rate**core.p)
+
+    mean = (integral(other) - integral(v)) / (_kernels.beyond.py_func(other, core) - _kernels.beyond.py_func(v, core))
+    return np.where(near, 0.5 * (v + after), mean)
+
+
+def described(ground: Ground) -> sdp.Problem:
+    """The cycle as a problem of stages (stock left), one axis (share of the greatest deflection) and one move.
+
+    Its control is what is spared of the greatest deflection: 0 where both are the same, as ties go to the least.
+    """
+
+    def begin(s: Any) -> tuple[int, Floats]:
+        stage = round(float(np.ravel(s.left)[0]))
+        return stage, np.asarray(s.fill) * ground.most[stage]
+
+    def step(s: Any, c: Any, e: Any) -> tuple[Any]:
+        stage, y = begin(s)
+        least, greatest = ground.reach(stage, y)
+        return ((greatest - c.spared * (greatest - least)) / ground.most[stage - 1],)
+
+    def time(s: Any, c: Any, n: Any) -> Floats:
+        stage, y = begin(s)
+        return ground.time(stage, y, n.fill * ground.most[stage - 1])
+
+    return sdp.Problem(
+        (sdp.Axis("fill", 0.0, 1.0, NODES, below="hold", above="hold"),),
+        (sdp.Move("feed", {"spared": sdp.Levels(0.0, 1.0, LEVELS)}, sdp.Sampled(step, charge=time, compiled=False), timed=True),),
+        (sdp.Stop("size", lambda s: 0.0 * s.fill, allowed=lambda s: s.left < 0.5),),
+        sdp.Stages(ground.drop.size, 1.0, "left", ""),
+    )
+
+
+def solve(problem: CycleProblem, margin: float, stages: int = STAGES) -> Solved:
+    """Solve, and follow the policy from the first touch to size."""
+    ground = Ground(problem, margin, stages)
+    policy = sdp.plan(described(ground))
+    commands, durations, y = np.empty(stages), np.empty(stages), np.zeros(1)
+    for k in range(stages):
+        left = stages - k
+        share = policy.action(fill=float(y[0] / ground.most[left]), left=float(left)).controls["spared"]
+        least, greatest = ground.reach(left, y)
+        after = greatest - share * (greatest - least)
+        durations[k] = ground.time(left, y, after)[0]
+        commands[k] = (after[0] - y[0] + ground.drop[left - 1]) / durations[k]
+        y = after
+    commands = np.clip(commands, 0.0, problem.command_rate_max)  # of rounding
+    return Solved(commands, durations, float(policy.value(fill=0.0, left=float(stages))))

@@ -1,0 +1,147 @@
+"""The fastest infeed, exactly: Dong, Danai and Malkin (2004), Part 2, and why it is the fastest.
+
+Let r be the stock that is left and y the deflection beyond what ploughing takes. The command never goes back, so that y - r never
+falls in time; and the time is the integral of dr/v(y), which falls with every rise of y. Limits on burning and on roundness say
+how large y may be at each r. The least bound that never rises faster than r, Y~(r) = min over s <= r of Y(s) + r - s, is
+itself a way to grind, and no other is faster anywhere. From the start the infeed goes at full rate until it meets it.
+
+Pieces of that bound, from the end of the cycle backwards: lines of slope 1 (nothing is commanded: spark-out), the curve on
+which the damage is just as deep as what will still be ground off, and levels of constant rate.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._model import kernels as _kernels
+from sdpgrind.plunge._model.kernels import Core
+
+SCAN = 512
+"""Places at which the limit on burning is looked at for where its slope, against the stock, passes 1."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A stretch [low, high] of remaining stock (mm) of one kind: "line", "hold" or "track"; y at its low end (mm)."""
+
+    kind: str
+    low: float
+    high: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What bounds the rate: of the command, of burning (upper and none: infinite), at the end; and margin and stock (mm)."""
+
+    core: Core
+    rate_max: float
+    burn_rate: float
+    final_rate: float
+    margin: float
+    stock: float
+
+    def y(self, v: float) -> float:
+        """Deflection beyond ploughing, mm."""
+        return float(_kernels.beyond(v, self.core))
+
+    def z(self, v: float) -> float:
+        """Depth of damage, mm."""
+        return float(_kernels.burn_depth(v, self.core))
+
+    @property
+    def burns(self) -> bool:
+        """Whether the limit on burning is met below the greatest rate."""
+        return self.burn_rate < self.rate_max
+
+    def slope_of_y(self, v: Floats) -> Floats:
+        """dy/dv, s."""
+        c = self.core
+        return c.K1 + c.p * c.K2 * v ** (c.p - 1)
+
+    def slope_of_z(self, v: Floats) -> Floats:
+        """dz/dv, s."""
+        c = self.core
+        heat = c.heat0 + c.heat1 * v + c.heat2 * v**c.p
+        rise = (c.heat1 + c.p * c.heat2 * v ** (c.p - 1)) / heat
+        return np.asarray(c.reach * v**0.25 * ((np.log(heat / v**0.25) - 1) / (4 * v) + rise))
+
+    def rate_at(self, r: float) -> float:
+        """Greatest rate (mm/s) whose damage is ground off by the stock `r` less the margin."""
+        if not self.burns or self.z(self.rate_max) <= r - self.margin:
+            return self.rate_max
+        if r - self.margin <= self.z(self.burn_rate):
+            return self.burn_rate
+        return float(_kernels.rate_of_burn(r - self.margin, self.burn_rate, self.rate_max, self.core))
+
+
+class Envelope:
+    """The bound Y~ in pieces, from no stock left upwards."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+        self.pieces = tuple(_pieces(limits))
+
+    def __call__(self, r: float) -> float:
+        """Greatest deflection beyond ploughing (mm) from which the rest `r` (mm) can be ground within the limits."""
+        piece = next(piece for piece in self.pieces if r <= piece.high)
+        if piece.kind == "line":
+            return piece.y + r - piece.low
+        return piece.y if piece.kind == "hold" else self.limits.y(self.limits.rate_at(r))
+
+
+def _pieces(limits: Limits) -> Iterator[Piece]:
+    """One running minimum of Y - r: the limits where they set a new one, a line of slope 1 where they do not."""
+    low, level = 0.0, limits.y(min(limits.final_rate, limits.rate_at(0.0)))
+    for falling in _falling(limits):
+        if limits.y(limits.rate_at(falling.high)) - falling.high >= level:
+            continue
+        start = _crossing(limits, falling, level)
+        if start > low:
+            yield Piece("line", low, start, level + low)
+        yield Piece(falling.kind, start, falling.high, limits.y(limits.rate_at(start)))
+        low, level = falling.high, limits.y(limits.rate_at(falling.high)) - falling.high
+
+
+def _falling(limits: Limits) -> Iterator[Piece]:
+    """Stretches on which the limits rise no faster than the stock; between them they do."""
+    top = 0.0
+    if limits.burns:
+        top = limits.margin + limits.z(limits.rate_max)
+        if limits.margin > 0:
+            yield Piece("hold", 0.0, limits.margin, limits.y(limits.burn_rate))
+        for first, last in _slower(limits):
+            yield Piece("track", limits.margin + max(limits.z(first), 0.0), limits.margin + limits.z(last), limits.y(first))
+    yield Piece("hold", top, np.inf, limits.y(limits.rate_max))
+
+
+def _slower(limits: Limits) -> Iterator[tuple[float, float]]:
+    """Ranges of rate (mm/s) in which, on the limit of burning, the deflection rises no faster than the stock."""
+
+    def faster(v: float) -> float:
+        return float(limits.slope_of_y(np.asarray(v)) - limits.slope_of_z(np.asarray(v)))
+
+    scan = np.geomspace(limits.burn_rate, limits.rate_max, SCAN)
+    scan[[0, -1]] = limits.burn_rate, limits.rate_max
+    rising = limits.slope_of_y(scan) > limits.slope_of_z(scan)
+    changes = [float(brentq(faster, scan[k], scan[k + 1], xtol=1e-16)) for k in np.flatnonzero(np.diff(rising))]
+    ends = [limits.burn_rate, *changes, limits.rate_max]
+    first = int(rising[0])
+    yield from zip(ends[first:-1:2], ends[first + 1 :: 2], strict=True)
+
+
+def _crossing(limits: Limits, falling: Piece, level: float) -> float:
+    """The stock at which a falling stretch comes down to `level` (mm of y - r)."""
+    if falling.y - falling.low <= level:
+        return falling.low
+    if falling.kind == "hold":
+        return falling.y - level
+
+    def off(v: float) -> float:
+        return limits.y(v) - limits.margin - limits.z(v) - level
+
+    first, last = limits.rate_at(falling.low), limits.rate_at(falling.high)
+    return limits.margin + limits.z(float(brentq(off, first, last, xtol=1e-16, rtol=1e-14)))

@@ -1,0 +1,171 @@
+"""Plan a plunge cycle: the infeed of least time."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.plunge._model.dynamics import burns_always, core_at
+from sdpgrind.plunge._model.model import FASTEST_WORK
+from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plan.cycle import SOLVED, CycleError, CyclePlan, CycleSolution
+from sdpgrind.plunge._plan.envelope import Limits
+from sdpgrind.plunge._plan.exact import fastest
+from sdpgrind.plunge._plan.replay import Commands, Replay, replay
+from sdpgrind.plunge._plan.trajectory import of_exact, of_replay, switches
+
+METHODS = ("exact", "dp", "collocation")
+FEWEST = 40
+"""Stages or intervals with which any error can be told."""
+ROUNDING, SOLVING = 1e-12, 1e-6
+"""Of closed forms and of roots, and of programs that are solved and played back, relative to the time."""
+
+
+def plan(
+    problem: CycleProblem,
+    *,
+    method: str = "exact",
+    safety_margin: float = 0.0,
+    work_rotation_range: tuple[float, float] | None = None,
+    steps: int | None = None,
+    throw: bool = True,
+) -> CyclePlan:
+    """Plan the fastest cycle.
+
+    ``"exact"``: the least bound of all limits from which the rest can be ground, in closed pieces; nothing is faster.
+    ``"dp"``: dynamic programming over the remaining stock, by `sdpgrind.sdp`; also for wear in proportion to the stock.
+    ``"collocation"``: an optimal control problem for CasADi and IPOPT; also for any wear, and for a rotation of the work that may
+    be chosen. A least time of collocation is a local one: it is the best near a plain guess, and nothing proves that there is
+    no other. With a free rotation the last turn is ground at one rotation, as that is the turn that makes the part round; in
+    between the rotation may jump.
+
+    Parameters
+    ----------
+    problem : CycleProblem
+        What to grind, within which limits.
+    method : {"exact", "dp", "collocation"}
+        How.
+    safety_margin : float
+        By how much less than the remaining stock the damage may go down, mm: (7).
+    work_rotation_range : (float, float), optional
+        Least and greatest rotation of the work, rad/s, where it may be chosen all along; "collocation" only.
+    steps : int, optional
+        Stages of "dp" (200) or intervals of "collocation" (240). Solutions of half and of a quarter as many tell the error.
+    throw : bool
+        Whether a solver that fails is an error; False: the last that it reached, with its `status`.
+
+    Returns
+    -------
+    CyclePlan
+        Time in s, with its error.
+
+    Raises
+    ------
+    ValueError
+        When the margin is negative, or no less than the stock (mm), the range of the rotation is none (rad/s), a method
+        cannot do what is asked for, or the wheel gets so dull that the work burns at every rate.
+    CycleError
+        When a solver fails: a ValueError with the last plan that it reached.
+
+    Examples
+    --------
+    >>> from sdpgrind import plunge
+    >>> problem = plunge.preset("simulation")
+    >>> best = plunge.plan(problem)
+    >>> round(best.time, 4), best.error < 1e-9
+    (12.0195, True)
+    >>> dull = problem.replace(wear=plunge.Wear(growth=0.02))
+    >>> round(plunge.plan(dull, method="dp").time, 2), round(plunge.plan(dull, method="collocation").time, 2)
+    (12.66, 12.66)
+    """
+    checks.kind("problem", problem, CycleProblem, " (see plunge.preset)")
+    checks.one_of("method", method, METHODS)
+    if checks.nonnegative("safety_margin", safety_margin, "mm") >= problem.stock:
+        raise checks.refuse("safety_margin", f"< stock = {problem.stock:g}", safety_margin, "mm")
+    rotation = _rotation(problem, method, work_rotation_range)
+    _check_wear(problem, method, rotation)
+    if method == "exact":
+        if steps is not None:
+            raise ValueError(f"steps must be None with method 'exact', which has none; got {steps!r}")
+        return _exactly(problem, safety_margin)
+    found = _by_stages if method == "dp" else _by_collocation
+    best = found(problem, safety_margin, rotation, None if steps is None else checks.count("steps", steps, FEWEST))
+    if throw and best.solution is not None and not best.solution.ok:
+        raise CycleError(
+            f"problem must be one that method {method!r} can solve; it was {best.status}: try other steps, milder limits, or"
+            " throw=False for the last that was reached",
+            best,
+        )
+    return best
+
+
+def _rotation(problem: CycleProblem, method: str, asked: Any) -> tuple[float, float]:
+    if asked is None:
+        return problem.model.work_rotation, problem.model.work_rotation
+    if method != "collocation":
+        raise ValueError(f"method must be 'collocation' where work_rotation_range is given; got {method!r}")
+    if np.shape(asked) != (2,):
+        raise ValueError(f"work_rotation_range must be a least and a greatest rotation (rad/s); got {checks.shown(asked)}")
+    low, high = (checks.positive(f"work_rotation_range[{k}]", x, "rad/s") for k, x in enumerate(asked))
+    if not low <= high <= FASTEST_WORK:
+        raise ValueError(f"work_rotation_range must rise, up to {FASTEST_WORK:g} at most (rad/s); got {checks.shown(asked)}")
+    return low, high
+
+
+def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float]) -> None:
+    wear = problem.model.wear
+    if wear is None or wear.growth == 0:
+        return
+    if method == "exact":
+        raise ValueError("method must be 'dp' or 'collocation' where the model has wear; got 'exact'")
+    if wear.exponent != 0 and method == "dp":
+        raise ValueError(f"method must be 'collocation' where wear depends on the rate, exponent = {wear.exponent:g}; got 'dp'")
+    area = problem.model.wear_flat_area + wear.growth * problem.stock
+    if wear.exponent == 0 and rotation[0] == rotation[1] and burns_always(core_at(problem.model, rotation[0], area)):
+        raise ValueError(
+            f"wear must be less: at the end the wear flat area is {area:.4g}, and the work burns at every infeed rate; got"
+            f" growth = {wear.growth:g} (1/mm)"
+        )
+
+
+def _exactly(problem: CycleProblem, margin: float) -> CyclePlan:
+    model = problem.model
+    limits = Limits(model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock)
+    time, ends, course = fastest(limits)
+    error = abs(time - fastest(limits, points=20)[0]) + ROUNDING * time
+    return CyclePlan(problem, margin, error, ends, of_exact(problem, course))
+
+
+def _by_stages(problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None) -> CyclePlan:
+    from sdpgrind.plunge._plan import dp as _dp
+
+    played, count = [], steps or _dp.STAGES
+    for stages in (count // 4, count // 2, count):
+        solved = _dp.solve(problem, margin, stages)
+        commands = Commands(solved.command, solved.duration, np.full(stages, rotation[0]))
+        played.append(replay(problem, commands, margin))
+    best = played[-1]
+    found = CycleSolution(count, 0, 0.0, best.excess, best.left, SOLVED)
+    return _stepped(problem, margin, "dp", played, found)
+
+
+def _by_collocation(problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None) -> CyclePlan:
+    from sdpgrind.plunge._plan import _collocation
+
+    count = steps or _collocation.INTERVALS
+    solved = [_collocation.plainly(problem, margin, rotation, intervals) for intervals in (count // 4, count // 2, count)]
+    played = [replay(problem, one.commands, margin) for one in solved]
+    fine, best = solved[-1], played[-1]
+    found = CycleSolution(count, fine.iterations, fine.residual, best.excess, best.left, fine.message)
+    return _stepped(problem, margin, "collocation", played, found)
+
+
+def _stepped(problem: CycleProblem, margin: float, method: str, played: list[Replay], found: CycleSolution) -> CyclePlan:
+    """The plan of the finest of three solutions, each of twice the steps; they are of second order.
+
+    The last change is three times the error, or by luck less than the error; so a quarter of the one before counts too.
+    """
+    quarter, half, whole = (float(one.time[-1]) for one in played)
+    error = max(abs(whole - half), abs(half - quarter) / 4) + SOLVING * whole if found.ok else np.inf
+    course = of_replay(problem, played[-1], margin)
+    return CyclePlan(problem, margin, error, switches(course), course, method, found)

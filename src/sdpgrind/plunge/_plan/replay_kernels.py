@@ -1,0 +1,96 @@
+"""Commands played through the dynamics of the process, as plain serial loops: planned ones, and those of a record."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.plunge._model.kernels import Give, deflected, rate
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+COLUMNS = 5
+"""Of what is played: time (s), remaining stock, deflection beyond ploughing (mm), infeed rate (mm/s), wear flat area."""
+
+
+@njit(inline="always", **_OPTIONS)
+def _speed(y, area, give, wear):
+    return rate(y, Give(give[0], give[1] * area / wear[0], give[2]))
+
+
+@njit(inline="always", **_OPTIONS)
+def _slopes(y, area, command, give, wear):
+    """Of deflection, stock and area; wear: area for which `give` holds, growth (1/mm), exponent, reference rate (mm/s)."""
+    v = _speed(y, area, give, wear)
+    return command - v, -v, wear[1] * (v / wear[3]) ** wear[2] * v
+
+
+@njit(inline="always", **_OPTIONS)
+def _step(state, h, command, give, wear):
+    y, left, area = state
+    a = _slopes(y, area, command, give, wear)
+    b = _slopes(y + h / 2 * a[0], area + h / 2 * a[2], command, give, wear)
+    c = _slopes(y + h / 2 * b[0], area + h / 2 * b[2], command, give, wear)
+    d = _slopes(y + h * c[0], area + h * c[2], command, give, wear)
+    return (
+        y + h / 6 * (a[0] + 2 * b[0] + 2 * c[0] + d[0]),
+        left + h / 6 * (a[1] + 2 * b[1] + 2 * c[1] + d[1]),
+        area + h / 6 * (a[2] + 2 * b[2] + 2 * c[2] + d[2]),
+    )
+
+
+@njit(**_OPTIONS)
+def play(stock, commands, durations, gives, wear, steps, spare, out, interval):
+    """Play commands from the first touch until the stock is ground off; `spare` further steps (s) at the last command.
+
+    `gives[k]` holds during a command. Fill out[row] (see COLUMNS) and the command that holds; return rows.
+    """
+    state, now, row = (0.0, stock, wear[0]), 0.0, 0
+    for k in range(commands.size + spare):
+        i = min(k, commands.size - 1)
+        give = gives[i]
+        h = durations[i] / steps
+        for j in range(steps + 1):
+            if j > 0:
+                after = _step(state, h, commands[i], give, wear)
+                if after[1] <= 0.0:  # in this step: halve what is left of it
+                    low, high = 0.0, h
+                    for _ in range(50):
+                        middle = 0.5 * (low + high)
+                        if _step(state, middle, commands[i], give, wear)[1] > 0.0:
+                            low = middle
+                        else:
+                            high = middle
+                    after = _step(state, high, commands[i], give, wear)
+                    now += high
+                else:
+                    now += h
+                state = after
+            out[row, 0], out[row, 1], out[row, 2], out[row, 4] = now, state[1], state[0], state[2]
+            out[row, 3] = _speed(state[0], state[2], give, wear)
+            interval[row] = i
+            row += 1
+            if state[1] <= 0.0:
+                return row
+    return row
+
+
+@njit(**_OPTIONS)
+def deflections(first, command_rate, step, substeps, core):
+    """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands (mm/s) hold for a step (s)."""
+    out = np.empty((step.size + 1, 2))
+    y, v = first, rate(first, core)
+    out[0, 0], out[0, 1] = y, v
+    for k in range(step.size):
+        y, v = deflected(y, v, command_rate[k], step[k], substeps, core)
+        out[k + 1, 0], out[k + 1, 1] = y, v
+    return out
+
+
+@njit(**_OPTIONS)
+def lags(first, pole, given):
+    """What a lag holds (mm) at each reading, from the first on: x+ = pole x + given."""
+    out = np.empty(pole.size + 1)
+    out[0] = first
+    for k in range(pole.size):
+        out[k + 1] = pole[k] * out[k] + given[k]
+    return out

@@ -1,0 +1,86 @@
+"""Stages of constant rate: the cycle of an ordinary machine."""
+
+import dataclasses
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.plunge._control.base import Sampled
+from sdpgrind.plunge._control.state import Law, staged_law
+from sdpgrind.plunge._model.problem import CycleProblem
+
+
+@dataclasses.dataclass(frozen=True)
+class StagedController(Sampled, Frozen):
+    """A rough rate, a slower rate, spark-out: the cycle of an ordinary machine.
+
+    Parameters
+    ----------
+    problem : CycleProblem
+        What is ground, as it is believed to be.
+    stage_remaining : float, optional
+        Remaining stock at which the slower rate begins, mm.
+    stage_rate : float, optional
+        The slower rate, mm/s. Both are the fastest of the model with the margin when left out.
+    safety_margin : float
+        Slack that the stages that are searched for leave, mm; of no effect where they are given.
+    rough_rate : float, optional
+        Rate until then, mm/s; the greatest of the problem when left out.
+    final_rate : float, optional
+        Infeed rate at size, at which spark-out aims, mm/s; that of the problem, which is just round enough, when left out.
+    observer_gain : float
+        Gain of the observer of the size, (0, 1], unit 1.
+    size_sd : float
+        Noise of the gauge, mm.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or only one of both is given.
+
+    Examples
+    --------
+    >>> from sdpgrind import plunge
+    >>> controller = plunge.StagedController(plunge.preset("simulation"))
+    >>> round(controller.stage_remaining, 2), round(controller.stage_rate, 3)  # mm, mm/s
+    (0.09, 0.008)
+    """
+
+    problem: CycleProblem
+    stage_remaining: float | None = None
+    stage_rate: float | None = None
+    _: dataclasses.KW_ONLY
+    safety_margin: float = 0.001
+    rough_rate: float | None = None
+    final_rate: float | None = None
+    observer_gain: float = 0.1
+    size_sd: float = 5e-4
+
+    def __post_init__(self) -> None:
+        checks.kind("problem", self.problem, CycleProblem, " (see plunge.preset)")
+        for name, own in {"rough_rate": self.problem.command_rate_max, "final_rate": self.problem.final_rate}.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, own)
+            checks.positive(name, getattr(self, name), "mm/s")
+        checks.within("safety_margin", self.safety_margin, 0.0, 0.5 * self.problem.stock, "mm")
+        checks.within("rough_rate", self.rough_rate, 0.0, self.problem.command_rate_max, "mm/s")
+        if (self.stage_remaining is None) != (self.stage_rate is None):
+            raise ValueError("stage_remaining and stage_rate must both be given, or none")
+        if self.stage_remaining is None or self.stage_rate is None:
+            from sdpgrind.plunge._stages.search import fastest_stages
+
+            for name, value in zip(
+                ("stage_remaining", "stage_rate"), fastest_stages(self.problem, self.safety_margin), strict=True
+            ):
+                object.__setattr__(self, name, value)
+        checks.within("stage_remaining", self.stage_remaining, 0.0, self.problem.stock, "mm")
+        checks.positive("stage_rate", self.stage_rate, "mm/s")
+        checks.within("stage_rate", self.stage_rate, 0.0, self.problem.command_rate_max, "mm/s")
+        checks.share("observer_gain", self.observer_gain)
+
+    def _compiled(self) -> Law:
+        assert self.stage_remaining is not None and self.stage_rate is not None
+        assert self.rough_rate is not None and self.final_rate is not None
+        return staged_law(self.problem, self.stage_remaining, self.stage_rate)._replace(
+            rough_rate=float(self.rough_rate), final_rate=float(self.final_rate),
+            gain=float(self.observer_gain), size_sd=float(self.size_sd),
+        )  # fmt: skip

@@ -1,0 +1,213 @@
+"""A cycle of three stages as a small nonlinear program, in closed form in CasADi.
+
+While a rate u is commanded the infeed rate is v = u + (v0 - u) e^-s, and a time of tau(v) ds goes by, with the local time
+constant tau: times and infeeds are sums over s. Unknowns are the settings (rough rate u1, slower rate u2, stock r1 at which it
+begins, final rate v_f) and how far both rates are followed, s1 and s2; r1 and the command at which spark-out begins fix these
+two. The damage is compared with the stock at levels of the rate, from where burning begins to the greatest.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._model.dynamics import burn_depth
+from sdpgrind.plunge._model.kernels import Core
+from sdpgrind.plunge._model.problem import CycleProblem
+
+SETTINGS = ("rough_rate", "stage_rate", "stage_remaining", "final_rate")
+"""What may be set, in mm/s and mm, as `StagedController` names it."""
+CONSTRAINTS: Mapping[str, str] = {"burned_layer": "mm", "roundness": "mm", "grinding_power": "W"}
+"""What is held below a bound: how much deeper the damage goes than the stock, out-of-roundness, greatest power."""
+FREE = len(SETTINGS)
+LEVELS = 24
+"""Of the rate at which damage and stock are compared."""
+_UNKNOWNS = FREE + 2
+_SPANS = (0.7, 14.0), (0.0, 14.0)
+"""Least and greatest s1 and s2: at the least s1 half of the rough rate is reached."""
+_FINE, _COARSE = 12, 3
+"""Nodes of the sums: over a whole stage, and from level to level."""
+
+
+@lru_cache(maxsize=16)
+def program(problem: CycleProblem) -> "Program":
+    """The program of a problem, made once."""
+    return Program(problem)
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """Time and conditions of a cycle; unknowns and conditions are scaled to order 1."""
+
+    problem: CycleProblem
+
+    @cached_property
+    def stage_rate_max(self) -> float:
+        """Greatest slower rate (mm/s): nothing burns at it."""
+        return float(min(self.problem.model.burn_rate, 0.5 * self.problem.command_rate_max))
+
+    @cached_property
+    def burns(self) -> bool:
+        """Whether the greatest rate burns."""
+        return self.problem.model.burn_rate < self.problem.command_rate_max
+
+    @cached_property
+    def scale(self) -> Floats:
+        """Of the unknowns."""
+        p = self.problem
+        return np.array([p.command_rate_max, self.stage_rate_max, 0.25 * p.stock, p.final_rate, 1.0, 1.0])
+
+    @cached_property
+    def box(self) -> tuple[Floats, Floats]:
+        """Least and greatest unknowns."""
+        p = self.problem
+        fast, slow, final = p.command_rate_max, self.stage_rate_max, min(p.final_rate, self.stage_rate_max)
+        low = [min(2.1 * slow, 0.9 * fast), 0.1 * final, 0.0, 0.25 * final, *(low for low, _ in _SPANS)]
+        high = [fast, slow, p.stock, min(2.0 * final, slow), *(high for _, high in _SPANS)]
+        return np.array(low) / self.scale, np.array(high) / self.scale
+
+    @cached_property
+    def rows(self) -> dict[str, slice]:
+        """Rows of the conditions; the first two are 0, the others no more than a bound."""
+        counts = {
+            "fixed": 2,
+            "burned_layer": LEVELS + 1 if self.burns else 0,
+            "roundness": 1,
+            "grinding_power": 1,
+            "spark_out": 1,
+        }
+        ends = np.cumsum(list(counts.values())).tolist()
+        return {name: slice(end - count, end) for (name, count), end in zip(counts.items(), ends, strict=True)}
+
+    @cached_property
+    def condition_scale(self) -> Floats:
+        """Of the conditions."""
+        p, rows = self.problem, self.rows
+        scale = np.full(rows["spark_out"].stop, 0.25 * p.stock)
+        scale[rows["roundness"]], scale[rows["spark_out"]] = p.roundness_max, p.final_rate
+        scale[rows["grinding_power"]] = float(p.model.grinding_power(p.command_rate_max))
+        return scale
+
+    def ceilings(self, bounds: Mapping[str, float]) -> Floats:
+        """Greatest scaled conditions, for bounds by name in mm and W."""
+        high = np.zeros(self.condition_scale.size)
+        for name in CONSTRAINTS:
+            high[self.rows[name]] = bounds.get(name, np.inf)
+        return high / self.condition_scale
+
+    @cached_property
+    def symbols(self) -> tuple[Any, Any, Any]:
+        """Unknowns, time (s) and conditions in CasADi, scaled."""
+        import casadi
+
+        x = casadi.SX.sym("x", _UNKNOWNS)
+        time, conditions = self._cycle(x * self.scale)
+        return x, time, casadi.vertcat(*conditions) / self.condition_scale
+
+    def _cycle(self, x: Any) -> tuple[Any, list[Any]]:
+        """Time, and conditions in the order of `rows`."""
+        import casadi
+
+        core, model, stock = self.problem.model.core, self.problem.model, self.problem.stock
+        u1, u2, r1, final, s1, s2 = (x[k] for k in range(_UNKNOWNS))
+        v1 = u1 * (1 - casadi.exp(-s1))
+        v2 = u2 + (v1 - u2) * casadi.exp(-s2)
+        first, second = _passes(u1, 0.0, s1, core), _passes(u2, v1, s2, core)
+        last = _passes(0.0, v2, casadi.log(v2 / final), core)
+        switch = stock - u1 * first + _beyond(v1, core)
+        conditions = [r1 - switch, u1 * first + u2 * second - stock - _beyond(final, core)]
+        conditions += self._layers(u1 * first, u2, v1, v2) if self.burns else []
+        conditions += [model.roundness_base + model.roundness_gain * final / model.turns]
+        conditions += [core.power0 + core.power1 * v1 + core.power2 * v1**core.p, final - v2]
+        return core.K0 / u1 + first + second + last, conditions
+
+    def _layers(self, commanded: Any, u2: Any, v1: Any, v2: Any) -> list[Any]:
+        """Damage less stock (mm) while the rate falls from v1 to that at which burning begins."""
+        import casadi
+
+        core, model, layers, above = self.problem.model.core, self.problem.model, [], v1
+        shares = np.linspace(1.0, 0.0, LEVELS)
+        levels = [model.burn_rate + share * (v1 - model.burn_rate) for share in shares]
+        corner = casadi.fmax(v2, model.burn_rate)  # where spark-out begins, if it burns still
+        for v in [*levels, corner]:
+            fed = casadi.fmax(v, v2)  # below v2 nothing is fed any more
+            if v is not corner:
+                commanded += u2 * _passes(u2, above, casadi.log((above - u2) / (fed - u2)), core, _COARSE)
+            layers.append(burn_depth(v, core, casadi.log) - (self.problem.stock - commanded + _beyond(v, core)))
+            above = fed
+        return layers
+
+    @cached_property
+    def values(self) -> Any:
+        """Time and conditions of unknowns."""
+        import casadi
+
+        x, time, conditions = self.symbols
+        return casadi.Function("values", [x], [time, conditions])
+
+    @cached_property
+    def _fixed(self) -> Any:
+        import casadi
+
+        x, _, conditions = self.symbols
+        return casadi.Function("fixed", [x], [conditions[:2]])
+
+    @cached_property
+    def derivatives(self) -> Any:
+        """Slopes of time, conditions, their slopes; and the curvature of time and conditions, these with prices."""
+        import casadi
+
+        x, time, conditions = self.symbols
+        prices = casadi.SX.sym("prices", conditions.numel())
+        curvature = casadi.hessian(time + casadi.dot(prices, conditions), x)[0]
+        terms = [casadi.gradient(time, x), conditions, casadi.jacobian(conditions, x), curvature]
+        return casadi.Function("derivatives", [x, prices], [casadi.densify(term) for term in terms])
+
+    def at(self, settings: Mapping[str, float]) -> Floats:
+        """Scaled unknowns of a cycle with these settings, inside the box."""
+        low, high = self.box
+        x = np.array([*(settings[name] for name in SETTINGS), 1.0, 1.0]) / self.scale
+        x[:FREE] = np.clip(x[:FREE], low[:FREE], high[:FREE])
+        for k, (least, most) in enumerate(_SPANS):  # the first condition fixes s1, then the second s2
+            x[FREE + k] = self._root(x, k, least, most)
+        return x
+
+    def _root(self, x: Floats, k: int, least: float, most: float) -> float:
+        def off(span: float) -> float:
+            x[FREE + k] = span
+            return float(self._fixed(x)[k])
+
+        if off(least) >= 0:
+            return least
+        return most if off(most) <= 0 else float(brentq(off, least, most, xtol=1e-12))
+
+    def settings(self, x: Floats) -> dict[str, float]:
+        """Settings of scaled unknowns, mm/s and mm."""
+        return dict(zip(SETTINGS, (x * self.scale)[:FREE].tolist(), strict=True))
+
+    def reached(self, x: Floats) -> tuple[float, dict[str, float]]:
+        """Time (s), and the greatest of each bounded quantity (mm, W) at scaled unknowns."""
+        time, conditions = (np.asarray(each).ravel() for each in self.values(x))
+        found = {name: (conditions * self.condition_scale)[self.rows[name]] for name in CONSTRAINTS}
+        return float(time[0]), {name: float(np.max(value)) for name, value in found.items() if value.size}
+
+
+def _passes(u: Any, start: Any, span: Any, core: Core, nodes: int = _FINE) -> Any:
+    """Time (s) while u is commanded, from a rate on until v = u + (start - u) e^-span."""
+    import casadi
+
+    total: Any = 0.0
+    power = 2.0 / core.p if isinstance(start, float) else 1.0  # from rest the time constant has a weak pole
+    for node, weight in zip(*np.polynomial.legendre.leggauss(nodes), strict=True):
+        share = 0.5 * (1 + node)
+        v = u + (start - u) * casadi.exp(-span * share**power)
+        total += 0.5 * weight * power * share ** (power - 1) * (core.K1 + core.p * core.K2 * v ** (core.p - 1))
+    return span * total
+
+
+def _beyond(v: Any, core: Core) -> Any:
+    return core.K1 * v + core.K2 * v**core.p

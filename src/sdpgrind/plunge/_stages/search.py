@@ -1,0 +1,55 @@
+"""The best cycle of three stages: two numbers, searched for with the model under the controller itself."""
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from sdpgrind.plunge import kernels
+from sdpgrind.plunge._control.foreseen import foreseen
+from sdpgrind.plunge._control.state import staged_law
+from sdpgrind.plunge._model.problem import CycleProblem
+
+_GRID = 12
+
+
+def fastest_stages(problem: CycleProblem, margin: float) -> tuple[float, float]:
+    """Return the stock (mm) at which the slower rate begins, and that rate (mm/s), of the fastest cycle with a slack.
+
+    For a rate the stage must begin early enough that all damage comes off: one root. The best rate is then one minimum.
+    """
+    high = min(problem.model.burn_rate, problem.command_rate_max)
+    low = min(1.5 * problem.final_rate, 0.5 * high)
+    rates = np.geomspace(low, high, _GRID)
+    times = [_time(problem, rate, margin) for rate in rates]
+    k = int(np.argmin(times))
+    ends = rates[max(k - 1, 0)], rates[min(k + 1, _GRID - 1)]
+    best = minimize_scalar(
+        lambda rate: _time(problem, rate, margin), bounds=ends, method="bounded", options={"xatol": 1e-4 * high}
+    )
+    rate = float(best.x) if best.fun <= times[k] else float(rates[k])
+    return _begin(problem, rate, margin), rate
+
+
+def _time(problem: CycleProblem, rate: float, margin: float) -> float:
+    return _ground(problem, _begin(problem, rate, margin), rate)[0]
+
+
+def _begin(problem: CycleProblem, rate: float, margin: float) -> float:
+    """The least stock at which the stage may begin."""
+
+    def slack(remaining: float) -> float:
+        return _ground(problem, remaining, rate)[1] - margin
+
+    if slack(0.0) >= 0:
+        return 0.0
+    if slack(problem.stock) < 0:
+        return problem.stock
+    root = float(brentq(slack, 0.0, problem.stock, xtol=1e-6))
+    return min(root + 2e-6, problem.stock)
+
+
+def _ground(problem: CycleProblem, remaining: float, rate: float) -> tuple[float, float]:
+    """Time (s) and slack (mm) of a part without noise; the time to the instant at which size is reached."""
+    state, _ = foreseen(problem, staged_law(problem, remaining, rate))
+    over = -state[kernels.REMAINING] / max(state[kernels.RATE], 1e-9)
+    slack = state[kernels.PART_SLACK]
+    return float(state[kernels.SAMPLES] * problem.sample_time - over), float(slack if np.isfinite(slack) else problem.stock)
