@@ -13,9 +13,9 @@ from scipy import interpolate
 
 from sdpgrind import locus
 from sdpgrind.locus import kernels
-from sdpgrind.locus._pieces import counts, tabulate
-from sdpgrind.locus._plan import marked
-from sdpgrind.locus._trace import Tracer
+from sdpgrind.locus._curve.plan import marked
+from sdpgrind.locus._trace.pieces import counts, tabulate
+from sdpgrind.locus._trace.trace import Tracer
 from sdpgrind.locus.kernels import look_up, retrieve
 
 POINTS = 1000

@@ -12,8 +12,8 @@ import numpy as np
 from scipy import optimize
 
 from sdpgrind import locus
-from sdpgrind.locus._kkt_kernels import evaluate, sizes
-from sdpgrind.locus._tape_kernels import work_size
+from sdpgrind.locus._problem.tape_kernels import work_size
+from sdpgrind.locus._trace.kkt_kernels import evaluate, sizes
 
 
 class Scaled:

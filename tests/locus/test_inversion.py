@@ -7,13 +7,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from sdpgrind.locus import _inversion_kernels as kernels
-from sdpgrind.locus._inversion import Inversion
-from sdpgrind.locus._inversion_kernels import find_state, retrieve
-from sdpgrind.locus._table import Table
-from sdpgrind.locus._table_kernels import ABOVE, BELOW, INSIDE, NO_KEY
-from sdpgrind.locus._tape import tape
-from sdpgrind.locus._tape_kernels import run_many, work_size
+from sdpgrind.locus._curve import inversion_kernels as kernels
+from sdpgrind.locus._curve.inversion import Inversion
+from sdpgrind.locus._curve.inversion_kernels import find_state, retrieve
+from sdpgrind.locus._curve.table import Table
+from sdpgrind.locus._curve.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY
+from sdpgrind.locus._problem.tape import tape
+from sdpgrind.locus._problem.tape_kernels import run_many, work_size
 
 LOW, HIGH = 0.2, 20.0
 FORMS = {

@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import minimize
 
 from sdpgrind import locus
-from sdpgrind.locus._adaptation import pattern
-from sdpgrind.locus._modifiers import ModifierController
-from sdpgrind.locus._robust import robust_locus
+from sdpgrind.locus._correct._adaptation import pattern
+from sdpgrind.locus._correct.modifiers import ModifierController
+from sdpgrind.locus._robust.robust import robust_locus
 
 
 def problem(power=1.0, slope=0.0, x=(0.2, 5.0)):

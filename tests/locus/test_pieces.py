@@ -5,7 +5,7 @@ import pytest
 from hard_problems import PROBLEMS
 
 from sdpgrind import locus
-from sdpgrind.locus import _pieces
+from sdpgrind.locus._trace import pieces as _pieces
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.locus._tape import tape
-from sdpgrind.locus._tape_kernels import Op, run, run_many, work_size
+from sdpgrind.locus._problem.tape import tape
+from sdpgrind.locus._problem.tape_kernels import Op, run, run_many, work_size
 
 AWKWARD = [
     0.0,

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hard_problems import PROBLEMS, one, problem
 
-from sdpgrind.locus import _kkt_kernels as kkt
-from sdpgrind.locus import _trace_kernels as kernels
-from sdpgrind.locus._exchange_kernels import exchange
-from sdpgrind.locus._tape_kernels import work_size
+from sdpgrind.locus._problem.tape_kernels import work_size
+from sdpgrind.locus._trace import kkt_kernels as kkt
+from sdpgrind.locus._trace import trace_kernels as kernels
+from sdpgrind.locus._trace.exchange_kernels import exchange
 
 
 def given(system, point, hidden):

@@ -1,32 +1,32 @@
 """The best point of a process whose limit drifts with a state that nobody can measure (Koren 1989)."""
 
 from sdpgrind.base.preset_info import PresetInfo
-from sdpgrind.locus._area import Area
-from sdpgrind.locus._area_controller import AreaController
-from sdpgrind.locus._batch import LoopRecord
-from sdpgrind.locus._calibration import Calibration
-from sdpgrind.locus._controller import LocusController
-from sdpgrind.locus._decoupling import decoupling_gains, spectral_radius
-from sdpgrind.locus._design_gain import design_gain
-from sdpgrind.locus._dressed_grinding import DressedGrinding
-from sdpgrind.locus._gain_design import GainDesign
-from sdpgrind.locus._gain_schedule import GainSchedule
-from sdpgrind.locus._grinding import Grinding
-from sdpgrind.locus._koren_example import KorenExample
-from sdpgrind.locus._learned import LearnedStart
-from sdpgrind.locus._locus import Event, Locus
-from sdpgrind.locus._modifiers import ModifierController
-from sdpgrind.locus._motor import MotorAxis
-from sdpgrind.locus._pieces import Columns, Piece
-from sdpgrind.locus._plan import plan
-from sdpgrind.locus._point import Point
-from sdpgrind.locus._presets import preset, presets
-from sdpgrind.locus._problem import Problem, Process, Varying
-from sdpgrind.locus._robust import RobustLocus, robust_locus
-from sdpgrind.locus._roughness import Roughness
-from sdpgrind.locus._stretch import Stretch
-from sdpgrind.locus._stretch_point import StretchPoint
-from sdpgrind.locus._turning import Turning, tool_change_time
+from sdpgrind.locus._control._learned import LearnedStart
+from sdpgrind.locus._control.area_controller import AreaController
+from sdpgrind.locus._control.batch import LoopRecord
+from sdpgrind.locus._control.controller import LocusController
+from sdpgrind.locus._correct.modifiers import ModifierController
+from sdpgrind.locus._curve.area import Area
+from sdpgrind.locus._curve.locus import Event, Locus
+from sdpgrind.locus._curve.plan import plan
+from sdpgrind.locus._curve.point import Point
+from sdpgrind.locus._gains.decoupling import decoupling_gains, spectral_radius
+from sdpgrind.locus._gains.design_gain import design_gain
+from sdpgrind.locus._gains.gain_design import GainDesign
+from sdpgrind.locus._gains.gain_schedule import GainSchedule
+from sdpgrind.locus._problem.problem import Problem, Process, Varying
+from sdpgrind.locus._processes.dressed_grinding import DressedGrinding
+from sdpgrind.locus._processes.grinding import Grinding
+from sdpgrind.locus._processes.koren_example import KorenExample
+from sdpgrind.locus._processes.motor import MotorAxis
+from sdpgrind.locus._processes.presets import preset, presets
+from sdpgrind.locus._processes.roughness import Roughness
+from sdpgrind.locus._processes.turning import Turning, tool_change_time
+from sdpgrind.locus._robust.robust import RobustLocus, robust_locus
+from sdpgrind.locus._stretch._stretch_point import StretchPoint
+from sdpgrind.locus._stretch.calibration import Calibration
+from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus._trace.pieces import Columns, Piece
 
 __all__ = [
     "Area",

@@ -6,7 +6,7 @@ an array) tells of, and the best controls for it. Both say where the number was:
 whose end is taken, or ``NO_KEY``.
 """
 
-from sdpgrind.locus._inversion_kernels import retrieve
-from sdpgrind.locus._table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
+from sdpgrind.locus._curve.inversion_kernels import retrieve
+from sdpgrind.locus._curve.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
 
 __all__ = ["ABOVE", "BELOW", "INSIDE", "NO_KEY", "look_up", "retrieve"]

@@ -1,0 +1,163 @@
+"""The controller over several hidden states: as many measured constraints, one believed state for each."""
+
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Self
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.locus._control._readings import usable
+from sdpgrind.locus._curve.area import Area
+from sdpgrind.locus._curve.point import Point
+from sdpgrind.locus._problem.tape_kernels import run_many
+
+
+@dataclass(frozen=True)
+class AreaController(Frozen):
+    """Keeps a process at its best over several hidden states by several measurements: Koren's controller in more dimensions.
+
+    Its coordinates are the hidden states that it believes in; controls are the best ones for them. Along the best points the
+    slope of the slacks by these coordinates is that of the responses by the hidden states, E_s, so the gain matrix is ``theta``
+    times its inverse (see `decoupling_gains`): errors of all constraints fall by the share theta in each sample, and none
+    disturbs another. Where a constraint is active its error is limit less reading, which a wrong model of the response does not
+    bend; where it is not, the reading is compared with the model. States are clamped to their ranges, and nothing winds up.
+
+    Parameters
+    ----------
+    curve : Area
+        The best points, as `plan` gives them.
+    theta : float
+        Share (0, 1] of each error that is taken back in a sample.
+    start : mapping, optional
+        Hidden states at the start, in their units; else the middle of their ranges.
+    margin : mapping, optional
+        By how much limits are backed off, in the unit of each response.
+    period : float, optional
+        Between two samples, s; None: a sample at each event of the plant.
+
+    Raises
+    ------
+    ValueError
+        When theta or a state is out of range, or a name is unknown.
+    TypeError
+        When the curve is no `Area`.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> area = locus.plan(locus.preset("grinding-roughness"))
+    >>> controller = locus.AreaController(area)
+    >>> command = controller.step(grinding_power=1400.0, roughness=0.0008)  # W, mm
+    >>> sorted(command)
+    ['dressing_lead', 'infeed_rate', 'work_rotation']
+    """
+
+    curve: Area
+    _: KW_ONLY
+    theta: float = 0.5
+    start: Mapping[str, float] | None = None
+    margin: Mapping[str, float] = field(default_factory=dict)
+    period: float | None = None
+    state: Floats = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        checks.kind("curve", self.curve, Area, ", as locus.plan gives it for several hidden states")
+        checks.share("theta", self.theta)
+        if self.period is not None:
+            checks.positive("period", self.period, "s")
+        for name, value in self.margin.items():
+            checks.one_of("margin", name, self.curve.responses)
+            checks.nonnegative(f"margin[{name!r}]", value, self.curve.problem.unit(name))
+        object.__setattr__(self, "state", self._first())
+
+    def _first(self) -> Floats:
+        hidden, system = self.curve.problem.hidden, self.curve.system
+        if self.start is None:
+            return np.full(system.h, 0.5)
+        if set(self.start) != set(hidden):
+            raise ValueError(f"start must have {', '.join(hidden)}; got {', '.join(self.start)}")
+        values = [checks.within(f"start[{name!r}]", self.start[name], *ends) for name, ends in hidden.items()]
+        return system.scaled(np.array(values), system.n)
+
+    def __deepcopy__(self, memo: object) -> Self:
+        other = copy(self)
+        object.__setattr__(other, "state", self.state.copy())
+        return other
+
+    @property
+    def reads(self) -> Mapping[str, str]:
+        """What it needs to be told, and in which units."""
+        return {name: self.curve.problem.unit(name) for name in self.curve.responses}
+
+    @property
+    def commands(self) -> Mapping[str, str]:
+        """What it commands, and in which units."""
+        return {name: self.curve.problem.unit(name) for name in self.curve.names}
+
+    @property
+    def reports(self) -> Mapping[str, str]:
+        """What it reports, and in which units."""
+        return {name: self.curve.problem.unit(name) for name in self.curve.problem.hidden_names}
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """What the machine must have set up, in the units given there: what the process says of itself, where it does."""
+        return dict(getattr(self.curve.problem.model, "job", {}))
+
+    def reset(self) -> None:
+        """Begin the next run, at the start."""
+        self.state[:] = self._first()
+
+    @property
+    def command(self) -> dict[str, float]:
+        """All controls now, in the user's units."""
+        return self._best().controls
+
+    def _best(self) -> Point:
+        return self.curve.at(**self.report())
+
+    def step(self, **measurement: float) -> dict[str, float]:
+        """Return all controls for the next sample, in the user's units.
+
+        Parameters
+        ----------
+        **measurement : float
+            All responses by their names, in their units. NaN, or without bounds: no reading, its error counts for nothing.
+
+        Raises
+        ------
+        ValueError
+            When a response is not among them.
+        TypeError
+            When it is no number.
+        """
+        missing = [name for name in self.curve.responses if name not in measurement]
+        if missing:
+            raise ValueError(f"measurement must have {', '.join(missing)}; got {', '.join(measurement) or 'nothing'}")
+        readings = np.array([usable(name, measurement[name]) for name in self.curve.responses])
+        error, slopes = self._errors(readings)
+        known = np.isfinite(error)
+        move = np.linalg.lstsq(slopes[known], error[known], rcond=None)[0] if np.any(known) else np.zeros(self.state.size)
+        self.state[:] = np.clip(self.state + self.theta * move, 0.0, 1.0)
+        return self.command
+
+    def _errors(self, readings: Floats) -> tuple[Floats, Floats]:
+        """Reading less what it should be, over the scale of each constraint; slopes of the responses by the scaled states."""
+        system, best = self.curve.system, self._best()
+        controls, hidden = np.array(list(best.controls.values())), system.unscaled(self.state, system.n)
+        out = np.empty((1, system.m * (1 + system.h)))
+        run_many(system.response_tape, np.concatenate([controls, hidden])[None], out)
+        limit = system.values(controls, hidden)[2] - [self.margin.get(name, 0.0) for name in self.curve.responses]
+        active = np.array([best.multipliers[name] > 0 for name in self.curve.responses])
+        error = (readings - np.where(active, limit, out[0, : system.m])) / system.scales
+        slopes = out[0, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self.state, system.n)
+        return error, slopes / system.scales[:, None]
+
+    def report(self) -> dict[str, float]:
+        """Return the hidden states that it believes in, in their units."""
+        hidden = self.curve.system.unscaled(self.state, self.curve.system.n)
+        return dict(zip(self.curve.problem.hidden_names, map(float, hidden), strict=True))

@@ -1,0 +1,301 @@
+"""Modifier adaptation: a model whose constraint and slopes are corrected by what the plant shows, so that its optimum is true.
+
+Where a locus trusts the model for the direction in which to look, this measures it. In iteration k the model's problem is
+corrected by a bias and by gradient modifiers (Marchetti, Chachuat and Bonvin 2009):
+
+    minimise phi(z) + q . z   subject to   P(z) + b + p . (z - z_k) <= 0,
+
+with b, p, q such that value of P and gradients of P and phi are those of the plant at z_k. Where this comes to rest, the
+conditions of a best point hold for the plant: P = 0 and grad phi + mu grad P = 0 are the same equations for both. It needs slopes
+of the plant. Those along the limit are enough: there dP = 0 says that the direction is that of the plant's own limit, and the
+rest follows from dphi = 0; the multiplier does not matter. A dither along the limit costs to second order only, one across it to
+first. So the controls are moved along the corrected limit, in a pattern of signs, and what the corrected model does not explain
+is fitted by places and a trend.
+"""
+
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from math import isnan
+from typing import Self
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.locus._correct._adaptation import Adaptation, pattern
+from sdpgrind.locus._correct.modified import Modified
+from sdpgrind.locus._problem.problem import Problem
+
+FEEDBACK = ("state", "bias")
+STILL = 0.5
+"""Share of the dither: a direction in which the point moves by less says little about slopes."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModifierController(Frozen):
+    """Correct the model by measured value and slopes of constraint and cost, and go to its optimum: modifier adaptation.
+
+    It reaches the optimum of a plant that differs from the model in kind, which no locus of that model does; it pays for that
+    with a dither along the limit, and with an answer that waits for slopes. Measured are the response and, where the model may
+    be wrong about it, the cost. Each reading must be of a plant that has settled: no lag is known of.
+
+    Parameters
+    ----------
+    problem : Problem
+        The model: one hidden state, one constraint.
+    feedback : {"state", "bias"}
+        What keeps the constraint at its limit from sample to sample: the hidden state that explains the reading, so that the
+        point moves along the locus of the corrected model; or a bias at a hidden state that stays.
+    hidden : float, optional
+        Hidden state at the start, in its unit; else the middle of its range.
+    dither : float
+        By how much controls are moved along the limit, as a share of their (logarithmic, where positive) ranges. Slopes are
+        believed less while the point itself moves by more.
+    across : float
+        The same across the limit; not needed. Where nothing is active, controls are moved in all directions by `dither`.
+    filter : float
+        Share (0, 1] of new slopes that is believed, once for each pattern: of 2^n samples for n controls, 2^(n+1) with `across`.
+    gain : float
+        Share (0, 1] of a new hidden state or bias that is believed, at each sample.
+    trust : float
+        Greatest move from sample to sample, as a share of the ranges.
+    margin : float
+        By how much the limit is backed off, in its unit.
+    cost : str, optional
+        Name of the measured cost; None: the model knows its cost.
+    period : float, optional
+        Between two samples, s; None: a sample at each event of the plant.
+
+    Raises
+    ------
+    ValueError
+        When the problem has several hidden states or constraints, or a value is out of range.
+
+    Examples
+    --------
+    A plant in which the speed counts with another power, which the model cannot follow:
+
+    >>> from sdpgrind import locus
+    >>> controller = ModifierController(locus.preset("koren-example"), hidden=1.0, dither=1e-3)
+    >>> for _ in range(400):
+    ...     u, v = controller.command.values()
+    ...     _ = controller.step(response=v**1.2 + 16 - 4 * v, cost=(u - 1) ** 2 + (v - 4) ** 2)
+    >>> {name: round(value, 3) for name, value in controller.center.items()}  # without units; the model alone says 2 and 3
+    {'u': 2.027, 'v': 2.517}
+    """
+
+    problem: Problem
+    _: KW_ONLY
+    feedback: str = "state"
+    hidden: float | None = None
+    dither: float = 0.01
+    across: float = 0.0
+    filter: float = 0.5
+    gain: float = 1.0
+    trust: float = 0.1
+    margin: float = 0.0
+    cost: str | None = "cost"
+    period: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.kind("problem", self.problem, Problem, " (see locus.preset)")
+        if len(self.problem.hidden) != 1 or len(self.problem.varying) != 1:
+            told = f"{len(self.problem.hidden)} and {len(self.problem.varying)}"
+            raise ValueError(f"problem must have one hidden state and one constraint; got {told}")
+        if self.problem.system.limit_varies:
+            raise ValueError("limit must not depend on the hidden state, for a controller is to compute it; it does")
+        checks.one_of("feedback", self.feedback, FEEDBACK)
+        for name in ("filter", "gain", "trust"):
+            checks.share(name, getattr(self, name))
+        if not 0 < checks.number("dither", self.dither) < 0.25:
+            raise checks.refuse("dither", "in (0, 0.25)", self.dither)
+        if not 0 <= checks.number("across", self.across) < 0.25:
+            raise checks.refuse("across", "in [0, 0.25)", self.across)
+        checks.number("margin", self.margin)
+        if self.period is not None:
+            checks.positive("period", self.period, "s")
+        _ = self.start_hidden
+
+    @property
+    def start_hidden(self) -> float:
+        """Hidden state at the start, in its unit."""
+        (name,) = self.problem.hidden_names
+        low, high = self.problem.hidden[name]
+        return 0.5 * (low + high) if self.hidden is None else checks.within(name, self.hidden, low, high, self.problem.unit(name))
+
+    @property
+    def response(self) -> str:
+        """Name of the measurement that is to stay under its limit; `Problem.unit` tells the unit."""
+        return self.problem.varying[0].name
+
+    @cached_property
+    def _modified(self) -> Modified:
+        return Modified(self.problem)
+
+    @cached_property
+    def state(self) -> Adaptation:
+        """What it has learned (scaled, unit 1)."""
+        n = self._modified.n
+        modifiers = np.append(self.start_hidden, np.zeros(1 + 2 * n))
+        if not self._modified.begin(modifiers):
+            raise ValueError(f"hidden must be a state with a feasible point; {self.start_hidden:g} has none")
+        state = Adaptation(n, self.start_hidden, self._modified.point[:n].copy())
+        self._begin(state)
+        self._move(state)
+        return state
+
+    def __deepcopy__(self, memo: object) -> Self:
+        """A controller in the same state."""
+        twin = self.replace()
+        for name in ("state", "_modified"):
+            if name in self.__dict__:
+                twin.__dict__[name] = deepcopy(self.__dict__[name])
+        return twin
+
+    @property
+    def reads(self) -> Mapping[str, str]:
+        """Name of each measurement to its unit."""
+        return {name: self.problem.unit(name) for name in (self.response, self.cost) if name is not None}
+
+    @property
+    def commands(self) -> Mapping[str, str]:
+        """Names of the controls to their units."""
+        return {name: self.problem.unit(name) for name in self.problem.names}
+
+    @property
+    def reports(self) -> Mapping[str, str]:
+        """Names of what it reports to their units."""
+        (name,) = self.problem.hidden_names
+        return {
+            name: self.problem.unit(name),
+            "bias": self.problem.unit(self.response),
+            "slack": self.problem.unit(self.response),
+        }
+
+    def reset(self) -> None:
+        """Forget what was learned."""
+        self.__dict__.pop("state", None)
+
+    @property
+    def command(self) -> dict[str, float]:
+        """The controls, with their dither, in the user's units."""
+        return dict(zip(self.problem.names, self.state.command.tolist(), strict=True))
+
+    @property
+    def center(self) -> dict[str, float]:
+        """The controls without dither, in the user's units."""
+        return dict(zip(self.problem.names, self._modified.model.unscaled(self.state.center).tolist(), strict=True))
+
+    def step(self, **measurement: float) -> dict[str, float]:
+        """Return all controls for the next sample, in the user's units.
+
+        Parameters
+        ----------
+        **measurement : float
+            Response and cost by their names, in their units (NaN: no reading). Others are not used.
+
+        Raises
+        ------
+        ValueError
+            When one of them is missing.
+        """
+        for name in self.reads:
+            if name not in measurement:
+                raise ValueError(f"measurement must have {name!r}; got {', '.join(measurement) or 'nothing'}")
+        state, response = self.state, float(measurement[self.response])
+        cost = 0.0 if self.cost is None else float(measurement[self.cost])
+        if not (isnan(response) or isnan(cost)):
+            self._learn(response, cost)
+        state.row += 1
+        if state.row == len(state.signs):
+            self._turn()
+            self._begin(state)
+        self._improve()
+        self._move(state)
+        return self.command
+
+    def _learn(self, response: float, cost: float) -> None:
+        """Take the reading into the rows of the pattern, and follow the constraint."""
+        state, modified, z = self.state, self._modified, self.state.command
+        limit = modified.limit(z)
+        P = response - limit + self.margin
+        tilt = float(state.constraint @ (z - state.reference))
+        known, paid, _ = modified.values(z, state.believed)
+        place = state.center + state.directions @ state.signs[state.row]
+        state.rows.append((P - tilt - known, cost - paid - float(state.cost @ z), state.row, *place))
+        state.slack = self.margin - P
+        if self.feedback == "state":
+            found = modified.hidden_of(z, P - tilt + limit)
+            state.hidden += self.gain * (found - state.hidden)
+            state.bias = P - tilt - modified.values(z, found)[0]  # 0, unless no hidden state explains the reading
+        else:
+            state.bias += self.gain * (P - tilt - modified.values(z, state.hidden)[0] - state.bias)
+
+    def _turn(self) -> None:
+        """Fit what is not explained by places and a trend: slopes along the directions, for the modifiers."""
+        state, model = self.state, self._modified.model
+        rows, state.rows = np.array(state.rows), []
+        k = state.directions.shape[1]
+        if len(rows) < k + 2:
+            return
+        slopes = state.units[:, :k] @ self._fitted(rows, k) / model.unscaled_slope(state.center)[:, None]
+        here = model.unscaled(state.center)
+        state.bias += float(state.constraint @ (here - state.reference))
+        state.reference = here
+        believed = self.filter * self._stillness(rows)
+        state.constraint = state.constraint + believed * slopes[:, 0]
+        if self.cost is not None:
+            state.cost = state.cost + believed * slopes[:, 1]
+
+    def _stillness(self, rows: Floats) -> float:
+        """Share of the slopes that is believed: less where the point moved by more than the dither, for it goes over curves."""
+        centers = rows[:, 3:] - (self.state.directions @ self.state.signs[rows[:, 2].astype(int)].T).T
+        return float(1 / (1 + np.sum(np.var(centers, axis=0)) / self.dither**2))
+
+    def _fitted(self, rows: Floats, k: int) -> Floats:
+        """Slopes (k, 2) along the directions of dither. The point also moves in others; what that explains is left out.
+
+        A small weight keeps slopes in directions in which it does not move at 0.
+        """
+        places = (rows[:, 3:] - rows[:, 3:].mean(axis=0)) @ self.state.units / self.dither
+        planes = np.column_stack([places, np.ones(len(rows)), rows[:, 2] - rows[:, 2].mean()])
+        others = places.shape[1] - k
+        still = np.zeros((others, planes.shape[1]))
+        still[:, k : k + others] = STILL * np.eye(others)
+        given = np.vstack([rows[:, :2], np.zeros((others, 2))])
+        return np.asarray(np.linalg.lstsq(np.vstack([planes, still]), given, rcond=None)[0][:k] / self.dither)
+
+    def _begin(self, state: Adaptation) -> None:
+        """Directions of the next pattern: along the limit of the corrected model, and across it where that is asked for."""
+        model, n = self._modified.model, self._modified.n
+        z = model.unscaled(state.center)
+        normal = (self._modified.values(z, state.hidden)[2] + state.constraint) * model.unscaled_slope(state.center)
+        basis = np.linalg.svd(normal[None])[2]  # the first row is across, the others along
+        sizes = np.full(n, self.dither)
+        if self._modified.active:
+            sizes[0] = self.across
+        order, k = np.argsort(sizes == 0, kind="stable"), int(np.sum(sizes > 0))
+        state.units, state.signs = basis[order].T, pattern(k)
+        state.directions = state.units[:, :k] * sizes[order[:k]]
+        state.row, state.believed = 0, state.hidden
+
+    def _improve(self) -> None:
+        """Go to the best point of the corrected model, as far as it is trusted."""
+        state = self.state
+        best = self._modified.best(state.modifiers())
+        if best is None:
+            state.failures += 1
+        else:
+            room, step = max(self.dither, self.across), np.clip(best - state.center, -self.trust, self.trust)
+            state.center = np.clip(state.center + step, room, 1 - room)
+
+    def _move(self, state: Adaptation) -> None:
+        state.command = self._modified.model.unscaled(state.center + state.directions @ state.signs[state.row])
+
+    def report(self) -> dict[str, float]:
+        """Return its hidden state, bias and the slack that it saw last; user's units."""
+        state = self.state
+        return dict(zip(self.reports, (state.hidden, state.bias, state.slack), strict=True))

@@ -1,0 +1,187 @@
+"""Best points over several hidden states: an area rather than a curve, looked up by following from the nearest points known."""
+
+import itertools
+import os
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import optimize
+
+from sdpgrind.base import checks, records
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._curve.point import Point, named_point
+from sdpgrind.locus._problem.problem import Problem
+from sdpgrind.locus._problem.system import System, system_of
+from sdpgrind.locus._trace.grid import Grid
+from sdpgrind.locus._trace.pieces import kind_of, point_of
+from sdpgrind.locus._trace.trace import Run, Tracer
+
+
+class Area:
+    """All best points of a problem with several hidden states, in the units of the problem; immutable.
+
+    A grid of exact points is kept; between them `at` follows from the nearest ones, through every change of what is active, and
+    takes the cheapest.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was planned.
+    degenerate : bool
+        Whether many points were as good: then the one of the most slack was taken.
+    """
+
+    def __init__(self, problem: Problem, grid: Grid, degenerate: bool = False):
+        self.problem, self.grid, self.degenerate = problem, grid, degenerate
+
+    @property
+    def system(self) -> System:
+        """The problem as expressions; private to this package."""
+        return system_of(self.problem, self.degenerate)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the controls."""
+        return self.problem.names
+
+    @property
+    def responses(self) -> tuple[str, ...]:
+        """Names of what is measured; `Problem.unit` tells the units."""
+        return self.problem.responses
+
+    @cached_property
+    def _places(self) -> Floats:
+        return np.linspace(0.0, 1.0, self.grid.points.shape[0])
+
+    @property
+    def known(self) -> Any:
+        """Whether a best point is known at each node of the grid: equal steps of the scaled hidden states (unit 1)."""
+        return np.isfinite(self.grid.residual)
+
+    @property
+    def error(self) -> float:
+        """Largest residual of the conditions of a best point, in scaled form (unit 1), over the grid."""
+        return float(np.max(self.grid.residual[self.known]))
+
+    def at(self, **hidden: float) -> Point:
+        """Return the best point for hidden states, exact.
+
+        Parameters
+        ----------
+        **hidden : float
+            All hidden states by name, in their units.
+
+        Raises
+        ------
+        ValueError
+            When a state is missing, beyond its range, or there is no feasible point.
+        """
+        names = self.problem.hidden_names
+        if set(hidden) != set(names):
+            raise ValueError(f"hidden states must be {', '.join(names)}; got {', '.join(sorted(hidden))}")
+        x = np.array([checks.within(name, hidden[name], *self.problem.hidden[name], self.problem.unit(name)) for name in names])
+        return self._at(x)
+
+    def _at(self, x: Floats, clamped: bool = False) -> Point:
+        place = self.system.scaled(x, self.system.n)
+        found = [end for corner in self._corners(place) if (end := self._followed(corner, place)) is not None]
+        if not found:
+            given = ", ".join(f"{name} = {value:g}" for name, value in zip(self.problem.hidden_names, x, strict=True))
+            raise ValueError(f"hidden states must have a feasible point; none is known at {given}")
+        columns = [(point_of(Tracer(self.system, place, 0), run.held, run.nodes[-1], run.tangents[-1]), run) for run in found]
+        best, run = min(columns, key=lambda pair: float(pair[0].cost[0]))
+        states = dict(zip(self.problem.hidden_names, map(float, x), strict=True))
+        return named_point(self.problem, states, best, kind_of(run.held, self.system.n), clamped)
+
+    def _corners(self, place: Floats) -> list[tuple[int, ...]]:
+        last = len(self._places) - 1
+        low = np.clip(np.searchsorted(self._places, place, side="right") - 1, 0, last - 1)
+        around = (tuple(low + step) for step in itertools.product((0, 1), repeat=len(place)))
+        return [corner for corner in around if self.known[corner]]
+
+    def _followed(self, corner: tuple[int, ...], place: Floats) -> Run | None:
+        """From a node of the grid, one hidden state after the other, to a place; the last run, or None where the way ends."""
+        point, held = self.grid.points[corner].copy(), self.grid.held[corner]
+        hidden = self._places[list(corner)].copy()
+        run = Run(point[None], np.eye(1, len(point), len(point) - 1), held, end=("range", 0))
+        for t in (*range(1, len(place)), 0):
+            point[-1] = hidden[t]
+            low, high = sorted((hidden[t], place[t]))
+            if high > low:
+                run = Tracer(self.system, hidden, t).follow(point, held, np.sign(place[t] - hidden[t]), low, high)[-1]
+                if run.end[0] != "range":
+                    return None
+                point, held = run.nodes[-1].copy(), run.held
+            hidden[t] = place[t]
+        point[-1] = place[0]
+        return Run(point[None], np.eye(1, len(point), len(point) - 1), held)
+
+    def retrieve(self, **measured: float) -> Point:
+        """Return the best point for what is measured at any point: the hidden states are inverted from it first.
+
+        Parameters
+        ----------
+        **measured : float
+            All controls, and as many responses as there are hidden states, or more, by name, in their units.
+
+        Raises
+        ------
+        ValueError
+            When a name is missing or unknown, a value is not finite, or there is no feasible point.
+        """
+        responses = [name for name in self.responses if name in measured]
+        h = len(self.problem.hidden)
+        if set(measured) != {*self.names, *responses} or len(responses) < h:
+            needed = f"all of {', '.join(self.names)} and {h} of {', '.join(self.responses)}"
+            raise ValueError(f"measured must be {needed}; got {', '.join(sorted(measured))}")
+        values = {name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()}
+        controls = np.array([self.problem.control(name, values[name]) for name in self.names])
+        rows = [self.responses.index(name) for name in responses]
+        place, clamped = self._inverted(controls, rows, np.array([values[name] for name in responses]))
+        return self._at(self.system.unscaled(place, self.system.n), clamped)
+
+    def _inverted(self, controls: Floats, rows: list[int], measured: Floats) -> tuple[Floats, bool]:
+        system, scales = self.system, self.system.scales[rows]
+
+        def misfit(place: Floats) -> Floats:
+            hidden = system.unscaled(place, system.n)
+            return (system.values(controls, hidden)[1][rows] - measured) / scales
+
+        found = optimize.least_squares(misfit, np.full(system.h, 0.5), bounds=(0.0, 1.0), xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        return np.clip(found.x, 0.0, 1.0), bool(np.max(np.abs(found.fun)) > 1e-6)
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The grid as labelled arrays with units; NaN where no best point is known."""
+        from sdpgrind.locus._curve._area_record import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the area to a NetCDF file at `path`; functions of one's own go with it, as expressions."""
+        records.write(self.dataset, path, "locus.area")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Area":
+        """Read the area that `save` wrote to `path`."""
+        from sdpgrind.locus._curve._area_record import restored
+
+        return restored(records.read(path))
+
+    def plot(self) -> Any:
+        """Draw each control over the first two hidden states; return the figure."""
+        from sdpgrind.locus._curve.pictures import area_picture
+
+        return area_picture(self)
+
+    @property
+    def status(self) -> str:
+        """One sentence: what was found (residual in unit 1)."""
+        share = np.mean(self.known)
+        told = f"{self.known.sum()} exact points, {100 * share:.0f} % of the grid, residual {self.error:.1g}"
+        return told + ("; many points are as good, the one of the most slack was taken" if self.degenerate else "")
+
+    def __repr__(self) -> str:
+        return f"Area({self.status})"

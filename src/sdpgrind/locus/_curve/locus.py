@@ -1,0 +1,329 @@
+"""The optimal locus of a problem with one hidden state: pieces, events, jumps; the best point for a state or a measurement."""
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import xarray as xr
+
+from sdpgrind.base import checks, records
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._curve.inversion_kernels import find_state
+from sdpgrind.locus._curve.point import Point, named_point
+from sdpgrind.locus._curve.table_kernels import INSIDE
+from sdpgrind.locus._problem.problem import Problem
+from sdpgrind.locus._problem.system import System, system_of
+from sdpgrind.locus._problem.tape_kernels import run, work_size
+from sdpgrind.locus._trace import trace_kernels as kernels
+from sdpgrind.locus._trace.kkt_kernels import GOOD
+from sdpgrind.locus._trace.pieces import Columns, Piece, point_of
+from sdpgrind.locus._trace.trace import ROUNDING, Tracer
+
+if TYPE_CHECKING:
+    from sdpgrind.locus._curve.inversion import Inversion
+    from sdpgrind.locus._curve.table import Table
+    from sdpgrind.locus._stretch.stretch import Stretch
+
+
+NEAR, FAR = 1e-6, 0.25
+"""A point that is farther from where it is looked for, scaled, and over the distance of its neighbours, is another one."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens at one value of the hidden state.
+
+    Attributes
+    ----------
+    kind : str
+        "<constraint> active" or "inactive", "<control> least", "greatest" or "released", as the hidden state rises; "fold",
+        "jump", "infeasible", "branch point".
+    hidden : float
+        Where, in the unit of the hidden state.
+    controls : dict
+        The controls there.
+    """
+
+    kind: str
+    hidden: float
+    controls: dict[str, float]
+
+
+class Locus:
+    """All best points of a problem with one hidden state, in the units of the problem; immutable.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was planned.
+    pieces : tuple of Piece
+        The global ones and those that are only the best nearby, branch by branch.
+    degenerate : bool
+        Whether many points were as good: then the one of the most slack was taken.
+    """
+
+    def __init__(self, problem: Problem, table: Columns, pieces: tuple[Piece, ...], degenerate: bool = False):
+        self.problem, self._table, self.pieces, self.degenerate = problem, table, pieces, degenerate
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # nothing in it changes
+
+    @property
+    def system(self) -> System:
+        """The problem as expressions; private to this package."""
+        return system_of(self.problem, self.degenerate)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the controls."""
+        return self.problem.names
+
+    @property
+    def hidden_name(self) -> str:
+        """Name of the hidden state; `Problem.unit` tells its unit."""
+        return self.problem.hidden_names[0]
+
+    @property
+    def responses(self) -> tuple[str, ...]:
+        """Names of what is measured; `Problem.unit` tells the units."""
+        return self.problem.responses
+
+    @property
+    def error(self) -> float:
+        """Largest residual of the conditions of a best point, in scaled form (unit 1), over all points of the table."""
+        return float(np.max(self._table.residual))
+
+    @cached_property
+    def best(self) -> tuple[Piece, ...]:
+        """The global pieces, by rising hidden state (units of the problem)."""
+        return tuple(sorted((piece for piece in self.pieces if piece.is_global), key=lambda piece: piece.range))
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """What happens along all pieces, by rising hidden state (units of the problem)."""
+        found: dict[tuple[str, float], Event] = {}
+        for piece in self.pieces:
+            for kind, k in ((piece.start, 0), (piece.end, -1)):
+                x = float(piece.table.hidden[k])
+                if kind not in ("", "range"):
+                    found.setdefault((kind, round(x, 12)), Event(kind, x, self._named(piece.table.controls[k])))
+        return tuple(sorted(found.values(), key=lambda event: event.hidden))
+
+    @property
+    def folds(self) -> tuple[Event, ...]:
+        """Where a branch turns back (units of the problem)."""
+        return tuple(event for event in self.events if event.kind == "fold")
+
+    @property
+    def jumps(self) -> tuple[Event, ...]:
+        """Where another branch becomes cheaper, or the cheapest one ends (units of the problem)."""
+        return tuple(event for event in self.events if event.kind == "jump")
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """Least and greatest hidden state with a best point, in its unit."""
+        return self.best[0].range[0], self.best[-1].range[1]
+
+    @cached_property
+    def _ends(self) -> Floats:
+        return np.array([piece.range[1] for piece in self.best])
+
+    def _named(self, values: Iterable[float]) -> dict[str, float]:
+        return dict(zip(self.names, map(float, values), strict=True))
+
+    def at(self, *, throw: bool = True, **hidden: float) -> Point:
+        """Return the best point for a hidden state, exact.
+
+        Parameters
+        ----------
+        **hidden : float
+            The hidden state by its name, in its unit.
+        throw : bool
+            Whether a state beyond the range is an error; False: the end of the range is taken, and the point says so.
+
+        Raises
+        ------
+        ValueError
+            When the state is not finite, of another name, beyond the range, or has no feasible point.
+        """
+        name = self.hidden_name
+        if set(hidden) != {name}:
+            raise ValueError(f"hidden state must be given by its name, {name}=...; got {', '.join(sorted(hidden)) or 'nothing'}")
+        x = checks.number(name, hidden[name], self.problem.unit(name))
+        point, (low, high) = self._at(x), self.range
+        if throw and point.clamped:
+            raise checks.refuse(name, f"in [{low:g}, {high:g}], where best points are known", x, self.problem.unit(name))
+        return point
+
+    def _at(self, x: float, clamped: bool = False) -> Point:
+        low, high = self.range
+        clamped = clamped or max(low - x, x - high) > ROUNDING * (high - low)  # by more than the ends are off
+        x = min(max(x, low), high)
+        piece = self._piece(x)
+        return named_point(self.problem, {self.hidden_name: x}, self.point_at(piece, x), piece.kind, clamped)
+
+    def point_at(self, piece: Piece, x: float) -> Columns:
+        """What is known at one hidden state on a piece, exact; private to this package."""
+        table, n, m = piece.table, self.system.n, self.system.m
+        place = self.system.scaled(np.array([x]), n)
+        k = int(np.clip(np.searchsorted(table.hidden, x), 1, len(table.hidden) - 1))
+        point, near = np.empty_like(table.points[0]), k - (table.hidden[k] - x > x - table.hidden[k - 1])
+        ends = (table.points[k - 1], table.points[k], table.along[k - 1], table.along[k])
+        length = kernels.between(*ends, place[0], point)
+        guess, kkt, hidden = point.copy(), self.system.kkt_tape, np.zeros(1)
+        left = kernels.settle_at(kkt, n, m, 1, hidden, 0, piece.held, point, 20)
+        if not left <= GOOD or np.max(np.abs(point - guess)) > max(NEAR, FAR * length):
+            point = guess  # at an end, where multipliers or slopes have no limit
+        return point_of(Tracer(self.system, hidden), piece.held, point, table.along[near])
+
+    def _piece(self, x: float) -> Piece:
+        k = min(int(np.searchsorted(self._ends, x)), len(self.best) - 1)
+        piece = self.best[k]
+        if x < piece.range[0]:
+            before = self.best[k - 1].range[1]
+            if piece.range[0] - before <= NEAR * (self.range[1] - self.range[0]):  # where branches part
+                return piece
+            gap = f"between {before:.6g} and {piece.range[0]:.6g} none is known"
+            raise ValueError(f"{self.hidden_name} must have a feasible point: {gap}; got {x:g}")
+        return piece
+
+    def retrieve(self, *, throw: bool = False, **measured: float) -> Point:
+        """Return the best point for what is measured at any point: the hidden state is inverted from it first.
+
+        Parameters
+        ----------
+        **measured : float
+            All controls, where the response was measured, and one response, by name, in their units.
+        throw : bool
+            Whether a measurement that no hidden state explains is an error; False: the nearest end is taken, and told.
+
+        Raises
+        ------
+        ValueError
+            When a name is missing or unknown, a value is not finite, or the response tells nothing of the hidden state there.
+        """
+        responses = [name for name in self.responses if name in measured]
+        if set(measured) != {*self.names, *responses} or len(responses) != 1:
+            needed = f"all of {', '.join(self.names)} and one of {', '.join(self.responses)}"
+            raise ValueError(f"measured must be {needed}; got {', '.join(sorted(measured))}")
+        values = {name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()}
+        controls = np.array([self.problem.control(name, values[name]) for name in self.names])
+        x, inside = self._inverted(controls, responses[0], values[responses[0]])
+        if throw and not inside:
+            raise checks.refuse(responses[0], "what some hidden state in its range explains", values[responses[0]])
+        return self._at(x, clamped=not inside)
+
+    def _inverted(self, controls: Floats, response: str, measured: float) -> tuple[float, bool]:
+        tape, (low, high) = self.system.response_tape, self.problem.hidden[self.hidden_name]
+        out, work = np.empty(2 * self.system.m), np.empty(work_size(tape))
+        inputs = np.append(controls, 0.5 * (low + high))
+        run(tape, inputs, work, out)
+        j, slope = self.responses.index(response), self.system.m + self.responses.index(response)
+        if not abs(out[slope]) > 0.0:
+            raise ValueError(f"{response} must tell something of {self.hidden_name}; at these controls it tells nothing")
+        places = (len(controls), j, slope)
+        flag = find_state(tape, inputs, places, low, high, np.sign(out[slope]), measured, work, out)
+        return float(inputs[-1]), flag == INSIDE
+
+    def table(self, key: str | None = None, *, points: int = 200) -> "Table":
+        """Return the best controls by one number, as a compiled table: cubic with exact slopes.
+
+        Parameters
+        ----------
+        key : str, optional
+            The hidden state (if None), a control, or a response, on the locus where it equals its limit: Koren, Fig. 2; in its
+            unit.
+        points : int
+            About how many nodes.
+
+        Raises
+        ------
+        ValueError
+            When the key does not change one way along the locus.
+        """
+        from sdpgrind.locus._curve.tables import table
+
+        return table(self, key, points)
+
+    def inversion(self, response: str | None = None, *, points: int = 200) -> "Inversion":
+        """Return the way from a response, measured at any controls, to the hidden state and the best controls: one compiled call.
+
+        Parameters
+        ----------
+        response : str, optional
+            Which, where there are several constraints; all numbers in the units of the problem.
+        points : int
+            About how many nodes the table has.
+
+        Raises
+        ------
+        ValueError
+            When the response does not move one way with the hidden state.
+        """
+        from sdpgrind.locus._curve.tables import inversion
+
+        return inversion(self, response, points)
+
+    def stretch(self, along: str, x: tuple[float, float] | None = None) -> "Stretch":
+        """Return the part on which a controller may walk; see `Stretch`.
+
+        Parameters
+        ----------
+        along : str
+            The coordinate: a control, or the hidden state, that is single-valued there.
+        x : (float, float), optional
+            Least and greatest hidden state to reckon with, in its unit; else the range of the problem.
+
+        Raises
+        ------
+        ValueError
+            When a fold, a jump, or a part without an active constraint lies between, or the coordinate is not single-valued.
+        """
+        from sdpgrind.locus._stretch.of_curve import stretch
+
+        return stretch(self, along, x)
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """All points as labelled arrays with units."""
+        from sdpgrind.locus._curve.record import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the locus to a NetCDF file at `path`; functions of one's own go with it, as expressions."""
+        records.write(self.dataset, path, "locus.curve")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Locus":
+        """Read the locus that `save` wrote to `path`."""
+        from sdpgrind.locus._curve.record import restored
+
+        return restored(records.read(path))
+
+    def plot(self) -> Any:
+        """Draw controls and responses over the hidden state, and the locus between the first two controls; return the figure."""
+        from sdpgrind.locus._curve.pictures import picture
+
+        return picture(self)
+
+    @property
+    def status(self) -> str:
+        """One sentence: what was found, and what stands in the way (units of the problem)."""
+        low, high = self.range
+        count = f"{len(self.best)} piece{'s' if len(self.best) > 1 else ''}"
+        told = f"{count} over {self.hidden_name} = {low:.6g} to {high:.6g}, residual {self.error:.1g}"
+        if self.jumps:
+            told += f"; jumps at {', '.join(f'{event.hidden:.6g}' for event in self.jumps)}"
+        if self.folds:
+            told += f"; folds at {', '.join(f'{event.hidden:.6g}' for event in self.folds)}"
+        first, last = self.problem.hidden[self.hidden_name]
+        if max(low - first, last - high) > 1e-9 * (last - first):
+            told += f"; no best point was found elsewhere in {first:g} to {last:g}"
+        return told + ("; many points are as good, the one of the most slack was taken" if self.degenerate else "")
+
+    def __repr__(self) -> str:
+        return f"Locus({self.status})"

@@ -1,0 +1,129 @@
+"""Pictures of a locus."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from sdpgrind.locus._curve.area import Area
+    from sdpgrind.locus._curve.locus import Locus
+
+_BEHIND = {"facecolor": "w", "edgecolor": "none", "alpha": 0.7, "pad": 0.3}
+COLOURS = {"interior": "#8a8a8a", "locus": "#4878a8", "bound": "#b08a3a", "vertex": "#7a5aa0"}
+"""Of the kinds of pieces."""
+FLAT = 1e-2
+"""Least height of a picture, relative to what it shows."""
+APART = 0.13
+"""Least distance of two numbers along the locus, in spans of the picture."""
+
+
+def picture(curve: "Locus") -> Any:
+    """The locus between two controls beside controls, and measurement, over the hidden state."""
+    plt = need("matplotlib.pyplot", "plot")
+    n = len(curve.names)
+    figure, axes = plt.subplots(n + 1, 2 if n > 1 else 1, figsize=(10, 2.1 * (n + 1)), layout="constrained", squeeze=False)
+    right = axes[:, -1]
+    for k, name in enumerate(curve.names):
+        _over_hidden(right[k], curve, [piece.table.controls[:, k] for piece in curve.pieces])
+        right[k].set(ylabel=_label(curve, name))
+        right[k].tick_params(which="both", labelbottom=False)
+    for j, name in enumerate(curve.responses):
+        _over_hidden(right[n], curve, [piece.table.response[:, j] for piece in curve.pieces])
+        for k, piece in enumerate(curve.best):
+            told = "limit" if k == j == 0 else None
+            right[n].plot(piece.table.hidden, piece.table.limit[:, j], "--", color="#b04a3a", lw=1.0, dashes=(4, 4), label=told)
+        right[n].set(ylabel=_label(curve, name), xlabel=_label(curve, curve.hidden_name))
+    _spread_out(right[n])
+    right[n].legend(frameon=False, fontsize=8)
+    if n > 1:
+        for axis in axes[1:, 0]:
+            axis.remove()
+        axes[0, 0].remove()
+        _between(figure.add_subplot(axes[0, 0].get_gridspec()[:, 0]), curve)
+    figure.suptitle(curve.status, fontsize=9)
+    return figure
+
+
+def _over_hidden(axis: Any, curve: "Locus", columns: list[checks.Floats]) -> None:
+    for piece, column in zip(curve.pieces, columns, strict=True):
+        style = "-" if piece.is_global else ":"
+        axis.plot(piece.table.hidden, column, style, color=COLOURS[piece.kind], lw=1.6 if piece.is_global else 1.0)
+    for event in curve.events:
+        axis.axvline(event.hidden, color="0.85", lw=0.7, zorder=0)
+    _spread_out(axis)
+    low, high = curve.problem.hidden[curve.hidden_name]
+    if low > 0 and high > 20 * low:
+        axis.set_xscale("log")
+        _few_ticks(axis.xaxis)
+
+
+def _few_ticks(axis: Any) -> None:
+    """1, 2 and 5 of each decade, as they are: powers of ten with a factor each run into one another."""
+    ticker = need("matplotlib.ticker", "plot")
+    axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    axis.set_minor_formatter(ticker.NullFormatter())
+
+
+def _spread_out(axis: Any) -> None:
+    """What hardly changes is a level line, and no picture of rounding."""
+    axis.ticklabel_format(axis="y", useOffset=False)
+    low, high = axis.get_ylim()
+    middle = 0.5 * (low + high)
+    if high - low < FLAT * abs(middle):
+        axis.set_ylim(middle - 0.5 * FLAT * abs(middle), middle + 0.5 * FLAT * abs(middle))
+
+
+def _between(axis: Any, curve: "Locus") -> None:
+    """The first two controls, with values of the hidden state along the way."""
+    first, second = curve.names[:2]
+    seen = set()
+    for piece in curve.pieces:
+        style = "-" if piece.is_global else ":"
+        label = None if piece.kind in seen else piece.kind
+        seen.add(piece.kind)
+        marker = "o" if piece.kind == "interior" and len(set(map(tuple, piece.table.controls.round(9)))) == 1 else None
+        x, y = piece.table.controls[:, 0], piece.table.controls[:, 1]
+        axis.plot(x, y, style, marker=marker, ms=5, color=COLOURS[piece.kind], lw=1.8 if piece.is_global else 1.0, label=label)
+    for state, place in _numbered(curve):
+        axis.annotate(f"{state:.3g}", place, xytext=(5, 0), textcoords="offset points", fontsize=7, va="center", bbox=_BEHIND)
+    axis.margins(x=0.12)  # room for the numbers
+    axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
+    axis.set_title(f"numbers: {_label(curve, curve.hidden_name)}", fontsize=8, color="0.4")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _numbered(curve: "Locus") -> list[tuple[float, checks.Floats]]:
+    """Hidden states along the way, with their places, so far apart that numbers can stand there."""
+    places = np.concatenate([piece.table.controls[:, :2] for piece in curve.best])
+    hidden = np.concatenate([piece.table.hidden for piece in curve.best])
+    span = np.maximum(np.ptp(places, axis=0), 1e-300)
+    kept: list[int] = []
+    for k in range(len(places)):
+        if all(np.hypot(*((places[k] - places[j]) / span)) > APART for j in kept):
+            kept.append(k)
+    return [(float(hidden[k]), places[k]) for k in kept]
+
+
+def area_picture(curve: "Area") -> Any:
+    """Each control over the first two hidden states, in the middle of the others."""
+    plt = need("matplotlib.pyplot", "plot")
+    first, second = curve.problem.hidden_names[:2]
+    data = curve.dataset
+    for name in curve.problem.hidden_names[2:]:
+        data = data.isel({name: data.sizes[name] // 2})
+    figure, axes = plt.subplots(1, len(curve.names), figsize=(4 * len(curve.names), 3.4), layout="constrained", squeeze=False)
+    for axis, name in zip(axes[0], curve.names, strict=True):
+        values = data.controls.sel(control=name).transpose(second, first)
+        drawn = axis.contourf(data[first], data[second], values, levels=16, cmap="viridis")
+        figure.colorbar(drawn, ax=axis, label=_label(curve, name))
+        axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
+    return figure
+
+
+def _label(curve: "Locus | Area", name: str) -> str:
+    unit = curve.problem.unit(name)
+    return f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " ")

@@ -1,0 +1,151 @@
+"""Plan: all best points of a problem, over the whole range of its hidden states."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._curve.area import Area
+from sdpgrind.locus._curve.locus import Locus
+from sdpgrind.locus._problem.problem import Problem
+from sdpgrind.locus._problem.system import System, system_of
+from sdpgrind.locus._trace.cheapest import cheapest, is_degenerate
+from sdpgrind.locus._trace.grid import trace_grid
+from sdpgrind.locus._trace.pieces import counts, pieces, tabulate
+from sdpgrind.locus._trace.trace import ROUNDING, Branch, Tracer
+
+POINTS = 200
+SIGN = 1e-9
+"""Of a slope by the hidden state, relative to the largest: what is less has no sign."""
+
+
+def plan(problem: Problem, *, points: int = POINTS) -> Any:
+    """Find all best points over the range of the hidden states, Koren (11)-(13).
+
+    Best points are looked for at several hidden states, from all the least points of a lattice; each is followed along its
+    branch by pseudo-arclength, with exact derivatives, through every change of what is active, to the fold or the end of what is
+    feasible where it ends. Of branches that lie above each other the cheapest is marked global; where another takes over there is
+    a jump.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is to be run at its best, in the user's units.
+    points : int
+        About how many points the table has.
+
+    Returns
+    -------
+    Locus or Area
+        A curve for one hidden state, an area for several. Exact at its points: the scaled residual of the conditions of a best
+        point is `error`, at most 1e-10.
+
+    Raises
+    ------
+    ValueError
+        When there are more hidden states than measured constraints, the slope of a constraint by the hidden state changes its
+        sign, or there is no feasible point.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> problem = locus.Problem(
+    ...     controls={"u": (0.0, 5.0), "v": (0.0, 10.0)},
+    ...     hidden={"x": (0.2, 20.0)},
+    ...     cost=lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2,
+    ...     constraints=[
+    ...         locus.Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)
+    ...     ],
+    ... )
+    >>> curve = locus.plan(problem)
+    >>> for piece in curve.pieces:
+    ...     print(piece)
+    Piece(interior: nothing active; 0.2 to 0.5; range to response active)
+    Piece(locus: response; 0.5 to 20; response active to range)
+    >>> point = curve.at(x=1.0)
+    >>> {name: round(value, 9) for name, value in point.controls.items()}, round(point.response, 9)
+    ({'u': 2.0, 'v': 3.0}, 7.0)
+    """
+    checks.kind("problem", problem, Problem, " (see locus.preset)")
+    checks.count("points", points, 2)
+    _check_counts(problem)
+    system = system_of(problem)
+    _check_signs(problem, system)
+    if system.h > 1:
+        return _area(problem)
+    tracer = Tracer(system, np.zeros(1))
+    branches, degenerate = tracer.branches(), False
+    if is_degenerate(tracer, branches):
+        system = system_of(problem, tie=True)
+        tracer = Tracer(system, np.zeros(1))
+        branches, degenerate = tracer.branches(), True
+    if not branches:
+        raise ValueError(_alike(problem) if degenerate else _nowhere(problem))
+    runs = list(marked(tracer, branches))
+    sizes = counts([run for run, _ in runs], points)
+    table = tabulate(tracer, [run for run, _ in runs], sizes)
+    return Locus(problem, table, pieces(problem, runs, table, sizes), degenerate)
+
+
+def _area(problem: Problem) -> Area:
+    system = system_of(problem)
+    grid, flat = trace_grid(system)
+    if flat:
+        system = system_of(problem, tie=True)
+        grid, _ = trace_grid(system)
+    if not np.any(np.isfinite(grid.residual)):
+        raise ValueError(_nowhere(problem))
+    return Area(problem, grid, degenerate=flat)
+
+
+def marked(tracer: Tracer, branches: list[Branch]) -> Any:
+    """Every run with whether it is the cheapest, cut where it no longer is."""
+    parts = cheapest(tracer, branches)
+    for b, branch in enumerate(branches):
+        own = [(low, high) for low, high, best in parts if best == b]
+        ends = sorted({end for part in own for end in part})
+        for run in branch:
+            for piece in tracer.cut(run, [end for end in ends if run.low + ROUNDING < end < run.high - ROUNDING]):
+                middle = 0.5 * (piece.low + piece.high)
+                yield piece, any(low <= middle <= high for low, high in own)
+
+
+def _check_counts(problem: Problem) -> None:
+    h, m = len(problem.hidden), len(problem.varying)
+    if h > m:
+        raise ValueError(
+            f"hidden must be no more states than there are measured constraints, {m}: no measurement tells more apart; got"
+            f" {h}: {', '.join(problem.hidden)}"
+        )
+
+
+def _check_signs(problem: Problem, system: System) -> None:
+    """What is measured must tell the hidden states: no slope of a constraint by one of them may change its sign."""
+    slopes = system.slopes_by_hidden
+    for k, hidden in enumerate(problem.hidden_names):
+        for j, name in enumerate(system.responses):
+            _check_sign(name, hidden, slopes[:, j, k])
+        if not np.any(np.abs(slopes[:, :, k]) > 0):
+            raise ValueError(f"hidden states must be seen in what is measured; nothing of it depends on {hidden}")
+
+
+def _check_sign(name: str, hidden: str, slopes: Floats) -> None:
+    known = slopes[np.isfinite(slopes)]
+    small = SIGN * np.max(np.abs(known), initial=0.0)
+    if np.any(known > small) and np.any(known < -small):
+        raise ValueError(
+            f"hidden states must move a constraint one way all over the ranges; response - limit of {name} rises with {hidden} at"
+            " some controls and falls at others: narrow the ranges, or split the problem"
+        )
+
+
+def _alike(problem: Problem) -> str:
+    """What to say where not even the slack tells the best points apart."""
+    return f"cost must single out a point: over {', '.join(problem.names)} many cost the same, and leave the same slack"
+
+
+def _nowhere(problem: Problem) -> str:
+    """What to say where there is no feasible point."""
+    given = ", ".join(f"{name} = {low:g} to {high:g}" for name, (low, high) in problem.hidden.items())
+    return f"constraints must leave a feasible point at some hidden state; none was found over {given}"

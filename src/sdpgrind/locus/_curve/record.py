@@ -1,0 +1,84 @@
+"""A locus as labelled arrays, and back."""
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sdpgrind.locus._curve.locus import Locus
+from sdpgrind.locus._problem._problem_text import read_problem, written
+from sdpgrind.locus._problem.problem import Problem
+from sdpgrind.locus._trace.pieces import Columns, Piece
+
+_WIDE = {"controls": "control", "slope": "control", "bound_multipliers": "control"}
+_TALL = {"multipliers": "constraint", "response": "constraint", "limit": "constraint"}
+_NARROW = ("cost", "margin", "residual")
+_TOLD = {
+    "controls": "best control",
+    "slope": "of the best control, by the hidden state",
+    "bound_multipliers": "cost for a unit by which the bound of a control would give way",
+    "multipliers": "cost for a unit of the constraint",
+    "response": "what would be measured",
+    "limit": "what it must stay under",
+    "cost": "least cost",
+    "margin": "least curvature in the directions left free",
+    "residual": "of the conditions of a best point, scaled",
+}
+
+
+def dataset(curve: Locus) -> xr.Dataset:
+    """All points, piece after piece; scaled ones too, so that a look-up goes on from them."""
+    tables = [piece.table for piece in curve.pieces]
+    table = Columns.joined(tables)
+    variables = columns_of(curve.problem, table, ("point",))
+    unit = curve.problem.unit(curve.hidden_name)
+    variables["piece"] = (("point",), np.repeat(np.arange(len(tables)), [len(one.hidden) for one in tables]))
+    variables[curve.hidden_name] = (("point",), table.hidden, {"units": unit, "long_name": "hidden state"})
+    held = np.array([piece.held for piece in curve.pieces])
+    variables["held"] = (("pieces", "set"), held, {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"})
+    attrs = {"problem": written(curve.problem), "pieces": json.dumps(_described(curve)), "degenerate": int(curve.degenerate)}
+    return xr.Dataset(variables, coordinates(curve.problem), attrs)
+
+
+def columns_of(problem: Problem, table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (-1,)) -> dict[str, Any]:
+    """Variables of a table whose points lie on dimensions."""
+    found: dict[str, Any] = {}
+    for name, second in (_WIDE | _TALL | {"points": "unknown", "along": "unknown"}).items():
+        values = getattr(table, name)
+        found[name] = ((*dims, second), values.reshape(*shape, values.shape[1]), {"long_name": _TOLD.get(name, "scaled")})
+    for name in _NARROW:
+        unit = "1" if name == "residual" else problem.unit("cost")
+        found[name] = (dims, getattr(table, name).reshape(shape), {"units": unit, "long_name": _TOLD[name]})
+    return found
+
+
+def coordinates(problem: Problem) -> dict[str, Any]:
+    """Names of controls and constraints, with their units."""
+    names, responses = list(problem.names), list(problem.responses)
+    units = {"control_unit": ("control", [problem.unit(name) for name in names])}
+    return {
+        "control": names,
+        "constraint": responses,
+        **units,
+        "constraint_unit": ("constraint", [problem.unit(r) for r in responses]),
+    }
+
+
+def _described(curve: Locus) -> list[list[Any]]:
+    return [[p.kind, list(p.active), p.bounds, p.is_global, p.start, p.end] for p in curve.pieces]
+
+
+def restored(data: xr.Dataset) -> Locus:
+    """The locus that `dataset` gave."""
+    problem = read_problem(data.attrs["problem"])
+    hidden = problem.hidden_names[0]
+    rows = {name: data[hidden if name == "hidden" else name].values for name in Columns.__dataclass_fields__}
+    table = Columns(**rows)
+    pieces = []
+    for k, (kind, active, bounds, best, start, end) in enumerate(json.loads(data.attrs["pieces"])):
+        own = np.flatnonzero(data.piece.values == k)
+        part = table.part(slice(int(own[0]), int(own[-1]) + 1))
+        held = data.held.values[k].astype(np.int64)
+        pieces.append(Piece(kind, tuple(active), bounds, best, start, end, part, held))
+    return Locus(problem, table, tuple(pieces), bool(data.attrs["degenerate"]))

@@ -1,0 +1,200 @@
+"""Tables by a monotone key, with exact slopes: cubic between two nodes (Hermite), the end and a flag outside."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._curve.table_kernels import NO_KEY, look_up, look_up_many, pack
+
+CELLS = 2
+"""Cells of the guide for each node."""
+ROUNDING = 1e-12
+"""Of a column that does not change, over its size."""
+LEAST_DENSITY = 0.05
+"""Of nodes, over the mean: where hardly anything bends there are still some."""
+
+KINK = 1e-9
+"""Of the range of the key: nodes that are closer stand for one place with two slopes."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Table:
+    """Columns by a key that rises or falls strictly, with their exact slopes by the key.
+
+    `packed` is all of it in one flat array, for compiled code: ``look_up(table.packed, key, out)``, with `width` columns.
+
+    Parameters
+    ----------
+    key : array, (K,)
+        Nodes.
+    columns, slopes : array, (K, n)
+        Values at the nodes, and their derivatives by the key.
+
+    Raises
+    ------
+    ValueError
+        When the key does not rise or fall strictly, or shapes do not fit.
+
+    Examples
+    --------
+    >>> key = np.array([0.0, 1.0, 3.0])
+    >>> table = Table(key, np.column_stack([key**3]), np.column_stack([3 * key**2]))
+    >>> table.at(2.0)
+    array([8.])
+    >>> table.at(5.0), table.clamped(5.0)
+    (array([27.]), True)
+    """
+
+    key: Floats
+    columns: Floats
+    slopes: Floats
+    packed: Floats = field(init=False, repr=False)
+    width: int = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        key = checks.finite_array("key", self.key)
+        if key.ndim != 1 or key.size < 2:
+            raise checks.refuse("key", "a row of 2 numbers or more", key.shape)
+        _check_monotone(key)
+        columns, slopes = checks.finite_array("columns", self.columns), checks.finite_array("slopes", self.slopes)
+        if columns.ndim != 2 or len(columns) != key.size or columns.shape[1] == 0:
+            raise checks.refuse("columns", f"of shape ({key.size}, n)", columns.shape)
+        if slopes.shape != columns.shape:
+            raise checks.refuse("slopes", f"of shape {columns.shape}", slopes.shape)
+        rising = slice(None, None, 1 if key[-1] > key[0] else -1)
+        rows = [part[rising].copy() for part in (key, columns, slopes)]
+        object.__setattr__(self, "width", columns.shape[1])
+        object.__setattr__(self, "packed", pack(*rows, CELLS * key.size))
+        for name, array in (("key", key), ("columns", columns), ("slopes", slopes)):
+            object.__setattr__(self, name, _fixed(array))
+
+    def __repr__(self) -> str:
+        return f"Table({self.key.size} nodes from {self.low:.6g} to {self.high:.6g}, {self.width} columns)"
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # nothing in it changes
+
+    @cached_property
+    def low(self) -> float:
+        """Least key."""
+        return float(min(self.key[0], self.key[-1]))
+
+    @cached_property
+    def high(self) -> float:
+        """Greatest key."""
+        return float(max(self.key[0], self.key[-1]))
+
+    def at(self, key: Any, *, out: Floats | None = None) -> Floats:
+        """Return the columns at a key (n,), or at many (..., n); outside the table those of its end.
+
+        Parameters
+        ----------
+        key : float or array
+            Where; see `clamped`.
+        out : array (n,), optional
+            Where the columns at one float are put, for loops in which nothing is to be made anew.
+
+        Raises
+        ------
+        ValueError
+            When a key is NaN.
+        """
+        if type(key) is float:  # in a loop of control: nothing but the look-up
+            if out is None:
+                out = np.empty(self.width)
+            if look_up(self.packed, key, out) == NO_KEY:
+                raise _no_key("key", key)
+            return out
+        keys = np.asarray(key, dtype=float)
+        rows = np.empty((keys.size, self.width))
+        bad = look_up_many(self.packed, np.ascontiguousarray(keys.ravel()), rows)
+        if bad >= 0:
+            raise _no_key(f"key[{bad}]" if keys.ndim else "key", keys.ravel()[bad])
+        return rows.reshape(*keys.shape, -1)
+
+    def clamped(self, key: Any) -> Any:
+        """Return whether a key, or each of many, lies outside, so that the end of the table stands for it.
+
+        Parameters
+        ----------
+        key : float or array
+            Where.
+        """
+        outside = (np.asarray(key) < self.low) | (np.asarray(key) > self.high)
+        return outside if outside.ndim else bool(outside)
+
+    def errors(self) -> Floats:
+        """Return what each column (n,) errs by between nodes, at most: h^4/384 |f''''|, from how f''' changes.
+
+        Infinity where nothing can be told: with 2 nodes, or 2 between kinks (nodes next to each other, each with a slope).
+        """
+        widths = np.abs(np.diff(self.key))
+        found: Floats = np.max(widths[:, None] ** 4 / 384.0 * self._fourth(), axis=0)
+        return found
+
+    def thinned(self, count: int) -> "Table":
+        """Return a table of about `count` of the nodes, so chosen that all intervals err alike, each column over its span.
+
+        Ends and kinks always stay.
+
+        Parameters
+        ----------
+        count : int
+            Nodes, at least 2.
+        """
+        checks.count("count", count, at_least=2)
+        if count >= self.key.size:
+            return self
+        span, size = np.ptp(self.columns, axis=0), np.max(np.abs(self.columns), axis=0)
+        changes = span > ROUNDING * size  # what only rounding changes bends nowhere
+        bends = (self._fourth() / np.where(changes, span, np.inf)).max(axis=1)
+        weights = np.where(np.isinf(bends), 0.0, bends) ** 0.25 * np.abs(np.diff(self.key))
+        shares = np.cumsum(weights + LEAST_DENSITY * weights.mean() + np.finfo(float).tiny)
+        edges = np.concatenate([[0.0], shares / shares[-1]])
+        kinks = np.flatnonzero(self._kinks())
+        kept = np.unique(np.concatenate([_nearest(edges, count), kinks, kinks + 1]))
+        return Table(self.key[kept], self.columns[kept], self.slopes[kept])
+
+    def _kinks(self) -> Any:
+        """Which intervals are so narrow that they only join two smooth parts."""
+        return np.abs(np.diff(self.key)) < KINK * (self.high - self.low)
+
+    def _fourth(self) -> Floats:
+        """|f''''| (K - 1, n), the greater of what is found at both nodes of an interval; none across a kink."""
+        widths, rises, kinks = np.diff(self.key)[:, None], np.diff(self.columns, axis=0), self._kinks()
+        third = 6.0 * (widths * (self.slopes[:-1] + self.slopes[1:]) - 2.0 * rises) / widths**3
+        third[kinks] = np.nan
+        inner = np.abs(np.diff(third, axis=0) / (0.5 * (widths[:-1] + widths[1:])))
+        unknown = np.full((1, self.width), np.nan)
+        found: Floats = np.fmax(np.vstack([unknown, inner]), np.vstack([inner, unknown]))
+        return np.where(kinks[:, None], 0.0, np.where(np.isnan(found), np.inf, found))
+
+
+def _nearest(edges: Floats, count: int) -> Any:
+    """Indices of the edges that are nearest to equal shares."""
+    wanted = np.linspace(0.0, 1.0, count)
+    after = np.clip(np.searchsorted(edges, wanted), 1, edges.size - 1)
+    return np.where(wanted - edges[after - 1] < edges[after] - wanted, after - 1, after)
+
+
+def _check_monotone(key: Floats) -> None:
+    """It goes on as it begins."""
+    steps = np.diff(key)
+    wrong = np.flatnonzero((np.sign(steps) != np.sign(steps[0])) | (steps == 0))
+    if wrong.size:
+        k = int(wrong[0])
+        raise ValueError(f"key must rise or fall strictly; key[{k}] and key[{k + 1}] are {key[k]:.12g} and {key[k + 1]:.12g}")
+
+
+def _no_key(name: str, value: float) -> ValueError:
+    return checks.refuse(name, "a number, no NaN", float(value))
+
+
+def _fixed(array: Floats) -> Floats:
+    own = array.copy()
+    own.flags.writeable = False
+    return own

@@ -1,0 +1,142 @@
+"""What a hidden state that drifts does to a controller on the locus, at worst; for any sequence of steps up to a rate.
+
+Without overshoot the loop s -> s + k e(s, x) keeps the order of places, and a looser state moves them further; so no sequence is
+worse for a state than the one that came there as late as it could, from a loop that had settled at the loose end. What
+overshoots is covered by the furthest place that any place before may lead to, which keeps the order too.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._stretch.inverse import balanced
+from sdpgrind.locus._stretch.stretch import Stretch
+
+PHASES = 48
+"""Parts of a step in which the ramp is begun; what lies between is covered by its ends."""
+LONGEST = 1000
+"""Steps of a ramp that is played; slower ones are bounded state by state."""
+LATTICE, STATES = 65, 257
+ROOM = 1.002
+"""For what lies between the places of a lattice; a margin is so much greater."""
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A loop s -> s + direction k(s) (e - margin) on a stretch while the hidden state drifts from `loose` towards `tight`."""
+
+    stretch: Stretch
+    loose: float
+    tight: float
+    rate: float
+    gain: Callable[[Floats], Floats]
+    floor: float
+
+    @property
+    def direction(self) -> float:
+        """In which the slack falls."""
+        return 1.0 if self.stretch.loop_slope[0] < 0 else -1.0
+
+    def moved(self, s: Floats, x: Floats, margin: float) -> Floats:
+        """Where the loop goes next."""
+        change = self.direction * self.gain(s) * (self.stretch.slack(s, x) - margin)
+        return np.asarray(np.clip(s + change, *self.ends))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and greatest place of the controller."""
+        low, high = self.stretch.low, self.stretch.high
+        return (self.floor, high) if self.direction > 0 else (low, self.floor)
+
+    def furthest(self, s: Floats, x: Floats, margin: float) -> Floats:
+        """Where the loop may go next from anywhere up to `s`."""
+        shares = np.linspace(0.0, 1.0, LATTICE)[:, None]
+        places = self.floor + shares * (s - self.floor)
+        reached = self.direction * self.moved(places, np.broadcast_to(x, places.shape), margin)
+        return np.asarray(self.direction * reached.max(axis=0))
+
+    def worst(self, margin: float) -> float:
+        """Bound on response - limit, with the limit backed off by `margin`."""
+        steps = abs(self.tight - self.loose) / self.rate
+        return self._by_ramp(margin) if steps <= LONGEST else self._by_state(margin)
+
+    def _start(self, margin: float) -> float:
+        """Where the loop has settled at the loose end, or may have come to before."""
+        settled = balanced(self.stretch, np.array([self.loose]), margin)
+        return float(np.clip(settled, *self.ends)[0])
+
+    def _keeps_order(self, reach: Floats, x: Floats, margin: float) -> bool:
+        shares = np.linspace(0.0, 1.0, LATTICE)[:, None]
+        places = self.floor + shares * (reach - self.floor)
+        moved = self.direction * self.moved(places, np.broadcast_to(x, places.shape), margin)
+        return bool(np.all(np.diff(moved, axis=0) >= -1e-12 * (self.stretch.high - self.stretch.low)))
+
+    def _by_ramp(self, margin: float) -> float:
+        """The latest ramp, played from every part of its first step."""
+        worst, reach, states = self._played(margin, self.moved)
+        picked = np.unique(np.linspace(0, len(reach) - 1, 2 * LATTICE).astype(int))
+        if self._keeps_order(reach[picked], states[picked], margin):
+            return worst
+        return self._played(margin, self.furthest)[0]
+
+    def _played(self, margin: float, move: Callable[[Floats, Floats, float], Floats]) -> tuple[float, Floats, Floats]:
+        way = np.sign(self.tight - self.loose)
+        length = abs(self.tight - self.loose)
+        phases = self.rate * np.linspace(0.0, 1.0, PHASES + 1)
+        s = np.full(PHASES + 1, self._start(margin))
+        state = np.full(PHASES + 1, self.loose)
+        if move == self.furthest:
+            s = np.asarray(self._settled(s[0], margin))
+        worst, reach, states = -np.inf, [s], [state]
+        for n in range(int(np.ceil(length / self.rate)) + 1):
+            s = move(s, state, margin)
+            state = self.loose + way * np.minimum(phases + n * self.rate, length)
+            worst = max(worst, float(np.max(-self.stretch.slack(s[:-1], state[1:]))))
+            reach.append(s)
+            states.append(state)
+        return worst, np.concatenate(reach), np.concatenate(states)
+
+    def _settled(self, first: float, margin: float) -> Floats:
+        """The furthest place of a loop that stays at the loose end, overshoot counted."""
+        s, state = np.array([first]), np.array([self.loose])
+        for _ in range(LONGEST):
+            after = self.furthest(s, state, margin)
+            if np.all(np.abs(after - s) <= 1e-12 * (self.stretch.high - self.stretch.low)):
+                break
+            s = after
+        return np.broadcast_to(s, (PHASES + 1,))
+
+    def _by_state(self, margin: float) -> float:
+        """The least violation that the loop, once within it, never leaves, whatever the state does: an invariant set."""
+        states = np.linspace(self.loose, self.tight, STATES)
+        bound = self._invariant(states, margin, self.moved)
+        if np.isfinite(bound) and self._keeps_order(self._reach(states, bound), states, margin):
+            return bound
+        return self._invariant(states, margin, self.furthest)
+
+    def _reach(self, states: Floats, bound: float) -> Floats:
+        """Places up to which the violation is no more than `bound`."""
+        return np.clip(balanced(self.stretch, states, -bound), *self.ends)
+
+    def _invariant(self, states: Floats, margin: float, move: Callable[[Floats, Floats, float], Floats]) -> float:
+        low, high = sorted((self.loose, self.tight))
+        after = np.clip(states + np.sign(self.tight - self.loose) * self.rate, low, high)
+
+        def excess(bound: float) -> float:
+            return float(np.max(-self.stretch.slack(move(self._reach(states, bound), states, margin), after))) - bound
+
+        low = -margin
+        high = low + float(np.max(-self.stretch.slack(self._reach(states, low), after))) - low
+        high += 1e-12 * (1 + abs(high))
+        for _ in range(60):
+            if excess(high) <= 0:
+                break
+            low, high = high, high + 2 * (high - low)
+        else:
+            return np.inf
+        if excess(low) > 0:
+            high = brentq(excess, low, high, xtol=1e-4 * (high - low), rtol=1e-6)
+        return float(high)

@@ -1,0 +1,47 @@
+"""A gain that follows the loop slope."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.locus._stretch.stretch import Stretch
+
+
+@dataclass(frozen=True)
+class GainSchedule(Frozen):
+    """Gain that follows the loop slope: ``k(s) = theta / |e_s(s)|``.
+
+    Parameters
+    ----------
+    stretch : Stretch
+        Where the loop slope is read, per unit of the coordinate.
+    theta : float
+        Share of deadbeat, in (0, 1], dimensionless.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> stretch = locus.plan(locus.preset("koren-example")).stretch("v")
+    >>> round(locus.GainSchedule(stretch, theta=0.9)(3.0), 3)  # 0.9/1.5
+    0.6
+    """
+
+    stretch: Stretch
+    theta: float = 1.0
+
+    def __post_init__(self) -> None:
+        checks.share("theta", self.theta)
+
+    def __call__(self, s: Any) -> Any:
+        """Return the gain at a coordinate, clamped to the stretch; units of the coordinate over those of the response.
+
+        Parameters
+        ----------
+        s : float or array
+            Coordinate.
+        """
+        k = self.theta / np.abs(self.stretch.rows(s)[..., -1])
+        return k if np.ndim(s) else float(k)

@@ -1,0 +1,258 @@
+"""A process whose best point drifts with what nobody can measure: controls, hidden states, cost, varying constraints."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeAlias
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.identify import Estimate
+
+if TYPE_CHECKING:
+    from sdpgrind.locus._problem.system import System
+
+Function: TypeAlias = Callable[[Any, Any], Any]
+"""Of hidden states and controls, both by name: ``f(s, c)``."""
+BEYOND = 0.05
+"""Share of its range by which a control that is measured may be off."""
+Ranges: TypeAlias = Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Varying(Frozen):
+    """A constraint that varies with a hidden state: what is measured must stay under what can be computed, Koren (19).
+
+    Parameters
+    ----------
+    response : callable
+        P_c(s, c): what a sensor would read, of the hidden states ``s`` and the controls ``c``.
+    limit : callable
+        P_b(s, c): what it must stay under, in the same unit.
+    name : str
+        Of the measurement; a controller is given it by this name.
+    unit : str
+        Of both.
+
+    Raises
+    ------
+    TypeError
+        When a function is none.
+
+    Examples
+    --------
+    >>> Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v).name
+    'response'
+    """
+
+    _: KW_ONLY
+    response: Function
+    limit: Function
+    name: str = "response"
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("response", "limit"):
+            _check_function(f"Varying.{name}", getattr(self, name))
+        _check_name("name", self.name)
+
+
+class Process(Protocol):
+    """A built-in process: what it costs, what limits it, and in which units; it may `check` the ranges too.
+
+    Attributes
+    ----------
+    constraints : tuple of Varying
+        All of them.
+    units : mapping
+        Name of each control and hidden state, and ``"cost"``, to its unit.
+    """
+
+    @property
+    def constraints(self) -> tuple[Varying, ...]:
+        """All varying constraints, with their units."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of each control and hidden state, and of the cost."""
+
+    def cost(self, s: Any, c: Any) -> Any:
+        """Return what is minimised, of hidden states ``s`` and controls ``c`` (units: see `units`)."""
+
+
+@stored("locus.problem")
+@dataclass(frozen=True)
+class Problem(Frozen):
+    """Least cost within limits that drift with hidden states.
+
+    For every hidden state: minimise ``cost(s, c)`` over the controls, with response <= limit for every constraint and controls in
+    their ranges. What is to be maximised is given with its sign changed. Functions are written once, with operators, ``**`` and
+    functions of numpy or CasADi that take symbols; they are read once, as expressions.
+
+    Parameters
+    ----------
+    model : process, optional
+        A built-in process, which brings cost, constraints and units; see `preset`.
+    controls : mapping
+        Name to (least, greatest), in the user's units.
+    hidden : mapping
+        Name of each hidden state to (least, greatest).
+    cost : callable, optional
+        phi(s, c): Koren (2), (14); it may depend on the hidden states.
+    constraints : sequence of Varying
+        What must hold: Koren (16), (19).
+    units : mapping, optional
+        Unit of each control and hidden state, and of the ``"cost"``, for labels.
+
+    Raises
+    ------
+    ValueError
+        When a range is empty or reversed, a name is no identifier or used twice, or a cost is missing.
+    TypeError
+        When something is of another kind.
+
+    Examples
+    --------
+    >>> problem = Problem(
+    ...     controls={"u": (0.0, 5.0), "v": (0.0, 10.0)},
+    ...     hidden={"x": (0.2, 20.0)},
+    ...     cost=lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2,
+    ...     constraints=[Varying(response=lambda s, c: s.x * c.v, limit=lambda s, c: 1 + c.u)],
+    ... )
+    >>> problem.names, problem.hidden_names
+    (('u', 'v'), ('x',))
+    """
+
+    _: KW_ONLY
+    model: Any = None
+    controls: Ranges
+    hidden: Ranges
+    cost: Function | None = None
+    constraints: Sequence[Varying] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "controls", _ranges("controls", self.controls))
+        set_(self, "hidden", _ranges("hidden", self.hidden))
+        set_(self, "constraints", _constraints(self.constraints))
+        if self.model is None:
+            _check_function("cost", self.cost)
+        elif self.cost is not None or self.constraints:
+            raise ValueError("cost and constraints must be left out where a model is given, which brings them; got both")
+        elif hasattr(self.model, "check"):
+            self.model.check(self.controls, self.hidden)
+        checks.unique("names of controls, hidden states and constraints", [*self.controls, *self.hidden, *self.responses])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the controls."""
+        return tuple(self.controls)
+
+    @property
+    def hidden_names(self) -> tuple[str, ...]:
+        """Names of the hidden states."""
+        return tuple(self.hidden)
+
+    @property
+    def varying(self) -> tuple[Varying, ...]:
+        """The constraints, the model's or one's own, with their units."""
+        return tuple(self.constraints) if self.model is None else tuple(self.model.constraints)
+
+    @property
+    def objective(self) -> Function:
+        """The cost, the model's or one's own (any unit)."""
+        cost: Function | None = self.cost if self.model is None else self.model.cost
+        assert cost is not None  # checked where the problem was made
+        return cost
+
+    def control(self, name: str, value: float) -> float:
+        """Return a control (in its unit) that was measured: within its range, or a little beyond; private to this package."""
+        low, high = self.controls[name]
+        room = BEYOND * (high - low)
+        least = max(low - room, 0.0) if low > 0 else low - room  # what is positive stays so
+        return checks.within(name, value, least, high + room, self.unit(name))
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a control, a hidden state, a response or the ``"cost"`` by its name; empty where none is known."""
+        units = {one.name: one.unit for one in self.varying}
+        if self.model is not None:
+            units.update(self.model.units)
+        units.update(self.units)
+        return units.get(name, "")
+
+    @property
+    def responses(self) -> tuple[str, ...]:
+        """Names of what is measured; `unit` tells the units."""
+        return tuple(one.name for one in self.varying)
+
+    @property
+    def system(self) -> "System":
+        """The problem as expressions with exact derivatives; made once; private to this package."""
+        from sdpgrind.locus._problem.system import system_of
+
+        return system_of(self)
+
+    def updated(self, estimate: Estimate) -> Self:
+        """Return the problem with what was measured: the loop from log back to model.
+
+        Parameters
+        ----------
+        estimate : Estimate
+            Fields of the model by their names, in their units.
+
+        Raises
+        ------
+        ValueError
+            When the estimate has failed, names something else, or the problem has no model.
+        """
+        checks.kind("estimate", estimate, Estimate, " (see sdpgrind.identify)")
+        if self.model is None:
+            raise ValueError("estimate must be of fields of a model, and this problem has none: give it other functions")
+        if not estimate.ok:
+            raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
+        return self.replace(model=self.model.replace(**{name: estimate[name] for name in estimate.names}))
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # nothing in it changes
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to other processes as text: expressions of CasADi cannot."""
+        from sdpgrind.locus._problem._problem_text import read_problem, written
+
+        return read_problem, (written(self),)
+
+
+def _ranges(owner: str, given: object) -> dict[str, tuple[float, float]]:
+    if not isinstance(given, Mapping) or not given:
+        raise TypeError(
+            f"{owner} must be a mapping of names to (least, greatest), with one name at least; got {checks.shown(given)}"
+        )
+    found = {}
+    for name, ends in given.items():
+        _check_name(owner, name)
+        try:
+            low, high = ends
+        except (TypeError, ValueError):
+            raise TypeError(f"{owner}[{name!r}] must be (least, greatest); got {checks.shown(ends)}") from None
+        low, high = checks.number(f"{owner}[{name!r}][0]", low), checks.number(f"{owner}[{name!r}][1]", high)
+        if not low < high:
+            raise checks.refuse(f"{owner}[{name!r}]", "(least, greatest) with least < greatest", (low, high))
+        found[name] = (low, high)
+    return found
+
+
+def _constraints(given: Any) -> tuple[Varying, ...]:
+    if isinstance(given, Varying):
+        return (given,)
+    return tuple(checks.kind(f"constraints[{k}]", one, Varying, " (see locus.Varying)") for k, one in enumerate(given))
+
+
+def _check_function(name: str, value: object) -> None:
+    if not callable(value):
+        raise TypeError(f"{name} must be a function f(s, c) of hidden states and controls; got {checks.shown(value)}")
+
+
+def _check_name(owner: str, value: object) -> None:
+    if not isinstance(value, str) or not value.isidentifier():
+        raise ValueError(f"{owner} must be named by identifiers; got {checks.shown(value)}")

@@ -1,0 +1,271 @@
+"""A problem as expressions: what it costs and what limits it, with exact derivatives, as tapes that compiled code runs."""
+
+import warnings
+from functools import cache, cached_property
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._problem.tape import tape
+from sdpgrind.locus._problem.tape_kernels import run_many
+
+if TYPE_CHECKING:
+    from sdpgrind.locus._problem.problem import Function, Problem
+
+SPREAD = (0.003, 0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97, 0.997)
+"""Places in a range at which scales are taken and searches begin: closer at the ends, where best points often are."""
+TICKS = {1: 11, 2: 11, 3: 7, 4: 5}
+"""Of the lattice of places where searches begin, for each control; 3 where there are more."""
+
+MADE = "_systems"
+"""Where a problem keeps what was made of it."""
+KINKED = {
+    ca.OP_FABS: "abs",
+    ca.OP_FMIN: "minimum",
+    ca.OP_FMAX: "maximum",
+    ca.OP_LT: "a comparison",
+    ca.OP_LE: "a comparison",
+    ca.OP_EQ: "a comparison",
+    ca.OP_NE: "a comparison",
+    ca.OP_IF_ELSE_ZERO: "a choice (where, interp)",
+    ca.OP_FLOOR: "floor",
+    ca.OP_CEIL: "ceil",
+    ca.OP_SIGN: "sign",
+    ca.OP_COPYSIGN: "copysign",
+    ca.OP_FMOD: "a remainder",
+    ca.OP_REMAINDER: "a remainder",
+}
+"""Operations that have kinks or steps, and what users call them."""
+TIE = 1e-6
+"""Weight of the sum of slacks where many points are of least cost."""
+
+
+@cache
+def starts_of(n: int) -> Floats:
+    """Places of n controls where searches begin: a lattice (k, n)."""
+    ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, TICKS.get(n, 3)).round().astype(int)]
+    return np.stack(np.meshgrid(*[ticks] * n, indexing="ij"), axis=-1).reshape(-1, n)
+
+
+def system_of(problem: "Problem", tie: bool = False) -> "System":
+    """The problem as expressions with exact derivatives, made once; see `System`."""
+    made: dict[bool, System] = problem.__dict__.setdefault(MADE, {})
+    if tie not in made:
+        made[tie] = System(problem, tie)
+    return made[tie]
+
+
+class System:
+    """Tapes of a problem, in the user's units and with every range scaled to 0..1 (logarithmic where it is positive).
+
+    `value_tape`: of controls and hidden states: cost, responses, limits. `response_tape`: responses, and their slopes by the
+    hidden states, row by row. `kkt_tape`, scaled: what `_kkt_kernels` reads, in its order. With `tie`, of many points of least
+    cost the one of the most slack is the best.
+    """
+
+    def __init__(self, problem: "Problem", tie: bool = False):
+        ranges = np.array([*problem.controls.values(), *problem.hidden.values()], dtype=float)
+        self.responses = problem.responses
+        self.n, self.h, self.m = len(problem.controls), len(problem.hidden), len(problem.varying)
+        self.low, self.high = ranges.T.copy()
+        self.logarithmic = self.low > 0
+        z, x = ca.SX.sym("z", self.n), ca.SX.sym("x", self.h)
+        states = SimpleNamespace(**dict(zip(problem.hidden_names, ca.vertsplit(x), strict=True)))
+        controls = SimpleNamespace(**dict(zip(problem.names, ca.vertsplit(z), strict=True)))
+        self._z, self._x = z, x
+        self._cost = _expression("cost", problem.objective, states, controls)
+        pairs = [(one.response, one.limit) for one in problem.varying]
+        self._response = ca.vertcat(
+            *(_expression(f"constraints[{j}].response", f, states, controls) for j, (f, _) in enumerate(pairs))
+        )
+        self._limit = ca.vertcat(*(_expression(f"constraints[{j}].limit", f, states, controls) for j, (_, f) in enumerate(pairs)))
+        self.value_tape = self._tape(self._cost, self._response, self._limit)
+        self.response_tape = self._tape(self._response, ca.vec(ca.jacobian(self._response, x).T))
+        self.cost_scale, self.scales = self._scales()
+        self.kkt_tape, self.first_tape = self._scaled_tapes(TIE if tie else 0.0)
+
+    def _tape(self, *outputs: Any) -> Floats:
+        return tape(ca.Function("f", [self._z, self._x], [ca.densify(ca.vertcat(*outputs))]))
+
+    def values(self, controls: Any, hidden: Any) -> tuple[Floats, Floats, Floats]:
+        """Cost (...), responses and limits (..., m) of controls (..., n) and hidden states (..., h), in the user's units."""
+        z, x = np.asarray(controls, dtype=float), np.asarray(hidden, dtype=float)
+        shape = np.broadcast_shapes(z.shape[:-1], x.shape[:-1])
+        inputs = np.concatenate([np.broadcast_to(z, (*shape, self.n)), np.broadcast_to(x, (*shape, self.h))], axis=-1)
+        cost, response, limit = self.values_of(inputs.reshape(-1, self.n + self.h))
+        return cost.reshape(shape), response.reshape(*shape, self.m), limit.reshape(*shape, self.m)
+
+    def values_of(self, inputs: Floats) -> tuple[Floats, Floats, Floats]:
+        """Cost (k,), responses and limits (k, m) of rows of controls and hidden states (k, n + h)."""
+        out = np.empty((len(inputs), 1 + 2 * self.m))
+        run_many(self.value_tape, inputs, out)
+        return out[:, 0], out[:, 1 : 1 + self.m], out[:, 1 + self.m :]
+
+    @property
+    def function(self) -> Any:
+        """Cost, responses and limits as one function of CasADi."""
+        return ca.Function("f", [self._z, self._x], [ca.vertcat(self._cost, self._response, self._limit)])
+
+    def slopes(self, controls: Floats, hidden: Floats, direction: Floats) -> tuple[Floats, Floats]:
+        """Slopes (k, m) of responses and limits along a direction of the controls (k, n), at fixed hidden states."""
+        out = np.empty((len(controls), 2 * self.m))
+        run_many(self._slope_tape, np.hstack([controls, hidden, direction]), out)
+        return out[:, : self.m], out[:, self.m :]
+
+    @cached_property
+    def _slope_tape(self) -> Floats:
+        direction = ca.SX.sym("d", self.n)
+        slopes = [ca.jtimes(f, self._z, direction) for f in (self._response, self._limit)]
+        return tape(ca.Function("f", [self._z, self._x, direction], [ca.densify(ca.vertcat(*slopes))]))
+
+    @property
+    def limit_varies(self) -> bool:
+        """Whether a limit depends on a hidden state."""
+        return bool(ca.depends_on(self._limit, self._x))
+
+    def scaled(self, values: Any, first: int = 0) -> Floats:
+        """Where values (..., k) of controls, or from index `first` on of hidden states, stand in their ranges, 0..1."""
+        x = np.asarray(values, dtype=float)
+        part = slice(first, first + x.shape[-1])
+        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.log(x / low) / np.log(high / low)
+        places: Floats = np.where(logarithmic, ratio, (x - low) / (high - low))
+        return places
+
+    def unscaled(self, places: Any, first: int = 0) -> Floats:
+        """Values of places (..., k) in the ranges of controls, or from index `first` on of hidden states."""
+        q = np.asarray(places, dtype=float)
+        part = slice(first, first + q.shape[-1])
+        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        safe = np.where(logarithmic, low, 1.0)
+        grown = low * (np.where(logarithmic, high, 1.0) / safe) ** q
+        values: Floats = np.where(logarithmic, grown, low + q * (high - low))
+        return values
+
+    def unscaled_slope(self, places: Any, first: int = 0) -> Floats:
+        """Slope of the value by the place."""
+        q = np.asarray(places, dtype=float)
+        part = slice(first, first + q.shape[-1])
+        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        safe = np.where(logarithmic, low, 1.0)
+        grow = np.log(np.where(logarithmic, high, np.e) / safe)
+        slopes: Floats = np.where(logarithmic, self.unscaled(q, first) * grow, high - low)
+        return slopes
+
+    def stretch(self, values: Floats) -> Floats:
+        """Slopes (..., n + h) of controls and hidden states by their places, where they have these values."""
+        return np.where(self.logarithmic, values * self._growth, self.high - self.low)
+
+    @cached_property
+    def _growth(self) -> Floats:
+        """Logarithm of the greatest over the least value, where that is positive."""
+        growth: Floats = np.log(np.where(self.logarithmic, self.high, 1.0) / np.where(self.logarithmic, self.low, 1.0))
+        return growth
+
+    def lattice(self, places: int) -> Floats:
+        """Points of a lattice over all controls and hidden states, scaled (k, n + h)."""
+        ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, places).round().astype(int)]
+        return np.stack(np.meshgrid(*[ticks] * (self.n + self.h), indexing="ij"), axis=-1).reshape(-1, self.n + self.h)
+
+    def on_lattice(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Points of a lattice, scaled, with cost, responses and limits there."""
+        total = self.n + self.h
+        points = self.lattice(max(3, min(11, int(2000 ** (1 / total)))))
+        values = self.unscaled(points)
+        return points, *self.values(values[:, : self.n], values[:, self.n :])
+
+    def _scales(self) -> tuple[float, Floats]:
+        """How far cost and slack spread over the ranges: what small means."""
+        _, cost, response, limit = self.on_lattice()
+        return _spread("cost", cost), np.array([_spread(f"constraints[{j}]", e) for j, e in enumerate((response - limit).T)])
+
+    def response_slopes(self) -> Floats:
+        """Slope (k, m) of each response by the first hidden state over a lattice, where it is finite."""
+        points, out = self.unscaled(self.lattice(5)), np.empty((len(self.lattice(5)), self.m * (1 + self.h)))
+        run_many(self.response_tape, points, out)
+        slopes: Floats = out[np.all(np.isfinite(out), axis=1), self.m :: self.h]
+        return slopes
+
+    @cached_property
+    def slopes_by_hidden(self) -> Floats:
+        """Slope of each constraint by each hidden state over a lattice: (k, m, h)."""
+        points = self.lattice(5)
+        slopes = np.empty((len(points), self.m * self.h))
+        by_hidden = ca.jacobian(self._response - self._limit, self._x)
+        run_many(self._tape(ca.vec(by_hidden.T)), self.unscaled(points), slopes)
+        return slopes.reshape(-1, self.m, self.h)
+
+    def _scaled_tapes(self, tie: float) -> tuple[Floats, Floats]:
+        n, h = self.n, self.h
+        y = ca.SX.sym("y", n + h)
+        values = [_unscaled(y[k], self.low[k], self.high[k], self.logarithmic[k]) for k in range(n + h)]
+        given = [ca.vertcat(*values[:n]), ca.vertcat(*values[n:])]
+        whole = ca.Function("f", [self._z, self._x], [self._cost, self._response - self._limit])
+        cost, slack = whole(*given)
+        slack = slack / ca.DM(self.scales)
+        cost = cost / self.cost_scale + tie * ca.sum1(slack)
+        parts = [cost, slack, *_by_controls([cost, *ca.vertsplit(slack)], y[:n], y[n:])]
+        whole_tape, first_tape = (tape(ca.Function("f", [y], [ca.densify(ca.vertcat(*out))])) for out in (parts, parts[:2]))
+        return whole_tape, first_tape
+
+
+def _by_controls(functions: list[Any], q: Any, p: Any) -> list[Any]:
+    """Gradients, Hessians, slopes of gradients by hidden states, and slopes by hidden states, of every function, row by row."""
+    gradients = [ca.gradient(f, q) for f in functions]
+    hessians = [ca.vec(ca.hessian(f, q)[0]) for f in functions]
+    mixed = [ca.vec(ca.jacobian(g, p).T) for g in gradients]
+    slopes = [ca.vec(ca.jacobian(f, p)) for f in functions]
+    return [*gradients, *hessians, *mixed, *slopes]
+
+
+def _unscaled(place: Any, low: float, high: float, logarithmic: bool) -> Any:
+    return low * ca.exp(place * np.log(high / low)) if logarithmic else low + place * (high - low)
+
+
+def _expression(name: str, function: "Function", states: SimpleNamespace, controls: SimpleNamespace) -> Any:
+    """The expression that a user's function gives for symbols."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # of numpy's functions on symbols, which do what is wanted
+        try:
+            found = function(states, controls)
+        except AttributeError as error:
+            known = ", ".join([*vars(states), *vars(controls)])
+            raise ValueError(f"{name} must use names of hidden states and controls, {known}; got {error.name!r}") from None
+        except Exception as error:
+            raise ValueError(f"{name} must be made of operators, ** and functions that take symbols; {error}") from error
+    try:
+        value = ca.SX(found)
+    except (RuntimeError, TypeError):  # what CasADi raises for what it cannot hold
+        raise TypeError(f"{name} must give a number for each point; got {type(found).__name__}") from None
+    if value.shape != (1, 1):
+        raise ValueError(f"{name} must give one number for each point; got shape {value.shape}")
+    _check_smooth(name, value)
+    return value
+
+
+def _check_smooth(name: str, value: Any) -> None:
+    """Conditions of a best point are those of smooth functions: best points at kinks and steps would be missed."""
+    function = ca.Function("f", ca.symvar(value), [value])
+    used = {function.instruction_id(k) for k in range(function.n_instructions())}
+    bad = sorted(told for operation, told in KINKED.items() if operation in used)
+    if bad:
+        raise ValueError(
+            f"{name} must be smooth, for its slopes are followed; it has {', '.join(bad)}: take a smooth form, a polynomial or a"
+            " spline of powers, or split the range"
+        )
+
+
+def _spread(name: str, values: Floats) -> float:
+    """Of finite values, without the outermost; 1 where they are all the same."""
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
+        raise ValueError(
+            f"{name} must be finite somewhere in the ranges of controls and hidden states; it is nowhere: functions of math do"
+            " not take symbols, ** and those of numpy do"
+        )
+    low, high = np.quantile(finite, (0.1, 0.9))
+    return float(high - low) if high > low else max(1.0, abs(float(high)))

@@ -1,0 +1,96 @@
+"""A motor turns a joint whose inertia drifts: Koren's example of a response and its limit."""
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass
+from typing import Any
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.base.units import N_MM_S_PER_W
+from sdpgrind.locus._problem.problem import Varying
+
+KG_MM2_PER_N_MM_S2 = 1000.0
+"""Inertia (kg mm^2) that a torque of 1 N mm speeds up by 1 rad/s^2."""
+
+
+@stored("locus.motor_axis")
+@dataclass(frozen=True)
+class MotorAxis(Frozen):
+    """Turn by an angle in the least time, with a motor whose load's inertia nobody measures: Koren (20) to (22).
+
+    Controls are ``speed`` omega (rad/s), up to which the axis runs, and ``acceleration`` (rad/s^2), with which it starts and
+    stops; hidden is ``inertia`` x (kg mm^2), which the other axes of a robot change.
+
+    * cost angle/omega + omega/acceleration: time of the move, from rest to rest, s. It holds up to omega^2 = angle
+      acceleration, where the speed is reached just when braking begins; no optimum lies beyond;
+    * ``motor_power`` omega (J_0 + x) acceleration (22), the greatest of the move, stays under omega T_m (21), W.
+
+    Koren prints response and limit; the cost is ours. The locus is omega^2 = angle acceleration (a triangle of speed over time),
+    and it ends at the greatest speed: a lighter load runs at that speed.
+
+    Parameters
+    ----------
+    inertia_base : float
+        J_0, of the motor, kg mm^2.
+    torque_max : float
+        T_m, greatest torque, N mm.
+    angle : float
+        Of the move, rad.
+
+    Raises
+    ------
+    ValueError
+        When a value is not positive.
+
+    Examples
+    --------
+    >>> axis = MotorAxis(inertia_base=100.0, torque_max=1000.0, angle=60.0)
+    >>> round(axis.best_acceleration(700.0)), round(axis.speed_on_locus(1250.0), 2)  # rad/s^2, rad/s
+    (1250, 273.86)
+    """
+
+    _: KW_ONLY
+    inertia_base: float
+    torque_max: float
+    angle: float
+
+    def __post_init__(self) -> None:
+        for name, unit in {"inertia_base": "kg mm^2", "torque_max": "N mm", "angle": "rad"}.items():
+            checks.positive(name, getattr(self, name), unit)
+
+    @property
+    def constraints(self) -> tuple[Varying, ...]:
+        """Power of the motor under what its torque allows at that speed, W."""
+        return (Varying(response=self._power, limit=self._limit, name="motor_power", unit="W"),)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of controls, hidden state and cost."""
+        return {"speed": "rad/s", "acceleration": "rad/s^2", "inertia": "kg mm^2", "cost": "s"}
+
+    def cost(self, s: Any, c: Any) -> Any:
+        """Return the time of the move (s) by the controls ``c``, angle/omega + omega/acceleration; no state ``s`` is in it."""
+        return self.angle / c.speed + c.speed / c.acceleration
+
+    def _power(self, s: Any, c: Any) -> Any:
+        """Koren (22) with (20)."""
+        torque = (self.inertia_base + s.inertia) * c.acceleration / KG_MM2_PER_N_MM_S2
+        return c.speed * torque / N_MM_S_PER_W
+
+    def _limit(self, s: Any, c: Any) -> Any:
+        """Koren (21)."""
+        return c.speed * self.torque_max / N_MM_S_PER_W
+
+    def best_acceleration(self, inertia: Any) -> Any:
+        """Return the acceleration (rad/s^2) at which the torque is spent on a load of `inertia` (kg mm^2)."""
+        return KG_MM2_PER_N_MM_S2 * self.torque_max / (self.inertia_base + inertia)
+
+    def speed_on_locus(self, acceleration: Any) -> Any:
+        """Return the speed (rad/s) of the locus at an acceleration (rad/s^2): (angle acceleration)^(1/2)."""
+        return (self.angle * acceleration) ** 0.5
+
+    def onset_inertia(self, speed_max: float) -> float:
+        """Return the inertia (kg mm^2) from which on the best speed stays below the greatest one, `speed_max` (rad/s)."""
+        speed = checks.positive("speed_max", speed_max, "rad/s")
+        return float(KG_MM2_PER_N_MM_S2 * self.torque_max * self.angle / speed**2 - self.inertia_base)

@@ -1,0 +1,70 @@
+"""A stretch that is read off by the response: whether that can be, and whether reading again and again converges."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._curve.segments import bends
+from sdpgrind.locus._stretch.single_valued import strictly
+from sdpgrind.locus._stretch.stretch import Stretch
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Whether a stretch can be read off by the response: a table in units of P_c, Koren Fig. 2.
+
+    Attributes
+    ----------
+    monotone : bool
+        Whether P_b changes strictly one way along the stretch, so that a response belongs to one point.
+    rho : array, (K,)
+        What one reading leaves of an error of the place: slope of P_c at fixed hidden state over that of P_b.
+    hidden : array, (K,)
+        Hidden states of `rho`.
+    usable : tuple of (float, float)
+        Ranges of the hidden state (in its unit) in which ``|rho|`` < 1: reading again and again converges there.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> found = locus.plan(locus.preset("koren-example")).stretch("v").calibrated()
+    >>> found.monotone, [round(x, 4) for x in found.usable[0]]
+    (True, [0.5, 6.9274])
+    """
+
+    monotone: bool
+    rho: Floats
+    hidden: Floats
+    usable: tuple[tuple[float, float], ...]
+
+
+def calibration(stretch: Stretch) -> Calibration:
+    response, limit = stretch.response_slope, stretch.limit_slope
+    rho = np.divide(response, limit, out=np.full(limit.shape, np.inf), where=limit != 0)
+    monotone = strictly(stretch.limit) and bool(np.all(np.sign(limit) == np.sign(limit[0])))
+    return Calibration(monotone, rho, stretch.hidden, _converging(stretch))
+
+
+def _converging(stretch: Stretch) -> tuple[tuple[float, float], ...]:
+    """Where |P_c,s| < |P_b,s|, from splines of the two slopes; the ends are found by halving."""
+    s, slopes = stretch.coordinate, np.column_stack([stretch.response_slope, stretch.limit_slope])
+    both = CubicHermiteSpline(s, slopes, bends(s, slopes))
+
+    def room(at: Floats) -> Floats:
+        response, limit = both(at).T
+        return np.asarray(np.abs(limit) - np.abs(response))
+
+    inside = room(s) > 0
+    turns = np.flatnonzero(np.diff(inside))
+    low, high, first = s[turns], s[turns + 1], inside[turns]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        same = (room(middle) > 0) == first
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    cuts = [stretch.low, *(0.5 * (low + high)), stretch.high]
+    kept = [pair for k, pair in enumerate(pairwise(cuts)) if inside[0] == (k % 2 == 0)]
+    ends = [sorted(stretch.rows(np.array(pair))[:, len(stretch.names)].tolist()) for pair in kept]
+    return tuple((a, b) for a, b in sorted(ends))

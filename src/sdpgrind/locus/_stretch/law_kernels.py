@@ -1,0 +1,142 @@
+"""Compiled core of controllers on a locus: `step` and batches run through here."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._curve.table_kernels import look_up
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL, WAITED, HELD = range(8)
+"""State: coordinate, last two errors, updates since one was missing, samples since the start, estimated actual coordinate,
+samples that were waited for it, samples in a row that asked for less than the end of the stretch allows (step alone counts)."""
+STATES = 8
+
+
+class Law(NamedTuple):
+    """What a controller on a locus knows; places are coordinates along it, in the user's unit."""
+
+    low: float
+    high: float
+    direction: float  # in which the error falls: +1 or -1
+    integral: float  # gain, or the share theta of deadbeat where it is scheduled
+    proportional: float
+    derivative: float
+    scheduled: bool
+    decay: float  # of the difference between commanded and actual coordinate, in a period
+    slopes: Floats  # packed table of the loop slope
+
+
+@njit(**_OPTIONS)
+def hermite(t, step, first, last, first_slope, last_slope):
+    """Cubic with these values and slopes at the ends of an interval, at the share `t` of it."""
+    rise = last - first
+    square = 3.0 * rise - step * (2.0 * first_slope + last_slope)
+    cube = step * (first_slope + last_slope) - 2.0 * rise
+    return first + t * (step * first_slope + t * (square + t * cube))
+
+
+@njit(**_OPTIONS)
+def find(value, knots, values, slopes):
+    """Coordinate at which a monotone column has a value, clamped: Newton's steps, halving where they leave the interval."""
+    rising = values[-1] > values[0]
+    low, high = 0, knots.size - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if (values[middle] <= value) == rising:
+            low = middle
+        else:
+            high = middle
+    step = knots[high] - knots[low]
+    ends = 0.0, 1.0
+    sign = 1.0 if rising else -1.0
+    if sign * (value - values[low]) <= 0.0:
+        return knots[low]
+    if sign * (value - values[high]) >= 0.0:
+        return knots[high]
+    a, b = ends
+    t = (value - values[low]) / (values[high] - values[low])
+    for _ in range(60):
+        off = hermite(t, step, values[low], values[high], slopes[low], slopes[high]) - value
+        if sign * off > 0.0:
+            b = t
+        else:
+            a = t
+        by = _slope(t, step, values[low], values[high], slopes[low], slopes[high])
+        guess = t - off / by if by != 0.0 else a
+        if not a <= guess <= b:
+            guess = 0.5 * (a + b)
+        if abs(guess - t) <= 1e-16:
+            t = guess
+            break
+        t = guess
+    return knots[low] + t * step
+
+
+@njit(**_OPTIONS)
+def _slope(t, step, first, last, first_slope, last_slope):
+    """Of `hermite` by the share."""
+    rise = last - first
+    square = 3.0 * rise - step * (2.0 * first_slope + last_slope)
+    cube = step * (first_slope + last_slope) - 2.0 * rise
+    return step * first_slope + t * (2.0 * square + 3.0 * t * cube)
+
+
+@njit(**_OPTIONS)
+def find_many(value, knots, values, slopes, out):
+    """Fill `out` (N,) with the coordinates of values (N,)."""
+    for k in range(value.size):
+        out[k] = find(value[k], knots, values, slopes)
+
+
+@njit(**_OPTIONS)
+def begin(state, start, actual):
+    """Make the state of the next run, at the place `start`; the actual coordinate begins at `actual`."""
+    state[:] = 0.0
+    state[PLACE], state[ACTUAL] = start, actual
+
+
+@njit(**_OPTIONS)
+def follow(state, law):
+    """Count a sample, and let the estimate of the actual coordinate go on for the period since the last one."""
+    if state[SAMPLES] > 0.0:
+        state[ACTUAL] = state[PLACE] + law.decay * (state[ACTUAL] - state[PLACE])
+    state[SAMPLES] += 1.0
+
+
+@njit(**_OPTIONS)
+def advance(state, law, error, base):
+    """Koren (36) and Fig. 3: the next place, from an error that is limit less response at the place `base`; NaN: it is kept."""
+    if np.isnan(error):
+        state[UPDATES] = 0.0
+        return state[PLACE]
+    change = gain_at(law, base) * error
+    if state[UPDATES] >= 1.0:  # the first update knows no change of the error
+        change += law.proportional * (error - state[LAST])
+    if state[UPDATES] >= 2.0:
+        change += law.derivative * (error - 2.0 * state[LAST] + state[LAST_BUT_ONE])
+    state[LAST_BUT_ONE], state[LAST] = state[LAST], error
+    state[UPDATES] += 1.0
+    # What is kept is the clamped place: nothing winds up beyond the end of the stretch.
+    state[PLACE] = min(max(base + law.direction * change, law.low), law.high)
+    return state[PLACE]
+
+
+@njit(**_OPTIONS)
+def gain_at(law, place):
+    """Integral gain at a place."""
+    if not law.scheduled:
+        return law.integral
+    slope = np.empty(1)
+    look_up(law.slopes, place, slope)
+    return law.integral / abs(slope[0])
+
+
+@njit(**_OPTIONS)
+def advance_many(states, law, errors):
+    """`advance` of every run from its own place: states (N, STATES), errors (N,)."""
+    for k in range(errors.size):
+        follow(states[k], law)
+        advance(states[k], law, errors[k], states[k, PLACE])

@@ -1,0 +1,1 @@
+"""Trace of `locus`."""

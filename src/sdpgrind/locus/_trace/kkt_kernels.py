@@ -1,0 +1,261 @@
+"""Conditions of a best point, their Jacobian, and Newton's method on them: plain loops for numba.
+
+An unknown point is Y = (q, mu_0, mu, p): places q of the n controls, the weight mu_0 of the cost and mu_j of the m constraints
+(their squares sum to 1: multipliers are mu/mu_0, and mu_0 = 0 is where feasibility ends), the place p of the hidden state that is
+followed. A set says of each control whether it is free (0) or held at its least (-1) or greatest (1) value, and of each
+constraint whether it is active (1).
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.locus._problem.tape_kernels import run
+
+CLOSE = 1e-13
+"""Residual at which Newton's method stops; what it cannot better any more is good enough at `GOOD`."""
+STILL = 1e-8
+"""Last step of such a point: where branches cross, a residual is small far away."""
+GOOD = 1e-10
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+
+
+@njit(**_OPTIONS)
+def sizes(kkt, n, m, h):
+    """How long what the tape gives is."""
+    return (1 + m) * (1 + n + n * n + n * h + h)
+
+
+@njit(**_OPTIONS)
+def evaluate(kkt, n, h, point, hidden, t, work, out):
+    """Run the tape at a point: `hidden` are the places of all hidden states, of which the t-th is the point's own."""
+    for i in range(n):
+        work[i] = point[i]
+    for k in range(h):
+        work[n + k] = hidden[k]
+    work[n + t] = point[point.size - 1]
+    run(kkt, work, work, out)
+
+
+@njit(**_OPTIONS)
+def gradient_row(d, point, i, n, m, h, t, row):
+    """Slope of the Lagrangian by the i-th control, and its derivatives by all unknowns into `row`."""
+    f = 1 + m
+    hess, mixed = f * (1 + n), f * (1 + n + n * n)
+    row[:] = 0.0
+    value = 0.0
+    for j in range(f):
+        mu = point[n + j]
+        slope = d[f + j * n + i]
+        value += mu * slope
+        row[n + j] = slope
+        for k in range(n):
+            row[k] += mu * d[hess + (j * n + i) * n + k]
+        row[n + f] += mu * d[mixed + (j * n + i) * h + t]
+    return value
+
+
+@njit(**_OPTIONS)
+def constraint_row(d, j, n, m, h, t, row):
+    """The j-th constraint (1..m), and its derivatives by all unknowns into `row`."""
+    f = 1 + m
+    row[:] = 0.0
+    for k in range(n):
+        row[k] = d[f + j * n + k]
+    row[n + f] = d[f * (1 + n + n * n + n * h) + j * h + t]
+    return d[j]
+
+
+@njit(**_OPTIONS)
+def conditions(d, point, held, n, m, h, t, residual, jacobian):
+    """F(Y) and F_Y, n + 1 + m rows: slopes or bounds, the sum of squares, constraints or multipliers."""
+    f = 1 + m
+    for i in range(n):
+        if held[i] == 0:
+            residual[i] = gradient_row(d, point, i, n, m, h, t, jacobian[i])
+        else:
+            jacobian[i, :] = 0.0
+            jacobian[i, i] = 1.0
+            residual[i] = point[i] - (0.0 if held[i] < 0 else 1.0)
+    jacobian[n, :] = 0.0
+    total = -1.0
+    for j in range(f):
+        total += point[n + j] ** 2
+        jacobian[n, n + j] = 2.0 * point[n + j]
+    residual[n] = total
+    for j in range(1, f):
+        if held[n + j - 1] == 1:
+            residual[n + j] = constraint_row(d, j, n, m, h, t, jacobian[n + j])
+        else:
+            jacobian[n + j, :] = 0.0
+            jacobian[n + j, n + j] = 1.0
+            residual[n + j] = point[n + j]
+
+
+@njit(**_OPTIONS)
+def solve(a, b):
+    """Solve a x = b in place by elimination with the largest pivots; gives the determinant (0: none solved)."""
+    size = b.size
+    determinant = 1.0
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        if not abs(a[best, k]) > 0.0:
+            return 0.0
+        if best != k:
+            for c in range(k, size):
+                a[k, c], a[best, c] = a[best, c], a[k, c]
+            b[k], b[best] = b[best], b[k]
+            determinant = -determinant
+        determinant *= a[k, k]
+        for i in range(k + 1, size):
+            factor = a[i, k] / a[k, k]
+            if factor != 0.0:
+                for c in range(k + 1, size):
+                    a[i, c] -= factor * a[k, c]
+                b[i] -= factor * b[k]
+    for k in range(size - 1, -1, -1):
+        for c in range(k + 1, size):
+            b[k] -= a[k, c] * b[c]
+        b[k] /= a[k, k]
+    return determinant
+
+
+@njit(**_OPTIONS)
+def tangent_at(d, point, held, n, m, h, t, along, tangent):
+    """Unit vector along the curve on the side of `along`; gives the determinant of the bordered Jacobian."""
+    size = point.size
+    a, residual = np.empty((size, size)), np.empty(size)
+    conditions(d, point, held, n, m, h, t, residual, a)
+    for k in range(size):
+        a[size - 1, k] = along[k]
+        tangent[k] = 0.0
+    tangent[size - 1] = 1.0
+    determinant = solve(a, tangent)
+    length = 0.0
+    for k in range(size):
+        length += tangent[k] ** 2
+    length = np.sqrt(length)
+    for k in range(size):
+        tangent[k] /= length
+    return determinant * length
+
+
+@njit(**_OPTIONS)
+def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
+    """Solve F(Y) = 0 with row.(Y - anchor) = 0 from `point`, in place; gives steps taken and the residual left.
+
+    `d` holds what the tape gives at the point reached.
+    """
+    size = point.size
+    a, b = np.empty((size, size)), np.empty(size)
+    before, moved = np.inf, np.inf
+    for step in range(most + 1):
+        evaluate(kkt, n, h, point, hidden, t, work, d)
+        conditions(d, point, held, n, m, h, t, b, a)
+        along = 0.0
+        for k in range(size):
+            a[size - 1, k] = row[k]
+            along += row[k] * (point[k] - anchor[k])
+        b[size - 1] = along
+        left = 0.0
+        for k in range(size):
+            left = max(left, abs(b[k]))
+            if not np.isfinite(b[k]):
+                return step, np.inf
+        if left <= CLOSE or step == most or (left <= GOOD and left > 0.1 * before and moved <= STILL):
+            return step, left
+        before, moved = left, 0.0
+        if solve(a, b) == 0.0:
+            return step, np.inf
+        for k in range(size):
+            point[k] -= b[k]
+            moved = max(moved, abs(b[k]))
+    return most, left
+
+
+@njit(**_OPTIONS)
+def free_directions(d, held, n, m, basis):
+    """Orthonormal rows in `basis`: first the span of active gradients over free controls, then what is left; gives both numbers.
+
+    The second is negative where active gradients depend on each other.
+    """
+    f = 1 + m
+    rows, dependent = 0, False
+    for j in range(1, f):
+        if held[n + j - 1] == 1:
+            whole = 0.0  # the largest slope of all: what is rounding beside it is none
+            for i in range(n):
+                basis[rows, i] = d[f + j * n + i] if held[i] == 0 else 0.0
+                whole = max(whole, abs(d[f + j * n + i]))
+            if _length(basis, rows, n) > 1e-16 * whole and _orthonormal(basis, rows, n, 1e-9) and rows < n:
+                rows += 1
+            else:
+                dependent = True
+    active = rows
+    for i in range(n):
+        if held[i] == 0 and rows < n:
+            basis[rows, :] = 0.0
+            basis[rows, i] = 1.0
+            if _orthonormal(basis, rows, n, 1e-6):
+                rows += 1
+    return active, -1 if dependent else rows - active
+
+
+@njit(**_OPTIONS)
+def _orthonormal(basis, k, n, least):
+    """Make row k orthogonal to those above and of length 1; says whether enough was left."""
+    before = _length(basis, k, n)
+    for _ in range(2 if k else 0):
+        for r in range(k):
+            dot = 0.0
+            for i in range(n):
+                dot += basis[k, i] * basis[r, i]
+            for i in range(n):
+                basis[k, i] -= dot * basis[r, i]
+    after = _length(basis, k, n)
+    if not after > least * before:
+        return False
+    for i in range(n):
+        basis[k, i] /= after
+    return True
+
+
+@njit(**_OPTIONS)
+def _length(basis, k, n):
+    total = 0.0
+    for i in range(n):
+        total += basis[k, i] * basis[k, i]
+    return np.sqrt(total)
+
+
+@njit(**_OPTIONS)
+def curvature(d, point, held, n, m):
+    """Least curvature of the Lagrangian in directions that active gradients leave free; inf: none is left."""
+    basis = np.zeros((n + m + 1, n))
+    active, free = free_directions(d, held, n, m, basis)
+    if free < 0:
+        return -np.inf
+    if free == 0:
+        return np.inf
+    if free == 1:
+        return _curved(d, point, basis, active, active, n, m)
+    reduced = np.zeros((free, free))
+    for a in range(free):
+        for b in range(free):
+            reduced[a, b] = _curved(d, point, basis, active + a, active + b, n, m)
+    return np.linalg.eigvalsh(0.5 * (reduced + reduced.T))[0]
+
+
+@njit(**_OPTIONS)
+def _curved(d, point, basis, a, b, n, m):
+    """Second derivative of the Lagrangian along rows a and b, for a unit of the cost."""
+    hess, total = (1 + m) * (1 + n), 0.0
+    for j in range(1 + m):
+        for i in range(n):
+            for k in range(n):
+                total += point[n + j] * basis[a, i] * d[hess + (j * n + i) * n + k] * basis[b, k]
+    return total / point[n]

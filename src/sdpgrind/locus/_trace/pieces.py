@@ -1,0 +1,185 @@
+"""Pieces of a locus as tables: points of equal steps along it, with multipliers, slopes and margins, in the user's units."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._problem.problem import Problem
+from sdpgrind.locus._trace.spread_kernels import spread
+from sdpgrind.locus._trace.trace import Ints, Run, Tracer
+
+NONE = 1e-12
+"""Weight of the cost that is none: its multipliers have no limit."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What is known at k points of one or more pieces, one after the other.
+
+    Attributes
+    ----------
+    points, along : array (k, n + m + 2)
+        Places of controls, weights, place of the hidden state; and the unit tangent.
+    controls, slope : array (k, n)
+        In the user's units; d controls / d hidden state.
+    hidden : array (k,)
+        The hidden state that was followed.
+    multipliers : array (k, m)
+        Cost for a unit of each constraint.
+    bound_multipliers : array (k, n)
+        Cost for a unit by which a control's bound would give way; 0 where it is free.
+    cost : array (k,)
+        Least cost.
+    response, limit : array (k, m)
+        P_c and P_b.
+    margin : array (k,)
+        Least curvature of the Lagrangian in directions left free, for controls over their whole ranges; inf where none is left.
+    residual : array (k,)
+        Of the conditions of a best point, in scaled form.
+    """
+
+    points: Floats
+    along: Floats
+    controls: Floats
+    slope: Floats
+    hidden: Floats
+    multipliers: Floats
+    bound_multipliers: Floats
+    cost: Floats
+    response: Floats
+    limit: Floats
+    margin: Floats
+    residual: Floats
+
+    def part(self, piece: slice) -> "Columns":
+        """Some of the points; private to this package."""
+        return Columns(*(getattr(self, column.name)[piece] for column in fields(self)))
+
+    @classmethod
+    def joined(cls, tables: Sequence["Columns"]) -> "Columns":
+        """All points of several tables, one after the other; private to this package."""
+        return cls(*(np.concatenate([getattr(table, column.name) for table in tables]) for column in fields(cls)))
+
+    def blank(self) -> "Columns":
+        """As many points, of which nothing is known; private to this package."""
+        return Columns(*(np.full_like(getattr(self, column.name), np.nan) for column in fields(self)))
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A stretch of the locus on which the same constraints are active and the same controls are held.
+
+    Attributes
+    ----------
+    kind : {"interior", "locus", "bound", "vertex"}
+        Nothing is active; a constraint is; a control is held at its bound; as many constraints as controls are active.
+    active : tuple of str
+        Names of active constraints.
+    bounds : dict
+        Name of each control that is held, to "least" or "greatest".
+    is_global : bool
+        Whether it is the best of all that were found, where it is.
+    start, end : str
+        What happens at the ends, where the hidden state is least and greatest.
+    table : Columns
+        Its points, by rising hidden state (units of the problem).
+    """
+
+    kind: str
+    active: tuple[str, ...]
+    bounds: dict[str, str]
+    is_global: bool
+    start: str
+    end: str
+    table: Columns
+    held: Ints
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and greatest hidden state, in its unit."""
+        return float(self.table.hidden[0]), float(self.table.hidden[-1])
+
+    def __repr__(self) -> str:
+        low, high = self.range
+        what = ", ".join([*self.active, *(f"{name} {end}" for name, end in self.bounds.items())]) or "nothing active"
+        return f"Piece({self.kind}: {what}; {low:.6g} to {high:.6g}; {self.start or '-'} to {self.end or '-'})"
+
+
+def counts(runs: Sequence[Run], points: int) -> list[int]:
+    """How many points each run gets of about as many as asked for: by length of arc, two at least."""
+    lengths = np.array([np.sum(np.sqrt(np.sum(np.diff(run.nodes, axis=0) ** 2, axis=1))) for run in runs])
+    return [max(2, round(share)) for share in points * lengths / np.sum(lengths)]
+
+
+def tabulate(tracer: Tracer, runs: Sequence[Run], sizes: Sequence[int]) -> Columns:
+    """All points of runs, exact."""
+    system, total = tracer.system, sum(sizes)
+    n, m, h = system.n, system.m, system.h
+    points, along, pulls = np.empty((total, n + m + 2)), np.empty((total, n + m + 2)), np.empty((total, n))
+    residual, curvature = np.empty(total), np.empty(total)
+    since = 0
+    for run, size in zip(runs, sizes, strict=True):
+        part = slice(since, since + size)
+        spread(
+            system.kkt_tape, n, m, h, tracer.hidden, tracer.t, run.held, run.nodes, run.tangents,
+            points[part], along[part], pulls[part], residual[part], curvature[part],
+        )  # fmt: skip
+        since += size
+    return columns(tracer, points, along, pulls, residual, curvature)
+
+
+def columns(tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residual: Floats, curvature: Floats) -> Columns:
+    system, n, m = tracer.system, tracer.system.n, tracer.system.m
+    places = np.empty((len(points), n + system.h))
+    places[:, :n], places[:, n:], places[:, n + tracer.t] = points[:, :n], tracer.hidden, points[:, -1]
+    values = system.unscaled(places)
+    controls, hidden, stretch = values[:, :n], values[:, n:], system.stretch(values)
+    cost, response, limit = system.values_of(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = along[:, :n] / along[:, -1:] * stretch[:, :n] / stretch[:, n + tracer.t, None]
+        weights = np.where(points[:, n, None] > NONE, points[:, n, None], 0.0)  # 0 where feasibility ends
+        multipliers = np.nan_to_num(
+            points[:, n + 1 : n + 1 + m] / weights * (system.cost_scale / system.scales), nan=0.0, posinf=np.inf
+        )
+    pulls = np.abs(pulls) * system.cost_scale / stretch[:, :n]
+    margin = np.nan_to_num(curvature * system.cost_scale, nan=0.0, posinf=np.inf, neginf=-np.inf)
+    known = controls, slope, hidden[:, tracer.t], multipliers, pulls, cost, response, limit, margin, residual
+    return Columns(points, along, *known)
+
+
+def point_of(tracer: Tracer, held: Ints, point: Floats, along: Floats) -> Columns:
+    """What is known at one exact point; `along` is a tangent near it."""
+    return tabulate(tracer, [Run(np.vstack([point, point]), np.vstack([along, along]), held)], [1])
+
+
+def pieces(problem: Problem, runs: Sequence[tuple[Run, bool]], table: Columns, sizes: Sequence[int]) -> tuple[Piece, ...]:
+    """Name what the runs are, with their points."""
+    names, responses = problem.names, list(problem.responses)
+    n, found, since = len(names), [], 0
+    for (run, best), size in zip(runs, sizes, strict=True):
+        bounds = {names[i]: "least" if run.held[i] < 0 else "greatest" for i in range(n) if run.held[i] != 0}
+        active = tuple(name for j, name in enumerate(responses) if run.held[n + j])
+        start, end = (_told(event, names, responses) for event in (run.start, run.end))
+        part = table.part(slice(since, since + size))
+        found.append(Piece(kind_of(run.held, n), active, bounds, best, start, end, part, run.held))
+        since += size
+    return tuple(found)
+
+
+def kind_of(held: Ints, n: int) -> str:
+    """What a set is called."""
+    if np.any(held[:n]):
+        return "bound"
+    active = int(np.sum(held[n:]))
+    if not active:
+        return "interior"
+    return "vertex" if active == n else "locus"
+
+
+def _told(event: tuple[str, int], names: Sequence[str], responses: Sequence[str]) -> str:
+    kind, index = event
+    if kind in ("least", "greatest", "released"):
+        return f"{names[index]} {kind}"
+    return f"{responses[index]} {kind}" if kind in ("active", "inactive") else kind

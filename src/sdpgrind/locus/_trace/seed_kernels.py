@@ -1,0 +1,292 @@
+"""Best points from nowhere: the least places of a lattice, down a barrier, to the conditions of a best point."""
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.locus._problem.tape_kernels import run, run_many, work_size
+from sdpgrind.locus._trace.kkt_kernels import _OPTIONS, GOOD, curvature, evaluate, gradient_row, newton, sizes
+
+FIRST, SHRINK, LAST = 0.1, 0.03, 2e-12
+"""Of the barrier: its weight goes down from 0.1 of the room around the start to 2e-12."""
+LONGEST = 0.15
+"""Step: a longer one may leave the valley."""
+LOW, NEAR = 1e-4, 0.05
+"""Weight below which a way over to a best point is looked for, and how far that may lead, in places of controls."""
+FLAT = 1e-8
+"""Curvature that is none."""
+
+
+@njit(**_OPTIONS)
+def lattice_minima(first, n, m, hidden, lattice, ticks):
+    """Indices of feasible points of a lattice that are no worse than all their neighbours, along controls and across."""
+    cost = _costs(first, n, m, hidden, lattice)
+    chosen = np.zeros(cost.size, dtype=np.bool_)
+    for k in range(cost.size):
+        chosen[k] = cost[k] < np.inf and not _has_better_neighbour(cost, k, n, ticks)
+    return np.flatnonzero(chosen)
+
+
+@njit(**_OPTIONS)
+def lattice_best(first, n, m, hidden, t, places, lattice):
+    """For each place of the t-th hidden state, index and cost of the cheapest feasible point of a lattice; inf: none."""
+    found, costs, all_hidden = np.zeros(places.size, dtype=np.int64), np.empty(places.size), hidden.copy()
+    for k in range(places.size):
+        all_hidden[t] = places[k]
+        cost = _costs(first, n, m, all_hidden, lattice)
+        found[k] = np.argmin(cost)
+        costs[k] = cost[found[k]]
+    return found, costs
+
+
+@njit(**_OPTIONS)
+def _costs(first, n, m, hidden, lattice):
+    """At all points of a lattice; inf where one is not feasible."""
+    given, out = np.empty((len(lattice), n + hidden.size)), np.empty((len(lattice), 1 + m))
+    given[:, :n], given[:, n:] = lattice, hidden
+    run_many(first, given, out)
+    cost = out[:, 0].copy()
+    for k in range(cost.size):
+        feasible = np.isfinite(cost[k])
+        for j in range(m):
+            feasible = feasible and out[k, 1 + j] < 0.0
+        if not feasible:
+            cost[k] = np.inf
+    return cost
+
+
+@njit(**_OPTIONS)
+def _has_better_neighbour(cost, k, n, ticks):
+    for step in range(3**n):
+        other, inside, stride, code, rest = k, True, 1, step, k
+        for _ in range(n):
+            place, move = rest % ticks, code % 3 - 1
+            inside = inside and 0 <= place + move < ticks
+            other += move * stride
+            stride, code, rest = stride * ticks, code // 3, rest // ticks
+        if inside and (cost[other] < cost[k] or (cost[other] == cost[k] and other < k)):
+            return True
+    return False
+
+
+@njit(**_OPTIONS)
+def _merit(first, n, m, given, weight, work, out):
+    """Cost with the barrier; inf outside."""
+    inside = 1.0
+    for i in range(n):
+        if not 0.0 < given[i] < 1.0:
+            return np.inf
+        inside *= given[i] * (1.0 - given[i])
+    run(first, given, work, out)
+    for j in range(m):
+        if not out[1 + j] < 0.0:
+            return np.inf
+        inside *= -out[1 + j]
+    total = out[0] - weight * np.log(inside)
+    return total if np.isfinite(total) else np.inf
+
+
+@njit(inline="always", **_OPTIONS)
+def _barrier_system(d, q, n, m, weight, hessian, gradient):
+    f = 1 + m
+    for i in range(n):
+        gradient[i] = d[f + i] - weight / q[i] + weight / (1.0 - q[i])
+        for k in range(n):
+            hessian[i, k] = d[f * (1 + n) + i * n + k]
+        hessian[i, i] += weight / q[i] ** 2 + weight / (1.0 - q[i]) ** 2
+    for j in range(1, f):
+        force = weight / -d[j]
+        for i in range(n):
+            gradient[i] += force * d[f + j * n + i]
+            for k in range(n):
+                hessian[i, k] += force * (d[f * (1 + n) + (j * n + i) * n + k] + d[f + j * n + i] * d[f + j * n + k] / -d[j])
+
+
+@njit(inline="always", **_OPTIONS)
+def _downhill(hessian, gradient, factor, step):
+    """Newton's step, or one as if the curvature were greater where it does not lead down."""
+    extra = 0.0
+    step[:] = -gradient
+    for _ in range(40):
+        if _factored(hessian, extra, factor):
+            _solved(factor, step)
+            return
+        extra = max(1e-3, 4.0 * extra)
+
+
+@njit(**_OPTIONS)
+def _factored(a, extra, factor):
+    """Cholesky's factor of a + extra; False where that has a direction that does not curve up."""
+    for i in range(a.shape[0]):
+        for k in range(i + 1):
+            left = a[i, k]
+            if i == k:
+                left += extra
+            for c in range(k):
+                left -= factor[i, c] * factor[k, c]
+            if i > k:
+                factor[i, k] = left / factor[k, k]
+            elif left > 0.0:
+                factor[i, i] = np.sqrt(left)
+            else:
+                return False
+    return True
+
+
+@njit(inline="always", **_OPTIONS)
+def _solved(factor, b):
+    """Solve with a factor, in place."""
+    n = b.size
+    for i in range(n):
+        for c in range(i):
+            b[i] -= factor[i, c] * b[c]
+        b[i] /= factor[i, i]
+    for i in range(n - 1, -1, -1):
+        for c in range(i + 1, n):
+            b[i] -= factor[c, i] * b[c]
+        b[i] /= factor[i, i]
+
+
+@njit(**_OPTIONS)
+def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d, work_first, out):
+    """Down to the least cost with a barrier of this weight, from `given`, in place."""
+    hessian, factor, gradient, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
+    trial = given.copy()
+    before = _merit(first, n, m, given, weight, work_first, out)
+    for _ in range(30):
+        point[:n] = given[:n]
+        evaluate(kkt, n, h, point, hidden, t, work, d)
+        _barrier_system(d, given, n, m, weight, hessian, gradient)
+        _downhill(hessian, gradient, factor, step)
+        step *= min(1.0, LONGEST / max(np.max(np.abs(step)), 1e-300))
+        slope, length, after = 0.0, 1.0, np.inf
+        for i in range(n):
+            slope += step[i] * gradient[i]
+        for _ in range(50):
+            for i in range(n):
+                trial[i] = given[i] + length * step[i]
+            after = _merit(first, n, m, trial, weight, work_first, out)
+            if after <= before + 1e-4 * length * slope:
+                break
+            length *= 0.5
+        else:
+            return
+        given[:n], before = trial[:n], after
+        if length == 1.0 and -slope < close * weight:
+            return
+
+
+@njit(inline="always", **_OPTIONS)
+def _guess(d, q, weight, n, m, held, point):
+    """Set and multipliers where the barrier ended."""
+    near = np.sqrt(weight)
+    f = 1 + m
+    for i in range(n):
+        held[i] = -1 if q[i] < near else (1 if 1.0 - q[i] < near else 0)
+        point[i] = q[i] if held[i] == 0 else (0.0 if held[i] < 0 else 1.0)
+    point[n] = 1.0
+    for j in range(1, f):
+        held[n + j - 1] = 1 if -d[j] < near else 0
+        point[n + j] = weight / -d[j] if held[n + j - 1] == 1 else 0.0
+    point[n : n + f] /= np.sqrt(np.sum(point[n : n + f] ** 2))
+
+
+@njit(**_OPTIONS)
+def _mended(d, point, held, n, m, h, t):
+    """Drop what pulls the wrong way, add what is violated; says whether anything was wrong."""
+    row, worst, index = np.empty(point.size), -1e-9, -1
+    for i in range(n):
+        slope = gradient_row(d, point, i, n, m, h, t, row)
+        value = min(point[i], 1.0 - point[i]) if held[i] == 0 else -held[i] * slope
+        if value < worst:
+            worst, index = value, i
+    for j in range(m):
+        value = point[n + 1 + j] if held[n + j] == 1 else -d[1 + j]
+        if value < worst:
+            worst, index = value, n + j
+    if index < 0:
+        return False
+    if index < n:
+        held[index] = 0 if held[index] != 0 else (-1 if point[index] < 0.5 else 1)
+    else:
+        held[index] = 1 - held[index]
+    return True
+
+
+@njit(**_OPTIONS)
+def best_points(kkt, first, n, m, h, hidden, t, starts):
+    """Best points below feasible starts: points (k, n + m + 2), sets (k, n + m), curvatures (k,); see `best_point`."""
+    count = len(starts)
+    points, sets, curvatures = np.zeros((count, n + m + 2)), np.zeros((count, n + m), dtype=np.int64), np.empty(count)
+    for k in range(count):
+        curvatures[k] = best_point(kkt, first, n, m, h, hidden, t, starts[k], points[k], sets[k])
+    return points, sets, curvatures
+
+
+@njit(**_OPTIONS)
+def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
+    """A best point below a feasible start, into `point` and `held`.
+
+    Gives the curvature there: positive for a least cost, 0 where there is none (many points are as good), -inf if none was found.
+    As soon as the barrier is low, a way over to the conditions of a best point is looked for; a long one is not trusted, nor one
+    to a limit that hardly pulls.
+    """
+    work, d, row = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h)), np.zeros(n + m + 2)
+    work_first, out, given = np.empty(work_size(first)), np.empty(1 + m), np.empty(n + h)
+    given[:n], given[n:], row[n + m + 1] = start, hidden, 1.0
+    point[n + m + 1], flat = hidden[t], False
+    weight = FIRST * _room(first, n, m, given, work_first, out)
+    while True:
+        last = weight <= LAST
+        _centre(kkt, first, n, m, h, hidden, t, weight, 1e-3 if last else 0.1, given, point, work, d, work_first, out)
+        if weight <= LOW or last:
+            point[:n] = given[:n]
+            evaluate(kkt, n, h, point, hidden, t, work, d)
+            _guess(d, given, weight, n, m, held, point)
+            flat = abs(curvature(d, point, held, n, m)) <= FLAT
+            found = _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d)
+            moved = 0.0
+            for i in range(n):
+                moved = max(moved, abs(point[i] - given[i]))
+            if found > FLAT and (last or (moved <= NEAR and _pulled(d, point, held, n, m, h, t) > 0.1 * np.sqrt(weight))):
+                return found
+            if last:
+                point[:n] = given[:n]  # the middle of all that are as good
+                return 0.0 if found > -FLAT or (flat and found == -np.inf) else -np.inf
+        weight = max(weight * SHRINK, LAST)
+
+
+@njit(inline="always", **_OPTIONS)
+def _pulled(d, point, held, n, m, h, t):
+    """Least pull at what is held or active; where there is hardly any, many points may be as good, and this is only one end."""
+    row, least = np.empty(point.size), np.inf
+    for i in range(n):
+        if held[i] != 0:
+            least = min(least, -held[i] * gradient_row(d, point, i, n, m, h, t, row))
+    for j in range(m):
+        if held[n + j] == 1:
+            least = min(least, point[n + 1 + j])
+    return least
+
+
+@njit(inline="always", **_OPTIONS)
+def _room(first, n, m, given, work, out):
+    """Least distance to a bound or a limit, at most 1: a barrier of more weight would push a start out of its valley."""
+    run(first, given, work, out)
+    least = 1.0
+    for i in range(n):
+        least = min(least, given[i], 1.0 - given[i])
+    for j in range(m):
+        least = min(least, -out[1 + j])
+    return max(least, 1e-6)
+
+
+@njit(**_OPTIONS)
+def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
+    """Solve the conditions from a guess of point and set, and mend the set; gives the curvature, -inf if that leads nowhere."""
+    for _ in range(2 * (n + m) + 2):
+        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(12), point, work, d)[1]
+        if not left <= GOOD:
+            return -np.inf
+        if not _mended(d, point, held, n, m, h, t):
+            return curvature(d, point, held, n, m)
+    return -np.inf

@@ -1,0 +1,119 @@
+"""Tables along a run of nodes: guesses by cubics, made exact by one step of Newton's method for whole blocks of points."""
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.locus._problem.tape_kernels import BLOCK, room, run_block, work_size
+from sdpgrind.locus._trace.kkt_kernels import _OPTIONS, CLOSE, conditions, curvature, gradient_row, newton, sizes, solve
+
+EXACT = 1e-11
+"""Residual that one step must leave; where it leaves more there are further ones."""
+
+
+@njit(**_OPTIONS)
+def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls, residuals, curvatures):
+    """Fill a table of `points` along nodes of one set, at equal lengths of arc.
+
+    `along` are unit tangents; `pulls` slopes of the Lagrangian by controls (0 where they are free), over the weight of the cost.
+    """
+    size, count, arc, segment = n + m + 2, points.shape[0], _lengths(nodes), 0
+    work, d, rows = room(kkt, BLOCK), np.empty((BLOCK, sizes(kkt, n, m, h))), np.empty((BLOCK, size))
+    a, b, single = np.empty((size, size)), np.empty(size), np.empty(work_size(kkt))
+    for since in range(0, count, BLOCK):
+        here = min(BLOCK, count - since)
+        for k in range(here):
+            s = arc[-1] * (since + k) / max(count - 1, 1)
+            while segment < arc.size - 2 and s > arc[segment + 1]:
+                segment += 1
+            _cubic(nodes, tangents, arc, segment, s, points[since + k], rows[k])
+        _run(kkt, n, h, hidden, t, points[since : since + here], work, d)
+        for k in range(here):
+            _step(d[k], points[since + k], rows[k], held, n, m, h, t, a, b)
+        _run(kkt, n, h, hidden, t, points[since : since + here], work, d)
+        for k in range(here):
+            place = since + k
+            residuals[place] = _finish(
+                kkt, d[k], points[place], rows[k], held, n, m, h, hidden, t, a, b, single, along[place], pulls[place]
+            )
+            curvatures[place] = curvature(d[k], points[place], held, n, m)
+
+
+@njit(inline="always", **_OPTIONS)
+def _lengths(nodes):
+    """Length of the polygon up to each node."""
+    arc = np.zeros(len(nodes))
+    for k in range(len(nodes) - 1):
+        total = 0.0
+        for i in range(nodes.shape[1]):
+            total += (nodes[k + 1, i] - nodes[k, i]) ** 2
+        arc[k + 1] = arc[k] + np.sqrt(total)
+    return arc
+
+
+@njit(inline="always", **_OPTIONS)
+def _cubic(nodes, tangents, arc, k, s, point, row):
+    """Near the point at length s, in segment k; and near the tangent there."""
+    span = arc[k + 1] - arc[k]
+    u = (s - arc[k]) / span if span > 0.0 else 0.0
+    a, b, c, e = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2 * span, u * u * (3 - 2 * u), u * u * (u - 1) * span
+    for i in range(point.size):
+        point[i] = a * nodes[k, i] + b * tangents[k, i] + c * nodes[k + 1, i] + e * tangents[k + 1, i]
+        row[i] = (1 - u) * tangents[k, i] + u * tangents[k + 1, i]
+
+
+@njit(**_OPTIONS)
+def _run(kkt, n, h, hidden, t, points, work, d):
+    """Run the tape at all of the points; what is left of the block is done like the last of them."""
+    for k in range(BLOCK):
+        place = min(k, len(points) - 1)
+        for i in range(n):
+            work[i * BLOCK + k] = points[place, i]
+        for i in range(h):
+            work[(n + i) * BLOCK + k] = hidden[i]
+        work[(n + t) * BLOCK + k] = points[place, points.shape[1] - 1]
+    run_block(kkt, work, d)
+
+
+@njit(inline="always", **_OPTIONS)
+def _step(d, point, row, held, n, m, h, t, a, b):
+    """One step of Newton's method across the curve."""
+    conditions(d, point, held, n, m, h, t, b, a)
+    last = point.size - 1
+    a[last, :], b[last] = row, 0.0
+    if _largest(b) > CLOSE and solve(a, b) != 0.0:  # what is exact stays as it is: ends of the range
+        for i in range(point.size):
+            point[i] -= b[i]
+
+
+@njit(**_OPTIONS)
+def _largest(values):
+    """Of their sizes; inf where one is no number."""
+    largest = 0.0
+    for value in values:
+        if not np.isfinite(value):
+            return np.inf
+        largest = max(largest, abs(value))
+    return largest
+
+
+@njit(inline="always", **_OPTIONS)
+def _finish(kkt, d, point, row, held, n, m, h, hidden, t, a, b, work, tangent, pulls):
+    """Residual of a point, after further steps where it is too large; its tangent, and how bounds are pulled at."""
+    last = point.size - 1
+    conditions(d, point, held, n, m, h, t, b, a)
+    b[last] = 0.0
+    left = _largest(b)
+    if not left <= EXACT:
+        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(6), point, work, d)[1]
+        conditions(d, point, held, n, m, h, t, b, a)
+    a[last, :], b[:], b[last] = row, 0.0, 1.0
+    solve(a, b)
+    length = 0.0
+    for i in range(point.size):
+        length += b[i] * b[i]
+    length = np.sqrt(length)
+    for i in range(point.size):
+        tangent[i] = b[i] / length
+    for i in range(n):
+        pulls[i] = gradient_row(d, point, i, n, m, h, t, b) / point[n] if held[i] != 0 else 0.0
+    return left

@@ -1,0 +1,272 @@
+"""Follow a branch of best points by pseudo-arclength, through changes of what is held and active, to where it ends."""
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.locus._problem.tape_kernels import work_size
+from sdpgrind.locus._trace.exchange_kernels import exchange
+from sdpgrind.locus._trace.kkt_kernels import (
+    _OPTIONS,
+    GOOD,
+    constraint_row,
+    curvature,
+    evaluate,
+    gradient_row,
+    newton,
+    sizes,
+    tangent_at,
+)
+
+NONE, LOW, HIGH, RELEASE, DROP, ADD, RANGE, INFEASIBLE, FOLD, BRANCH, LOST, FULL = range(12)
+"""What happens at a node. Up to ADD the set changes; from RANGE on the branch ends."""
+LONGEST, SHORTEST = 0.06, 1e-9
+NEAREST = 1e-6
+"""Step with which a crossing of branches is near enough."""
+SLACKEN = 1e-10
+"""How far a sign may be wrong by rounding."""
+COSINE = 0.966
+"""Of the largest angle between neighbouring tangents, 15 degrees."""
+STEPS = 5
+"""Of Newton's method in one corrector."""
+
+
+@njit(**_OPTIONS)
+def signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, found):
+    """What must stay >= 0: two for each control, one for each constraint, the ends of the range, feasibility, fold, branch."""
+    row = np.empty(point.size)
+    for i in range(n):
+        if held[i] == 0:
+            found[2 * i], found[2 * i + 1] = point[i], 1.0 - point[i]
+        else:
+            slope = gradient_row(d, point, i, n, m, h, t, row)
+            found[2 * i] = slope if held[i] < 0 else -slope
+            found[2 * i + 1] = 1.0
+    for j in range(m):
+        found[2 * n + j] = point[n + 1 + j] if held[n + j] == 1 else -d[1 + j]
+    k = 2 * n + m
+    place = point[point.size - 1]
+    found[k], found[k + 1] = place - low, high - place
+    found[k + 2], found[k + 3], found[k + 4] = point[n], rising * tangent[point.size - 1], determinant
+
+
+@njit(inline="always", **_OPTIONS)
+def event_of(k, held, n, m):
+    """Kind and index of the sign that failed."""
+    if k < 2 * n:
+        i = k // 2
+        if held[i] != 0:
+            return RELEASE, i
+        return (LOW if k % 2 == 0 else HIGH), i
+    if k < 2 * n + m:
+        j = k - 2 * n
+        return (DROP if held[n + j] == 1 else ADD), j
+    return (RANGE, RANGE, INFEASIBLE, FOLD, BRANCH)[k - 2 * n - m], k - 2 * n - m
+
+
+@njit(inline="always", **_OPTIONS)
+def switch(kind, index, held, n):
+    """Change the set."""
+    if kind == LOW:
+        held[index] = -1
+    elif kind == HIGH:
+        held[index] = 1
+    elif kind == RELEASE:
+        held[index] = 0
+    elif kind == DROP:
+        held[n + index] = 0
+    elif kind == ADD:
+        held[n + index] = 1
+
+
+@njit(inline="always", **_OPTIONS)
+def away(kind, index, was, d, point, tangent, n, m, h, t):
+    """How fast what has changed moves along the tangent into what is allowed; negative: the tangent points the wrong way."""
+    row = np.empty(point.size)
+    if kind == RELEASE:
+        return -was * tangent[index]
+    if kind in (LOW, HIGH):
+        gradient_row(d, point, index, n, m, h, t, row)
+        return (1.0 if kind == LOW else -1.0) * np.sum(row * tangent)
+    if kind == DROP:
+        constraint_row(d, index + 1, n, m, h, t, row)
+        return -np.sum(row * tangent)
+    return tangent[n + 1 + index]
+
+
+@njit(**_OPTIONS)
+def _locate(
+    kkt, n, m, h, hidden, t, held, low, high, rising, orientation, start, direction, k, left, right, span,
+    point, tangent, work, d, found,
+):  # fmt: skip
+    """Where sign k fails between two lengths of arc, by the Illinois rule; leaves point and tangent there, gives the length."""
+    a, b, fa, fb = 0.0, span, left, right
+    s, side = span, 0
+    for _ in range(80):
+        s = (a * fb - b * fa) / (fb - fa) if fb != fa else 0.5 * (a + b)
+        if not a < s < b:
+            s = 0.5 * (a + b)
+        guess = start + s * direction
+        point[:] = guess
+        newton(kkt, n, m, h, hidden, t, held, guess, direction, np.int64(8), point, work, d)
+        determinant = tangent_at(d, point, held, n, m, h, t, direction, tangent)
+        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
+        if abs(found[k]) <= 1e-15 or b - a <= 1e-15:
+            break
+        if found[k] > 0.0:
+            a, fa = s, found[k]
+            fb, side = (0.5 * fb, 1) if side == 1 else (fb, 1)
+        else:
+            b, fb = s, found[k]
+            fa, side = (0.5 * fa, -1) if side == -1 else (fa, -1)
+    return s
+
+
+@njit(inline="always", **_OPTIONS)
+def _record(points, tangents, sets, events, count, point, tangent, held, kind, index):
+    points[count], tangents[count], sets[count] = point, tangent, held
+    events[count, 0], events[count, 1] = kind, index
+    return count + 1
+
+
+@njit(**_OPTIONS)
+def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points, tangents, sets, events):
+    """Follow the branch through `first` to the side where the place of the hidden state rises (1) or falls (-1).
+
+    Nodes go into `points` and `tangents` (k, n + m + 2), `sets` (k, n + m), `events` (k, 2), each the kind and index of what
+    happens there; where the set changes there are two nodes at one place, one of each set. Gives their number; the last says how
+    it ends.
+    """
+    size = n + m + 2
+    work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
+    point, tangent, held = first.copy(), np.zeros(size), first_held.copy()
+    old, along = np.empty(size), np.zeros(size)
+    old_signs, found, ahead = np.empty(2 * n + m + 5), np.empty(2 * n + m + 5), np.empty(2 * n + m + 5)
+    along[size - 1] = rising
+    evaluate(kkt, n, h, point, hidden, t, work, d)
+    determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
+    orientation = 1.0 if determinant > 0.0 else -1.0
+    signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
+    count = _record(points, tangents, sets, events, 0, point, tangent, held, NONE, 0)
+    step, suspected = 0.02, LOST
+    while count < points.shape[0] - 2:
+        old[:], along[:] = point, tangent
+        guess = old + step * along
+        point[:] = guess
+        taken, left = newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(STEPS), point, work, d)
+        if left <= GOOD:
+            determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
+        if left > GOOD or determinant == 0.0 or np.sum(tangent * along) < COSINE or np.max(np.abs(point - guess)) > step:
+            step *= 0.4
+            point[:], tangent[:] = old, along
+            if step < SHORTEST:
+                return _record(points, tangents, sets, events, count, point, tangent, held, suspected, 0)
+            continue
+        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
+        failed, earliest, span = -1, np.inf, np.sum((point - old) * along)
+        for k in range(found.size):
+            if found[k] < -SLACKEN * (1.0 if k < found.size - 1 else 0.0):
+                if old_signs[k] <= 0.0:
+                    where = 0.0
+                else:
+                    where = _locate(
+                        kkt, n, m, h, hidden, t, held, low, high, rising, orientation, old, along, k, old_signs[k], found[k],
+                        span, guess, tangent, work, d, ahead,
+                    )  # fmt: skip
+                if where < earliest:
+                    failed, earliest = k, where
+        if failed < 0:
+            old_signs[:] = found
+            count = _record(points, tangents, sets, events, count, point, tangent, held, NONE, 0)
+            step = min(LONGEST, step * (2.0 if taken <= 3 else 1.2))
+            continue
+        guess = old + earliest * along
+        point[:] = guess
+        left = newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(8), point, work, d)[1]
+        determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
+        kind, index = event_of(failed, held, n, m)
+        if left > GOOD or np.max(np.abs(point - guess)) > step or not np.sum(tangent * along) >= COSINE:
+            point[:], tangent[:] = old, along
+            if step > NEAREST:  # Newton's method may leave for another branch, where two cross or come near: nearer, it does not
+                step *= 0.4
+                suspected = kind if kind in (FOLD, BRANCH) else LOST
+                continue
+            evaluate(kkt, n, h, point, hidden, t, work, d)
+        if kind == FOLD and point[n] < 1e-6:
+            kind = INFEASIBLE
+        if kind == RANGE:  # exactly, so that all branches end at one place
+            point[size - 1] = low if failed == 2 * n + m else high
+        count = _record(points, tangents, sets, events, count, point, tangent, held, kind, index)
+        if kind >= RANGE:
+            return count
+        was = held[index] if index < n else 0
+        switch(kind, index, held, n)
+        bent, exchanged = curvature(d, point, held, n, m), False
+        if bent == -np.inf and kind in (LOW, HIGH, ADD):
+            exchanged = exchange(d, point, held, n + index if kind == ADD else index, n, m, h, t) >= 0
+            if not exchanged:
+                events[count - 1, 0] = INFEASIBLE
+                return count
+            bent = curvature(d, point, held, n, m)
+        if bent <= 0.0:
+            events[count - 1, 0] = FOLD
+            return count
+        along[:] = 0.0
+        along[size - 1] = rising
+        determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
+        if determinant == 0.0 or (not exchanged and away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0):
+            events[count - 1, 0] = FOLD
+            return count
+        orientation = 1.0 if determinant > 0.0 else -1.0
+        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
+        count = _record(points, tangents, sets, events, count, point, tangent, held, NONE, 0)
+        step = 0.02
+    return _record(points, tangents, sets, events, count, point, tangent, held, FULL, 0)
+
+
+@njit(**_OPTIONS)
+def settle_at(kkt, n, m, h, hidden, t, held, point, most):
+    """Solve the conditions at the point's own place of the hidden state, in place; gives the residual."""
+    work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
+    anchor, row = point.copy(), np.zeros(point.size)
+    row[point.size - 1] = 1.0
+    return newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d)[1]
+
+
+@njit(**_OPTIONS)
+def reach(kkt, n, m, h, hidden, t, held, nodes, place, point):
+    """The point of a run at a place of the hidden state, in place: straight between nodes, then exact; gives the residual."""
+    last = nodes.shape[1] - 1
+    k = 1
+    while k < nodes.shape[0] - 1 and nodes[k, last] < place:
+        k += 1
+    span = nodes[k, last] - nodes[k - 1, last]
+    share = (place - nodes[k - 1, last]) / span if span > 0.0 else 0.0
+    for i in range(last):
+        point[i] = nodes[k - 1, i] + share * (nodes[k, i] - nodes[k - 1, i])
+    point[last] = place
+    return settle_at(kkt, n, m, h, hidden, t, held, point, 12)
+
+
+@njit(**_OPTIONS)
+def between(left, right, along_left, along_right, place, point):
+    """Where a cubic between two nodes has a place of the hidden state, into `point`; gives the length between the nodes."""
+    last = left.size - 1
+    span, low, high = np.sqrt(np.sum((right - left) ** 2)), 0.0, 1.0
+    for _ in range(54):
+        u = 0.5 * (low + high)
+        a, b, c, e = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2 * span, u * u * (3 - 2 * u), u * u * (u - 1) * span
+        if a * left[last] + b * along_left[last] + c * right[last] + e * along_right[last] < place:
+            low = u
+        else:
+            high = u
+    point[:] = a * left + b * along_left + c * right + e * along_right
+    point[last] = place
+    return span
+
+
+@njit(**_OPTIONS)
+def tangent_of(kkt, n, m, h, hidden, t, held, point, along, tangent):
+    """Unit vector along the curve at a point on it, on the side of `along`."""
+    work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
+    evaluate(kkt, n, h, point, hidden, t, work, d)
+    tangent_at(d, point, held, n, m, h, t, along, tangent)
