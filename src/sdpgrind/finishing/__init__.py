@@ -6,17 +6,17 @@ from sdpgrind.finishing._arm.branches import ArmChoice, choose_branches
 from sdpgrind.finishing._arm.heading import CornerJumps, corner_jumps
 from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
 from sdpgrind.finishing._arm.tool import tool_poses
-from sdpgrind.finishing._identify import identify
-from sdpgrind.finishing._motion import Motion, MotionError, MotionState, Posture
 from sdpgrind.finishing._path.hilbert import hilbert, hilbert_lsystem, hilbert_nodes
 from sdpgrind.finishing._path.metrics import PathMetrics
 from sdpgrind.finishing._path.path import Path
 from sdpgrind.finishing._path.samples import PathSamples
 from sdpgrind.finishing._path.scallop import ball_footprint, cusp_roughness, scallop_height
 from sdpgrind.finishing._path.zigzag import zigzag
-from sdpgrind.finishing._plan import plan
-from sdpgrind.finishing._presets import preset, presets
-from sdpgrind.finishing._problem import FinishingProblem
+from sdpgrind.finishing._problem.identify import identify
+from sdpgrind.finishing._problem.motion import Motion, MotionError, MotionState, Posture
+from sdpgrind.finishing._problem.plan import plan
+from sdpgrind.finishing._problem.presets import preset, presets
+from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing._roughness.fit import LeaveOneOut, leave_one_out
 from sdpgrind.finishing._roughness.model import RoughnessModel
 from sdpgrind.finishing._roughness.refinish import refinish_problem

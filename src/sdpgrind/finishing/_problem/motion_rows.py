@@ -7,7 +7,7 @@ import xarray as xr
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._arm.arm import Arm
-from sdpgrind.finishing._problem import FinishingProblem
+from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.time_law import TimeLaw
 

@@ -9,7 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
-    from sdpgrind.finishing._motion import Motion
+    from sdpgrind.finishing._problem.motion import Motion
 
 MANY, FEW = 1500, 150  # slices of time drawn by their extremes: as many as columns of pixels; and so few that lines stay apart
 PIECES = 3000

@@ -14,7 +14,7 @@ from sdpgrind.base import checks, records, stored
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._arm.heading import pitch_cosine
-from sdpgrind.finishing._problem import FinishingProblem
+from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing._timing.violations import Violation
 
 EXCEEDED = 1e-3
@@ -220,7 +220,7 @@ class Motion:
 
     def plot(self) -> Any:
         """Draw feed (mm/s) along the path, and how much of their limits the joints use over time (s); return the figure."""
-        from sdpgrind.finishing._motion_picture import plot
+        from sdpgrind.finishing._problem.motion_picture import plot
 
         return plot(self)
 

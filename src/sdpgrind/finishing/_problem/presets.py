@@ -5,7 +5,7 @@ from collections.abc import Callable
 from sdpgrind.base import checks
 from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.finishing._path.hilbert import hilbert
-from sdpgrind.finishing._problem import FinishingProblem
+from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing._surface.presets import flat_surface, nominal_surface
 
 SPECIMEN = 6.4

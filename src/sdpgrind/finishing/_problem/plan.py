@@ -11,11 +11,11 @@ from sdpgrind.base.progress import Progress, TerminalLine
 from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._arm.branches import ArmChoice, choose_branches
 from sdpgrind.finishing._arm.heading import check_corners, corner_jumps
-from sdpgrind.finishing._motion import EXCEEDED, Motion, MotionError, Posture
-from sdpgrind.finishing._motion_rows import rows
 from sdpgrind.finishing._path.path import Path
 from sdpgrind.finishing._path.samples import PathSamples
-from sdpgrind.finishing._problem import TABLE_HEIGHT, FinishingProblem
+from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError, Posture
+from sdpgrind.finishing._problem.motion_rows import rows
+from sdpgrind.finishing._problem.problem import TABLE_HEIGHT, FinishingProblem
 from sdpgrind.finishing._timing.joint_path import JointPath
 from sdpgrind.finishing._timing.laws import time_laws
 from sdpgrind.finishing._timing.limits import JointLimits
