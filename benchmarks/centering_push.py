@@ -11,9 +11,9 @@ import numpy as np
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.reaction import simulate_pushes
+from centering.push._contact.reaction import simulate_pushes
+from centering.push._machine.presets import preset
+from centering.push._profile.profile import TipProfile
 from sdpgrind import units
 
 MODEL = preset("printed").model

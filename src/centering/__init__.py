@@ -31,31 +31,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from centering._cycle.belief import Belief
-    from centering._cycle.controller import CenteringController
-    from centering._cycle.correction import StrokeCorrection, travelled
-    from centering._cycle.following import Follower, FollowingGains, FollowingLimits, FollowingMap, tune_following
-    from centering._cycle.outcomes import OutcomeTable, PushKind
-    from centering._cycle.plan import plan
-    from centering._cycle.printed_controller import PrintedController
-    from centering._cycle.settings import CycleSettings
-    from centering._cycle.states import CycleState
-    from centering._cycle.strategy import Strategy
-    from centering._cycle.strategy_choice import PushChoice
-    from centering._cycle.strategy_record import CenteringRuns
-    from centering._cycle.strategy_timing import CycleTiming
-    from centering._friction.bristle_laws import DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
-    from centering._friction.drift import FrictionTrace, friction_drift, simulate_friction
-    from centering._friction.estimator import FrictionEstimator, identify_friction
-    from centering._friction.laws import CoulombFriction, StribeckFriction, ViscousFriction
-    from centering._friction.printed import PrintedFriction
-    from centering._geometry.curve import circle_derivatives, circle_reading, radial_position
-    from centering._geometry.estimate import CircleEstimate
-    from centering._geometry.estimator import GeometryEstimator
-    from centering._geometry.fit import fit_circle
-    from centering._geometry.form import form_gain
-    from centering._geometry.identify import identify_circle
-    from centering._geometry.limacon import (
+    from centering._identify import identify
+    from centering.circle._estimator.estimator import GeometryEstimator
+    from centering.circle._estimator.measuring import MeasuringController
+    from centering.circle._estimator.printed import PrintedEstimator, PrintedHistory
+    from centering.circle._fit.curve import circle_derivatives, circle_reading, radial_position
+    from centering.circle._fit.estimate import CircleEstimate
+    from centering.circle._fit.fit import fit_circle
+    from centering.circle._fit.form import form_gain
+    from centering.circle._fit.identify import identify_circle
+    from centering.circle._fit.limacon import (
         corrected_radius,
         limacon_bias,
         limacon_radius,
@@ -63,25 +48,31 @@ if TYPE_CHECKING:
         limacon_wave,
         linear_gauge_offset,
     )
-    from centering._geometry.measuring import MeasuringController
-    from centering._geometry.picture import plot_centers
-    from centering._geometry.printed import PrintedEstimator, PrintedHistory
-    from centering._geometry.residuals import ResidualChecks, residual_checks
-    from centering._handover.alarm import DriftAlarm
-    from centering._handover.allowance import Allowance, best_allowance
-    from centering._handover.changeover import BothRules, Changeover
-    from centering._handover.changeover_plan import plan_changeover
-    from centering._handover.chart import ChartLimits, ChartSignal, ControlChart
-    from centering._handover.chatter import ChatterBand, ChatterCheck, chatter_check
-    from centering._handover.drift import DriftTrack
-    from centering._handover.stock import Stock
-    from centering._identify import identify
-    from centering._push.arrival import Arrival
-    from centering._push.bandstop import band_stop_lag, band_stop_profile
-    from centering._push.direction import Touch, plan_touch
-    from centering._push.free_slide import FreeSlideTable, free_slide_table
-    from centering._push.gentle import gentle_profile, tap_profile
-    from centering._push.impact import (
+    from centering.circle._fit.picture import plot_centers
+    from centering.circle._fit.residuals import ResidualChecks, residual_checks
+    from centering.cycle._control.controller import CenteringController
+    from centering.cycle._control.following import Follower, FollowingGains, FollowingLimits, FollowingMap, tune_following
+    from centering.cycle._control.settings import CycleSettings
+    from centering.cycle._control.states import CycleState
+    from centering.cycle._source.controller import PrintedController
+    from centering.cycle._source.correction import StrokeCorrection, travelled
+    from centering.cycle._strategy.belief import Belief
+    from centering.cycle._strategy.choice import PushChoice
+    from centering.cycle._strategy.outcomes import OutcomeTable, PushKind
+    from centering.cycle._strategy.plan import plan
+    from centering.cycle._strategy.runs import CenteringRuns
+    from centering.cycle._strategy.strategy import Strategy
+    from centering.cycle._strategy.timing import CycleTiming
+    from centering.friction._bristle_laws import DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
+    from centering.friction._drift import FrictionTrace, friction_drift, simulate_friction
+    from centering.friction._estimator import FrictionEstimator, identify_friction
+    from centering.friction._laws import CoulombFriction, StribeckFriction, ViscousFriction
+    from centering.friction._printed import PrintedFriction
+    from centering.monitoring._alarm import DriftAlarm
+    from centering.monitoring._chart import ChartLimits, ChartSignal, ControlChart
+    from centering.monitoring._drift import DriftTrack
+    from centering.push._contact.free_slide import FreeSlideTable, free_slide_table
+    from centering.push._contact.impact import (
         FreeSlide,
         contact_stiffness,
         energy_balance_speed,
@@ -90,8 +81,23 @@ if TYPE_CHECKING:
         restitution,
         sliding_speed,
     )
-    from centering._push.lead import rim_advance
-    from centering._push.limits import (
+    from centering.push._contact.reaction import simulate_pushes
+    from centering.push._contact.resonance import StictionResonance, implied_stiffness, resonance_over_speed, stiction_resonance
+    from centering.push._contact.trace import PushTrace, simulate_push
+    from centering.push._fastest.push import OptimalPush, PushStatus
+    from centering.push._fastest.search import minimum_time_push
+    from centering.push._machine.model import Part, PushModel
+    from centering.push._machine.presets import preset, presets
+    from centering.push._machine.problem import CenteringLimits, CenteringProblem, PushScatter
+    from centering.push._plan.arrival import Arrival
+    from centering.push._plan.direction import Touch, plan_touch
+    from centering.push._plan.push import Push, plan_push
+    from centering.push._profile.bandstop import band_stop_lag, band_stop_profile
+    from centering.push._profile.gentle import gentle_profile, tap_profile
+    from centering.push._profile.profile import TipProfile
+    from centering.push._profile.timing import StoppingWay, move_peak, move_time, stopping_way
+    from centering.push._turning.lead import rim_advance
+    from centering.push._turning.limits import (
         RimMotion,
         SpeedLimit,
         closing_distance,
@@ -100,25 +106,19 @@ if TYPE_CHECKING:
         spindle_acceleration_limit,
         spindle_speed_limit,
     )
-    from centering._push.model import Part, PushModel
-    from centering._push.optimal import minimum_time_push
-    from centering._push.optimal_push import OptimalPush, PushStatus
-    from centering._push.presets import preset, presets
-    from centering._push.problem import CenteringLimits, CenteringProblem, PushScatter
-    from centering._push.profile import TipProfile
-    from centering._push.push import Push, plan_push
-    from centering._push.reaction import simulate_pushes
-    from centering._push.resonance import StictionResonance, implied_stiffness, resonance_over_speed, stiction_resonance
-    from centering._push.sliding import RingFriction, RingLaunch, RingSlide, launch_for, ring_friction, slide_to_rest
-    from centering._push.timing import StoppingWay, move_peak, move_time, stopping_way
-    from centering._push.trace import PushTrace, simulate_push
-    from centering._push.turning import TableProfile, turning_profile
-    from centering._push.turning_trace import TablePushTrace, simulate_table_push
-    from centering._roundness.circles import reference_circle
-    from centering._roundness.profile import Profile
-    from centering._roundness.roundness import Roundness
-    from centering._roundness.runout import Runout
-    from centering._roundness.spectrum import Spectrum
+    from centering.push._turning.sliding import RingFriction, RingLaunch, RingSlide, launch_for, ring_friction, slide_to_rest
+    from centering.push._turning.turning import TableProfile, turning_profile
+    from centering.push._turning.turning_trace import TablePushTrace, simulate_table_push
+    from centering.roundness._circles import reference_circle
+    from centering.roundness._profile import Profile
+    from centering.roundness._roundness import Roundness
+    from centering.roundness._runout import Runout
+    from centering.roundness._spectrum import Spectrum
+    from centering.setup._allowance import Allowance, best_allowance
+    from centering.setup._changeover import BothRules, Changeover
+    from centering.setup._changeover_plan import plan_changeover
+    from centering.setup._chatter import ChatterBand, ChatterCheck, chatter_check
+    from centering.setup._stock import Stock
 
 __all__ = [
     "Allowance",
@@ -254,135 +254,135 @@ __all__ = [
 ]
 
 _MODULES = {
-    "circle_derivatives": "_geometry.curve",
-    "circle_reading": "_geometry.curve",
-    "radial_position": "_geometry.curve",
-    "CircleEstimate": "_geometry.estimate",
-    "GeometryEstimator": "_geometry.estimator",
-    "fit_circle": "_geometry.fit",
-    "form_gain": "_geometry.form",
-    "identify_circle": "_geometry.identify",
-    "corrected_radius": "_geometry.limacon",
-    "limacon_bias": "_geometry.limacon",
-    "limacon_radius": "_geometry.limacon",
-    "limacon_reading": "_geometry.limacon",
-    "limacon_wave": "_geometry.limacon",
-    "linear_gauge_offset": "_geometry.limacon",
-    "MeasuringController": "_geometry.measuring",
-    "plot_centers": "_geometry.picture",
-    "PrintedEstimator": "_geometry.printed",
-    "PrintedHistory": "_geometry.printed",
-    "ResidualChecks": "_geometry.residuals",
-    "residual_checks": "_geometry.residuals",
-    "reference_circle": "_roundness.circles",
-    "Profile": "_roundness.profile",
-    "Roundness": "_roundness.roundness",
-    "Runout": "_roundness.runout",
-    "Spectrum": "_roundness.spectrum",
-    "DriftAlarm": "_handover.alarm",
-    "Allowance": "_handover.allowance",
-    "best_allowance": "_handover.allowance",
-    "BothRules": "_handover.changeover",
-    "Changeover": "_handover.changeover",
-    "plan_changeover": "_handover.changeover_plan",
-    "ChartLimits": "_handover.chart",
-    "ChartSignal": "_handover.chart",
-    "ControlChart": "_handover.chart",
-    "ChatterBand": "_handover.chatter",
-    "ChatterCheck": "_handover.chatter",
-    "chatter_check": "_handover.chatter",
-    "DriftTrack": "_handover.drift",
-    "Stock": "_handover.stock",
-    "Arrival": "_push.arrival",
-    "band_stop_lag": "_push.bandstop",
-    "band_stop_profile": "_push.bandstop",
-    "Touch": "_push.direction",
-    "plan_touch": "_push.direction",
-    "FreeSlideTable": "_push.free_slide",
-    "free_slide_table": "_push.free_slide",
-    "gentle_profile": "_push.gentle",
-    "tap_profile": "_push.gentle",
-    "FreeSlide": "_push.impact",
-    "contact_stiffness": "_push.impact",
-    "energy_balance_speed": "_push.impact",
-    "free_slide": "_push.impact",
-    "mass_ratio": "_push.impact",
-    "restitution": "_push.impact",
-    "sliding_speed": "_push.impact",
-    "rim_advance": "_push.lead",
-    "RimMotion": "_push.limits",
-    "SpeedLimit": "_push.limits",
-    "closing_distance": "_push.limits",
-    "max_rim_slope": "_push.limits",
-    "rim_motion": "_push.limits",
-    "spindle_acceleration_limit": "_push.limits",
-    "spindle_speed_limit": "_push.limits",
-    "Part": "_push.model",
-    "PushModel": "_push.model",
-    "minimum_time_push": "_push.optimal",
-    "OptimalPush": "_push.optimal_push",
-    "PushStatus": "_push.optimal_push",
-    "preset": "_push.presets",
-    "presets": "_push.presets",
-    "CenteringLimits": "_push.problem",
-    "CenteringProblem": "_push.problem",
-    "PushScatter": "_push.problem",
-    "TipProfile": "_push.profile",
-    "Push": "_push.push",
-    "plan_push": "_push.push",
-    "simulate_pushes": "_push.reaction",
-    "StictionResonance": "_push.resonance",
-    "implied_stiffness": "_push.resonance",
-    "resonance_over_speed": "_push.resonance",
-    "stiction_resonance": "_push.resonance",
-    "RingLaunch": "_push.sliding",
-    "RingFriction": "_push.sliding",
-    "RingSlide": "_push.sliding",
-    "launch_for": "_push.sliding",
-    "ring_friction": "_push.sliding",
-    "slide_to_rest": "_push.sliding",
-    "StoppingWay": "_push.timing",
-    "move_peak": "_push.timing",
-    "move_time": "_push.timing",
-    "stopping_way": "_push.timing",
-    "PushTrace": "_push.trace",
-    "simulate_push": "_push.trace",
-    "TableProfile": "_push.turning",
-    "turning_profile": "_push.turning",
-    "TablePushTrace": "_push.turning_trace",
-    "simulate_table_push": "_push.turning_trace",
-    "DahlFriction": "_friction.bristle_laws",
-    "ElastoPlasticFriction": "_friction.bristle_laws",
-    "LuGreFriction": "_friction.bristle_laws",
-    "friction_law": "_friction.bristle_laws",
-    "FrictionTrace": "_friction.drift",
-    "friction_drift": "_friction.drift",
-    "simulate_friction": "_friction.drift",
-    "FrictionEstimator": "_friction.estimator",
-    "identify_friction": "_friction.estimator",
-    "CoulombFriction": "_friction.laws",
-    "StribeckFriction": "_friction.laws",
-    "ViscousFriction": "_friction.laws",
-    "PrintedFriction": "_friction.printed",
-    "Belief": "_cycle.belief",
-    "CenteringController": "_cycle.controller",
-    "StrokeCorrection": "_cycle.correction",
-    "travelled": "_cycle.correction",
-    "Follower": "_cycle.following",
-    "FollowingGains": "_cycle.following",
-    "FollowingLimits": "_cycle.following",
-    "FollowingMap": "_cycle.following",
-    "tune_following": "_cycle.following",
-    "OutcomeTable": "_cycle.outcomes",
-    "PushKind": "_cycle.outcomes",
-    "plan": "_cycle.plan",
-    "PrintedController": "_cycle.printed_controller",
-    "CycleSettings": "_cycle.settings",
-    "CycleState": "_cycle.states",
-    "PushChoice": "_cycle.strategy_choice",
-    "Strategy": "_cycle.strategy",
-    "CenteringRuns": "_cycle.strategy_record",
-    "CycleTiming": "_cycle.strategy_timing",
+    "circle_derivatives": "circle._fit.curve",
+    "circle_reading": "circle._fit.curve",
+    "radial_position": "circle._fit.curve",
+    "CircleEstimate": "circle._fit.estimate",
+    "GeometryEstimator": "circle._estimator.estimator",
+    "fit_circle": "circle._fit.fit",
+    "form_gain": "circle._fit.form",
+    "identify_circle": "circle._fit.identify",
+    "corrected_radius": "circle._fit.limacon",
+    "limacon_bias": "circle._fit.limacon",
+    "limacon_radius": "circle._fit.limacon",
+    "limacon_reading": "circle._fit.limacon",
+    "limacon_wave": "circle._fit.limacon",
+    "linear_gauge_offset": "circle._fit.limacon",
+    "MeasuringController": "circle._estimator.measuring",
+    "plot_centers": "circle._fit.picture",
+    "PrintedEstimator": "circle._estimator.printed",
+    "PrintedHistory": "circle._estimator.printed",
+    "ResidualChecks": "circle._fit.residuals",
+    "residual_checks": "circle._fit.residuals",
+    "reference_circle": "roundness._circles",
+    "Profile": "roundness._profile",
+    "Roundness": "roundness._roundness",
+    "Runout": "roundness._runout",
+    "Spectrum": "roundness._spectrum",
+    "DriftAlarm": "monitoring._alarm",
+    "Allowance": "setup._allowance",
+    "best_allowance": "setup._allowance",
+    "BothRules": "setup._changeover",
+    "Changeover": "setup._changeover",
+    "plan_changeover": "setup._changeover_plan",
+    "ChartLimits": "monitoring._chart",
+    "ChartSignal": "monitoring._chart",
+    "ControlChart": "monitoring._chart",
+    "ChatterBand": "setup._chatter",
+    "ChatterCheck": "setup._chatter",
+    "chatter_check": "setup._chatter",
+    "DriftTrack": "monitoring._drift",
+    "Stock": "setup._stock",
+    "Arrival": "push._plan.arrival",
+    "band_stop_lag": "push._profile.bandstop",
+    "band_stop_profile": "push._profile.bandstop",
+    "Touch": "push._plan.direction",
+    "plan_touch": "push._plan.direction",
+    "FreeSlideTable": "push._contact.free_slide",
+    "free_slide_table": "push._contact.free_slide",
+    "gentle_profile": "push._profile.gentle",
+    "tap_profile": "push._profile.gentle",
+    "FreeSlide": "push._contact.impact",
+    "contact_stiffness": "push._contact.impact",
+    "energy_balance_speed": "push._contact.impact",
+    "free_slide": "push._contact.impact",
+    "mass_ratio": "push._contact.impact",
+    "restitution": "push._contact.impact",
+    "sliding_speed": "push._contact.impact",
+    "rim_advance": "push._turning.lead",
+    "RimMotion": "push._turning.limits",
+    "SpeedLimit": "push._turning.limits",
+    "closing_distance": "push._turning.limits",
+    "max_rim_slope": "push._turning.limits",
+    "rim_motion": "push._turning.limits",
+    "spindle_acceleration_limit": "push._turning.limits",
+    "spindle_speed_limit": "push._turning.limits",
+    "Part": "push._machine.model",
+    "PushModel": "push._machine.model",
+    "minimum_time_push": "push._fastest.search",
+    "OptimalPush": "push._fastest.push",
+    "PushStatus": "push._fastest.push",
+    "preset": "push._machine.presets",
+    "presets": "push._machine.presets",
+    "CenteringLimits": "push._machine.problem",
+    "CenteringProblem": "push._machine.problem",
+    "PushScatter": "push._machine.problem",
+    "TipProfile": "push._profile.profile",
+    "Push": "push._plan.push",
+    "plan_push": "push._plan.push",
+    "simulate_pushes": "push._contact.reaction",
+    "StictionResonance": "push._contact.resonance",
+    "implied_stiffness": "push._contact.resonance",
+    "resonance_over_speed": "push._contact.resonance",
+    "stiction_resonance": "push._contact.resonance",
+    "RingLaunch": "push._turning.sliding",
+    "RingFriction": "push._turning.sliding",
+    "RingSlide": "push._turning.sliding",
+    "launch_for": "push._turning.sliding",
+    "ring_friction": "push._turning.sliding",
+    "slide_to_rest": "push._turning.sliding",
+    "StoppingWay": "push._profile.timing",
+    "move_peak": "push._profile.timing",
+    "move_time": "push._profile.timing",
+    "stopping_way": "push._profile.timing",
+    "PushTrace": "push._contact.trace",
+    "simulate_push": "push._contact.trace",
+    "TableProfile": "push._turning.turning",
+    "turning_profile": "push._turning.turning",
+    "TablePushTrace": "push._turning.turning_trace",
+    "simulate_table_push": "push._turning.turning_trace",
+    "DahlFriction": "friction._bristle_laws",
+    "ElastoPlasticFriction": "friction._bristle_laws",
+    "LuGreFriction": "friction._bristle_laws",
+    "friction_law": "friction._bristle_laws",
+    "FrictionTrace": "friction._drift",
+    "friction_drift": "friction._drift",
+    "simulate_friction": "friction._drift",
+    "FrictionEstimator": "friction._estimator",
+    "identify_friction": "friction._estimator",
+    "CoulombFriction": "friction._laws",
+    "StribeckFriction": "friction._laws",
+    "ViscousFriction": "friction._laws",
+    "PrintedFriction": "friction._printed",
+    "Belief": "cycle._strategy.belief",
+    "CenteringController": "cycle._control.controller",
+    "StrokeCorrection": "cycle._source.correction",
+    "travelled": "cycle._source.correction",
+    "Follower": "cycle._control.following",
+    "FollowingGains": "cycle._control.following",
+    "FollowingLimits": "cycle._control.following",
+    "FollowingMap": "cycle._control.following",
+    "tune_following": "cycle._control.following",
+    "OutcomeTable": "cycle._strategy.outcomes",
+    "PushKind": "cycle._strategy.outcomes",
+    "plan": "cycle._strategy.plan",
+    "PrintedController": "cycle._source.controller",
+    "CycleSettings": "cycle._control.settings",
+    "CycleState": "cycle._control.states",
+    "PushChoice": "cycle._strategy.choice",
+    "Strategy": "cycle._strategy.strategy",
+    "CenteringRuns": "cycle._strategy.runs",
+    "CycleTiming": "cycle._strategy.timing",
     "identify": "_identify",
 }  # compiled loops and tables bring their libraries along: imported when first used
 

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import Any, Literal, overload
 
-from centering._friction.estimator import identify_friction
-from centering._geometry.estimate import CircleEstimate
-from centering._geometry.identify import identify_circle
+from centering.circle._fit.estimate import CircleEstimate
+from centering.circle._fit.identify import identify_circle
+from centering.friction._estimator import identify_friction
 from sdpgrind.base import checks
 from sdpgrind.identify import Estimate
 

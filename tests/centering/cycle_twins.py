@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from centering._push.problem import CenteringProblem
+from centering.push._machine.problem import CenteringProblem
 
 
 class Plain(NamedTuple):

@@ -4,10 +4,10 @@ from math import atan2, cos, exp, hypot, log, pi, sin, sqrt
 
 import numpy as np
 
-from centering._cycle.outcome_kernels import FINE
-from centering._cycle.outcomes import FRICTION_SCALES, OutcomeTable, PushKind
-from centering._cycle.plan import prepared, solved
-from centering._cycle.strategy_moves import Size
+from centering.cycle._strategy.as_sdp import Size
+from centering.cycle._strategy.outcome_kernels import FINE
+from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable, PushKind
+from centering.cycle._strategy.plan import prepared, solved
 from sdpgrind.base.progress import silent
 
 QUICK = (

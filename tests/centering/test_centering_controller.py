@@ -8,12 +8,12 @@ import pytest
 from cycle_twins import PlainStrategy
 
 import hwsim
-from centering._cycle import cycle_next
-from centering._cycle.controller import CenteringController
-from centering._cycle.cycle_launch import launch, preview
-from centering._cycle.settings import CycleSettings
-from centering._cycle.states import CycleState
-from centering._push.presets import preset
+from centering.cycle._control import next_push as cycle_next
+from centering.cycle._control.controller import CenteringController
+from centering.cycle._control.launch import launch, preview
+from centering.cycle._control.settings import CycleSettings
+from centering.cycle._control.states import CycleState
+from centering.push._machine.presets import preset
 from hwsim._fingerprint import fingerprint
 from hwsim.plants._centering import CenteringMachine
 

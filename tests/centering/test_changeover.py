@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 from scipy.stats import norm
 
-from centering._handover.allowance import Allowance, best_allowance, told_chance
-from centering._handover.changeover import Changeover
-from centering._handover.stock import Stock
+from centering.setup._allowance import Allowance, best_allowance, told_chance
+from centering.setup._changeover import Changeover
+from centering.setup._stock import Stock
 
 STOCK = Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
 EXAMPLE = Changeover(STOCK, finish_radius=35.0, gap=0.010, approach_rate=0.026, largest_radius=35.16, radius_sd=0.0005)

@@ -6,9 +6,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import norm
 
-from centering._handover.changeover_plan import plan_changeover
-from centering._handover.stock import Stock
-from centering._roundness.profile import Profile
+from centering.roundness._profile import Profile
+from centering.setup._changeover_plan import plan_changeover
+from centering.setup._stock import Stock
 from hwsim import Probe, ProbeErrors
 from hwsim import Ring as TurnedRing
 from sdpgrind import units

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from centering._cycle.following import Follower, FollowingGains, FollowingLimits, braking_speed, tune_following
+from centering.cycle._control.following import Follower, FollowingGains, FollowingLimits, braking_speed, tune_following
 from sdpgrind import units
 
 GAP = 7.928  # mm

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import hwsim
-from centering._cycle.cycle_form import RingFilter
-from centering._cycle.cycle_form_kernels import LAST, SIZE, write_row
-from centering._cycle.cycle_view import PartView
-from centering._cycle.settings import CycleSettings
-from centering._push.presets import preset
+from centering.cycle._control.form import RingFilter
+from centering.cycle._control.form_kernels import LAST, SIZE, write_row
+from centering.cycle._control.part_view import PartView
+from centering.cycle._control.settings import CycleSettings
+from centering.push._machine.presets import preset
 from hwsim.plants._probe_ring import Ring
 
 RADIUS, TIP, NOISE = 60.0, 3.75, 3e-4  # mm
@@ -111,7 +111,7 @@ def test_dust_is_not_taken_for_form():
 def test_rings_with_lobes_are_centred_and_said_to_be_so_truly():
     from cycle_twins import PlainStrategy
 
-    from centering._cycle.controller import CenteringController
+    from centering.cycle._control.controller import CenteringController
 
     problem = preset("printed").replace(mass=0.8, radius=44.45)
     for upr, amplitude in [(2, 0.001), (2, 0.006), (3, 0.003)]:

@@ -5,12 +5,12 @@ import pytest
 from cycle_twins import PlainStrategy
 
 import hwsim
-from centering._cycle.printed_controller import PrintedController
-from centering._cycle.printed_planner import PrintedPlanner
-from centering._push.free_slide import free_slide_table
-from centering._push.impact import energy_balance_speed
-from centering._push.presets import preset
-from centering._push.push import plan_push
+from centering.cycle._source.controller import PrintedController
+from centering.cycle._source.planner import PrintedPlanner
+from centering.push._contact.free_slide import free_slide_table
+from centering.push._contact.impact import energy_balance_speed
+from centering.push._machine.presets import preset
+from centering.push._plan.push import plan_push
 from hwsim.plants._centering import CenteringMachine
 from sdpgrind import units
 

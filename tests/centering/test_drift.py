@@ -8,9 +8,9 @@ from scipy.special import ndtri, stdtr
 from scipy.stats import norm
 
 import sdpgrind
-from centering._handover.alarm import Shock, likely_step
-from centering._handover.drift import DriftTrack
-from centering._handover.sequential import (
+from centering.monitoring._alarm import Shock, likely_step
+from centering.monitoring._drift import DriftTrack
+from centering.setup._sequential import (
     Cusum,
     cusum_detection,
     cusum_limit,
@@ -19,7 +19,7 @@ from centering._handover.sequential import (
     ewma_sd,
     learned_widening,
 )
-from centering._handover.tracked import FEWEST, REFERENCE
+from centering.setup._tracked import FEWEST, REFERENCE
 from sdpgrind.identify import random_walk_gain
 
 BOTH = {"stroke_offset": 0.002, "mu_kinetic": 0.004}

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from centering._geometry import estimator_slots as at
-from centering._geometry.curve import circle_derivatives, circle_reading
-from centering._geometry.estimator import GeometryEstimator
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.estimator import GeometryEstimator
+from centering.circle._fit.curve import circle_derivatives, circle_reading
 from sdpgrind import units
 from sdpgrind.identify import Status
 

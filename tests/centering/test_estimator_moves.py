@@ -5,10 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.stats import binom, chi2
 
-from centering._geometry import estimator_slots as at
-from centering._geometry.curve import circle_reading
-from centering._geometry.estimator import GeometryEstimator
-from centering._geometry.estimator_look_kernels import has_moved
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.estimator import GeometryEstimator
+from centering.circle._estimator.look_kernels import has_moved
+from centering.circle._fit.curve import circle_reading
 from sdpgrind.identify import Status
 
 RADIUS, SIGMA, OFFSET = 61.94, 0.01, 3.6

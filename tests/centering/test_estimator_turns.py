@@ -7,9 +7,9 @@ from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from centering._geometry import estimator_slots as at
-from centering._geometry.curve import circle_reading
-from centering._geometry.estimator import GeometryEstimator
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.estimator import GeometryEstimator
+from centering.circle._fit.curve import circle_reading
 from sdpgrind import units
 
 PHI = 0.7

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import TIP, form, measured, phases, turn, vector
 
-from centering._roundness.filters import filter_even, transmission
-from centering._roundness.profile import Profile
+from centering.roundness._filters import filter_even, transmission
+from centering.roundness._profile import Profile
 
 
 def iso_weights(size, cut_off):

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from centering._geometry import fit_kernels as at
-from centering._geometry.curve import circle_derivatives, circle_reading
-from centering._geometry.fit import fit_circle, formed
+from centering.circle._fit import fit_kernels as at
+from centering.circle._fit.curve import circle_derivatives, circle_reading
+from centering.circle._fit.fit import fit_circle, formed
 from sdpgrind.identify import Status
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01

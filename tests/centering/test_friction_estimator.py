@@ -7,17 +7,17 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from centering._friction import prediction
-from centering._friction.belief import FrictionBelief
-from centering._friction.estimator import FrictionEstimator, identify_friction
-from centering._friction.prediction import predicted, roughness
-from centering._friction.prediction_kernels import log_likelihood
-from centering._friction.printed import PrintedFriction
 from centering._identify import identify
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.reaction import simulate_pushes
-from centering._push.trace import simulate_push
+from centering.friction import _prediction as prediction
+from centering.friction._belief import FrictionBelief
+from centering.friction._estimator import FrictionEstimator, identify_friction
+from centering.friction._prediction import predicted, roughness
+from centering.friction._prediction_kernels import log_likelihood
+from centering.friction._printed import PrintedFriction
+from centering.push._contact.reaction import simulate_pushes
+from centering.push._contact.trace import simulate_push
+from centering.push._machine.presets import preset
+from centering.push._profile.profile import TipProfile
 from sdpgrind import units
 from sdpgrind.identify import Status
 

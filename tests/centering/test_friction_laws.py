@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from centering._friction.bristle_laws import LAWS, DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
-from centering._friction.drift import friction_drift, simulate_friction
-from centering._friction.law_kernels import follow_load
-from centering._friction.laws import CoulombFriction, StribeckFriction, ViscousFriction
-from centering._push.presets import preset
+from centering.friction._bristle_laws import LAWS, DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
+from centering.friction._drift import friction_drift, simulate_friction
+from centering.friction._law_kernels import follow_load
+from centering.friction._laws import CoulombFriction, StribeckFriction, ViscousFriction
+from centering.push._machine.presets import preset
 
 MODEL = preset("printed").model
 MASS, INERTIA = 18.9, 0.0189

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import hwsim
-from centering._cycle.printed_controller import PrintedController
-from centering._friction.estimator import identify_friction
-from centering._friction.logged import UNITS, logged_pushes
-from centering._push.presets import preset
+from centering.cycle._source.controller import PrintedController
+from centering.friction._estimator import identify_friction
+from centering.friction._logged import UNITS, logged_pushes
+from centering.push._machine.presets import preset
 from sdpgrind.identify import Status
 
 

@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipe
 
-from centering._geometry import limacon
-from centering._geometry.curve import circle_reading
-from centering._geometry.limacon import (
+from centering.circle._fit import limacon
+from centering.circle._fit.curve import circle_reading
+from centering.circle._fit.limacon import (
     corrected_radius,
     limacon_bias,
     limacon_radius,

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from centering._push import direction_kernels as at
-from centering._push.arrival import Arrival
-from centering._push.presets import preset
-from centering._push.push import plan_push
+from centering.push._machine.presets import preset
+from centering.push._plan.arrival import Arrival
+from centering.push._plan.push import plan_push
+from centering.push._turning import direction_kernels as at
 from sdpgrind import units
 
 PRINTED = preset("printed")

@@ -6,17 +6,17 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from centering._push import direction_kernels as at
-from centering._push import quasi_static_kernels as back
-from centering._push import slide_kernels as slide
-from centering._push.direction import plan_touch, profile_of
-from centering._push.direction_kernels import push_on_table
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.push_rows import after, forward, remaining
-from centering._push.quasi_static_kernels import touch_back
-from centering._push.shooting import landing, ring_state
-from centering._push.trace import simulate_push
+from centering.push._contact.trace import simulate_push
+from centering.push._machine.presets import preset
+from centering.push._plan.direction import plan_touch, profile_of
+from centering.push._profile.profile import TipProfile
+from centering.push._profile.rows import after, forward, remaining
+from centering.push._turning import direction_kernels as at
+from centering.push._turning import quasi_static_kernels as back
+from centering.push._turning import slide_kernels as slide
+from centering.push._turning.direction_kernels import push_on_table
+from centering.push._turning.quasi_static_kernels import touch_back
+from centering.push._turning.shooting import landing, ring_state
 from sdpgrind import units
 
 PRINTED = preset("printed")

@@ -6,8 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from centering._push.impact import contact_stiffness, energy_balance_speed, free_slide, mass_ratio, restitution, sliding_speed
-from centering._push.presets import preset
+from centering.push._contact.impact import (
+    contact_stiffness,
+    energy_balance_speed,
+    free_slide,
+    mass_ratio,
+    restitution,
+    sliding_speed,
+)
+from centering.push._machine.presets import preset
 from sdpgrind import units
 
 PROBLEM = preset("printed")

@@ -7,11 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from centering._push.lead import rim_advance
-from centering._push.limits import closing_distance, max_rim_slope, rim_motion, spindle_acceleration_limit, spindle_speed_limit
-from centering._push.presets import preset
-from centering._push.push import plan_push
-from centering._push.timing import stopping_way
+from centering.push._machine.presets import preset
+from centering.push._plan.push import plan_push
+from centering.push._profile.timing import stopping_way
+from centering.push._turning.lead import rim_advance
+from centering.push._turning.limits import (
+    closing_distance,
+    max_rim_slope,
+    rim_motion,
+    spindle_acceleration_limit,
+    spindle_speed_limit,
+)
 from sdpgrind import units
 
 PROBLEM = preset("printed")

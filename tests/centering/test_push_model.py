@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from centering._push.model import GRAVITY, Part, PushModel
-from centering._push.presets import preset, presets
-from centering._push.problem import CenteringLimits, CenteringProblem, PushScatter
+from centering.push._machine.model import GRAVITY, Part, PushModel
+from centering.push._machine.presets import preset, presets
+from centering.push._machine.problem import CenteringLimits, CenteringProblem, PushScatter
 from sdpgrind.base import stored
 from sdpgrind.identify import Estimate, Status
 

@@ -7,15 +7,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import sdpgrind
-from centering._push import optimal
-from centering._push.gentle import gentle_profile
-from centering._push.model import GRAVITY, Part
-from centering._push.optimal import PushStatus, minimum_time_push
-from centering._push.optimal_model import STARTS, Program, State, Swing, Task
-from centering._push.optimal_push import OptimalPush
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.trace import simulate_push
+from centering.push._contact.trace import simulate_push
+from centering.push._fastest import search as optimal
+from centering.push._fastest.model import STARTS, Program, State, Swing, Task
+from centering.push._fastest.push import OptimalPush
+from centering.push._fastest.search import PushStatus, minimum_time_push
+from centering.push._machine.model import GRAVITY, Part
+from centering.push._machine.presets import preset
+from centering.push._profile.gentle import gentle_profile
+from centering.push._profile.profile import TipProfile
 
 HEAVY = preset("printed").replace(limits=preset("printed").limits.replace(push_speed_max=40.0))
 LIGHT = HEAVY.replace(part=Part(0.8, 30.0))

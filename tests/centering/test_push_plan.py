@@ -7,13 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sdpgrind
-from centering._push.direction import plan_touch
-from centering._push.lead import TooFastError
-from centering._push.model import Part
-from centering._push.presets import preset
-from centering._push.push import Push, plan_push
-from centering._push.shooting import landing, ring_state
-from centering._push.trace import simulate_push
+from centering.push._contact.trace import simulate_push
+from centering.push._machine.model import Part
+from centering.push._machine.presets import preset
+from centering.push._plan.direction import plan_touch
+from centering.push._plan.push import Push, plan_push
+from centering.push._turning.lead import TooFastError
+from centering.push._turning.shooting import landing, ring_state
 from sdpgrind import units
 
 PRINTED = preset("printed")

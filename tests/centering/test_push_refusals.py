@@ -2,14 +2,14 @@
 
 import pytest
 
-from centering._push.direction import plan_touch
-from centering._push.gentle import gentle_profile
-from centering._push.impact import energy_balance_speed, free_slide, sliding_speed
-from centering._push.lead import TooFastError
-from centering._push.limits import spindle_acceleration_limit, spindle_speed_limit
-from centering._push.presets import preset
-from centering._push.push import plan_push
-from centering._push.sliding import launch_for, slide_to_rest
+from centering.push._contact.impact import energy_balance_speed, free_slide, sliding_speed
+from centering.push._machine.presets import preset
+from centering.push._plan.direction import plan_touch
+from centering.push._plan.push import plan_push
+from centering.push._profile.gentle import gentle_profile
+from centering.push._turning.lead import TooFastError
+from centering.push._turning.limits import spindle_acceleration_limit, spindle_speed_limit
+from centering.push._turning.sliding import launch_for, slide_to_rest
 
 PROBLEMS = [
     lambda: spindle_speed_limit(5, offset=1.0),

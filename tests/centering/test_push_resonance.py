@@ -5,11 +5,11 @@ import pytest
 import xarray as xr
 from scipy.optimize import brentq
 
-from centering._push.model import Part
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.resonance import implied_stiffness, resonance_over_speed, stiction_resonance
-from centering._push.trace import simulate_push
+from centering.push._contact.resonance import implied_stiffness, resonance_over_speed, stiction_resonance
+from centering.push._contact.trace import simulate_push
+from centering.push._machine.model import Part
+from centering.push._machine.presets import preset
+from centering.push._profile.profile import TipProfile
 
 PRINTED, IDENTIFIED = preset("printed").model, preset("identified").model
 

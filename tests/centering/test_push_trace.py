@@ -4,11 +4,11 @@ import matplotlib
 import numpy as np
 import pytest
 
-from centering._push.free_slide import free_slide_table
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.reaction import COLUMN_NAMES, simulate_pushes
-from centering._push.trace import PushTrace, simulate_push
+from centering.push._contact.free_slide import free_slide_table
+from centering.push._contact.reaction import COLUMN_NAMES, simulate_pushes
+from centering.push._contact.trace import PushTrace, simulate_push
+from centering.push._machine.presets import preset
+from centering.push._profile.profile import TipProfile
 
 matplotlib.use("Agg")
 MODEL = preset("printed").model

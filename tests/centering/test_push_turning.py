@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from centering._friction.estimator import FrictionEstimator
-from centering._push import direction_kernels as at
-from centering._push.direction import plan_touch
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.push import plan_push
-from centering._push.shooting import landing, ring_state
-from centering._push.trace import simulate_push
-from centering._push.turning import TableProfile, turning_profile
-from centering._push.turning_trace import TablePushTrace, simulate_table_push
+from centering.friction._estimator import FrictionEstimator
+from centering.push._contact.trace import simulate_push
+from centering.push._machine.presets import preset
+from centering.push._plan.direction import plan_touch
+from centering.push._plan.push import plan_push
+from centering.push._profile.profile import TipProfile
+from centering.push._turning import direction_kernels as at
+from centering.push._turning.shooting import landing, ring_state
+from centering.push._turning.turning import TableProfile, turning_profile
+from centering.push._turning.turning_trace import TablePushTrace, simulate_table_push
 from sdpgrind import units
 
 PROBLEM = preset("printed")

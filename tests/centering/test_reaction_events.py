@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from reaction_twins import stepped_push, tip_at
 from scipy.integrate import solve_ivp
 
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.reaction import simulate_pushes
-from centering._push.trace import simulate_push
+from centering.push._contact.reaction import simulate_pushes
+from centering.push._contact.trace import simulate_push
+from centering.push._machine.presets import preset
+from centering.push._profile.profile import TipProfile
 
 
 def span(low, high):

@@ -6,7 +6,7 @@ import pytest
 from circle_twins import on_rays, random_profile
 
 from centering import Profile, Roundness, reference_circle
-from centering._roundness.polar import polar_axes, polar_scale
+from centering.roundness._polar import polar_axes, polar_scale
 from sdpgrind.base import stored
 
 mpl.use("Agg")

@@ -5,9 +5,9 @@ import pytest
 from circle_twins import distances, on_rays, random_profile
 from scipy.spatial import ConvexHull
 
-from centering._roundness.direction_kernels import four_about, gaps, ranked
-from centering._roundness.distance_kernels import crossing, extremes, parting, standing
-from centering._roundness.proof_kernels import across, ball, cell_bound, empty_reach, height, steepness, zone_reach
+from centering.roundness._direction_kernels import four_about, gaps, ranked
+from centering.roundness._distance_kernels import crossing, extremes, parting, standing
+from centering.roundness._proof_kernels import across, ball, cell_bound, empty_reach, height, steepness, zone_reach
 
 RNG = np.random.default_rng(11)
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from centering._geometry import fit_kernels as fit
-from centering._geometry import robust_kernels as robust
-from centering._geometry.curve import circle_derivatives, circle_reading
-from centering._geometry.fit import fit_circle
-from centering._geometry.robust import triples
+from centering.circle._fit import fit_kernels as fit
+from centering.circle._fit import robust_kernels as robust
+from centering.circle._fit.curve import circle_derivatives, circle_reading
+from centering.circle._fit.fit import fit_circle
+from centering.circle._fit.robust import triples
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
 LOSSES = ("huber", "soft_l1")

@@ -7,9 +7,9 @@ from measured_rings import LOBES, RADIUS, TIP, measured, phases, turn, vector
 from scipy.stats import kstest
 
 import hwsim
-from centering._roundness.profile import Profile
-from centering._roundness.runout import Runout
-from centering._roundness.separation_rows import Basis, harmonic_rows
+from centering.roundness._profile import Profile
+from centering.roundness._runout import Runout
+from centering.roundness._separation_rows import Basis, harmonic_rows
 from sdpgrind.base.stored import decode, encode
 
 TONE = 1.5e-3  # mm

@@ -4,9 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import LOBES, TABLE, TIP, form, measured, phases, turn, vector
 
-from centering._roundness.harmonics import fit_harmonics, values_at
-from centering._roundness.profile import Profile
-from centering._roundness.spectrum import Spectrum
+from centering.roundness._harmonics import fit_harmonics, values_at
+from centering.roundness._profile import Profile
+from centering.roundness._spectrum import Spectrum
 from sdpgrind.base.stored import decode, encode
 
 

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategy_twins import made_up_table, posterior_twin, push_twin, stroke_twin, travel_twin, waiting_twin
 
-from centering._cycle.belief_kernels import posterior
-from centering._cycle.outcomes import FRICTION_SCALES, PushKind
-from centering._cycle.plan import prepared
-from centering._cycle.strategy_kernels import push_once, waiting_time
-from centering._cycle.strategy_moves import FRACTIONS, WORTH, KindOfPush, Size, draws
-from centering._push.presets import preset
+from centering.cycle._strategy.as_sdp import FRACTIONS, WORTH, KindOfPush, Size, draws
+from centering.cycle._strategy.belief_kernels import posterior
+from centering.cycle._strategy.draw_kernels import push_once, waiting_time
+from centering.cycle._strategy.outcomes import FRICTION_SCALES, PushKind
+from centering.cycle._strategy.plan import prepared
+from centering.push._machine.presets import preset
 from sdpgrind.base.progress import silent
 
 TABLE = made_up_table()

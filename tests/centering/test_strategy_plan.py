@@ -12,14 +12,14 @@ from scipy import sparse
 from strategy_twins import quick_strategy
 
 import sdpgrind
-from centering._cycle.belief import FrictionScaleBelief
-from centering._cycle.outcomes import FRICTION_SCALES, PushKind
-from centering._cycle.plan import GIVEN_UP, SETTLED, plan, prepared, solved
-from centering._cycle.strategy import Strategy
-from centering._cycle.strategy_moves import FRACTIONS, KindOfPush, Size
-from centering._cycle.strategy_timing import CycleTiming, table_speeds
-from centering._push.limits import spindle_speed_limit
-from centering._push.presets import preset
+from centering.cycle._strategy.as_sdp import FRACTIONS, KindOfPush, Size
+from centering.cycle._strategy.belief import FrictionScaleBelief
+from centering.cycle._strategy.outcomes import FRICTION_SCALES, PushKind
+from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, plan, prepared, solved
+from centering.cycle._strategy.strategy import Strategy
+from centering.cycle._strategy.timing import CycleTiming, table_speeds
+from centering.push._machine.presets import preset
+from centering.push._turning.limits import spindle_speed_limit
 from sdpgrind.base.progress import silent
 
 matplotlib.use("Agg")

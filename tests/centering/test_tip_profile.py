@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reaction_twins import tip_at
 
-from centering._push.gentle import gentle_profile, tap_profile
-from centering._push.presets import preset
-from centering._push.profile import TipProfile
-from centering._push.reaction import simulate_pushes
-from centering._push.timing import move_time
-from centering._push.trace import simulate_push
+from centering.push._contact.reaction import simulate_pushes
+from centering.push._contact.trace import simulate_push
+from centering.push._machine.presets import preset
+from centering.push._profile.gentle import gentle_profile, tap_profile
+from centering.push._profile.profile import TipProfile
+from centering.push._profile.timing import move_time
 
 sizes = st.floats(1e-3, 20.0)
 speeds = st.floats(0.5, 120.0)

@@ -5,10 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.stats import binom, norm
 
-from centering._geometry import estimator_slots as at
-from centering._geometry.curve import circle_reading
-from centering._geometry.estimator import GeometryEstimator
-from centering._geometry.form import form_gain
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.estimator import GeometryEstimator
+from centering.circle._fit.curve import circle_reading
+from centering.circle._fit.form import form_gain
 from sdpgrind import units
 from sdpgrind.identify import Status
 

@@ -110,9 +110,9 @@ def test_floors_of_centering():
 def test_every_folder_of_centering_has_its_floor():
     assert {path.name for path in (SOURCE / "centering").iterdir() if (path / "__init__.py").exists()} == set(FLOORS)
     assert (
-        floor("centering._handover.changeover_plan")
-        > floor("centering._roundness.profile.Profile")
-        > floor("centering._geometry.fit")
+        floor("centering.setup._changeover_plan")
+        > floor("centering.roundness._profile.Profile")
+        > floor("centering.circle._fit.fit")
         >= 0
     )
 

@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from centering._push.presets import preset
-from centering._push.problem import PushScatter
+from centering.push._machine.presets import preset
+from centering.push._machine.problem import PushScatter
 from hwsim.plants import _centering_slide_kernels as slots
 from hwsim.plants._centering import CenteringMachine
 from hwsim.plants._probe_ring import Ring

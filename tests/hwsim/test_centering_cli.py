@@ -9,9 +9,9 @@ from cli_fakes import only_news, without_news
 import centering
 import hwsim
 import sdpgrind
-from centering._cycle.outcomes import PushKind
-from centering._cycle.plan import prepared, solved
-from centering._cycle.strategy_moves import Size
+from centering.cycle._strategy.as_sdp import Size
+from centering.cycle._strategy.outcomes import PushKind
+from centering.cycle._strategy.plan import prepared, solved
 from hwsim._centering_toml import read
 from hwsim._log import same
 from hwsim.cli import main

@@ -8,7 +8,7 @@ import pytest
 
 import centering
 import hwsim
-from centering._push.presets import preset
+from centering.push._machine.presets import preset
 from hwsim._centering_film import FilmStrip
 from hwsim._centering_live import Chart, LiveView, watched
 from hwsim._fingerprint import fingerprint

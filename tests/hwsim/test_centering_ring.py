@@ -21,10 +21,10 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from centering._push import direction_kernels as plane
-from centering._push.profile import TipProfile
-from centering._push.reaction import simulate_pushes
-from centering._push.sliding import ring_friction, slide_to_rest
+from centering.push._contact.reaction import simulate_pushes
+from centering.push._profile.profile import TipProfile
+from centering.push._turning import direction_kernels as plane
+from centering.push._turning.sliding import ring_friction, slide_to_rest
 from hwsim.plants import _centering_friction_kernels as friction
 from hwsim.plants import _centering_slide_kernels as slots
 from hwsim.plants._probe_ring import Ring

@@ -1,0 +1,124 @@
+"""The arc still to be turned: what further readings of the fitted circle would tell, added to what is known. Compiled."""
+
+import numpy as np
+from numba import njit
+
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.estimator_row_kernels import write_lobes
+from centering.circle._estimator.noise_kernels import arrays, freedom_of, known_quantile, quantile
+from centering.circle._estimator.validity_kernels import conclude, form_bound, may_have_moved, ratio_of, worst
+from sdpgrind.identify.kernels import rotate
+
+_STEPS = 90  # of a turn,
+_STRIDE = 15  # of which so many are looked ahead at once
+_TURNS = 1e6  # as many as are looked ahead
+_TRIES = 12  # secants
+_CLOSE = 2e-3  # of the square of the band
+_TURN = 2.0 * np.pi
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def arc_needed(state):
+    """Arc (rad) until a judged estimate is sure enough, at the noise and density of readings so far; inf when none will do."""
+    arc = _forecast(state)
+    return max(arc, _rest_of_turn(state)) if may_have_moved(state) else arc
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _forecast(state):
+    """The same where readings do not disagree."""
+    if state[at.MOVES] == 0.0 or state[at.USED] < 4.0 or not (state[at.FREEDOM] > 0.0 or state[at.NOISE] > 0.0):
+        return turn_needed(state)
+    each = _TURN / _STEPS
+    usual = state[at.PATH] / state[at.MOVES]
+    count = each / usual * state[at.USED] / state[at.SEEN]
+    width = arrays(state).shape[1]
+    ahead, row = np.zeros((3, width)), np.empty(width)
+    back_to_edge = state[at.HIGH] - state[at.POSITION] if state[at.DIRECTION] > 0.0 else state[at.POSITION] - state[at.LOW]
+    covered, before, stride, n = state[at.COVERED] - back_to_edge, ahead.copy(), _STRIDE, 0
+    while n < _STEPS:
+        for k in range(n + 1, n + stride + 1):
+            _expected_row(state, state[at.LAST_ANGLE] + state[at.DIRECTION] * each * k, row)
+            row *= np.sqrt(count)
+            rotate(ahead, row)
+        enough = covered + each * (n + stride) >= state[at.ARC_MIN]
+        if enough and _closeness(state, ahead, 1.0, count * (n + stride)) >= 1.0:
+            if stride == 1:
+                return min(each * (n + 1), turn_needed(state))
+            ahead[:] = before
+            stride = stride // 3 if stride > 5 else 1
+            continue
+        n += stride
+        before[:] = ahead
+    return min(_further_turns(state, ahead, count * _STEPS), turn_needed(state))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turn_needed(state):
+    """Arc until a whole turn tells form from noise, where one or the other is what is in the way; else inf."""
+    unknown = state[at.TURNS] == 0.0 and state[at.INFLATION] > 1.0
+    bent = state[at.FREED] != 0.0 and state[at.BAND] - state[at.FORM_BOUND] <= state[at.TOLERANCE]
+    if (unknown or bent) and state[at.MOVES] > 0.0:
+        return _rest_of_turn(state)
+    return np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rest_of_turn(state):
+    """Arc until the turn is whole, a step at least."""
+    return max(_TURN - (state[at.TRAVEL] - state[at.TURN_BEGIN]), state[at.PATH] / state[at.MOVES])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _further_turns(state, turn, count):
+    """The same for more than a turn: secants of the inverse square of the band, which grows about as the turns."""
+    last, turns = 0.0, 1.0
+    before, now = _closeness(state, turn, last, 0.0), _closeness(state, turn, turns, count)
+    for _ in range(_TRIES):
+        if not now > before:
+            return np.inf
+        last, turns, before = turns, turns + (1.0 - now) * (turns - last) / (now - before), now
+        if turns > _TURNS:
+            return np.inf
+        now = _closeness(state, turn, turns, count * turns)
+        if abs(now - 1.0) < _CLOSE:
+            break
+    return turns * _TURN
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _closeness(state, ahead, turns, count):
+    """Square of tolerance over band, at the noise and correlation of now, after `count` readings that are `turns` times ahead."""
+    array, row = arrays(state)[:3].copy(), np.empty(ahead.shape[1])
+    for i in range(3):
+        row[:] = ahead[i]
+        row[:i] = 0.0
+        row *= np.sqrt(turns)
+        rotate(array, row)
+    value, information = np.empty(3), np.empty((3, 3))
+    conclude(state, array, array.copy(), value, information)
+    inflation, freedom = state[at.INFLATION], state[at.FREEDOM]
+    if state[at.FREED] == 0.0:
+        freedom = freedom_of(state[at.WEIGHT] + count, inflation)
+    seen = quantile(state, freedom) * state[at.FIT_NOISE] * inflation if state[at.FREEDOM] > 0.0 else 0.0
+    reach = max(seen, known_quantile(state) * state[at.NOISE] * max(inflation, 1.0))
+    band = reach * worst(information[1, 1], information[1, 2], information[2, 2]) + form_bound(state, array)
+    return (state[at.TOLERANCE] / (band * ratio_of(state, value))) ** 2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _expected_row(state, angle, row):
+    """The row of a reading that lies on the fitted curve."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, start = state[at.FIT_X], state[at.FIT_Y], state[at.REFERENCE]
+    if state[at.LIMACON] != 0.0:
+        row[0], row[1], row[2] = 1.0, c, s
+        row[3] = state[at.RADIUS] + state[at.TIP] - start + x * c + y * s
+        write_lobes(state, c, s, 1.0, row)
+        return
+    radius = state[at.RADIUS] + state[at.TIP]
+    across = np.sqrt(max(radius**2 - (x * s - y * c) ** 2, 0.01 * radius**2))
+    r, cosine = x * c + y * s + across, across / radius
+    row[0], row[1], row[2] = 1.0 / cosine, r * c / (start * cosine), r * s / (start * cosine)
+    row[3] = 0.5 * (r - start) * (r + start) / (start * cosine)
+    write_lobes(state, (r * c - x) / radius, (r * s - y) / radius, 1.0 / cosine, row)

@@ -1,0 +1,210 @@
+"""The streaming estimator, compiled: a row per reading, rotated into a triangle; what lies too far from the others is refused."""
+
+import numpy as np
+from numba import njit
+
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.borrowed import borrowed
+from centering.circle._estimator.estimator_row_kernels import write_row
+from centering.circle._estimator.estimator_travel_kernels import COMPLETE, MOVED, REFUSED, SHIFTED, TAKEN, objection, travel
+from centering.circle._estimator.look_kernels import has_moved
+from centering.circle._estimator.noise_kernels import arrays
+from centering.circle._estimator.turn_kernels import gather
+from centering.circle._estimator.validity_kernels import judge
+
+_WILD = 5.0  # standard deviations from which on a reading is refused
+_QUIET = 1e-11  # least noise of the gate, in largest readings
+_SAME = 1e-12  # of the largest reading: rounding of sums
+_FEW = 8  # readings before the centre is used to weigh
+_MANY = 64  # from which on it is used again and again as it was a few readings ago,
+_EACH = 8  # so many at most
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def least_noise(state):
+    """Least noise of the gate, in the triangle's."""
+    return max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rotate_if_tame(state, array, row):
+    """Rotate a row in, unless the reading lies too far from what those before predict; what is left of it, inf if it was not.
+
+    What a rotation leaves is the error of the prediction over its standard deviation, for noise 1. Nothing is written before
+    that is known: the row is only read.
+    """
+    p0, c0, s0 = _rotation(array[0, 0], row[0])
+    a01, r1 = c0 * array[0, 1] + s0 * row[1], c0 * row[1] - s0 * array[0, 1]
+    a02, r2 = c0 * array[0, 2] + s0 * row[2], c0 * row[2] - s0 * array[0, 2]
+    a03, r3 = c0 * array[0, 3] + s0 * row[3], c0 * row[3] - s0 * array[0, 3]
+    p1, c1, s1 = _rotation(array[1, 1], r1)
+    a12, r2 = c1 * array[1, 2] + s1 * r2, c1 * r2 - s1 * array[1, 2]
+    a13, r3 = c1 * array[1, 3] + s1 * r3, c1 * r3 - s1 * array[1, 3]
+    p2, c2, s2 = _rotation(array[2, 2], r2)
+    a23, r3 = c2 * array[2, 3] + s2 * r3, c2 * r3 - s2 * array[2, 3]
+    if _is_wild(state, abs(r3), c0 * c1 * c2):
+        return np.inf
+    array[0, 0], array[0, 1], array[0, 2], array[0, 3] = p0, a01, a02, a03
+    array[1, 1], array[1, 2], array[1, 3], array[2, 2], array[2, 3] = p1, a12, a13, p2, a23
+    for j in range(4, row.shape[0]):
+        array[0, j], left = c0 * array[0, j] + s0 * row[j], c0 * row[j] - s0 * array[0, j]
+        array[1, j], left = c1 * array[1, j] + s1 * left, c1 * left - s1 * array[1, j]
+        array[2, j] = c2 * array[2, j] + s2 * left
+    return r3
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rotation(pivot, entry):
+    """The new pivot, cosine and sine that rotate an entry into one that is > 0."""
+    square = pivot * pivot + entry * entry
+    inverse = 1.0 / np.sqrt(square)
+    return square * inverse, pivot * inverse, entry * inverse
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_wild(state, left, cosine):
+    """Whether a rotation, whose cosines' product is given, left more than the noise of the readings before allows."""
+    freedom, least = state[at.WEIGHT] - 3.0, least_noise(state)
+    if left * left * freedom <= _WILD * _WILD * state[at.SQUARES] or left <= _WILD * least:
+        return False
+    if state[at.COVERED] < state[at.GATE_FROM] or freedom < 1.0:
+        return False
+    left = max(left - state[at.FORM_GATE] * state[at.RATIO] * abs(cosine), 0.0)
+    return left * left > _wild(freedom) ** 2 * max(state[at.SQUARES] / freedom, least * least)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _wild(freedom):
+    """Student's quantile that is as rare as 5 standard deviations (Wallace); 5 from some 200 readings on."""
+    if freedom > 200.0:
+        return _WILD
+    z = _WILD * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0)
+    return np.sqrt(freedom * np.expm1(z * z / freedom))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def note(state, row, weight, way):
+    """Take in what a row says beside the triangle: its block, its bias, the difference to the row before."""
+    h0, h1, h2, t = row[0], row[1], row[2], row[3]
+    gather(state, h0, h1, h2, t, way)
+    share = weight * state[at.NEW_BIAS]
+    state[at.BIAS] += share * h0
+    state[at.BIAS + 1] += share * h1
+    state[at.BIAS + 2] += share * h2
+    state[at.BIAS + 3] += weight * state[at.NEW_BIAS + 1]
+    state[at.BIAS + 4] += weight * state[at.NEW_BIAS + 2]
+    if state[at.LAGGED] != 0.0:
+        change = h0 - state[at.PREVIOUS], h1 - state[at.PREVIOUS + 1], h2 - state[at.PREVIOUS + 2], t - state[at.PREVIOUS + 3]
+        k = at.LAG
+        for i in range(4):
+            for j in range(i, 4):
+                state[k] += weight * change[i] * change[j]
+                k += 1
+    state[at.LAGGED] = 1.0
+    state[at.PREVIOUS], state[at.PREVIOUS + 1], state[at.PREVIOUS + 2], state[at.PREVIOUS + 3] = h0, h1, h2, t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def count(state, array, left, weight):
+    """Count a row that was rotated in, and what that has left; the centre then weighs the rows to come."""
+    state[at.SQUARES] += left * left
+    state[at.WEIGHT] += weight
+    used = state[at.USED] + 1.0
+    state[at.USED] = used
+    if used >= _FEW and (used < _MANY or int(used) % _EACH == 0):
+        y = array[2, 3] / array[2, 2]
+        state[at.CENTER_X], state[at.CENTER_Y] = (array[1, 3] - array[1, 2] * y) / array[1, 1], y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def remember(state, angle, reading):
+    """Write a reading into the ring; whether the one that it replaces was refused no longer counts."""
+    cell = at.RING_AT + at.CELL * (int(state[at.SEEN]) % at.RING)
+    state[at.BAD] -= state[cell + 2]
+    state[cell], state[cell + 1], state[cell + 2], state[cell + 3] = angle, reading, 0.0, state[at.TRAVEL]
+    state[cell + 4] = state[at.INDEX]
+    if state[at.SEEN] == 0.0:
+        state[at.REFERENCE] = reading + state[at.TIP]
+        state[at.PER_REFERENCE] = 1.0 / state[at.REFERENCE] if state[at.LIMACON] == 0.0 else 0.0
+    else:
+        _see_step(state, reading)
+    state[at.LATEST] = reading
+    state[at.LARGEST] = max(state[at.LARGEST], abs(reading + state[at.TIP]))
+    return cell
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _see_step(state, reading):
+    """Keep the least step from reading to reading, and how many readings repeat the one before."""
+    step = abs(reading - state[at.LATEST])
+    if step <= _SAME * state[at.LARGEST]:
+        state[at.REPEATS] += 1.0
+    elif state[at.QUANTUM] == 0.0 or step < state[at.QUANTUM]:
+        state[at.QUANTUM] = step
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _keep(state, array):
+    """Every 30 readings keep the triangle and its sums; the older of two is of before any reading in the ring."""
+    younger, older = arrays(state)[3:6], arrays(state)[6:9]
+    for i in range(3):
+        for j in range(i, array.shape[1]):
+            older[i, j] = younger[i, j]
+            younger[i, j] = array[i, j]
+    for k in range(at.KEPT_SIZE):
+        state[at.KEPT + at.KEPT_SIZE + k] = state[at.KEPT + k]
+    for k in range(at.SUMS):
+        state[at.KEPT + k] = state[at.SUM + k]
+    state[at.KEPT + at.KEPT_WAY], state[at.KEPT + at.KEPT_COVERED] = state[at.TRAVEL], state[at.COVERED]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _take(state, array, row, angle, reading):
+    """Take a reading; what became of it, or (negative) why it cannot be taken: then nothing has changed."""
+    code = objection(state, angle, reading)
+    if code != TAKEN:
+        return code
+    travel(state, array, angle)
+    if int(state[at.SEEN]) % at.RING == 0:
+        _keep(state, array)
+    cell = remember(state, angle, reading)
+    write_row(state, angle, reading, row)
+    state[at.INDEX] += 1.0
+    state[at.SEEN] += 1.0
+    left = rotate_if_tame(state, array, row)
+    if left == np.inf:
+        state[cell + 2] = 1.0
+        state[at.BAD] += 1.0
+        state[at.IN_A_ROW] += 1.0
+        return MOVED if 2.0 * state[at.BAD] > at.RING else REFUSED
+    state[at.IN_A_ROW] = 0.0
+    note(state, row, 1.0, state[at.TRAVEL])
+    count(state, array, left, 1.0)
+    if int(state[at.SEEN]) % at.RING == 0:
+        return COMPLETE if state[at.SEEN] == at.RING else SHIFTED if has_moved(state, array) else TAKEN
+    return TAKEN
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def take(state, angle, reading):
+    """Take one reading."""
+    state = borrowed(state)
+    rows = arrays(state)
+    return _take(state, rows[:3], rows[15], angle, reading)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run(state, angle, reading, start, until_valid):
+    """Take readings from one on, up to the first that is not simply taken or, if so wanted, makes the estimate sure enough.
+
+    Returns how many there were by then, what became of the last, and whether it was wanted and made it so.
+    """
+    state = borrowed(state)
+    rows = arrays(state)
+    array, row = rows[:3], rows[15]
+    for i in range(start, angle.shape[0]):
+        code = _take(state, array, row, angle[i], reading[i])
+        valid = until_valid and code == TAKEN and judge(state, state[at.ARC_MIN])
+        if code != TAKEN or valid:
+            return i + 1, code, valid
+    return angle.shape[0], TAKEN, False

@@ -1,0 +1,146 @@
+"""How noisy readings are: their standard deviation, what correlation makes of it, quantiles of their law. Compiled."""
+
+from math import inf
+
+import numpy as np
+from numba import njit
+
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.turn_kernels import long_noise, moved_by_form
+
+_TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
+_ROUNDING = 2.3e-16  # of a number; sums of n numbers have errors of some root of n of their size
+_ABOVE_ROUNDING = 100.0  # times the rounding of their differences that squares of residuals must be to tell their correlation
+_SIGNIFICANT = 2.0  # standard deviations from which on a correlation of residuals is believed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def arrays(state):
+    """The arrays at the end of the state: rows 0 to 2 the triangle, 3 to 8 two older ones, then room."""
+    forms = int(state[at.FORMS])
+    begin = at.TAIL + 2 * forms + 3 * int(state[at.KNOWN])
+    return state[begin:].reshape((at.ARRAYS, 4 + 2 * forms))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def back(array, column, out):
+    """Back-substitution of any column."""
+    for i in range(2, -1, -1):
+        rest = array[i, column]
+        for j in range(i + 1, 3):
+            rest -= array[i, j] * out[j]
+        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_covariance(array, out):
+    """Write (R'R)^-1 of a triangle R."""
+    a, b, c = 1.0 / array[0, 0], 1.0 / array[1, 1], 1.0 / array[2, 2]
+    ab, bc = -array[0, 1] * a * b, -array[1, 2] * b * c
+    ac = -(array[0, 1] * bc + array[0, 2] * c) * a
+    out[0, 0], out[1, 1], out[2, 2] = a * a + ab * ab + ac * ac, b * b + bc * bc, c * c
+    out[0, 1] = out[1, 0] = ab * b + ac * bc
+    out[0, 2] = out[2, 0] = ac * c
+    out[1, 2] = out[2, 1] = bc * c
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def student(state, freedom):
+    """Quantile of Student's law: from the table, or expanded about the normal law (1e-8 from 64 on)."""
+    if freedom < 1.0:
+        return inf
+    if freedom < at.TABLE:
+        return state[at.STUDENT + int(freedom) - 1]
+    z, n = state[at.NORMAL], freedom
+    y = z * z
+    first = (y + 1.0) / (4.0 * n)
+    second = ((5.0 * y + 16.0) * y + 3.0) / (96.0 * n * n)
+    third = (((3.0 * y + 19.0) * y + 17.0) * y - 15.0) / (384.0 * n**3)
+    fourth = ((((79.0 * y + 776.0) * y + 1482.0) * y - 1920.0) * y - 945.0) / (92160.0 * n**4)
+    return z * (1.0 + first + second + third + fourth)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def quantile(state, freedom):
+    """Standard deviations within which the centre lies: t, or sqrt(2 F) of both coordinates, in closed form."""
+    if state[at.JOINT] == 0.0:
+        return student(state, freedom)
+    return np.sqrt(freedom * np.expm1(-2.0 * state[at.BEYOND] / freedom)) if freedom >= 1.0 else inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def known_quantile(state):
+    """The same where the noise is known."""
+    return np.sqrt(-2.0 * state[at.BEYOND]) if state[at.JOINT] != 0.0 else state[at.NORMAL]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def differences(state, value):
+    """Sum of squared differences of successive residuals of the fit of the readings alone; how far rounding may make it wrong."""
+    q, x, y, k = value[0], value[1], value[2], at.LAG
+    squares = q * q * state[k] + x * x * state[k + 4] + y * y * state[k + 7] + state[k + 9]
+    a, b, c = q * x * state[k + 1], q * y * state[k + 2], x * y * state[k + 5]
+    d, e, f = q * state[k + 3], x * state[k + 6], y * state[k + 8]
+    scale = squares + 2.0 * (abs(a) + abs(b) + abs(c) + abs(d) + abs(e) + abs(f))
+    return squares + 2.0 * (a + b + c - d - e - f), _ROUNDING * np.sqrt(state[at.WEIGHT]) * scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def correlation(squares, weight, lagged):
+    """Correlation of successive residuals, freed of its bias; 0 unless it is significant."""
+    plain = 1.0 - 0.5 * lagged / squares
+    rho = plain + (2.0 + 5.0 * plain) / weight
+    return min(rho, 0.9999) if rho > _SIGNIFICANT / np.sqrt(weight) else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def inflation_of(state, squares, weight, lagged, rounding):
+    """What correlation makes of the noise, where residuals are so large that it can be told."""
+    least = _TELLING * state[at.NOISE] * state[at.RATIO]
+    if weight <= 4.0 or squares <= weight * least * least or squares <= _ABOVE_ROUNDING * rounding:
+        return 1.0
+    rho = correlation(squares, weight, lagged)
+    return np.sqrt((1.0 + rho) / (1.0 - rho))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def freedom_of(weight, inflation):
+    """Degrees of freedom of the noise, inflated: with an estimated correlation its logarithm has the variance 2/these (AR(1))."""
+    return weight / (1.0 + 2.0 * inflation * inflation) - 3.0 if inflation > 1.0 else weight - 3.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def noise(state):
+    """Sd of the triangle's noise, its degrees of freedom, the inflation, and the squared differences of residuals.
+
+    Readings that are correlated count for fewer.
+    """
+    rows = arrays(state)
+    value = rows[15]
+    back(rows, 3, value)
+    lagged, rounding = differences(state, value)
+    weight = state[at.WEIGHT]
+    inflation = inflation_of(state, state[at.SQUARES], weight, lagged, rounding)
+    freedom = freedom_of(weight, inflation)
+    sd = np.sqrt(state[at.SQUARES] / (weight - 3.0 * inflation**2)) if freedom > 0.0 else inf
+    return sd, freedom, inflation, lagged
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_noise(state, ratio, form):
+    """Write noise, freedom, inflation and the bound on form (over the ratio), as they make the least band.
+
+    Where the correlation is significant and whole turns have told form from noise, that is noise freed of form, and what form
+    does to the centre. The inflation is less than 1 then where form does no harm.
+    """
+    sd, freedom, inflation, lagged = noise(state)
+    state[at.FREED] = 0.0
+    if inflation > 1.0 and state[at.TURNS] > 0.0:
+        long, free = long_noise(state, 0.5 * lagged / state[at.WEIGHT]), at.ABOVE * state[at.TURNS]
+        if quantile(state, free) * long < quantile(state, freedom) * sd * inflation:
+            state[at.FREED] = 1.0
+            sd, freedom = np.sqrt(state[at.SQUARES] / (state[at.WEIGHT] - 3.0)), free
+            inflation = long / sd
+            form = max(form, moved_by_form(state))
+    state[at.FIT_NOISE], state[at.FREEDOM], state[at.INFLATION] = sd / ratio, freedom, inflation
+    state[at.FORM_BOUND] = form * ratio

@@ -1,0 +1,288 @@
+"""The source's own running estimators of a part's offset, and its rule for when to believe them; for comparison only."""
+
+from math import inf, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import ndtri
+
+from centering.circle._estimator import printed_kernels as kernels
+from centering.circle._fit.estimate import CircleEstimate
+from sdpgrind import units
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.identify import Status
+
+ALGORITHMS = ("rls", "prls", "kalman")
+_WALK, _NOISE = units.um(0.005) ** 2, units.um(0.03) ** 2  # mm^2, of the prototype
+_ROUNDING = 1e-9  # rad
+
+
+class PrintedHistory(NamedTuple):
+    """What a `PrintedEstimator` tells after each reading; arrays of the shape of the readings.
+
+    Attributes
+    ----------
+    radius : array
+        Constant part of the fit, mm.
+    offset : array
+        Amplitude, Mears (4.8), mm.
+    offset_angle : array
+        Direction in (-pi, pi], (4.9), rad.
+    band : array
+        Full width of the band that the source calls its confidence, mm.
+    valid : array
+        Whether the source's rule believes the estimate, yes or no.
+    """
+
+    radius: Floats
+    offset: Floats
+    offset_angle: Floats
+    band: Floats
+    valid: Bools
+
+
+class PrintedEstimator:
+    """The source's running estimate of a part's offset, with its rule of validity; for comparison, not for use.
+
+    ========== ================================================================================================================
+    algorithm  running estimate
+    ========== ================================================================================================================
+    "rls"      recursive least squares of ``reading - radius`` on [cos, sin] alone, started from 0 with inverse information
+               `inv_info`: Mears (4.40)-(4.44), errata put right
+    "prls"     least squares on [1, cos, sin] of all readings so far (4.45); the shortest solution of the first two
+    "kalman"   a random walk in front (4.35)-(4.39), its offset half of the greatest less the least value (4.48). It lags and
+               attenuates (`sdpgrind.identify.random_walk_response`); there is no running estimate, so it is never valid
+    ========== ================================================================================================================
+
+    The rule "mears", (4.49)-(4.52): valid from `arc_min` on when the full width ``2 z sqrt(SSE/(m (m - 2)))`` is at most
+    ``max(rel_tol offset, abs_tol)``, z two-sided. That is a multiple of the standard error of a mean, not of the offset: of its
+    "99.9 %" the centre is inside in 1 to 90 % of all cases. All fit the small-offset curve. `GeometryEstimator` does it right.
+
+    Parameters
+    ----------
+    algorithm : {"rls", "prls", "kalman"}
+        Which.
+    confidence : float
+        Probability J in (0, 1).
+    rel_tol : float
+        Allowed width over the offset (epsilon) >= 0, unit 1.
+    abs_tol : float
+        Width that is always allowed (floor) > 0, mm.
+    arc_min : float
+        Angle to be turned at least, >= 0, rad.
+    radius : float
+        Of "rls": what is taken off each reading, mm.
+    inv_info : float
+        Of "rls": start of the inverse information > 0, unit 1.
+    walk_variance, noise_variance : float
+        Of "kalman": Q and R >= 0, not both 0, mm^2; by default those of the prototype.
+
+    Raises
+    ------
+    ValueError, TypeError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> angle = np.deg2rad(np.arange(0.0, 45.0))
+    >>> estimator = PrintedEstimator("prls")
+    >>> for a, r in zip(angle, 61.94 + 0.5 * np.cos(angle - 1.0)):
+    ...     estimator.update(angle=a, reading=r)
+    >>> round(estimator.estimate.offset, 6), round(estimator.estimate.offset_angle, 6), estimator.valid
+    (0.5, 1.0, True)
+    """
+
+    def __init__(
+        self,
+        algorithm: str = "rls",
+        *,
+        confidence: float = 0.999,
+        rel_tol: float = 0.03,
+        abs_tol: float = 0.002,
+        arc_min: float = pi / 6,
+        radius: float = 0.0,
+        inv_info: float = 1.0,
+        walk_variance: float = _WALK,
+        noise_variance: float = _NOISE,
+    ) -> None:
+        self._algorithm = checks.one_of("algorithm", algorithm, ALGORITHMS)
+        self._kind = ALGORITHMS.index(algorithm)
+        self._quantile = float(ndtri(0.5 + 0.5 * checks.probability("confidence", confidence)))
+        self._rel_tol = checks.nonnegative("rel_tol", rel_tol, "1")
+        self._abs_tol = checks.positive("abs_tol", abs_tol, "mm")
+        self._arc_min = checks.nonnegative("arc_min", arc_min, "rad")
+        start = (checks.number("radius", radius, "mm"), checks.positive("inv_info", inv_info, "1"))
+        variances = tuple(
+            checks.nonnegative(name, value, "mm^2")
+            for name, value in (("walk_variance", walk_variance), ("noise_variance", noise_variance))
+        )
+        if variances == (0.0, 0.0):
+            raise ValueError("walk_variance and noise_variance must not both be 0 (mm^2); got 0 and 0")
+        self._settings = np.array(variances if algorithm == "kalman" else start)
+        self._state = np.zeros(kernels.STATES)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget every reading."""
+        kernels.printed_start(self._state, self._kind, self._settings)
+
+    def update(self, *, angle: float, reading: float) -> None:
+        """Take in one reading.
+
+        Parameters
+        ----------
+        angle : float
+            Of the spindle, rad.
+        reading : float
+            Radial position, mm.
+
+        Raises
+        ------
+        ValueError
+            When one is not finite.
+        """
+        at, seen = checks.number("angle", angle, "rad"), checks.number("reading", reading, "mm")
+        kernels.printed_step(self._state, self._kind, self._settings, at, seen)
+
+    def extend(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> None:
+        """Take in many readings, to the same bits as one by one.
+
+        Parameters
+        ----------
+        angle, reading : array_like, shape (m,)
+            rad, mm.
+
+        Raises
+        ------
+        ValueError
+            For unequal lengths, or values that are not finite.
+        """
+        at, seen = _pairs(angle, reading)
+        for one in seen:
+            kernels.printed_extend(self._state, self._kind, self._settings, at, one, np.empty((at.size, kernels.TOLD)))
+
+    def history(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> PrintedHistory:
+        """Return what would be told after each reading from an empty start; the estimator itself is left alone.
+
+        Parameters
+        ----------
+        angle : array_like, shape (m,)
+            Of the spindle, rad.
+        reading : array_like, shape (m,) or (runs, m)
+            Readings of one part or, each from its own start, of many, mm.
+
+        Returns
+        -------
+        PrintedHistory
+            Arrays of the shape of `reading`; mm, rad.
+
+        Raises
+        ------
+        ValueError
+            For unequal lengths, or values that are not finite.
+
+        Examples
+        --------
+        >>> angle = np.deg2rad(np.arange(0.0, 360.0))
+        >>> history = PrintedEstimator("kalman", walk_variance=0.0005, noise_variance=0.03).history(angle, np.sin(angle))
+        >>> round(100 * (float(history.offset[-1]) - 1), 2)
+        -0.9
+        """
+        at, seen = _pairs(angle, reading)
+        told = np.empty((*seen.shape, kernels.TOLD))
+        kernels.printed_histories(self._kind, self._settings, at, seen, told)
+        return self._judged(told.reshape(*np.shape(reading), kernels.TOLD))
+
+    def first_valid(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> int | None:
+        """Return the place of the first reading from which the rule holds, from an empty start; None: it never does.
+
+        Parameters
+        ----------
+        angle, reading : array_like, shape (m,)
+            rad, mm.
+
+        Raises
+        ------
+        ValueError
+            For unequal lengths, or values that are not finite.
+        """
+        found = np.flatnonzero(self.history(angle, np.ravel(reading)).valid)
+        return int(found[0]) if found.size else None
+
+    def _judged(self, told: Floats) -> PrintedHistory:
+        """(4.8), (4.9) and the rule on what the kernels tell."""
+        count, x, y = (told[..., k] for k in (kernels.COUNT, kernels.CENTER_X, kernels.CENTER_Y))
+        free = np.where(count > 2, count - 2, np.nan)
+        mean_variance = told[..., kernels.SQUARES] / (np.maximum(count, 1.0) * free)
+        band = np.where(np.isnan(mean_variance), inf, 2 * self._quantile * np.sqrt(mean_variance))
+        offset = np.hypot(x, y)
+        turned = told[..., kernels.HIGH] - told[..., kernels.LOW] >= self._arc_min - _ROUNDING
+        valid = turned & (band <= np.maximum(self._rel_tol * offset, self._abs_tol))
+        return PrintedHistory(told[..., kernels.RADIUS], offset, np.arctan2(y, x), band, valid)
+
+    @property
+    def valid(self) -> bool:
+        """Whether the rule "mears" believes the estimate, yes or no (unit 1)."""
+        return bool(self._judged(self._state[: kernels.TOLD]).valid)
+
+    @property
+    def band(self) -> float:
+        """Full width ``2 z sqrt(SSE/(m (m - 2)))``, mm; inf for fewer than three readings, and for "kalman"."""
+        return float(self._judged(self._state[: kernels.TOLD]).band)
+
+    @property
+    def estimate(self) -> CircleEstimate:
+        """Estimate so far, mm, with (4.50) as the standard deviation of the centre in every direction, as the source has it.
+
+        The radius is the constant part of the fit, not corrected by (4.22).
+        """
+        state, told = self._state, self._told
+        free = float(state[kernels.COUNT]) - 2
+        noise = sqrt(state[kernels.SQUARES] / free) if told else 0.0
+        spread = noise**2 / state[kernels.COUNT] if told else inf
+        limit, needed = self._lack
+        return CircleEstimate(
+            value=state[: kernels.CENTER_Y + 1],
+            covariance=np.diag([0.0 if self._algorithm == "rls" else spread, spread, spread]),
+            status=Status.OK if not limit else Status.UNSURE if told else Status.UNDETERMINED,
+            freedom=max(free, 1.0),
+            samples=int(state[kernels.COUNT]),
+            swept=self._swept,
+            noise_sd=noise,
+            model="limacon",
+            limited_by=limit,
+            arc_needed=needed,
+        )
+
+    @property
+    def _told(self) -> bool:
+        """Whether there is something to judge by."""
+        return self._algorithm != "kalman" and bool(self._state[kernels.COUNT] > 2)
+
+    @property
+    def _swept(self) -> float:
+        """Angle between the readings furthest apart, rad."""
+        return max(float(self._state[kernels.HIGH] - self._state[kernels.LOW]), 0.0)
+
+    @property
+    def _lack(self) -> tuple[str, float]:
+        """What keeps the rule from holding, and the angle still to be turned: the band narrows as 1/sqrt(m)."""
+        if self.valid:
+            return "", 0.0
+        if not self._told:
+            return "samples", inf
+        if self._swept < self._arc_min - _ROUNDING:
+            return "arc", self._arc_min - self._swept
+        told = self._judged(self._state[: kernels.TOLD])
+        times = (float(told.band) / max(self._rel_tol * float(told.offset), self._abs_tol)) ** 2
+        return "noise", self._swept * (times - 1)
+
+
+def _pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Angles (m,) and readings (runs, m)."""
+    at, seen = checks.finite_array("angle", angle, "rad"), checks.finite_array("reading", reading, "mm")
+    if at.ndim != 1 or seen.ndim not in (1, 2) or seen.shape[-1] != at.size:
+        raise ValueError(f"angle and reading must be of shape (m,) and (m,) or (runs, m); got {at.shape} and {seen.shape}")
+    return np.ascontiguousarray(at), np.ascontiguousarray(np.atleast_2d(seen))

@@ -1,0 +1,221 @@
+"""The first 30 readings of a streaming estimator: screened together, about a circle that most of them agree on. Compiled."""
+
+import numpy as np
+from numba import njit
+
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.borrowed import borrowed
+from centering.circle._estimator.estimator_row_kernels import write_row, write_row_at
+from centering.circle._estimator.estimator_travel_kernels import PIVOT
+from centering.circle._estimator.kernels import count, least_noise, note, rotate_if_tame
+from centering.circle._estimator.noise_kernels import arrays, back
+from sdpgrind.identify.kernels import rotate
+
+_CLOSER = 1.5  # times nearer that the readings must lie to a circle through neighbours
+_CORE = 2.5  # standard deviations about the screened start within which readings are taken first
+_SHORT = 720.0  # fourth power of an arc (rad) over which noise s in the rows tells as much of R as they do, over (s/R)^2
+_LONG = 0.5  # rad: arc over which it does not in any case
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ring(state):
+    """The latest readings: angle, reading, whether refused, way travelled, number."""
+    return state[at.RING_AT : at.RING_AT + at.RING * at.CELL].reshape((at.RING, at.CELL))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _zero(array, begin, end):
+    """Set to 0 what is between two places."""
+    for i in range(begin, end):
+        array[i] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clear(state):
+    """Forget every reading but not what is known beforehand."""
+    _zero(state, at.SEEN, at.RADIUS)
+    _zero(state, at.RING_AT, at.TAIL)
+    rows = arrays(state)
+    for i in range(3, 9):
+        _zero(rows[i], 0, rows.shape[1])
+    state[at.GATE_FROM] = np.inf
+    clear_fit(state)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _empty(array):
+    """A triangle of no readings."""
+    for i in range(3):
+        _zero(array[i], 0, array.shape[1])
+        array[i, i] = PIVOT
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clear_fit(state):
+    """Forget the rows, not where the spindle is."""
+    state[at.USED] = state[at.LAGGED] = state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
+    state[at.RATIO] = 1.0
+    _zero(state, at.SUM, at.SUM + at.SUMS)
+    _zero(state, at.BLOCK_BEGIN, at.RADIUS)
+    _empty(arrays(state)[:3])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def replay(state, core):
+    """Fit anew the readings of a ring that begins at its first cell, those that are not refused, in their order.
+
+    With `core` those marked by it first; the others follow if they do not lie too far from them.
+    """
+    x, y = state[at.CENTER_X], state[at.CENTER_Y]
+    clear_fit(state)
+    state[at.CENTER_X], state[at.CENTER_Y] = x, y  # the fit before weighs the first few
+    cells = ring(state)
+    for late in range(2):
+        for i in range(int(state[at.SEEN])):
+            if cells[i, 2] != 0.0 or (core[i] == 0.0) != (late == 1):
+                continue
+            if late == 1 and _is_far(state, cells[i]):
+                cells[i, 2] = 1.0
+                state[at.BAD] += 1.0
+            else:
+                _fold(state, cells[i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fold(state, cell):
+    """Take the row of a reading in the ring."""
+    rows = arrays(state)
+    array, row = rows[:3], rows[15]
+    write_row(state, cell[0], cell[1], row)
+    weight = np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - cell[3]))
+    note(state, row, weight, cell[3])
+    root = np.sqrt(weight)
+    for k in range(row.shape[0]):
+        row[k] *= root
+    rotate(array, row)
+    count(state, array, row[3], weight)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_far(state, cell):
+    """Whether a reading in the ring lies too far from what the triangle predicts; it is not taken."""
+    rows = arrays(state)
+    write_row(state, cell[0], cell[1], rows[15])
+    for i in range(3):
+        for j in range(i, rows.shape[1]):
+            rows[9 + i, j] = rows[i, j]
+    return rotate_if_tame(state, rows[9:12], rows[15]) == np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def end_start(state):
+    """Screen the start, if it is turned so far that the rows tell more than the noise of the readings in them.
+
+    The rows of a spindle that stands explain any reading: none can be refused before the arc GATE_FROM.
+    """
+    state = borrowed(state)
+    cells, room = ring(state), np.empty(at.RING)
+    state[at.GATE_FROM] = 0.0
+    if state[at.LIMACON] == 0.0:
+        for i in range(1, at.RING):
+            room[i - 1] = abs(cells[i, 1] - cells[i - 1, 1])
+        noise = max(_median(room, at.RING - 1) / 0.954, state[at.NOISE])
+        state[at.GATE_FROM] = min(np.sqrt(np.sqrt(_SHORT) * noise / state[at.REFERENCE]), _LONG)
+    if state[at.COVERED] >= state[at.GATE_FROM]:
+        _screen(state, room)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _median(values, size):
+    """Median of the first values, which are put in order."""
+    for i in range(1, size):
+        value, j = values[i], i
+        while j > 0 and values[j - 1] > value:
+            values[j] = values[j - 1]
+            j -= 1
+        values[j] = value
+    return 0.5 * (values[(size - 1) // 2] + values[size // 2])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _screen(state, room):
+    """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
+    error, core = np.empty(at.RING), np.ones(at.RING)
+    middle = _agreed_errors(state, error, room)
+    least = least_noise(state) / state[at.RATIO]
+    scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * middle, least)
+    for i in range(at.RING):
+        core[i] = 1.0 if error[i] <= _CORE * scale + state[at.FORM_GATE] else 0.0
+    replay(state, core)
+    for i in range(at.RING):
+        core[i] = 1.0
+    replay(state, core)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _triple(n):
+    """Places in the ring of three readings: one of each third, or neighbours."""
+    if n < 60:
+        first, turn = n % 10, n // 10
+        return first, 10 + (3 * first + turn) % 10, 20 + (7 * first + 2 * turn) % 10
+    first, second, third = 13 * n, 3 + n % 9, 7 + n % 9 + (n // 9) % 5
+    return first % at.RING, (first + second) % at.RING, (first + third) % at.RING
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _agreed_errors(state, best, room):
+    """Write the errors (mm) of the readings about that circle through three of them whose median error is least; return that.
+
+    Of 60 triples each reading is of another third; those of 60 more are 3 to 15 readings apart, so that some miss any 14
+    neighbours that are dusty. These are believed if they agree much better: form would else be told from a circle by them.
+    """
+    least, middle, error, value = np.inf, 0.0, np.empty(at.RING), np.empty(3)
+    places = _places(state)
+    center_x, center_y = state[at.CENTER_X], state[at.CENTER_Y]
+    for n in range(120):
+        state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
+        times = 1.0 if n < 60 else _CLOSER
+        if not _write_errors(state, places, _triple(n), value, error, least / times):
+            continue
+        for i in range(at.RING):
+            room[i] = error[i]
+        median = _median(room, at.RING)
+        if times * median < least:
+            least, middle = times * median, median
+            for i in range(at.RING):
+                best[i] = error[i]
+            center_x, center_y = value[1], value[2]
+    state[at.CENTER_X], state[at.CENTER_Y] = center_x, center_y
+    return middle
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _places(state):
+    """Cosine and sine of the angle of each reading in the ring, and the reading."""
+    cells, out = ring(state), np.empty((at.RING, 3))
+    for i in range(at.RING):
+        out[i, 0], out[i, 1], out[i, 2] = np.cos(cells[i, 0]), np.sin(cells[i, 0]), cells[i, 1]
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_errors(state, places, three, value, error, least):
+    """Write the circle through three readings of the ring, and the errors (mm) of all about it.
+
+    Returns whether their median may be less than `least`. Once half of them and one are not, it is not: no more are written.
+    """
+    rows, far = arrays(state), 0
+    array, row = rows[:3], rows[15]
+    _empty(array)
+    for i in three:
+        write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
+        rotate(array, row)
+    back(array, 3, value)
+    state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
+    for i in range(at.RING):
+        write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
+        error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2]) / state[at.RATIO]
+        far += error[i] >= least
+        if 2 * far > at.RING:
+            return False
+    return True

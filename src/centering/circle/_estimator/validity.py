@@ -1,0 +1,92 @@
+"""What keeps an estimate from being as sure as was asked, and how that is said."""
+
+from math import degrees, inf, isfinite, pi
+
+import numpy as np
+
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.forecast_kernels import turn_needed
+from centering.circle._estimator.validity_kernels import holds_axis, in_doubt, may_have_moved, never_changed
+from centering.circle._fit.form import gain_of_two
+from sdpgrind.base.checks import Floats
+
+_FULL = 0.97 * 2 * pi  # rad: as good as a turn
+
+
+def limited_by(state: Floats) -> str:
+    """What limits a judged state: "samples", "arc", "form", "correlation", "noise", "outliers", "move", or nothing."""
+    if in_doubt(state):
+        return "outliers"
+    if state[at.FREEDOM] < 1:
+        return "correlation" if state[at.INFLATION] > 1 and state[at.WEIGHT] - 3 >= 1 else "samples"
+    if state[at.COVERED] < state[at.ARC_MIN]:
+        return "arc"
+    if never_changed(state) or not holds_axis(state):
+        return "noise"
+    band, tolerance, form = state[at.BAND], state[at.TOLERANCE], state[at.FORM_BOUND]
+    if band <= tolerance:
+        return "move" if may_have_moved(state) else ""
+    if band - form <= tolerance:
+        return "form"
+    if state[at.INFLATION] > 1 and (band - form) / state[at.INFLATION] <= tolerance:
+        return "correlation"
+    even_turn = state[at.REACH] * (2 / state[at.WEIGHT]) ** 0.5  # the same readings, spread over a turn
+    return "arc" if state[at.COVERED] < _FULL and even_turn <= 0.7 * state[at.REACH] * state[at.SPREAD] else "noise"
+
+
+def sentence(state: Floats, limit: str, arc: float) -> str:
+    """Say how sure a judged state is, what limits it and what would help."""
+    if limit == "samples":
+        return f"{int(state[at.USED])} readings are too few to tell" + _further(state, arc)
+    band, tolerance = _um(state[at.BAND]), _um(state[at.TOLERANCE])
+    head = f"centre within {band}, {tolerance} asked"
+    if in_doubt(state):
+        latest = f"{int(state[at.BAD])} of the latest {at.RING} readings disagree"
+        return f"{head}, by readings before; {latest}: dust, or the part has moved"
+    if limit == "noise" and not holds_axis(state):
+        return "the centre lies outside the part that is found: look for bad readings or a wrong unit"
+    if never_changed(state):
+        return "all readings are the same: give noise_sd, which is to hold half of the probe's step"
+    if limit == "move":
+        after = f"after a whole turn, in {np.ceil(degrees(arc)):.0f} deg, taken for form"
+        return f"{head}; readings disagree within the turn: a move (then reset) or form; {after}"
+    if not limit:
+        return head + _form_warning(state)
+    return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(state, arc)}{_form_warning(state)}"
+
+
+_REASONS = {
+    "arc": "the arc of {covered:.0f} deg",
+    "noise": "noise of {noise} a reading",
+    "correlation": "correlation from reading to reading (band times {inflation:.2g})",
+    "form": "the form of the part ({form})",
+}
+
+
+def _numbers(state: Floats) -> dict[str, float | str]:
+    return {
+        "covered": degrees(state[at.COVERED]),
+        "noise": _um(state[at.SCALE]),
+        "inflation": float(state[at.INFLATION]),
+        "form": _um(state[at.FORM_BOUND]),
+    }
+
+
+def _further(state: Floats, arc: float) -> str:
+    if not isfinite(arc):
+        return "; keep turning" if arc == inf else ""
+    if arc > 0 and arc == turn_needed(state):
+        return f"; a whole turn tells form from noise, after {np.ceil(degrees(arc)):.0f} deg more"
+    return f"; valid after {np.ceil(degrees(arc)):.0f} deg more at this noise" if arc > 0 else ""
+
+
+def _form_warning(state: Floats) -> str:
+    """A warning where form is not accounted for and less than a turn has been seen."""
+    if state[at.FORMS] or state[at.KNOWN] or state[at.COVERED] >= _FULL or state[at.COVERED] <= 0:
+        return ""
+    gain = gain_of_two(float(state[at.COVERED]))
+    return f"; no form given: lobes of 2 upr would shift the centre by up to {gain:.2g} times their amplitude"
+
+
+def _um(value: float) -> str:
+    return f"{1e3 * value:.3g} µm" if isfinite(value) else "no bound"

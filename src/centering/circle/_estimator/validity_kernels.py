@@ -1,0 +1,249 @@
+"""How sure a fit is: the triangle of all readings with what is known beforehand, its covariance, band and tolerance. Compiled.
+
+The values of the triangle are (q, x, y): the centre, and q = (R^2 - d^2 - r0^2)/(2 r0), r0 the first reading (all with the tip),
+in which the exact curve is linear; for the limacon q = R - r0.
+"""
+
+import numpy as np
+from numba import njit
+
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.borrowed import borrowed
+from centering.circle._estimator.noise_kernels import arrays, back, known_quantile, quantile, write_covariance, write_noise
+from centering.circle._estimator.turn_kernels import in_first_turn
+from sdpgrind.identify.kernels import rotate
+
+_FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
+_NOTHING = 1e-6  # of the least pivot: what its square changes is rounding
+_QUIET = 1e-10  # least noise that this belief is weighed with, in largest readings
+LEAST_RATIO, MOST_RATIO = 0.5, 20.0
+"""Radius over the first reading: offsets up to 0.95 radii. The triangle's noise is that of a reading times this ratio."""
+_STEPS = 12  # Gauss-Newton, where the radius is known
+_ENOUGH = 8.0  # readings from which on the bias by noise is taken off
+_REPEATED = 0.25  # share of readings that repeat the one before from which on their rounding matters
+_CLOSE = 1e-14  # of the largest reading
+_TURN = 2.0 * np.pi
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weighing_noise(state, ratio):
+    """The noise that what is known beforehand is weighed with: of this fit and those before together, not below the least."""
+    freedom, before = max(state[at.WEIGHT] - 3.0, 0.0), state[at.PRIOR_FREEDOM]
+    total = freedom + before
+    pooled = np.sqrt((state[at.SQUARES] + before * (ratio * state[at.PRIOR_NOISE]) ** 2) / total) if total > 0.0 else 0.0
+    return max(pooled, ratio * state[at.NOISE], ratio * _QUIET * state[at.LARGEST])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _with_center(state, array, value, weighing):
+    """Take in that the centre is not endlessly far, unless so much is known that it says nothing: it bounds any covariance."""
+    row, weight = arrays(state)[15], weighing / (_FAR * state[at.LARGEST])
+    if weight <= _NOTHING * min(array[0, 0], array[1, 1], array[2, 2]):
+        return
+    for i in range(3):
+        row[:] = 0.0
+        row[i] = weight
+        rotate(array, row)
+    back(array, 3, value)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _radius(state, value):
+    """Radius with the tip, mm."""
+    start = state[at.REFERENCE]
+    if state[at.LIMACON] != 0.0:
+        return start + value[0]
+    square = start * start + 2.0 * start * value[0] + value[1] ** 2 + value[2] ** 2
+    return np.sqrt(max(square, 1e-12 * start * start))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ratio_of(state, value):
+    """The triangle's noise over that of a reading."""
+    if state[at.LIMACON] != 0.0:
+        return 1.0
+    radius = state[at.PRIOR_RADIUS] if state[at.PRIOR_SD] > 0.0 else _radius(state, value)
+    return min(max(radius / state[at.REFERENCE], LEAST_RATIO), MOST_RATIO)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _radius_row(state, value, row):
+    """Derivatives of the radius by (q, x, y)."""
+    if state[at.LIMACON] != 0.0:
+        row[0], row[1], row[2] = 1.0, 0.0, 0.0
+        return
+    radius = _radius(state, value)
+    row[0], row[1], row[2] = state[at.REFERENCE] / radius, value[1] / radius, value[2] / radius
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _with_radius(state, array, value, weighing, room):
+    """Take in what is known of the radius: one row that is not linear, by Gauss-Newton steps."""
+    weight = weighing / state[at.PRIOR_SD]
+    row = np.zeros(array.shape[1])
+    start = state[at.REFERENCE]
+    if state[at.LIMACON] == 0.0:  # begin where the radius is right: of two circles through a short arc the known one
+        value[0] = (state[at.PRIOR_RADIUS] ** 2 - start**2) / (2.0 * start)
+        value[1] = value[2] = 0.0
+    for _ in range(_STEPS):
+        room[:] = array
+        row[:] = 0.0
+        _radius_row(state, value, row)
+        row[3] = state[at.PRIOR_RADIUS] - _radius(state, value)
+        for i in range(3):
+            row[3] += row[i] * value[i]
+        row *= weight
+        rotate(room, row)
+        before_x, before_y = value[1], value[2]
+        back(room, 3, value)
+        if abs(value[1] - before_x) + abs(value[2] - before_y) <= _CLOSE * state[at.LARGEST]:
+            break
+    array[:] = room
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def conclude(state, array, room, value, information):
+    """Values (q, x, y) and their inverse information from a triangle of readings, which is changed, and all that is known."""
+    back(array, 3, value)
+    weighing = _weighing_noise(state, ratio_of(state, value))
+    _with_center(state, array, value, weighing)
+    if state[at.PRIOR_SD] > 0.0:
+        _with_radius(state, array, value, weighing, room)
+    write_covariance(array, information)
+    if state[at.LIMACON] == 0.0 and state[at.WEIGHT] > _ENOUGH:
+        _without_bias(state, value, information)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _without_bias(state, value, information):
+    """Take off what the square of the noise adds to the values: rows hold the reading, noise and all."""
+    ratio = ratio_of(state, value)
+    scale = state[at.SQUARES] / (state[at.WEIGHT] - 3.0) / ratio
+    first = scale * state[at.BIAS] / ratio
+    second = scale * (state[at.BIAS + 1] / ratio + state[at.BIAS + 3])
+    third = scale * (state[at.BIAS + 2] / ratio + state[at.BIAS + 4])
+    for i in range(3):
+        value[i] -= information[i, 0] * first + information[i, 1] * second + information[i, 2] * third
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def worst(a, b, c):
+    """Root of the largest eigenvalue of ((a, b), (b, c))."""
+    half = 0.5 * (a - c)
+    return np.sqrt(0.5 * (a + c) + np.sqrt(half * half + b * b))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def form_bound(state, array):
+    """Greatest error of the centre from the assumed lobes, each in its worst phase, over the ratio, mm."""
+    if state[at.FORMS] == 0.0:
+        return 0.0
+    value, other, total = np.empty(3), np.empty(3), 0.0
+    for n in range(int(state[at.FORMS])):
+        back(array, 4 + 2 * n, value)
+        back(array, 5 + 2 * n, other)
+        a = value[1] ** 2 + other[1] ** 2
+        b = value[1] * value[2] + other[1] * other[2]
+        c = value[2] ** 2 + other[2] ** 2
+        total += worst(a, b, c) * state[at.TAIL + 2 * n + 1]
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def judge(state, least):
+    """Fit all readings with what is known, write value, covariance and band into the state; whether it is sure enough.
+
+    Over an arc of less than `least` (rad) nothing is done: it is not.
+    """
+    if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
+        return False
+    state = borrowed(state)
+    rows = arrays(state)
+    array, room = rows[9:12], rows[12:15]
+    for i in range(3):
+        for j in range(i, rows.shape[1]):
+            array[i, j] = rows[i, j]
+    value, information = state[at.VALUE : at.VALUE + 3], state[at.INFORMATION : at.INFORMATION + 9].reshape((3, 3))
+    conclude(state, array, room, value, information)
+    ratio = ratio_of(state, value)
+    _write_fit(state, value, information, ratio)
+    write_noise(state, ratio, form_bound(state, array))
+    return _write_band(state)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_fit(state, value, information, ratio):
+    """Write radius, centre and their covariance for noise 1."""
+    state[at.RADIUS] = _radius(state, value) - state[at.TIP]
+    state[at.FIT_X], state[at.FIT_Y] = value[1], value[2]
+    row, square = arrays(state)[15], ratio * ratio
+    _radius_row(state, value, row)
+    state[at.SHAPE] = 0.0
+    for j in range(3):
+        across = row[0] * information[0, j] + row[1] * information[1, j] + row[2] * information[2, j]
+        state[at.SHAPE] += square * across * row[j]
+        if j > 0:
+            state[at.SHAPE + j] = state[at.SHAPE + 3 * j] = square * across
+            for k in range(1, 3):
+                state[at.SHAPE + 3 * j + k] = square * information[j, k]
+    state[at.SPREAD] = ratio * worst(information[1, 1], information[1, 2], information[2, 2])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def holds_axis(state):
+    """Whether the fitted circle holds the spindle axis; a limacon may be about a radius of 0."""
+    return state[at.LIMACON] != 0.0 or np.hypot(state[at.FIT_X], state[at.FIT_Y]) < state[at.RADIUS] + state[at.TIP]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def never_changed(state):
+    """Whether all readings are one and the same, so that nothing is known of their noise."""
+    return state[at.NOISE] == 0.0 and state[at.QUANTUM] == 0.0 and state[at.REPEATS] > 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_rounding(state):
+    """Where many readings repeat the one before, make noise that of their rounding q at least, and inflate it.
+
+    Without noise the errors of rounding hang together all over a turn; with noise s, q exp(-2 pi^2 s^2/q^2) of them does.
+    """
+    step = state[at.QUANTUM]
+    if step <= 0.0 or state[at.REPEATS] < _REPEATED * state[at.SEEN]:
+        return
+    rounding = step / np.sqrt(12.0)
+    state[at.FIT_NOISE] = max(state[at.FIT_NOISE], rounding)
+    free = max((state[at.FIT_NOISE] / step) ** 2 - 1.0 / 12.0, 0.0)
+    together = rounding * np.sqrt(state[at.WEIGHT]) * np.exp(-2.0 * np.pi**2 * free)
+    state[at.INFLATION] = max(state[at.INFLATION], together / (quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def in_doubt(state):
+    """Whether the latest readings disagree: one that fits where the old circle and the new one cross does not settle it."""
+    return state[at.IN_A_ROW] >= 1.0 or state[at.BAD] > at.DOUBTFUL
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def may_have_moved(state):
+    """Whether readings of less than a turn disagree, as after a move or by form; after a turn that is taken for form."""
+    return state[at.DOUBT] != 0.0 and in_first_turn(state)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_band(state):
+    """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
+    _write_rounding(state)
+    seen, least = quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE], known_quantile(state) * state[at.NOISE]
+    if state[at.FREED] != 0.0 and seen * state[at.INFLATION] < least:
+        state[at.INFLATION], seen = 1.0, 0.0
+    measured = seen >= least
+    state[at.SCALE] = state[at.FIT_NOISE] if measured else state[at.NOISE]
+    state[at.SCALE_FREEDOM] = state[at.FREEDOM] if measured else 0.0
+    state[at.REACH] = max(seen, least)
+    state[at.BAND] = state[at.REACH] * state[at.SPREAD] * state[at.INFLATION] + state[at.FORM_BOUND]
+    offset = np.sqrt(state[at.FIT_X] ** 2 + state[at.FIT_Y] ** 2)
+    state[at.TOLERANCE] = max(state[at.REL_TOL] * offset, state[at.ABS_TOL])
+    if in_doubt(state) or may_have_moved(state) or never_changed(state) or not holds_axis(state):
+        return False
+    # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
+    return state[at.COVERED] >= state[at.ARC_MIN] and state[at.FREEDOM] >= 1.0 and state[at.BAND] <= state[at.TOLERANCE]

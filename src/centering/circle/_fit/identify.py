@@ -1,0 +1,210 @@
+"""From readings back to the circle: the exact curve, or the limacon and its correction as the source has them."""
+
+import warnings
+from collections.abc import Mapping
+from math import hypot, inf, pi
+from typing import Any
+
+import numpy as np
+
+from centering.circle._fit import fit as fits
+from centering.circle._fit.estimate import NAMES, CircleEstimate
+from centering.circle._fit.fit_noise import Seen, Travel, seen_noise, step_noise, travel_of
+from centering.circle._fit.limacon import MEARS, corrected_radius, limacon_bias, limacon_columns, whole_turns
+from sdpgrind import identify as idf
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.identify import Status
+
+METHODS = ("exact", "limacon", "printed")
+NEAR = 0.01
+"""Offset over radius up to which a limacon is near enough over an arc."""
+_UNITS = {"angle": "rad", "reading": "mm"}
+
+
+def identify_circle(
+    data: Any,
+    *,
+    tip_radius: float = 0.0,
+    loss: str = "linear",
+    method: str = "exact",
+    noise_sd: float | None = None,
+    radius_prior: tuple[float, float] | None = None,
+    harmonics: Any = None,
+    turns: float | None = None,
+    part: int | None = None,
+    throw: bool = True,
+) -> CircleEstimate:
+    """Estimate radius and centre of an offset circle from what was measured.
+
+    ========== ================================================================================================================
+    `method`   what is fitted
+    ========== ================================================================================================================
+    "exact"    the curve of an offset circle, Mears (4.11), with a tip: see `fit_circle`. Right at any offset and over any arc
+    "limacon"  R + d cos(angle - phi), (4.4). Over whole even turns the centre is right and the radius too small by about
+               d^2/(4 R); over an arc all are off, which is warned of from d/R = 0.01 on
+    "printed"  the limacon with the radius corrected by (4.22), as the source has it: whole even turns only
+    ========== ================================================================================================================
+
+    Parameters
+    ----------
+    data : pair of arrays, mapping of arrays, scan, or log
+        Spindle angle (rad) and reading (mm): (angle, reading), or by these names (also attributes, as of a scan), or a log whose
+        table "probe" has them. Of scans and logs rows without a reading are left out.
+    tip_radius : float
+        Radius of the probe's tip, mm, >= 0.
+    loss : {"linear", "huber", "soft_l1"}
+        See `fit_circle`; the limacon takes "linear" only.
+    method : {"exact", "limacon", "printed"}
+        See above.
+    noise_sd : float, optional
+        Least standard deviation of one reading, mm: the covariance is never made of less. By default what the fit leaves; see
+        `fit_circle`.
+    radius_prior : (mean, sd), optional
+        Radius and its standard deviation, mm, where they are known; for the exact curve only.
+    harmonics : Spectrum or mapping, optional
+        Known form of the part, see `fit_circle`; for the exact curve only.
+    turns : float, optional
+        Turns that the readings span at most, unit 1; guards against angles in degrees.
+    part : int, optional
+        Which part of a log, unit 1; needed where there are several.
+    throw : bool
+        Raise when the data do not determine the circle; else the status says so.
+
+    Returns
+    -------
+    CircleEstimate
+        Radius and centre with their covariance.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For missing or bad data, too little of it, or an option that the method does not take; for the correction (4.22) where
+        the readings are not even over whole turns.
+
+    Warns
+    -----
+    UserWarning
+        When a limacon is fitted to less than whole even turns of a circle offset by more than 0.01 radius: with the bias, mm.
+
+    Examples
+    --------
+    >>> angle = np.radians(np.arange(0, 360))
+    >>> reading = 26.4 * np.cos(angle) + np.sqrt(61.9**2 - (26.4 * np.sin(angle)) ** 2)
+    >>> for method in ("exact", "limacon", "printed"):
+    ...     circle = identify_circle((angle, reading), method=method)
+    ...     print(method, round(circle.radius, 3), round(circle.offset, 3))
+    exact 61.9 26.4
+    limacon 58.981 26.4
+    printed 61.753 26.4
+    """
+    angle, reading = _pair(data, part)
+    if checks.one_of("method", method, METHODS) == "exact":
+        known: dict[str, Any] = {"radius_prior": radius_prior, "noise_sd": noise_sd, "harmonics": harmonics}
+        return fits.fit_circle(angle, reading, tip_radius=tip_radius, loss=loss, turns=turns, throw=throw, **known)
+    for name, given, taken in (("loss", loss, "linear"), ("radius_prior", radius_prior, None), ("harmonics", harmonics, None)):
+        if given is not taken and given != taken:
+            raise ValueError(f"{name} must be {taken!r} for method {method!r}; got {checks.shown(given)}")
+    turned, line = fits.readings(angle, reading, turns)
+    fitted = _limacon(turned, line, checks.nonnegative("tip_radius", tip_radius, "mm"), fits.noise_of(noise_sd))
+    if method == "printed":
+        fitted = _corrected(fitted, turned)
+    elif fitted.ok:
+        _warn_of_bias(fitted, turned, line)
+    if throw and not fitted.ok:
+        raise ValueError(fitted.message)
+    return fitted
+
+
+def _pair(data: Any, part: int | None) -> tuple[Any, Any]:
+    """Angle and reading of what was handed over."""
+    if isinstance(data, tuple | list | np.ndarray):
+        if len(data) != 2:
+            raise ValueError(f"data must be the pair (angle, reading) (rad, mm); got {len(data)} entries")
+        return data[0], data[1]
+    if isinstance(data, Mapping) and "angle" in data:
+        wanted = {name: data[name] for name in _UNITS if name in data}  # not a column "probe" for a table of that name
+        table = idf.readings(wanted, _UNITS, tier="probe", each="readings")
+        return table["angle"], table["reading"]
+    if hasattr(data, "angle") and hasattr(data, "reading"):
+        return _read(data.angle, data.reading)
+    of_parts = idf.series(data, _UNITS, tier="probe", part=part)
+    if len(of_parts) != 1:
+        raise ValueError(f"part must say which part (unit 1); data hold {', '.join(one.label for one in of_parts) or 'none'}")
+    return _read(of_parts[0]["angle"], of_parts[0]["reading"])
+
+
+def _read(angle: Any, reading: Any) -> tuple[Any, Any]:
+    """The rows with a reading."""
+    kept = np.isfinite(angle) & np.isfinite(reading)
+    return angle[kept], reading[kept]
+
+
+def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) -> CircleEstimate:
+    """Least squares on [1, cos, sin], Mears (4.5)-(4.7) in this order."""
+    fits.enough_angles(angle, 4 - (known > 0))
+    travel = travel_of(angle)
+    q, upper = np.linalg.qr(limacon_columns(angle))
+    length = np.sqrt(np.sum(upper**2, axis=0))
+    told: dict[str, Any] = {"samples": angle.size, "swept": travel.swept, "tip_radius": tip_radius, "model": "limacon"}
+    if np.abs(np.diag(upper)).min() * fits.CONDITION <= length.max():
+        name = NAMES[int(np.argmin(np.abs(np.diag(upper))))]
+        message = f"the readings do not tell {name} from the others: turn the part further"
+        value = np.array([reading.mean(), 0.0, 0.0])
+        return CircleEstimate(value, np.diag([inf] * 3), Status.UNDETERMINED, message, freedom=1.0, **told)
+    back = np.linalg.inv(upper)
+    value = back @ (q.T @ reading)
+    left = reading - limacon_columns(angle) @ value
+    seen = _noise(travel, angle, left, known, step_noise(reading))
+    status, message = Status.OK, ""
+    if not hypot(value[1], value[2]) <= pi / 2 * value[0]:
+        status = Status.IMPOSSIBLE
+        message = (
+            f"offset must be <= pi/2 radius (mm), as the spindle's axis lies in the part; got {hypot(value[1], value[2]):.6g}"
+            f" and {value[0]:.6g}"
+        )
+    told |= {"noise_sd": seen.noise_sd, "inflation": seen.inflation, "form_bound": seen.form_bound}
+    return CircleEstimate(value, seen.scale**2 * back @ back.T, status, message, freedom=seen.freedom, **told)
+
+
+def _noise(travel: Travel, angle: Floats, left: Floats, known: float, step: float) -> Seen:
+    """The noise of a limacon: its columns are those of a circle about the axis."""
+    freedom = float(angle.size - 3)
+    sd = float(np.sqrt(left @ left / max(freedom, 1.0)))
+    return seen_noise(travel, (angle, np.ones_like(angle)), np.array([1.0, 0.0, 0.0]), left, (sd, sd, freedom), known, step)
+
+
+def _corrected(fitted: CircleEstimate, angle: Floats) -> CircleEstimate:
+    """The same with the radius corrected by (4.22), and the covariance carried along."""
+    if not whole_turns(angle):
+        raise ValueError(
+            "method 'printed' must have readings even over whole turns (rad), as its correction of the radius holds for these"
+            f" only; got {fitted.samples} readings over {fitted.swept:.4g} rad: use method 'exact'"
+        )
+    if not fitted.ok:
+        return fitted
+    seen, tip = fitted.radius + fitted.tip_radius, fitted.tip_radius
+    share = fitted.offset / seen
+    carry = np.eye(3)
+    carry[0] = 1 - MEARS * share**2, 2 * MEARS * fitted.center_x / seen, 2 * MEARS * fitted.center_y / seen
+    value = [corrected_radius(seen, fitted.offset, method="mears") - tip, fitted.center_x, fitted.center_y]
+    return fitted.replace(value=value, covariance=carry @ fitted.covariance @ carry.T, model="printed")
+
+
+def _warn_of_bias(fitted: CircleEstimate, angle: Floats, reading: Floats) -> None:
+    """Say how far off a limacon is over an arc, at the offset that the exact curve has there."""
+    if fitted.offset_ratio <= NEAR or whole_turns(angle):
+        return
+    size = "of unknown size"
+    if reading.min() > 0:
+        circle = fits.fit_circle(angle, reading, tip_radius=fitted.tip_radius, throw=False)
+        size = _bias(circle, angle) if circle.ok else size
+    text = f"a limacon fitted to less than whole even turns has a bias {size}: method 'exact' has none"
+    warnings.warn(text, UserWarning, stacklevel=4)
+
+
+def _bias(circle: CircleEstimate, angle: Floats) -> str:
+    """Size of the bias of a limacon at the offset that the exact curve has."""
+    error = limacon_bias(angle, circle.radius + circle.tip_radius, circle.offset, circle.offset_angle)
+    centre = hypot(error[1], error[2])
+    return f"of {centre:.3g} mm in the centre and {error[0]:.3g} mm in the radius, at an offset of {circle.offset:.4g} mm"

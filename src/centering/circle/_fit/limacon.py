@@ -1,0 +1,235 @@
+"""The limacon r = R + d cos psi, Mears (4.4): what its fit to a circle gives, exactly, and how to undo that."""
+
+from math import nextafter, pi
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import ellipe, ellipk, hyp2f1
+
+from centering.circle._fit.curve import circle_reading
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+METHODS = ("exact", "mears")
+MEARS = 0.2346
+"""Mears (4.21), a fit to the exact relation over all offsets; 0.25 for small ones."""
+EVEN = 0.005
+"""Mean of exp(i n angle), n = 1, 2, 3, up to which readings are even over whole turns: 2 degrees of a turn missing give it."""
+NEWTON_STEPS = 6
+
+
+def limacon_reading(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float) -> Floats:
+    """Return the reading of a limacon, mm, Mears (4.4): R + d cos(angle - offset_angle).
+
+    Against the exact curve it lacks d^2 sin^2 psi/(2 R): the mean is too great by d^2/(4 R), and an undulation of 2 per
+    revolution and that amplitude is missing, so that form must not be read from what a limacon leaves.
+
+    Parameters
+    ----------
+    angle : array_like
+        Spindle angle, rad.
+    radius, offset : float
+        Mean radius and amplitude, mm.
+    offset_angle : float
+        Where the reading is largest, rad.
+
+    Returns
+    -------
+    array, of the shape of `angle`
+        mm.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a radius that is not > 0, a negative offset, or what is not finite.
+
+    Examples
+    --------
+    >>> limacon_reading([0.0, np.pi / 2], 61.94, 3.6, 0.0).round(9).tolist()
+    [65.54, 61.94]
+    """
+    turned = checks.finite_array("angle", angle, "rad") - checks.number("offset_angle", offset_angle, "rad")
+    mean, amplitude = checks.positive("radius", radius, "mm"), checks.nonnegative("offset", offset, "mm")
+    return np.asarray(mean + amplitude * np.cos(turned))
+
+
+def limacon_radius(radius: float, offset: float) -> float:
+    """Return the radius (mm) that a limacon fitted to an offset circle shows, over whole evenly sampled turns.
+
+    (2 R/pi) E(d^2/R^2), E the complete elliptic integral of the second kind: the mean of the exact curve (4.11), of which the
+    source says, after (4.18), that there is no closed form. The amplitude d and the direction are without bias at any offset.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R of the part, mm, > 0.
+    offset : float
+        Distance d of its centre from the spindle's axis, mm, in [0, R].
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a value out of its range.
+
+    Examples
+    --------
+    >>> round(limacon_radius(61.9, 26.4), 3)
+    58.981
+    """
+    size, share = _size_and_share(radius, offset)
+    return float(2 / pi * size * ellipe(share))
+
+
+def _size_and_share(radius: float, offset: float) -> tuple[float, float]:
+    """Radius, and the square of the offset over it, of a part that holds the spindle's axis."""
+    size = checks.positive("radius", radius, "mm")
+    return size, (checks.within("offset", offset, 0.0, size, "mm") / size) ** 2
+
+
+def corrected_radius(fitted_radius: float, fitted_offset: float, method: str = "exact") -> float:
+    """Return the radius of a part (mm) from the limacon fitted to it, over whole evenly sampled turns only.
+
+    Parameters
+    ----------
+    fitted_radius : float
+        Constant part of the limacon, mm, > 0.
+    fitted_offset : float
+        Its amplitude, mm, in [0, pi/2 fitted_radius].
+    method : {"exact", "mears"}
+        The inverse of `limacon_radius`, by Newton's method with d(R E)/dR = K; or Mears (4.22), up to 0.6 % off.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a value out of its range: beyond pi/2 no circle holds the spindle's axis.
+
+    Examples
+    --------
+    >>> round(corrected_radius(58.9, 26.4), 2), round(corrected_radius(58.9, 26.4, method="mears"), 2)
+    (61.82, 61.68)
+    """
+    fitted, offset = (
+        checks.positive("fitted_radius", fitted_radius, "mm"),
+        checks.nonnegative("fitted_offset", fitted_offset, "mm"),
+    )
+    if offset > pi / 2 * fitted:
+        rule = f"<= pi/2 fitted_radius, {pi / 2 * fitted:.6g}: the spindle's axis lies in the part"
+        raise checks.refuse("fitted_offset", rule, offset, "mm")
+    guess = fitted * (1.0 + MEARS * (offset / fitted) ** 2)
+    return guess if checks.one_of("method", method, METHODS) == "mears" else _inverse(fitted, offset, guess)
+
+
+def _inverse(fitted: float, offset: float, guess: float) -> float:
+    """R with (2 R/pi) E((d/R)^2) = fitted; R E is rising and concave in R, so that Newton's steps stay below after the first."""
+    least = max(offset, nextafter(0.0, 1.0))
+    radius = max(guess, least * (1 + 1e-12))
+    for _ in range(NEWTON_STEPS):
+        share = (offset / radius) ** 2
+        step = (radius * ellipe(share) - pi / 2 * fitted) / ellipk(share)
+        radius = max(radius - step, least * (1 + 1e-12))
+        if abs(step) <= 1e-15 * radius:
+            break
+    return float(radius)
+
+
+def limacon_wave(radius: float, offset: float) -> float:
+    """Return the amplitude (mm) of the false undulation, 2 per revolution, that a limacon leaves of an offset circle.
+
+    About d^2/(4 R); exactly R (k^2/4) 2F1(1/2, 3/2; 3; k^2) with k = d/R. Roundness must not be read from such residuals unless
+    this lies below what is to be resolved.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R of the part, mm, > 0.
+    offset : float
+        Distance d of its centre from the spindle's axis, mm, in [0, R].
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a value out of its range.
+
+    Examples
+    --------
+    >>> round(1e6 * limacon_wave(30.0, 0.1)), round(1e3 * limacon_wave(83.5, 3.6), 1)
+    (83, 38.8)
+    """
+    size, share = _size_and_share(radius, offset)
+    return float(size * share / 4 * hyp2f1(0.5, 1.5, 3.0, share))
+
+
+def limacon_bias(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float) -> Floats:
+    """Return the errors of radius and centre (x, y), mm, of a limacon fitted to the exact curve at some angles, without noise.
+
+    Over whole even turns the centre is without bias and `corrected_radius` mends the radius; over an arc all three are biased
+    together, and correcting the radius does not help.
+
+    Parameters
+    ----------
+    angle : array_like, shape (m,)
+        Spindle angles of the readings, rad.
+    radius, offset : float
+        Radius and offset of the part, mm.
+    offset_angle : float
+        Direction of its centre, rad.
+
+    Returns
+    -------
+    array, shape (3,)
+        Fitted less true radius, centre_x and centre_y, mm.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `circle_reading`, and for fewer than 3 angles.
+
+    Examples
+    --------
+    >>> arc = np.radians(np.arange(0, 181))
+    >>> error = limacon_bias(arc, 61.94, 12.388, 0.0)
+    >>> round(float(np.hypot(error[1], error[2])) / 12.388, 2)
+    0.11
+    """
+    turned = np.atleast_1d(checks.finite_array("angle", angle, "rad"))
+    if turned.size < 3:
+        raise checks.refuse("angle", "at least 3 angles", turned.size)
+    lacking = circle_reading(turned, radius, offset, offset_angle) - limacon_reading(turned, radius, offset, offset_angle)
+    return np.asarray(np.linalg.lstsq(limacon_columns(turned), lacking, rcond=None)[0])
+
+
+def limacon_columns(angle: Floats) -> Floats:
+    """Columns 1, cos, sin of the limacon, (m, 3), Mears (4.5) (private to this package)."""
+    return np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def whole_turns(angle: Floats) -> bool:
+    """Whether readings lie evenly over whole turns, as the closed forms want (private to this package)."""
+    unevenness = [abs(np.exp(1j * n * angle).mean()) for n in (1, 2, 3)]
+    return bool(max(unevenness) <= EVEN)
+
+
+def linear_gauge_offset(reading: npt.ArrayLike) -> float:
+    """Return the offset (mm) as a dial gauge shows it, half of the greatest less the least reading, Mears (4.48).
+
+    For display only: noise widens it, always upwards. At an offset of 1 and a noise of 0.5, 360 readings give about 2.2.
+
+    Parameters
+    ----------
+    reading : array_like
+        Readings of whole turns, mm.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For no reading, or what is not finite.
+
+    Examples
+    --------
+    >>> round(linear_gauge_offset([58.34, 61.9, 65.54]), 9)
+    3.6
+    """
+    values = checks.finite_array("reading", reading, "mm")
+    if values.size == 0:
+        raise checks.refuse("reading", "at least one reading", 0)
+    return float(np.ptp(values)) / 2

@@ -1,0 +1,136 @@
+"""What a fit leaves: is it normal, and is it independent? The estimates rest on the second."""
+
+import dataclasses
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import chdtrc, log_ndtr
+
+from centering.circle._fit.fit_noise_kernels import factor
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+LIMIT = 0.752
+"""Of A2* with mean and sd estimated: a normal sample exceeds it with probability 0.05."""
+LEAST = 8
+SHARE = 0.05
+
+
+@stored("centering.residual_checks")
+@dataclasses.dataclass(frozen=True)
+class ResidualChecks(Frozen):
+    """Normality and independence of what a fit leaves.
+
+    The estimates and their standard deviations rest on independence, not on normality: form of the part passes for normal noise
+    while each residual resembles the last. So never judge by `anderson_darling` alone.
+
+    Parameters
+    ----------
+    samples : int
+        How many residuals, unit 1.
+    anderson_darling : float
+        A2* = A2 (1 + 0.75/m + 2.25/m^2), unit 1; mean and sd are those of the residuals.
+    anderson_darling_limit : float
+        What a normal sample exceeds with probability 0.05, unit 1.
+    lag_1 : float
+        Correlation of each residual with the one before, unit 1.
+    ljung_box : float
+        Ljung and Box's Q of `lags` correlations, unit 1.
+    lags : int
+        How many correlations, unit 1.
+    probability : float
+        Probability that independent residuals give so great a Q, unit 1.
+
+    Examples
+    --------
+    >>> checks = residual_checks(np.random.default_rng(0).normal(0.0, 0.01, 360))
+    >>> checks.normal, checks.independent
+    (True, True)
+    """
+
+    samples: int
+    anderson_darling: float
+    anderson_darling_limit: float
+    lag_1: float
+    ljung_box: float
+    lags: int
+    probability: float
+
+    @property
+    def normal(self) -> bool:
+        """Whether normality stands, at a probability of 0.05 to reject it wrongly."""
+        return self.anderson_darling <= self.anderson_darling_limit
+
+    @property
+    def independent(self) -> bool:
+        """Whether independence stands, at a probability of 0.05 to reject it wrongly."""
+        return self.probability >= SHARE
+
+    @property
+    def inflation(self) -> float:
+        """Factor on standard deviations if the correlation fades by `lag_1` from reading to reading, unit 1, >= 1."""
+        return float(factor(min(max(self.lag_1, 0.0), 1.0 - 1.0 / self.samples)))
+
+
+def residual_checks(residual: npt.ArrayLike, *, lags: int | None = None) -> ResidualChecks:
+    """Check what a fit leaves, in the order in which it was read, for normality and independence.
+
+    Parameters
+    ----------
+    residual : array_like, shape (m,)
+        Reading less model, mm (any unit: the checks are free of it), at least 8, not all the same.
+    lags : int, optional
+        Correlations in Ljung and Box's Q, unit 1; by default the lesser of 10 and m/5.
+
+    Returns
+    -------
+    ResidualChecks
+        Figures, with what they are to be held against.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For too few residuals, residuals without scatter, what is not finite, or as many lags as residuals.
+
+    Examples
+    --------
+    >>> slow = residual_checks(np.sin(np.linspace(0.0, 12.0, 360)))
+    >>> slow.independent, round(slow.lag_1, 2), round(slow.inflation, 1)
+    (False, 1.0, 26.8)
+    """
+    left = checks.finite_array("residual", residual, "mm").ravel()
+    if left.size < LEAST:
+        raise checks.refuse("residual", f"at least {LEAST} residuals", left.size)
+    away = left - left.mean()
+    if np.abs(away).max() <= 1e-14 * np.abs(left).max():
+        raise checks.refuse("residual", "not all the same", float(left[0]), "mm")
+    count = min(10, left.size // 5) if lags is None else checks.count("lags", lags)
+    if count >= left.size:
+        raise checks.refuse("lags", f"< the number of residuals, {left.size}", count)
+    correlation = _autocorrelation(away, count)
+    statistic = float(left.size * (left.size + 2) * np.sum(correlation**2 / (left.size - np.arange(1, count + 1))))
+    return ResidualChecks(
+        samples=left.size,
+        anderson_darling=_anderson_darling(away),
+        anderson_darling_limit=LIMIT,
+        lag_1=float(correlation[0]),
+        ljung_box=statistic,
+        lags=count,
+        probability=float(chdtrc(count, statistic)),
+    )
+
+
+def _autocorrelation(away: Floats, count: int) -> Floats:
+    """Correlation with itself, 1 to `count` readings later."""
+    return np.array([away[lag:] @ away[:-lag] for lag in range(1, count + 1)]) / (away @ away)
+
+
+def _anderson_darling(away: Floats) -> float:
+    """A2* of values less their mean: the squared distance of the empirical law from the normal one, the tails weighted most."""
+    m = away.size
+    z = np.sort(away) / away.std(ddof=1)
+    weights = 2 * np.arange(m) + 1
+    square = -m - float(weights @ (log_ndtr(z) + log_ndtr(-z[::-1]))) / m
+    return square * (1 + 0.75 / m + 2.25 / m**2)

@@ -1,0 +1,165 @@
+"""The exact curve fitted to readings of which some are far off: least median of three-point circles, what lies far from it left
+out, the rest weighted by residual.
+
+Conventions as in the kernels of the plain fit.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.circle._fit import fit_kernels as fit
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+HUBER, SOFT_L1 = 1, 2
+BEND = 1.345  # residual over the scale from which on it counts for less: 95 % efficient on normal noise
+NORMAL = 1.4826022185056018  # sd of a normal quantity over the median of its absolute values
+FAR = 6.0  # scales from which on a reading is left out: dust only adds, and would push the radius
+FEW = 20  # readings up to which none is left out: a circle through three of them would have the others taken for dust
+LEAST, CHANGING = 4, 15  # steps taken at least; in which the scale and what is left out may still change
+
+
+@njit(**_OPTIONS)
+def through(data, triple, circle):
+    """Write the circle through three readings; whether there is one that holds the axis."""
+    a, b, c = triple[0], triple[1], triple[2]
+    ax, ay = data[2, a] * data[0, a], data[2, a] * data[1, a]
+    bx, by = data[2, b] * data[0, b] - ax, data[2, b] * data[1, b] - ay
+    cx, cy = data[2, c] * data[0, c] - ax, data[2, c] * data[1, c] - ay
+    area = 2.0 * (bx * cy - by * cx)
+    if area == 0.0:
+        return False
+    bb, cc = bx * bx + by * by, cx * cx + cy * cy
+    x, y = (cy * bb - by * cc) / area, (bx * cc - cx * bb) / area
+    circle[0], circle[1], circle[2] = np.hypot(x, y), ax + x, ay + y
+    return fit.holds_axis(circle)
+
+
+@njit(**_OPTIONS)
+def least_median(data, triples, circle):
+    """Write the circle, of those through triples, that has half of the readings nearest; return how near, infinite without one.
+
+    Three readings lie on the circle itself: two more than half are counted.
+    """
+    m, best = data.shape[1], np.inf
+    trial, left = np.empty(3), np.empty(m)
+    half = min(m // 2 + 1, m - 1)
+    for k in range(triples.shape[0]):
+        if not (through(data, triples[k], trial) and fit.residuals(data, trial, left)):
+            continue
+        nearer = 0
+        for i in range(m):
+            left[i] = abs(left[i])
+            nearer += left[i] < best
+        if nearer > half:
+            best = fit.ranked(left, half)
+            circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
+    return best
+
+
+@njit(**_OPTIONS)
+def sifted(left, scale, kept):
+    """Mark the readings that are not far off; return the sd that the median of theirs tells. Of few readings all are kept."""
+    m, near, count = kept.size, np.empty(kept.size), 0
+    for i in range(m):
+        kept[i] = m < FEW or abs(left[i]) <= FAR * scale
+        if kept[i]:
+            near[count] = abs(left[i])
+            count += 1
+    if count < m // 2 + 3:
+        kept[:] = True
+        return scale
+    return NORMAL * fit.ranked(near[:count], count // 2) * np.sqrt(count / (count - 3.0))
+
+
+@njit(**_OPTIONS)
+def weigh(left, scale, loss, kept, weight, result):
+    """Write root weights, the sd of a reading that a plain fit would need for this covariance, and degrees of freedom; return
+    the sum of the slopes of the score.
+    """
+    slope, square, count, away = 0.0, 0.0, 0, 0
+    for i in range(kept.size):
+        z, share, own = abs(left[i]) / scale, 0.0, 0.0
+        if kept[i] and loss == HUBER:
+            share, own = (1.0, 1.0) if z <= BEND else (BEND / z, 0.0)
+        elif kept[i]:
+            share = 1.0 / np.sqrt(1.0 + (z / BEND) ** 2)
+            own = share**3
+        slope += own
+        square += (z * share) ** 2
+        count += kept[i]
+        away += share < 0.5
+        weight[i] = np.sqrt(share)
+    mean = max(slope / count, 1e-3)
+    more = 1.0 + 3.0 / count * (1.0 - mean) / mean  # Huber's correction of small samples, for a slope that is 0 or 1
+    result[fit.SEEN] = more * scale * np.sqrt(square / max(count - 3.0, 1.0)) / mean
+    result[fit.FREEDOM], result[fit.AWAY] = max(slope - 3.0, 1.0), away
+    return mean
+
+
+@njit(**_OPTIONS)
+def advanced(data, circle, step, left):
+    """Go along a step, halved until the curve exists; whether it does."""
+    trial, share = np.empty(3), 1.0
+    for _ in range(fit.HALVINGS):
+        trial[0], trial[1], trial[2] = circle[0] + share * step[0], circle[1] + share * step[1], circle[2] + share * step[2]
+        if fit.residuals(data, trial, left):
+            circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
+            return True
+        share *= 0.5
+    return False
+
+
+@njit(**_OPTIONS)
+def reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result):
+    """Go one step of the weighted problem from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
+    m, step = data.shape[1], np.empty(3)
+    mean = weigh(left, scale, loss, kept, weight, result)
+    result[fit.UNIT] = max(result[fit.SEEN], noise_sd)
+    left[m] = prior_mean - result[fit.RADIUS]
+    held = np.sqrt(mean) * result[fit.UNIT] / prior_sd
+    gain = fit.direction(data, result, weight, left, held, rows, step, result)
+    if gain < 0.0:
+        return fit.SINGULAR
+    if not advanced(data, result, step, left):
+        return fit.OUTSIDE
+    settled = gain <= fit.SETTLED * scale**2 + m * (fit.ROUNDING * result[fit.RADIUS]) ** 2
+    return fit.FITTED if settled else fit.ENDLESS
+
+
+@njit(**_OPTIONS)
+def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, triples, left, result):
+    """Fit the exact curve with a loss that grows slower than the square; write the slots of `result`, return how it ended.
+
+    What the residuals (m + 1) count for is written to `left`; NaN where they are left out.
+
+    The covariance is Huber's: scale^2 times mean of the squared score over the squared mean of its slope, times (J'J)^-1.
+    """
+    m, data = angle.size, fit.prepared(angle, reading, form)
+    rows, weight, kept = np.empty((4, m + 1)), np.empty(m), np.empty(m, dtype=np.bool_)
+    near = least_median(data, triples, result)
+    if near == np.inf and fit.started(data, rows, result) != fit.FITTED:
+        return fit.SINGULAR
+    fit.residuals(data, result, left)
+    width = NORMAL * (1.0 + 5.0 / (m - 3.0)) * near  # where infinite, nothing is far off
+    ended, result[fit.TAKEN] = fit.ENDLESS, 0.0
+    while result[fit.TAKEN] < LEAST or (ended == fit.ENDLESS and result[fit.TAKEN] < fit.STEPS):
+        result[fit.TAKEN] += 1.0
+        if result[fit.TAKEN] <= CHANGING:
+            least = fit.ROUNDING * result[fit.RADIUS]
+            width = max(sifted(left, max(width, least), kept), least)
+            scale = max(width, noise_sd)
+        ended = reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result)
+        if ended == fit.SINGULAR or ended == fit.OUTSIDE:
+            return ended
+    weigh(left, scale, loss, kept, weight, result)
+    result[fit.UNIT] = max(result[fit.SEEN], noise_sd)
+    counted = np.empty(m)
+    for i in range(m):
+        counted[i] = weight[i] ** 2 * left[i] if kept[i] else np.nan
+        weight[i] = 1.0 if kept[i] else 0.0
+    fit.direction(data, result, weight, left, result[fit.UNIT] / prior_sd, rows, np.empty(3), result)
+    left[:m] = counted
+    result[fit.NOISE] = scale
+    return ended

@@ -1,0 +1,256 @@
+"""The controller of the centering cycle: measure while the table runs up, push as soon as that pays, finish when sure."""
+
+from collections.abc import Mapping
+from math import hypot, isfinite
+from typing import ClassVar
+
+from centering.cycle._control.base import Command, CycleBase
+from centering.cycle._control.following import FollowingGains
+from centering.cycle._control.launch import Approach, run_up
+from centering.cycle._control.learning import PartLearner
+from centering.cycle._control.next_push import ChosenPush, NextPush, PushStrategy
+from centering.cycle._control.part_view import PartView
+from centering.cycle._control.settings import CycleSettings
+from centering.cycle._control.states import CycleState
+from centering.push._machine.model import GRAVITY
+from sdpgrind.base import checks
+
+_EARLIEST, _FREEZE = 2.7, 5.0  # samples before a push: it is sent; the slide is stopped
+_MISSED = 2.0  # samples after which the machine has not begun a push: it will not
+_STOPPED = 0.5  # mm/s: commanded speed of a slide that counts as waiting
+_SEEMS = 2.0  # tolerances within which a part looks as if it were centred
+_WELL = 3.0  # standard deviations of a push's direction
+_NEARER = 0.05  # mm by which the slide may wait further out than it need
+
+
+class CenteringController(CycleBase):
+    """Centre a part in the least time that its strategy knows; see `hwsim.protocols.Controller`.
+
+    The slide does not follow the rim: it waits as near as the rim comes, so that approaches are short, and the probe, which has
+    the stroke for it, follows alone. Every reading counts, while the table runs up, too, unless a `GeometryEstimator` refuses it;
+    centre, radius and lobes of 2 to 7 undulations are found together, and after a push radius and lobes stay known.
+    A push is sent two samples before it begins, with the angle of the table at which it begins, so that it starts within a
+    sample; until then it is planned anew as the estimate improves. It is not waited for a sure estimate: a push that measuring
+    errors spoil less than its own scatter is worth more. "Centred" is said only when the offset and its uncertainty are within
+    the tolerance.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        Which push (mm, mm/s) when: `plan(problem)`.
+    settings : CycleSettings, optional
+        Of machine and cycle.
+    gains : FollowingGains, optional
+        Of the slide where it moves to its place.
+
+    Raises
+    ------
+    TypeError
+        When `strategy` is none.
+
+    Examples
+    --------
+    >>> import centering, hwsim  # doctest: +SKIP
+    >>> problem = centering.preset("printed")  # doctest: +SKIP
+    >>> controller = centering.CenteringController(centering.plan(problem))  # doctest: +SKIP
+    >>> hwsim.run(hwsim.CenteringMachine(problem), controller).outcome  # doctest: +SKIP
+    """
+
+    reports: ClassVar[Mapping[str, str]] = {
+        "state": "",
+        "offset": "mm",
+        "offset_angle": "rad",
+        "band": "mm",
+        "friction": "",
+        "pushes": "",
+        "lead_angle": "rad",
+        "trigger_angle": "rad",
+    }
+
+    def __init__(
+        self, strategy: PushStrategy, *, settings: CycleSettings | None = None, gains: FollowingGains | None = None
+    ) -> None:
+        self.strategy = checks.able("strategy", strategy, "a strategy such as centering.plan(problem)", "push", "update_belief")
+        chosen = settings or CycleSettings()
+        problem = strategy.problem
+        self._view = PartView(problem.model.part.radius, chosen, problem.scatter.measuring_sd)
+        self._learner = PartLearner(strategy)
+        self._coming = NextPush(strategy, chosen.following_lag)
+        super().__init__(strategy.problem, settings, gains)
+
+    def _begin(self) -> None:
+        super()._begin()
+        self._view.reset()
+        self._learner.reset()
+        self._coming.forget()
+        self._expected = self.problem.offset_max  # offset, mm, while there is no estimate
+        self._pushed_aim = 0.0  # of the last push, mm
+        self._rest_angle = 0.0  # of the table, from which on the part is at rest again
+
+    def _next(self, pushing: bool) -> Command:
+        if self._state is CycleState.PUSH:
+            return self._pushing(pushing)
+        if self._state is CycleState.WAIT and pushing:
+            return self._begin_push()
+        if self._state is CycleState.WAIT and self._table.angle > self._coming.trigger + self._way(_MISSED):
+            self._coming.forget()
+            self._state = CycleState.COLLECT
+        return self._measuring()
+
+    def _way(self, samples: float) -> float:
+        """Angle that the table turns in so many samples, rad."""
+        return samples * self._table.speed * self.period
+
+    def report(self) -> dict[str, float]:
+        """Return what is known and intended: state, offset (mm), its direction (rad), band (mm), friction, angles (rad)."""
+        view = self._view
+        told = {"state": float(self._state), "friction": self._learner.friction, "pushes": float(self._pushes)}
+        if view.known:
+            told |= {"offset": view.offset, "offset_angle": view.offset_angle, "band": view.band}
+        launch = self._coming.launch
+        if launch is not None and isfinite(self._coming.trigger):
+            told |= {"lead_angle": launch.lead, "trigger_angle": self._coming.trigger}
+        return told
+
+    # ---- measuring ------------------------------------------------------------------------------------------------
+
+    def _measuring(self) -> Command:
+        """Take the reading in, decide, and keep the slide where it waits."""
+        if isfinite(self._reading):
+            self._view.take(self._table.angle, self._reading)
+            if self._state is CycleState.APPROACH:
+                self._state = CycleState.COLLECT
+        view = self._view
+        if self._state is CycleState.WAIT:
+            return {}
+        if view.known:
+            self._expected = view.offset
+            return self._decide()
+        return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
+
+    def _decide(self) -> Command:
+        """Finish, go on measuring, or work toward the next push."""
+        view, tolerance = self._view, self.problem.tolerance
+        doubt = self.settings.doubt * view.band
+        if view.offset + doubt <= tolerance:
+            return self._end(CycleState.CENTERED)
+        if view.offset - view.band > self.strategy.offset_max:
+            return self._end(CycleState.BEYOND)
+        maybe = view.offset - doubt <= tolerance
+        self._state = CycleState.CHECK if maybe and view.offset <= _SEEMS * tolerance else CycleState.COLLECT
+        if maybe and view.turns < self.settings.turns_in_doubt:
+            return self._stand_off(view.offset) | self._turn_at(self._speed_for(max(view.offset, tolerance)))
+        if self._pushes >= self.problem.pushes_max:
+            return self._end(CycleState.PUSHES_MAX)
+        return self._end(CycleState.FRICTION) if self._learner.hopeless else self._prepare()
+
+    def _stand_off(self, offset: float) -> Command:
+        """Let the tip wait outside the furthest that the rim comes, but never so far off that the probe loses it."""
+        furthest = self._view.radius + offset + self._room()
+        if isfinite(self._reading):
+            furthest = min(furthest, self._reading + 0.9 * self.settings.probe_reach)
+        if 0.0 <= self._tip - furthest <= _NEARER * self.settings.margin and abs(self._velocity) < _STOPPED:
+            return self._stand_still()
+        return self._stand_at(furthest + 0.5 * _NEARER * self.settings.margin)
+
+    def _room(self) -> float:
+        """Between the tip that waits and the furthest that the rim comes, mm: what the run-up needs, and what is not known."""
+        choice = self._coming.choice
+        need = run_up(choice.push_speed, self.problem.limits) if choice is not None else self.settings.margin
+        unsure = 4.0 * self._view.sd if self._view.known else 0.0
+        return max(need, 0.3 * self.settings.margin) + min(unsure, self.settings.margin)
+
+    # ---- before a push --------------------------------------------------------------------------------------------
+
+    def _speed_for(self, offset: float) -> float:
+        """Table speed that the strategy wants at an offset, rad/s."""
+        return self._choose(offset).spindle_speed
+
+    def _choose(self, offset: float) -> ChosenPush:
+        """What the strategy does at an offset."""
+        return self._coming.ask(offset, self._learner.friction, self._learner.evidence)
+
+    def _prepare(self) -> Command:
+        """Choose and plan the push; stop the slide in time; send the push when it is due."""
+        view, table, coming = self._view, self._table, self._coming
+        ready = self._good_enough()
+        if ready:
+            self._learner.see(view)
+        coming.choice = choice = self._choose(view.offset)
+        standing = self._stand_off(view.offset)
+        turning = self._turn_at(choice.spindle_speed) if coming.launch is None else {}
+        arriving = table.speed_at(coming.trigger) if isfinite(coming.trigger) else choice.spindle_speed
+        coming.plan(choice, self._start(arriving), self._learner.friction, table)
+        coming.set_trigger(self._aim_angle(), table)
+        samples = table.time_to(coming.trigger) / self.period
+        if samples > _FREEZE or not ready:
+            return standing | turning | self._turn_at(choice.spindle_speed)
+        arriving = table.speed_at(coming.trigger)
+        command = self._stand_still() | self._turn_at(arriving)
+        if samples > _EARLIEST:
+            return command
+        return command | self._send(choice, arriving)
+
+    def _start(self, speed: float) -> Approach:
+        """Where a push at a table speed (rad/s) begins."""
+        view = self._view
+        return Approach(view.offset, max(self._tip - view.rim, 0.0), speed)
+
+    def _aim_angle(self) -> float:
+        """Table angle with the high point under the tip, as pushes go, rad."""
+        return self._view.offset_angle - self._learner.bias - self.settings.manual_lead
+
+    def _good_enough(self) -> bool:
+        """Whether measuring errors spoil the push less than its own scatter does."""
+        view, scatter = self._view, self.problem.scatter
+        own = hypot(scatter.direction_sd * view.offset, scatter.stop_sd, scatter.measuring_sd)
+        return view.sd <= own
+
+    def _send(self, choice: ChosenPush, speed: float) -> Command:
+        """Send the push with the latest estimate."""
+        self._view.look()
+        push = self._coming.finish_plan(choice, self._start(speed), self._learner.friction)
+        self._coming.set_trigger(self._aim_angle(), self._table)
+        if self._table.time_to(self._coming.trigger) > _FREEZE * self.period:  # it has just been missed
+            return {}
+        self._state = CycleState.WAIT
+        return {"profile": push.rows, "profile_angle": self._coming.trigger}
+
+    # ---- the push and after ---------------------------------------------------------------------------------------
+
+    def _begin_push(self) -> Command:
+        """Note where the part was, and forget it."""
+        push, choice = self._coming.launch, self._coming.choice
+        if push is None or choice is None:
+            raise RuntimeError("a push began that was not planned")
+        self._state = CycleState.PUSH
+        self._pushes += 1
+        self._learner.pushed(self._view, choice, push.beyond)
+        self._pushed_aim = choice.aim
+        speed = max(self._table.set_point, 1e-6)
+        thrown = 0.0 if choice.shape == "gentle" else 2.0 * choice.push_speed / (self.problem.model.mu_kinetic * GRAVITY)
+        self._rest_angle = self._coming.trigger + speed * (push.stop_time + thrown + self.period)
+        self._view.moved()
+        return {}
+
+    def _pushing(self, runs: bool) -> Command:
+        """Wait for the part to rest; readings count from then on, even while the tip goes back."""
+        if self._table.angle < self._rest_angle:
+            return {} if runs else self._stand_off(self._left())
+        if isfinite(self._reading):
+            self._view.take(self._table.angle, self._reading)
+        if runs:
+            return {}
+        self._coming.forget()
+        self._state = CycleState.COLLECT
+        self._follower.reset()
+        return self._measuring_after()
+
+    def _measuring_after(self) -> Command:
+        """The first sample after the profile: nothing is known yet, so the table turns as for what such a push leaves."""
+        self._expected = self._left()
+        return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
+
+    def _left(self) -> float:
+        """Offset that the last push may well leave, mm."""
+        return max(_WELL * self.problem.scatter.direction_sd * self._pushed_aim, self.problem.tolerance)

@@ -1,0 +1,299 @@
+"""The probe is followed by a PI law of the slide's speed that brakes in time and does not wind up."""
+
+import dataclasses
+from dataclasses import dataclass
+from math import copysign, sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from centering.push._profile.timing import rest_to_rest
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+
+
+@dataclass(frozen=True)
+class FollowingGains(Frozen):
+    """Gains of the law that follows the probe: slide speed = Kp e + Ki integral of e, e the deviation of the probe.
+
+    The defaults are what `tune_following` finds for a step of a whole gap; the integral, which only makes a slow tail there, is
+    for slides that do not hold the speed they are told. Gains as in Mears (3.16) are counts of a drive and mean nothing here.
+
+    Parameters
+    ----------
+    proportional : float
+        Kp, 1/s.
+    integral : float
+        Ki, 1/s^2.
+
+    Raises
+    ------
+    ValueError
+        When Kp is not > 0 or Ki is negative.
+
+    Examples
+    --------
+    >>> from sdpgrind import units
+    >>> round(FollowingGains(25.0, 60.0).error_gain(units.rpm(20)), 6)
+    0.057427
+    """
+
+    proportional: float = 32.0
+    integral: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.positive("proportional", self.proportional, "1/s")
+        checks.nonnegative("integral", self.integral, "1/s^2")
+
+    def error_gain(self, frequency: float) -> float:
+        """Return the amplitude of the deviation over that of the rim's motion: ``|E/r|`` of E/r = s^2/(s^2 + Kp s + Ki).
+
+        Parameters
+        ----------
+        frequency : float
+            Of the rim's motion, rad/s: the spindle speed.
+
+        Raises
+        ------
+        ValueError
+            When it is negative or not finite.
+        """
+        square = checks.nonnegative("frequency", frequency, "rad/s") ** 2
+        return square / abs(complex(self.integral - square, self.proportional * frequency))
+
+
+@dataclass(frozen=True)
+class FollowingLimits(Frozen):
+    """What the slide can do while it follows.
+
+    Parameters
+    ----------
+    speed : float
+        Greatest speed, mm/s.
+    acceleration : float
+        Greatest acceleration, mm/s^2.
+    sample_time : float
+        Of the law, s.
+
+    Raises
+    ------
+    ValueError
+        When a value is not > 0.
+
+    Examples
+    --------
+    >>> round(FollowingLimits().least_time(7.928), 4)  # s, from rest to rest over a whole gap
+    0.1129
+    """
+
+    speed: float = 120.0
+    acceleration: float = 2560.0
+    sample_time: float = 0.01
+
+    def __post_init__(self) -> None:
+        checks.positive("speed", self.speed, "mm/s")
+        checks.positive("acceleration", self.acceleration, "mm/s^2")
+        checks.positive("sample_time", self.sample_time, "s")
+
+    def least_time(self, distance: float) -> float:
+        """Return the least time (s) from rest to rest over a distance: no law of following is faster.
+
+        Parameters
+        ----------
+        distance : float
+            mm, > 0.
+
+        Raises
+        ------
+        ValueError
+            When the distance is not > 0.
+        """
+        return rest_to_rest(checks.positive("distance", distance, "mm"), self.speed, self.acceleration)
+
+
+class Follower:
+    """The law itself: one speed for each deviation.
+
+    What the deviation itself commands is never more than what the slide can brake from within it, so that a step of a whole gap,
+    which saturates nearly all the way, does not overshoot; while it is limited the integral stands still.
+
+    Parameters
+    ----------
+    gains : FollowingGains, optional
+        1/s, 1/s^2.
+    limits : FollowingLimits, optional
+        mm/s, mm/s^2, s.
+
+    Examples
+    --------
+    >>> follower = Follower()
+    >>> follower.step(0.1), follower.step(50.0)  # mm -> mm/s
+    (3.2, 120.0)
+    """
+
+    def __init__(self, gains: FollowingGains | None = None, limits: FollowingLimits | None = None) -> None:
+        self.gains = checks.kind("gains", gains or FollowingGains(), FollowingGains)
+        self.limits = checks.kind("limits", limits or FollowingLimits(), FollowingLimits)
+        self._integral = 0.0
+
+    def reset(self) -> None:
+        """Forget the deviations so far."""
+        self._integral = 0.0
+
+    def step(self, deviation: float, feed_forward: float = 0.0) -> float:
+        """Return the speed of the slide, mm/s, until the next sample.
+
+        Parameters
+        ----------
+        deviation : float
+            How far the slide has to go, mm, in the direction of positive speed.
+        feed_forward : float
+            Speed of what is followed, mm/s, where it is known.
+        """
+        wanted = self.gains.proportional * deviation
+        allowed = min(braking_speed(abs(deviation), self.limits), self.limits.speed)
+        held = abs(wanted) > allowed
+        integral = self._integral + (0.0 if held else self.gains.integral * self.limits.sample_time * deviation)
+        total = (copysign(allowed, wanted) if held else wanted) + integral + feed_forward
+        if abs(total) <= self.limits.speed:
+            self._integral = integral
+            return total
+        return copysign(self.limits.speed, total)
+
+
+def braking_speed(distance: float, limits: FollowingLimits) -> float:
+    """Return the speed (mm/s) from which the slide stops within a distance, one sample of delay included.
+
+    Parameters
+    ----------
+    distance : float
+        mm, >= 0.
+    limits : FollowingLimits
+        Of the slide.
+
+    Examples
+    --------
+    >>> round(braking_speed(1.0, FollowingLimits()), 3)  # v T + v^2/(2 a) = 1 mm
+    50.396
+    """
+    lost = limits.acceleration * limits.sample_time
+    return sqrt(lost * lost + 2.0 * limits.acceleration * distance) - lost
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FollowingMap(ByValue, Frozen):
+    """The objective of Mears (3.15), Z = t_s/t_s,nom + OV/OV_nom, over both gains.
+
+    Parameters
+    ----------
+    proportional, integral : array
+        Kp (p,), 1/s, and Ki (i,), 1/s^2.
+    settling_time : array, shape (p, i)
+        s, until the deviation stays within 1 % of the step; infinite where it does not.
+    overshoot : array, shape (p, i)
+        Over the step, unit 1.
+    objective : array, shape (p, i)
+        Z, unit 1.
+
+    Examples
+    --------
+    >>> tune_following(proportional=[5.0, 32.0, 90.0], integral=[0.0, 60.0]).gains
+    FollowingGains(proportional=32.0, integral=0.0)
+    """
+
+    proportional: Floats
+    integral: Floats
+    settling_time: Floats
+    overshoot: Floats
+    objective: Floats
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            object.__setattr__(self, field.name, lasting(getattr(self, field.name)))
+
+    def __repr__(self) -> str:
+        return f"FollowingMap({self.proportional.size} x {self.integral.size} gains, the best {self.gains})"
+
+    @property
+    def gains(self) -> FollowingGains:
+        """The gains of the least objective, 1/s and 1/s^2."""
+        p, i = np.unravel_index(int(np.argmin(self.objective)), self.objective.shape)
+        return FollowingGains(float(self.proportional[p]), float(self.integral[i]))
+
+
+def tune_following(
+    *,
+    step: float = 7.928,
+    limits: FollowingLimits | None = None,
+    proportional: npt.ArrayLike | None = None,
+    integral: npt.ArrayLike | None = None,
+    settling_nominal: float = 0.11,
+    overshoot_nominal: float = 0.04,
+) -> FollowingMap:
+    """Map the objective of Mears (3.15) for a step of the probe, over both gains.
+
+    Parameters
+    ----------
+    step : float
+        From where the probe is to where it shall be, mm, > 0.
+    limits : FollowingLimits, optional
+        Of the slide (mm/s, mm/s^2, s).
+    proportional, integral : array_like, optional
+        Kp (1/s, > 0) and Ki (1/s^2, >= 0) to be tried.
+    settling_nominal : float
+        Settling time that counts 1, s.
+    overshoot_nominal : float
+        Overshoot over the step that counts 1, unit 1.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> found = tune_following()
+    >>> found.gains, round(float(found.settling_time.min()), 3)  # s
+    (FollowingGains(proportional=32.0, integral=0.0), 0.104)
+    """
+    way = checks.positive("step", step, "mm")
+    kp = _gains("proportional", np.linspace(2.0, 60.0, 30) if proportional is None else proportional, "1/s")
+    ki = _gains("integral", np.linspace(0.0, 300.0, 31) if integral is None else integral, "1/s^2")
+    if kp.min() <= 0:
+        raise checks.refuse("proportional", "> 0", float(kp.min()), "1/s")
+    nominal = checks.positive("settling_nominal", settling_nominal, "s"), checks.positive("overshoot_nominal", overshoot_nominal)
+    settling, overshoot = _responses(way, limits or FollowingLimits(), kp, ki)
+    return FollowingMap(kp, ki, settling, overshoot, settling / nominal[0] + overshoot / nominal[1])
+
+
+_WATCHED = 2.0  # s of a step
+_FINE = 10  # looks at the slide within a sample
+_SETTLED = 0.01  # of the step
+
+
+def _gains(name: str, values: npt.ArrayLike, unit: str) -> Floats:
+    """A copy of gains to be tried."""
+    array = np.atleast_1d(checks.finite_array(name, values, unit)).astype(float)
+    if array.min() < 0:
+        raise checks.refuse(name, ">= 0", float(array.min()), unit)
+    return array
+
+
+def _responses(step: float, limits: FollowingLimits, kp: Floats, ki: Floats) -> tuple[Floats, Floats]:
+    """Settling time (s) and overshoot (over the step) of a slide that takes each new speed at its greatest acceleration."""
+    followers = [Follower(FollowingGains(float(p), float(i)), limits) for p in kp for i in ki]
+    place, speed = np.zeros((kp.size, ki.size)), np.zeros((kp.size, ki.size))
+    settled, greatest = np.zeros_like(place), np.zeros_like(place)
+    fine = limits.sample_time / _FINE
+    for k in range(round(_WATCHED / limits.sample_time)):
+        wanted = np.array([one.step(step - x) for one, x in zip(followers, place.ravel(), strict=True)]).reshape(place.shape)
+        for n in range(1, _FINE + 1):
+            outside = np.abs(place - step) > _SETTLED * step
+            settled[outside] = k * limits.sample_time + n * fine
+            before, speed = speed, speed + np.clip(wanted - speed, -limits.acceleration * fine, limits.acceleration * fine)
+            place = place + 0.5 * (before + speed) * fine
+            greatest = np.maximum(greatest, place)
+    settled[settled > _WATCHED - limits.sample_time] = np.inf
+    return settled, np.maximum(greatest / step - 1.0, 0.0)

@@ -1,0 +1,142 @@
+"""A ring whose form is learned while it is centred: lobes look like an offset until enough of the rim was seen."""
+
+from math import hypot, inf, isfinite, sqrt
+
+import numpy as np
+from scipy.special import stdtrit
+
+from centering.circle._estimator.noise_kernels import correlation
+from centering.cycle._control.form_kernels import SIZE, forget_center, lobes_at, residuals, solve
+from sdpgrind.base.checks import Floats
+
+_KEPT = 256  # latest readings
+_FREEDOM = 10.0  # of the noise as it is known beforehand
+_CHANGED = 1.15  # ratio of noise from which on values are solved for again
+_SHARE = 0.9995  # two-sided 99.9 %
+
+
+class RingFilter:
+    """Centre, radius and lobes of a ring by all its readings: the centre is new after each push, the others persist.
+
+    Lobes of 2 to 7 undulations have an amplitude that is unknown at first: what they may do to the centre of a short arc is part
+    of its standard deviation, and gets less as more of the rim is seen, wherever the ring is. Lobes that are found large make
+    those that were not yet seen be expected larger, too. They are taken to turn with the table, pushed or not.
+
+    Parameters
+    ----------
+    radius, radius_sd : float
+        As it is known beforehand, of the surface, mm.
+    form_sd : float
+        Least standard deviation of each lobe's cosine and sine beforehand, mm.
+    noise_sd : float
+        Of a reading beforehand, mm.
+    angle_sd : float
+        Of the angle at which it is taken, rad.
+    tip_radius : float
+        Of the probe's roller, mm.
+
+    Examples
+    --------
+    >>> from math import cos
+    >>> ring = RingFilter(60.0, 0.05, 0.003, 3e-4, 0.0, 0.0)
+    >>> for k in range(70):
+    ...     ring.take(0.1 * k, 60.0 + 0.001 * cos(0.1 * k - 1.0) + 0.002 * cos(0.2 * k), True)
+    >>> ring.look((0.0, 0.0))
+    >>> round(hypot(ring.x, ring.y), 5), round(ring.lobes_at(0.0), 5)  # mm
+    (0.001, 0.002)
+    """
+
+    def __init__(
+        self, radius: float, radius_sd: float, form_sd: float, noise_sd: float, angle_sd: float, tip_radius: float
+    ) -> None:
+        self._nominal, self._tip, self._noise, self._turning = radius, tip_radius, noise_sd, angle_sd / noise_sd
+        self._radius_sd, self._least_form = radius_sd, form_sd
+        self._matrix, self._vector = np.zeros((SIZE, SIZE)), np.zeros(SIZE)
+        self._rows = np.zeros((_KEPT, 3))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the ring."""
+        self._known, self._told, self._value = np.zeros((SIZE, SIZE)), np.zeros(SIZE), np.zeros(SIZE)
+        self._known[2, 2] = 1.0 / self._radius_sd**2
+        self._form = self._least_form
+        self._squares, self._freedom = _FREEDOM * self._noise**2, _FREEDOM
+        self._forget_readings()
+
+    def _forget_readings(self) -> None:
+        self._count = self._looked = 0
+        self._own = (0.0, 0.0)  # squares (mm^2) and degrees of freedom of the readings that are kept
+        self.x = self.y = 0.0
+        self.sd = self.band = inf
+
+    def moved(self) -> None:
+        """The ring was pushed: it is somewhere else, with its radius and its lobes."""
+        if self._looked:
+            forget_center(self._matrix - self._assumed, self._vector, self._known, self._told)
+            self._squares, self._freedom = self._squares + self._own[0], self._freedom + self._own[1]
+        self._value[:2] = 0.0
+        self._forget_readings()
+
+    def take(self, angle: float, reading: float, used: bool) -> None:
+        """Take a reading: of the spindle, rad, and of the rim, mm; whether it is `used` may change."""
+        if self._count == _KEPT:
+            self._rows[:-1] = self._rows[1:].copy()
+            self._count -= 1
+        self._rows[self._count] = angle, reading + self._tip, used
+        self._count += 1
+
+    def use(self, used: Floats) -> None:
+        """Of as many latest readings as are told these are used, and none before."""
+        latest = self._rows[self._count - used.size : self._count].copy()
+        latest[:, 2] = used
+        self._count = used.size
+        self._rows[: self._count] = latest
+
+    def look(self, near: tuple[float, float] | None = None) -> None:
+        """Work the values out anew, at first after a push from about a place (mm) on."""
+        if near is not None:
+            self._value[:2] = near
+        self._looked = self._count
+        noise = self._noise_sd
+        covariance, inflation = self._solved(noise)
+        if not 1.0 / _CHANGED < self._noise_sd / noise < _CHANGED:
+            covariance, inflation = self._solved(self._noise_sd)
+        self._form = max(self._least_form, sqrt(float(np.mean(self._value[3:] ** 2 + np.diag(covariance)[3:]))))
+        self.x, self.y = float(self._value[0]), float(self._value[1])
+        a, b, c = covariance[0, 0], covariance[0, 1], covariance[1, 1]
+        self.sd = inflation * sqrt(0.5 * (a + c) + hypot(0.5 * (a - c), b)) if isfinite(a + c) else inf
+        self.band = float(stdtrit(self._freedom + self._own[1] / inflation**2, _SHARE)) * self.sd
+
+    @property
+    def _prior(self) -> Floats:
+        """Information on the lobes beforehand, 1/mm^2."""
+        return np.diag([0.0] * 3 + [1.0 / self._form**2] * (SIZE - 3))
+
+    @property
+    def _noise_sd(self) -> float:
+        """Of a reading, mm, as it is known by now."""
+        return sqrt((self._squares + self._own[0]) / (self._freedom + self._own[1]))
+
+    def _solved(self, noise: float) -> tuple[Floats, float]:
+        """Covariance of the values with a noise (mm), and what correlation makes of it; they, and squares, are kept."""
+        rows = self._rows[: self._count]
+        rows = np.ascontiguousarray(rows[rows[:, 2] > 0.0].T)
+        angles, readings = rows[0], rows[1]
+        ring = self._value, self._nominal + self._tip, self._turning
+        self._assumed = self._prior  # as it is in the equations, whatever is made of the form after
+        known = self._known + self._assumed
+        covariance = solve(angles, readings, *ring, noise, known, self._told, self._matrix, self._vector)
+        squares, lagged = residuals(angles, readings, *ring)
+        explained = SIZE - float(np.sum(covariance * known))
+        self._own = squares, max(angles.size - explained, 0.0)
+        rho = correlation(squares, float(angles.size), lagged) if squares > 0.0 and angles.size > 4 else 0.0
+        return covariance, sqrt((1.0 + rho) / (1.0 - rho))
+
+    @property
+    def radius(self) -> float:
+        """Of the circle about which the lobes are, mm."""
+        return self._nominal + float(self._value[2])
+
+    def lobes_at(self, angle: float) -> float:
+        """Return by how much (mm) the lobes make a reading more at an angle of the spindle (rad)."""
+        return float(lobes_at(angle, self._value, self._nominal + self._tip))

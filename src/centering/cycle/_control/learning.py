@@ -1,0 +1,173 @@
+"""What a push teaches: how far the part went along the push, and how far beside it."""
+
+from dataclasses import dataclass
+from math import cos, hypot, inf, pi, sin
+
+from centering.cycle._control.next_push import ChosenPush, PushStrategy
+from centering.cycle._control.part_view import PartView
+from sdpgrind.base.frozen import Frozen
+
+_TOLD, _HIDDEN = 0.05, 2e-3  # of the wanted travel, and mm: what turning may add before a push tells nothing of friction
+_LONG = 1.0  # mm: what a longer push is off by is more of its direction than of friction, and small pushes tell it better
+_MEMORY = 4.0  # pushes' worth of evidence at most: friction may change, and models err
+_TELLING = 0.02  # mm: shorter travels say nothing about the direction
+_STRANGE = 5.0  # standard deviations from part to part: one of a million parts has such friction
+_IDLE = 12  # pushes of such a part without bringing it half as near: where each does so with even odds, one of 4000 parts
+_DIRECTION_BIAS = 0.0035  # rad: sd of a constant error of direction, before anything is known
+
+
+@dataclass(frozen=True)
+class Travel(Frozen):
+    """How a part went, from the centres before and after a push.
+
+    Parameters
+    ----------
+    along, across : float
+        Along the direction of the push on the table, and to its left, mm.
+
+    Examples
+    --------
+    >>> from math import pi
+    >>> travel = Travel.between((3.0, 4.0), (0.0, 0.0), towards=0.0)
+    >>> travel.along, travel.across, travel.distance  # mm
+    (-3.0, -4.0, 5.0)
+    """
+
+    along: float
+    across: float
+
+    @classmethod
+    def between(cls, before: tuple[float, float], after: tuple[float, float], *, towards: float) -> "Travel":
+        """Return the travel between two centres (mm) in a push whose direction on the table is `towards` (rad)."""
+        x, y = after[0] - before[0], after[1] - before[1]
+        return cls(x * cos(towards) + y * sin(towards), y * cos(towards) - x * sin(towards))
+
+    @property
+    def distance(self) -> float:
+        """Length of the travel, mm."""
+        return hypot(self.along, self.across)
+
+
+class LearnedBias:
+    """A constant that shows itself in noise: mean and variance, updated by each sight (a scalar Kalman filter).
+
+    Parameters
+    ----------
+    sd : float
+        Standard deviation before anything was seen, > 0.
+
+    Examples
+    --------
+    >>> bias = LearnedBias(0.01)
+    >>> bias.see(0.02, 0.01)
+    >>> bias.value, round(bias.sd, 6)
+    (0.01, 0.007071)
+    """
+
+    def __init__(self, sd: float) -> None:
+        self._start = sd
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self.value, self._variance = 0.0, self._start**2
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation of the constant."""
+        return float(self._variance**0.5)
+
+    def see(self, value: float, sd: float) -> None:
+        """Take in one sight.
+
+        Parameters
+        ----------
+        value, sd : float
+            What was seen, and the standard deviation of its noise.
+        """
+        gain = self._variance / (self._variance + sd * sd)
+        self.value += gain * (value - self.value)
+        self._variance *= 1.0 - gain
+
+
+@dataclass(frozen=True)
+class _Pushed(Frozen):
+    """A push that was made: centre and its sd before (mm), direction on the table (rad), what turning adds to its travel (mm)."""
+
+    x: float
+    y: float
+    sd: float
+    choice: ChosenPush
+    towards: float
+    beyond: float
+
+
+class PartLearner:
+    """What the pushes of a part have told: its friction, by the strategy's own rule, and a constant error of direction.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        Its problem and its rule of belief.
+    """
+
+    def __init__(self, strategy: PushStrategy) -> None:
+        self._strategy, self._direction = strategy, LearnedBias(_DIRECTION_BIAS)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the part."""
+        self._direction.reset()
+        self.friction, self.evidence = 1.0, 0.0
+        self._last: _Pushed | None = None
+        self._nearest, self._idle = inf, 0  # offset (mm) that is to be halved, and pushes since the last that did so
+
+    @property
+    def bias(self) -> float:
+        """By how much pushes go to the left of where they are aimed, rad."""
+        return self._direction.value
+
+    @property
+    def strange(self) -> bool:
+        """Whether friction is outside what the strategy was made for."""
+        return abs(self.friction - 1.0) > _STRANGE * self._strategy.problem.scatter.friction_part_sd
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether friction is strange, and pushes no longer bring the part nearer."""
+        return self.strange and self._idle >= _IDLE
+
+    def pushed(self, view: PartView, choice: ChosenPush, beyond: float) -> None:
+        """Note where a part is that is being pushed.
+
+        Parameters
+        ----------
+        view : PartView
+            What is known of it.
+        choice : PushChoice
+            The push.
+        beyond : float
+            How much further the part is expected to go than on a table at rest, mm.
+        """
+        self._last = _Pushed(view.x, view.y, view.sd, choice, view.offset_angle + pi - self.bias, beyond)
+
+    def see(self, view: PartView) -> None:
+        """Take in what the last push did to the part, once; `view` knows where it is now (mm)."""
+        last, self._last = self._last, None
+        if last is None:
+            return
+        travel = Travel.between((last.x, last.y), (view.x, view.y), towards=last.towards)
+        # Else turning hides what friction did.
+        if last.choice.aim <= _LONG and abs(last.beyond) <= max(_TOLD * last.choice.aim, _HIDDEN):
+            told = max(travel.distance - last.beyond, 0.0)
+            belief = self._strategy.update_belief(self.friction, self.evidence, last.choice, told)
+            self.friction, self.evidence = belief[0], min(belief[1], _MEMORY)
+        self._count(view.offset)
+        if travel.along > _TELLING:
+            spread = hypot(self._strategy.problem.scatter.direction_sd, hypot(last.sd, view.sd) / travel.along)
+            self._direction.see(travel.across / travel.along, spread)
+
+    def _count(self, offset: float) -> None:
+        """Count the pushes of a part of strange friction that did not halve its offset (mm)."""
+        nearer = not self.strange or offset <= 0.5 * self._nearest
+        self._nearest, self._idle = (offset, 0) if nearer else (self._nearest, self._idle + 1)

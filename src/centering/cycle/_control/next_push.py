@@ -1,0 +1,132 @@
+"""The push to come: which, what is sent for it, and the table angle at which it begins."""
+
+from math import ceil, isfinite, nan, pi
+from typing import Any, Protocol
+
+from centering.cycle._control.launch import Approach, SentPush, launch, preview
+from centering.cycle._control.table_motion import TableMotion
+from centering.cycle._strategy.outcomes import PushKind
+from centering.push._machine.problem import CenteringProblem
+
+_TURN = 2.0 * pi
+_LATEST = 1.3  # samples before: a profile can still be sent
+_ROUGH, _STALE, _SOON = 0.4, 0.1, 0.07  # relative change that makes a planned push stale, and when it is due in so many s
+
+
+class ChosenPush(Protocol):
+    """What a strategy answers."""
+
+    @property
+    def aim(self) -> float: ...
+    @property
+    def stroke(self) -> float: ...
+    @property
+    def shape(self) -> str: ...
+    @property
+    def push_speed(self) -> float: ...
+    @property
+    def retract(self) -> bool: ...
+    @property
+    def spindle_speed(self) -> float: ...
+
+
+class PushStrategy(Protocol):
+    """What the controller asks of a strategy."""
+
+    @property
+    def problem(self) -> CenteringProblem: ...
+    @property
+    def finish(self) -> float: ...
+    @property
+    def offset_max(self) -> float: ...
+    def push(self, *, offset: float, friction: float, evidence: float) -> ChosenPush: ...
+    def update_belief(self, friction: float, evidence: float, commanded: Any, travelled: float) -> tuple[float, float]: ...
+
+
+class NextPush:
+    """Chooses the push, and plans it again when what it rests on has changed: roughly at first, exactly when it is sent.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        Which push when.
+    lag : float
+        How late the slide follows once it is loaded, s.
+    """
+
+    def __init__(self, strategy: PushStrategy, lag: float) -> None:
+        self._strategy, self._problem, self._lag = strategy, strategy.problem, lag
+        self._least = strategy.finish * (1.0 + 1e-6)
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing is chosen or planned."""
+        self.choice: ChosenPush | None = None
+        self.launch: SentPush | None = None
+        self.trigger = nan
+        self._planned, self._exact = Approach(0.0, 0.0, 0.0), False
+        self._asked = (nan, nan, nan)
+        self._answer: ChosenPush | None = None
+
+    def ask(self, offset: float, friction: float, evidence: float) -> ChosenPush:
+        """Return what the strategy does at an offset (mm); one out of its range is pushed as the nearest within.
+
+        Parameters
+        ----------
+        offset : float
+            mm.
+        friction, evidence : float
+            What is believed: friction scale, and pushes' worth of evidence.
+        """
+        asked = (min(max(offset, self._least), self._strategy.offset_max), friction, evidence)
+        if self._answer is None or asked != self._asked:
+            self._asked = asked
+            self._answer = self._strategy.push(offset=asked[0], friction=friction, evidence=evidence)
+        return self._answer
+
+    def plan(self, choice: ChosenPush, start: Approach, friction: float, table: TableMotion) -> None:
+        """Plan a push unless that was done for about the same `start` (mm, rad/s): roughly as long as it is not soon due.
+
+        Parameters
+        ----------
+        choice : PushChoice
+            The push.
+        start : Approach
+            Where it begins.
+        friction : float
+            Friction scale that is believed.
+        table : TableMotion
+            When it is due.
+        """
+        near = isfinite(self.trigger) and table.time_to(self.trigger) < _SOON
+        if near and (not self._exact or _stale(self._planned, start, _STALE)):
+            self.finish_plan(choice, start, friction)
+        elif self.launch is None or _stale(self._planned, start, _ROUGH):
+            self.launch = preview(_kind(choice), choice.stroke, start, self._problem.model, self._problem.limits, friction)
+            self._planned, self._exact = start, False
+
+    def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> SentPush:
+        """Plan a push as it is sent, and return that; the parameters are those of `plan` (mm, rad/s)."""
+        model, limits = self._problem.model, self._problem.limits
+        self.launch = launch(_kind(choice), choice.stroke, start, model, limits, self._lag, friction)
+        self._planned, self._exact = start, True
+        return self.launch
+
+    def set_trigger(self, direction: float, table: TableMotion) -> None:
+        """Find the next angle at which the planned push can begin, for a high point under the tip at `direction` (rad)."""
+        wanted = direction - (self.launch.lead if self.launch is not None else 0.0)
+        soonest = table.angle + table.speed * _LATEST * self._problem.limits.sample_time
+        self.trigger = wanted + _TURN * ceil((soonest - wanted) / _TURN)
+
+
+def _kind(choice: ChosenPush) -> PushKind:
+    return PushKind(choice.shape, choice.push_speed, choice.retract)
+
+
+def _stale(planned: Approach, start: Approach, share: float) -> bool:
+    """Whether a planned push rests on what has changed since, by more than a share."""
+    return (
+        abs(planned.offset - start.offset) > share * start.offset
+        or abs(planned.spindle_speed - start.spindle_speed) > share * start.spindle_speed
+        or abs(planned.room - start.room) > 2.0 * share
+    )

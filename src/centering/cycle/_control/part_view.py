@@ -1,0 +1,174 @@
+"""What a controller knows of the part on the table: readings go in, centre and radius come out."""
+
+from math import atan2, hypot, inf, pi
+
+import numpy as np
+
+from centering.circle._estimator import printed_kernels as printed
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.estimator import GeometryEstimator
+from centering.circle._estimator.printed import PrintedEstimator
+from centering.circle._estimator.validity_kernels import judge
+from centering.cycle._control.form import RingFilter
+from centering.cycle._control.settings import CycleSettings
+from sdpgrind.base.checks import Floats
+
+_FEWEST = 4  # readings: three fix a circle, a fourth says how well
+_EVERY = 4  # readings between two looks at what they say, once there are many
+_MANY = 12
+_HOLD = 20.0  # deviations of a centre within which it is believed at all
+
+
+class PlaceEstimator(GeometryEstimator):
+    """A `GeometryEstimator` that says which readings belong to the part where it is now, and about where that is.
+
+    Examples
+    --------
+    >>> from math import cos
+    >>> estimator = PlaceEstimator(noise_sd=0.001)
+    >>> for k in range(20):
+    ...     estimator.update(angle=0.1 * k, reading=60.0 + 0.001 * cos(0.1 * k - 1.0))
+    >>> estimator.center == (estimator.estimate.center_x, estimator.estimate.center_y), estimator.used.all()
+    (True, np.True_)
+    """
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """Centre by least squares, mm."""
+        judge(self._state, 0.0)
+        return float(self._state[at.FIT_X]), float(self._state[at.FIT_Y])
+
+    @property
+    def refused(self) -> bool:
+        """Whether the latest reading was too far from those before."""
+        return bool(self._state[at.IN_A_ROW] > 0.0)
+
+    @property
+    def sorted_anew(self) -> bool:
+        """Whether the latest reading made it think again which ones belong to the part: `used` says so."""
+        seen = int(self._state[at.SEEN])
+        return seen == at.RING or (seen < at.RING and self.restarts > 0)
+
+    @property
+    def used(self) -> Floats:
+        """Which of the readings belong to the part, of the first 30 since it lies there."""
+        cells = self._state[at.RING_AT : at.TAIL].reshape(at.RING, at.CELL)
+        return np.asarray(cells[: int(self._state[at.SEEN]), 2] == 0.0)
+
+
+class PrintedPlace(PrintedEstimator):
+    """A `PrintedEstimator` that tells where the part is without all else that an estimate says.
+
+    Examples
+    --------
+    >>> from math import cos
+    >>> fit = PrintedPlace("prls")
+    >>> for k in range(20):
+    ...     fit.update(angle=0.1 * k, reading=60.0 + 0.001 * cos(0.1 * k))
+    >>> [round(value, 6) for value in fit.place]  # mm
+    [60.0, 0.001, 0.0]
+    """
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Radius and centre, mm."""
+        state = self._state
+        return float(state[printed.RADIUS]), float(state[printed.CENTER_X]), float(state[printed.CENTER_Y])
+
+
+class PartView:
+    """Where the part is, by the readings since it last moved; its radius and its form stay known over pushes.
+
+    Parameters
+    ----------
+    radius : float
+        As it is known beforehand, mm.
+    settings : CycleSettings
+        Of the probe, and how well radius and form are known (mm).
+    noise_sd : float
+        Of a reading, as it is known beforehand, mm.
+
+    Examples
+    --------
+    >>> from math import cos
+    >>> view = PartView(60.0, CycleSettings(tip_radius=0.0), 3e-4)
+    >>> for k in range(70):
+    ...     view.take(0.1 * k, 60.0 + 0.001 * cos(0.1 * k - 1.0))
+    >>> view.known, round(view.offset, 5), round(view.offset_angle, 2)
+    (True, 0.001, 1.0)
+    """
+
+    def __init__(self, radius: float, settings: CycleSettings, noise_sd: float) -> None:
+        prior, tip = (radius, settings.radius_sd), settings.tip_radius
+        self._estimator = PlaceEstimator(noise_sd=settings.noise_sd, tip_radius=tip, radius_prior=prior)
+        self._ring = RingFilter(*prior, settings.form_sd, max(noise_sd, settings.noise_sd), settings.angle_sd, tip)
+        self._forget()
+
+    def reset(self) -> None:
+        """Forget the part."""
+        self._estimator.reset()
+        self._ring.reset()
+        self._forget()
+
+    def moved(self) -> None:
+        """Forget where the part is, as it is pushed; keep its radius and its form."""
+        self._estimator.reset()
+        self._ring.moved()
+        self._forget()
+
+    def _forget(self) -> None:
+        self.samples = self._looked = 0
+        self._first = self._last = 0.0
+        self.x = self.y = self.offset = self.offset_angle = 0.0
+        self.sd = self.band = inf
+
+    def take(self, angle: float, reading: float) -> None:
+        """Take a reading in.
+
+        Parameters
+        ----------
+        angle : float
+            Of the spindle, rad, turns counted.
+        reading : float
+            Of the rim on the push line, mm from the axis.
+        """
+        if self.samples == 0:
+            self._first = angle
+        self._estimator.update(angle=angle, reading=reading - self._ring.lobes_at(angle))
+        self._ring.take(angle, reading, not self._estimator.refused)
+        if self._estimator.sorted_anew:
+            self._ring.use(self._estimator.used)
+        self._last = angle
+        self.samples += 1
+        if self.samples >= _FEWEST and (self.samples < _MANY or self.samples - self._looked >= _EVERY):
+            self.look()
+
+    def look(self) -> None:
+        """Take the estimate as it is now."""
+        if self.samples < _FEWEST or self._looked == self.samples:
+            return
+        self._looked, ring = self.samples, self._ring
+        ring.look(None if self.known else self._estimator.center)
+        self.sd, self.band = ring.sd, ring.band
+        self.x, self.y = ring.x, ring.y
+        self.offset, self.offset_angle = hypot(self.x, self.y), atan2(self.y, self.x)
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a centre at all, better known than the radius of the part."""
+        return bool(self.sd * _HOLD < self.radius)
+
+    @property
+    def radius(self) -> float:
+        """Of the part, mm, as it is known by now."""
+        return self._ring.radius
+
+    @property
+    def rim(self) -> float:
+        """Furthest that the rim comes where the high point of the offset is under the tip, mm from the axis."""
+        return self.offset + self.radius + self._ring.lobes_at(self.offset_angle)
+
+    @property
+    def turns(self) -> float:
+        """Turns of the table since the first reading, unit 1."""
+        return (self._last - self._first) / (2 * pi) if self.samples else 0.0

@@ -1,0 +1,113 @@
+"""The push of the source: speed by energy balance, free sliding taken off, one running correction."""
+
+from centering.cycle._source.correction import StrokeCorrection
+from centering.push._contact.free_slide import free_slide_table
+from centering.push._contact.impact import energy_balance_speed
+from centering.push._machine.problem import CenteringProblem
+from centering.push._plan.push import Push, plan_push
+from centering.push._profile.timing import move_time
+from centering.push._turning.lead import TooFastError, rim_advance
+
+_LEAST_SHARE = 0.1  # of the offset: least stroke that is left when free sliding is taken off
+_SLOWER = 0.9  # of the table speed, where the rim would arrive before the push
+_SLOWEST = 0.2  # of it, below which something else is wrong
+_SLOWEST_PUSH = 0.1  # mm/s
+_STALE, _CHANGED = 0.02, 2e-3  # relative change of offset or table speed, and of the offset in mm, that make a push stale
+
+
+class PrintedPlanner:
+    """Plans the push of Mears (2006), chapters 5 and 6, and keeps it until what it rests on has changed.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Part, limits, tolerance.
+    push_speed : float or None
+        The same speed for all pushes, mm/s; None: by energy balance.
+    timing : {"printed", "exact"}
+        Of the lead.
+    """
+
+    def __init__(self, problem: CenteringProblem, push_speed: float | None, timing: str) -> None:
+        self._push_speed, self._timing = push_speed, timing
+        self._slides = free_slide_table(problem.model)
+        # What free sliding takes off a stroke is no correction: its limit does not hold for that.
+        self._problem = problem.replace(limits=problem.limits.replace(stroke_offset_max=2.0 * problem.offset_max))
+        self.correction = StrokeCorrection(problem.limits.stroke_offset_max)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the part before."""
+        self.correction.reset()
+        self.slower = 1.0  # share of the table speed that leaves time to begin a push
+        self.push: Push | None = None
+
+    def plan(self, offset: float, gap: float, spindle_speed: float) -> None:
+        """Plan a push; where the rim would arrive before it there is none, and the table is to be slower.
+
+        Parameters
+        ----------
+        offset, gap : float
+            Of the part, and from the tip to the rim at the trigger, mm.
+        spindle_speed : float
+            At the trigger, rad/s.
+        """
+        try:
+            self.push = self._planned(offset, gap, spindle_speed)
+        except TooFastError:
+            self.slow_down()
+
+    def plan_from(self, offset: float, room: float, spindle_speed: float) -> None:
+        """Plan a push from a slide that stands.
+
+        Parameters
+        ----------
+        offset, room : float
+            Of the part, and from the tip to the furthest that the rim comes, mm.
+        spindle_speed : float
+            At the trigger, rad/s.
+        """
+        far = room + 2.0 * offset  # the gap on the other side: with it the lead is too long by what the approach is
+        self.plan(offset, far, spindle_speed)
+        if self.push is None:
+            return
+        limits, radius = self._problem.limits, self._problem.model.part.radius
+        spared = self._approach(self.push.rough) - self._approach(room - limits.safety)
+        lead = self.push.lead_angle - spindle_speed * spared
+        self.plan(offset, room + rim_advance(lead, offset=offset, radius=radius), spindle_speed)
+
+    def _approach(self, way: float) -> float:
+        """Time of an approach over a way (mm), s."""
+        limits = self._problem.limits
+        return move_time(way, speed=limits.approach_speed, acceleration=limits.acceleration_max, timing=self._timing)
+
+    def slow_down(self) -> None:
+        """There is no push: the table is to be slower."""
+        if self.slower < _SLOWEST:
+            raise RuntimeError(f"the rim arrives before the push even at {self.slower:.2g} of the table speed")
+        self.slower *= _SLOWER
+        self.push = None
+
+    def stale(self, offset: float, spindle_speed: float) -> bool:
+        """Return whether there is no push, or what it rests on has changed: an offset (mm) and a speed of the table (rad/s)."""
+        if self.push is None or abs(self.push.spindle_speed - spindle_speed) > _STALE * spindle_speed:
+            return True
+        return abs(self.push.offset - offset) > max(_STALE * offset, _CHANGED)
+
+    def _planned(self, offset: float, gap: float, spindle_speed: float) -> Push:
+        """Speed by Mears (5.25), not above that whose free slide is the whole way; free slide off, correction added."""
+        speed = self._push_speed
+        if speed is None:
+            balanced = energy_balance_speed(self._problem, offset)
+            speed = max(self._slides.augmented_speed(offset, balanced), _SLOWEST_PUSH)
+        slid = float(self._slides.distance_at(speed))
+        return plan_push(
+            self._problem,
+            offset=offset,
+            follow_gap=gap,
+            spindle_speed=spindle_speed,
+            push_speed=speed,
+            direction="end",
+            timing=self._timing,
+            stroke_offset=max(self.correction.value - slid, -(1.0 - _LEAST_SHARE) * offset),
+        )

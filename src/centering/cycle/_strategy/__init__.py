@@ -1,0 +1,1 @@
+"""Strategy of `cycle`."""

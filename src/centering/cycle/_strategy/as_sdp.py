@@ -1,0 +1,167 @@
+"""The push sequence as a problem of `sdpgrind.sdp`: offset and friction belief, moved by the same draw."""
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import sparse
+from scipy.special import ndtri
+
+from centering.cycle._strategy.belief import FrictionScaleBelief
+from centering.cycle._strategy.draw_kernels import all_draws
+from centering.cycle._strategy.outcomes import OutcomeTable
+from centering.cycle._strategy.timing import CycleTiming
+from centering.push._machine.problem import CenteringProblem
+from sdpgrind import sdp
+from sdpgrind.base.checks import Floats
+
+_NEAR = 0.5, 0.7, 0.8, 0.86, 0.9, 0.94, 0.97, 0.985, 1.0, 1.015, 1.03, 1.06, 1.1, 1.15, 1.25, 1.4
+_OVER = 1.7, 2.2, 3.0, 5.0, 8.0, 13.0, 22.0, 36.0
+FRACTIONS = np.array([*_NEAR, *_OVER])
+"""Mean travels that are tried, as shares of the offset; the large ones are for pushes over the axis and back.
+
+The largest take a part that is nearly centred as far off as stick and slip jump: a push that wants less most likely sticks,
+and so does the next.
+"""
+WORTH = 0.65
+"""Evidence of a push in pushes that show their friction fully: about the mean of what `Strategy.update_belief` finds."""
+DRAWS = 101
+"""Draws of friction, direction and place of a push."""
+_LATTICE = (1, 26, 40)
+_SIGMAS = 3.0  # how far the axis of the friction scale reaches, in standard deviations from part to part
+_BEYOND = 1.5  # greatest offset of the table over that of the problem
+_SURE = 1.5  # standard deviations of a measured offset that are kept from the tolerance
+_MIDDLE = 0.5  # least share of the tolerance at which a part counts as centred, however badly it is measured
+
+
+class Size(NamedTuple):
+    """How fine a strategy is worked out: nodes of the offset and of the believed friction scale."""
+
+    offsets: int = 128
+    frictions: int = 7
+
+
+@dataclasses.dataclass(frozen=True)
+class Ground:
+    """All that pushes of one problem are worked out from; picklable."""
+
+    problem: CenteringProblem
+    outcomes: OutcomeTable
+    timing: CycleTiming
+    speeds: Floats
+    finish: float
+    size: Size
+
+    @property
+    def belief(self) -> FrictionScaleBelief:
+        """Belief before the first push."""
+        return FrictionScaleBelief.of(self.problem.scatter)
+
+    @property
+    def axes(self) -> tuple[sdp.Axis, sdp.Axis]:
+        """Offset and friction scale."""
+        return offset_axis(self.problem, self.size.offsets), friction_axis(self.problem, self.size.frictions)
+
+
+def finish_offset(problem: CenteringProblem) -> float:
+    """Measured offset at which a part counts as centred, mm: below the tolerance by what measuring may hide."""
+    return problem.tolerance - min(_SURE * problem.scatter.measuring_sd, _MIDDLE * problem.tolerance)
+
+
+def offset_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
+    """Axis of the offset: done at its low end."""
+    high = _BEYOND * problem.offset_max
+    return sdp.Axis("offset", finish_offset(problem), high, nodes, "mm", scale="log", below=0.0, above="hold")
+
+
+def friction_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
+    """Axis of the believed friction scale."""
+    reach = max(_SIGMAS * problem.scatter.friction_part_sd, 0.01)
+    return sdp.Axis("friction", max(0.6, 1 - reach), min(1.4, 1 + reach), nodes, "", below="hold", above="hold")
+
+
+def packed_axes(offset: sdp.Axis, friction: sdp.Axis) -> tuple[float, float, int, float, float, int]:
+    """Logarithm of the low end, step and nodes of the offset; low end, step and nodes of the friction: what kernels take."""
+    log_step = float(np.log(offset.high / offset.low)) / (offset.nodes - 1)
+    step = (friction.high - friction.low) / (friction.nodes - 1)
+    return float(np.log(offset.low)), log_step, offset.nodes, friction.low, step, friction.nodes
+
+
+def draws(problem: CenteringProblem) -> tuple[Floats, ...]:
+    """Draws of a push: friction (1), direction (rad), place (mm), its share that measuring hid (mm), weight; each (Q,).
+
+    A rank-1 lattice: no two draws share a friction, so that no push looks good by the luck of a few frictions.
+    """
+    scatter = problem.scatter
+    place = np.hypot(scatter.stop_sd, scatter.measuring_sd)
+    hidden = scatter.measuring_sd**2 / place if place > 0 else 0.0
+    unit = (np.arange(DRAWS)[:, None] * np.array(_LATTICE) / DRAWS + 0.5 / DRAWS) % 1.0
+    friction, direction, where = ndtri(unit).T
+    return friction, scatter.direction_sd * direction, place * where, hidden * where, np.full(DRAWS, 1.0 / DRAWS)
+
+
+def _compiled(friction: Floats, direction: Floats, *others: Floats) -> tuple[Floats, ...]:
+    """Draws as the kernel takes them: cosine and sine of the direction."""
+    return friction, np.cos(direction), np.sin(direction), *others
+
+
+@dataclasses.dataclass(frozen=True)
+class KindOfPush:
+    """One kind of push as a transition; `pushes` were seen before, or as many as the stage coordinate says are left to see."""
+
+    ground: Ground
+    kind: int
+    settled: int
+
+    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> sdp.Rows:
+        """Return the one-step distribution, and the expected time (s): infinite where no stroke is long enough."""
+        share = menu.controls(choice, level).share
+        time, (starts, columns, weights) = self._follow(points[0], points[1], share, self._seen(stage))
+        matrix = sparse.csr_array((weights, columns, starts), shape=(time.size, menu.grid.size))
+        return sdp.Rows(matrix, np.zeros(time.size, dtype=np.int64), time, np.zeros(time.size))
+
+    def sample(
+        self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats, rng: np.random.Generator
+    ) -> tuple[tuple[Floats, ...], Any]:
+        """Draw next coordinates: nodes of the grid, by the weights of `rows`."""
+        rows = self.rows(menu, points, mode, stage, choice, level)
+        draw = rng.random(points[0].size)
+        after = [np.array(p, dtype=float) for p in points]
+        low = menu.grid.axes[0].low
+        for k in range(draw.size):
+            row = rows.matrix[[k]]
+            total = np.cumsum(row.data)
+            at = int(np.searchsorted(total, draw[k]))
+            inside = at < total.size
+            after[0][k] = menu.grid.points[0][row.indices[at]] if inside else low
+            after[1][k] = menu.grid.points[1][row.indices[at]] if inside else after[1][k]
+        return tuple(after), rows.charge
+
+    def _seen(self, unseen: Any) -> int:
+        """Pushes seen: `settled` less the stages that are left."""
+        return self.settled if unseen is None else self.settled - int(np.round(np.ravel(unseen)[0]))
+
+    def _follow(self, offset: Any, friction: Any, share: Any, seen: int) -> tuple[Floats, Any]:
+        ground, out = self.ground, np.empty(np.size(offset))
+        table, scatter, belief = ground.outcomes, ground.problem.scatter, ground.belief
+        where, friction_scale = ground.axes
+        k = self.kind
+        found = all_draws(
+            *(np.ascontiguousarray(np.ravel(x), dtype=float) for x in (offset, friction, share)),
+            (table.travel[k], table.mean_travel[k], table.contact_time[k], table.grid, int(table.last[k])),
+            (ground.speeds, ground.finish),
+            (belief.sd(WORTH * seen), belief.push_sd, float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd))),
+            (ground.timing.busy_time, ground.timing.measuring_arc, ground.problem.limits.spindle_acceleration_max),
+            packed_axes(where, friction_scale),
+            _compiled(*draws(ground.problem)),
+            out,
+        )
+        return out, found
+
+
+def moves(ground: Ground, settled: int, timed: bool) -> list[sdp.Move]:
+    """One move for each kind of push; `timed`: the stage coordinate tells how many pushes are still to be seen."""
+    return [
+        sdp.Move(kind.name, {"share": FRACTIONS}, KindOfPush(ground, k, settled), timed=timed)
+        for k, kind in enumerate(ground.outcomes.kinds)
+    ]

@@ -1,0 +1,81 @@
+"""What a part's pushes say of its friction: mean and standard deviation of the friction scale."""
+
+import dataclasses
+from math import sqrt
+from typing import NamedTuple
+
+from centering.push._machine.problem import PushScatter
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+
+class Belief(NamedTuple):
+    """What is believed of a part's friction.
+
+    Attributes
+    ----------
+    friction : float
+        Mean of the friction scale, dimensionless.
+    evidence : float
+        Pushes' worth of it: the standard deviation is that after so many pushes that showed their friction.
+    """
+
+    friction: float
+    evidence: float
+
+
+@stored("centering.belief")
+@dataclasses.dataclass(frozen=True)
+class FrictionScaleBelief(Frozen):
+    """Belief about the friction scale of a part: friction over that of the model, both coefficients together.
+
+    The scale of a part is 1 with a standard deviation of `part_sd`; each push scatters about it by `push_sd`. After n pushes that
+    showed their friction the variance is ``1/(1/part_sd^2 + n/push_sd^2)``: a function of n alone, so that only n and the mean
+    are state.
+
+    Parameters
+    ----------
+    part_sd, push_sd : float
+        Standard deviations from part to part, and from push to push, relative.
+
+    Raises
+    ------
+    ValueError
+        When one is negative.
+
+    Examples
+    --------
+    >>> belief = FrictionScaleBelief(part_sd=0.08, push_sd=0.04)
+    >>> [round(belief.sd(pushes), 4) for pushes in (0, 1, 3)]
+    [0.08, 0.0358, 0.0222]
+    >>> round(belief.next_sd(0), 4), round(belief.evidence(belief.sd(3)), 6)
+    (0.0894, 3.0)
+    """
+
+    part_sd: float
+    push_sd: float
+
+    def __post_init__(self) -> None:
+        checks.nonnegative("part_sd", self.part_sd, "relative")
+        checks.nonnegative("push_sd", self.push_sd, "relative")
+
+    @classmethod
+    def of(cls, scatter: PushScatter) -> "FrictionScaleBelief":
+        """Return the belief before the first push under the `scatter` of a problem (relative standard deviations)."""
+        return cls(scatter.friction_part_sd, scatter.friction_push_sd)
+
+    def sd(self, pushes: float) -> float:
+        """Return the standard deviation of the part's scale after so many `pushes`, relative."""
+        prior, noise = self.part_sd**2, self.push_sd**2
+        return sqrt(prior * noise / (noise + pushes * prior)) if noise + pushes * prior > 0 else 0.0
+
+    def next_sd(self, pushes: float) -> float:
+        """Return the standard deviation of the scale that the next push will have, relative."""
+        return sqrt(self.sd(pushes) ** 2 + self.push_sd**2)
+
+    def evidence(self, sd: float) -> float:
+        """Return after how many pushes that showed their friction a standard deviation is as small as `sd` (relative)."""
+        if self.part_sd == 0.0 or self.push_sd == 0.0 or sd <= 0.0:
+            return 0.0
+        return max(0.0, self.push_sd**2 * (1.0 / sd**2 - 1.0 / self.part_sd**2))

@@ -1,0 +1,70 @@
+"""Bayes' rule for the friction scale of a part, on a grid of what the part and the push may have."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.cycle._strategy.outcome_kernels import scale_at, travel_at
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_PARTS, _PUSHES = 41, 17
+_REACH = 4.0  # standard deviations
+_FAR = 50.0  # squared standard deviations beyond which a travel is a surprise, whatever the friction
+_STRANGERS = 1e-3  # share of parts whose friction is nothing that is known: even in its logarithm over the table
+
+
+@njit(**_OPTIONS)
+def likelihood(table, grid, stroke, part, push_sd, noise, travelled):
+    """Density of a travel (mm) of a part with a friction scale, but for a factor; the push scatters about that.
+
+    Between two grid points of the push the travel is smeared over their distance: what is measured may be much finer.
+    """
+    travel, each = np.empty(_PUSHES), 2.0 * _REACH / (_PUSHES - 1)
+    for j in range(_PUSHES):
+        travel[j] = travel_at(table, grid, stroke, part * (1.0 + push_sd * (each * j - _REACH)))
+    total = 0.0
+    for j in range(_PUSHES):
+        e = each * j - _REACH
+        change = 0.5 * (travel[min(j + 1, _PUSHES - 1)] - travel[max(j - 1, 0)])
+        width = noise * noise + 0.25 * change * change
+        apart = (travelled - travel[j]) ** 2 / width
+        total += np.exp(-0.5 * (e * e + min(apart, _FAR))) / np.sqrt(width)
+    return total
+
+
+@njit(**_OPTIONS)
+def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
+    """Mean and sd of a part's friction scale after a push; `prior` holds both before; `noise`, `travelled` in mm.
+
+    Also whether the prior was wrong: where a part of any friction explains the travel better, by how rare such parts are, mean
+    and sd are those of such a part.
+    """
+    friction, sd = prior
+    scales, weights = np.empty(_PARTS), np.empty(_PARTS)
+    for i in range(_PARTS):
+        z = -_REACH + 2.0 * _REACH * i / (_PARTS - 1)
+        scales[i], weights[i] = friction + sd * z, np.exp(-0.5 * z * z)
+    belief = _moments(table, grid, stroke, scales, weights / weights.sum(), push_sd, noise, travelled)
+    nodes = table.shape[1]
+    scales, weights = np.empty(nodes), np.empty(nodes)
+    for i in range(nodes):
+        scales[i] = scale_at(grid, i)
+        weights[i] = (scale_at(grid, i + 0.5) - scale_at(grid, i - 0.5)) / scales[i]
+    stranger = _moments(table, grid, stroke, scales, weights / weights.sum(), push_sd, noise, travelled)
+    wrong = _STRANGERS * stranger[0] > (1.0 - _STRANGERS) * belief[0]
+    found = stranger if wrong else belief
+    return found[1], found[2], wrong
+
+
+@njit(**_OPTIONS)
+def _moments(table, grid, stroke, scales, weights, push_sd, noise, travelled):
+    """How well friction scales with weights explain a travel, and their mean and sd after it."""
+    total, first, second, about = 0.0, 0.0, 0.0, scales[scales.size // 2]
+    for i in range(scales.size):
+        weight, off = weights[i] * likelihood(table, grid, stroke, scales[i], push_sd, noise, travelled), scales[i] - about
+        total += weight
+        first += weight * off
+        second += weight * off * off
+    mean = first / total
+    return total, about + mean, np.sqrt(max(second / total - mean * mean, 0.0))

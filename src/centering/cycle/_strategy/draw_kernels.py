@@ -1,0 +1,152 @@
+"""Where pushes lead from many states at once: offset, belief and waiting time move on the same draw."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.cycle._strategy.outcome_kernels import stroke_for, travel_at
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def between(values, i):
+    """Value at a place between the nodes, linear."""
+    a = min(int(i), values.size - 2)
+    return values[a] + (i - a) * (values[a + 1] - values[a])
+
+
+@njit(**_OPTIONS)
+def table_speed(speeds, axis, offset):
+    """Table speed (rad/s) at an offset (mm): linear in the logarithm; `axis` = (log low, step) of the offset."""
+    return between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))
+
+
+@njit(**_OPTIONS)
+def waiting_time(phase, busy, speed, arc, before, acceleration):
+    """Time (s) from one touch to the next: the table turns through `phase` (rad), and once more until all is done in between.
+
+    `busy` (s) and `arc` (rad) are what contact, retreat, measuring and approach take; `before` is the table speed so far.
+    """
+    need = speed * busy + arc
+    turns = np.ceil(max(0.0, need - phase) / (2.0 * np.pi))
+    late = (speed - before) ** 2 / (2.0 * acceleration * speed) if speed > before else 0.0
+    return (phase + 2.0 * np.pi * turns) / speed + late
+
+
+@njit(**_OPTIONS)
+def learning_rate(travel, friction, weight, noise):
+    """Mean travel (mm), and what a mm more says of a push's friction, in its standard deviations: the best linear guess."""
+    mean, square, product = 0.0, 0.0, 0.0
+    for q in range(travel.size):
+        mean += weight[q] * travel[q]
+    for q in range(travel.size):
+        square += weight[q] * (travel[q] - mean) ** 2
+        product += weight[q] * (travel[q] - mean) * friction[q]
+    variance = square + noise * noise
+    return mean, product / variance if variance > 0.0 else 0.0
+
+
+@njit(**_OPTIONS)
+def turn_to(along, across):
+    """Angle (rad) that the table turns until the high point of a ring is under the tip again, in (0, 2 pi]."""
+    phase = -np.arctan2(across, along)
+    return phase if phase > 0.0 else phase + 2.0 * np.pi
+
+
+@njit(**_OPTIONS)
+def push_once(offset, travel, angle):
+    """Offset (mm) after a push, and the angle (rad) that the table turns until its high point is under the tip again."""
+    along, across = offset - travel * np.cos(angle), -travel * np.sin(angle)
+    return np.hypot(along, across), turn_to(along, across)
+
+
+@njit(**_OPTIONS)
+def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, draws, out):
+    """Follow pushes from P states; write expected times into `out`, and return the weights on the grid.
+
+    Parameters
+    ----------
+    offset, friction, fraction : array, (P,)
+        State (mm, 1), and the wanted mean travel as a share of the offset.
+    kind : tuple
+        (travel [stroke, friction scale], mean travel, contact time [stroke], grid, last) of the kind of push.
+    tables : tuple
+        (table speeds at the nodes of the offset,).
+    belief : tuple
+        (sd, push_sd, noise of the travel) before the push.
+    timing : tuple
+        (time of retreat and approach (s), arc of measuring (rad), table acceleration (rad/s^2)).
+    axes : tuple
+        (log low, log step, nodes) of the offset and (low, step, nodes) of the friction scale.
+    draws : tuple
+        (friction (1), cosine and sine of the direction, place (mm), share of the place that measuring hid, weight), each (Q,).
+    out : array, (P,)
+        Expected time (s) to the next touch or the end; infinite where no stroke is long enough.
+
+    Returns
+    -------
+    tuple
+        Row starts (P + 1,), columns and weights of the sparse matrix.
+    """
+    travel, mean, contact, grid, last = kind
+    speeds, finish = tables
+    sd, push_sd, noise = belief
+    busy, arc, acceleration = timing
+    log_low, log_step, n_offset, low, step, n_friction = axes
+    spread = np.sqrt(sd * sd + push_sd * push_sd)
+    share = sd * sd / spread if spread > 0.0 else 0.0  # of a push's deviation, what is the part's
+    high = low + step * (n_friction - 1)
+    luck, cosine, sine, place, hidden, weight = draws
+    moved, at_end = np.empty(luck.size), table_speed(speeds, (log_low, log_step), finish)
+    points, count = offset.size, luck.size
+    starts = np.zeros(points + 1, dtype=np.int64)
+    room = 4 * count
+    columns = np.empty(points * room, dtype=np.int32)
+    weights = np.empty(columns.size)
+    here, touched = np.zeros(n_offset * n_friction), np.empty(room, dtype=np.int32)
+    axis = (log_low, log_step)
+    at = 0
+    for p in range(points):
+        d, m = offset[p], friction[p]
+        s = stroke_for(mean, grid, last, m, fraction[p] * d)
+        if s == np.inf:
+            out[p] = np.inf
+            starts[p + 1] = at
+            continue
+        pressed = between(contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0))
+        before = table_speed(speeds, axis, d)
+        for q in range(count):
+            moved[q] = travel_at(travel, grid, s + place[q], m + spread * luck[q])
+        expected, rate = learning_rate(moved, luck, weight, noise)
+        time, many = 0.0, 0
+        for q in range(count):
+            x, w = moved[q], weight[q]
+            along, across = d + hidden[q] - x * cosine[q], -x * sine[q]
+            square = along * along + across * across
+            if square <= finish * finish:
+                time += w * (pressed + busy + arc / at_end)
+                continue
+            i = min(max((0.5 * np.log(square) - log_low) / log_step, 0.0), n_offset - 1.0)
+            speed = between(speeds, i)
+            time += w * waiting_time(turn_to(along, across), pressed + busy, speed, arc, before, acceleration)
+            learned = min(max(m + share * rate * (x - expected), low), high)
+            j = min((learned - low) / step, n_friction - 1.0)
+            a, b = min(int(i), n_offset - 2), min(int(j), n_friction - 2)
+            for corner in range(4):
+                up, right = corner >> 1, corner & 1
+                part = w * ((i - a) if up else (1.0 - i + a)) * ((j - b) if right else (1.0 - j + b))
+                node = (a + up) * n_friction + b + right
+                if part > 0.0:
+                    if here[node] == 0.0:
+                        touched[many] = node
+                        many += 1
+                    here[node] += part
+        out[p] = time
+        for k in range(many):
+            columns[at], weights[at] = touched[k], here[touched[k]]
+            here[touched[k]] = 0.0
+            at += 1
+        starts[p + 1] = at
+    return starts, columns[:at].copy(), weights[:at].copy()

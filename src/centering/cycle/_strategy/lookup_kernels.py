@@ -1,0 +1,39 @@
+"""The look-up of a push, compiled: the kind and the share of the nearest node, the stroke for the very offset and friction."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.cycle._strategy.draw_kernels import table_speed
+from centering.cycle._strategy.outcome_kernels import stroke_for
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def place(axes, offset, friction):
+    """Cells of an offset (mm) and a friction scale; `axes` = (log low, log step, nodes, low, step, nodes)."""
+    i = min(max((np.log(offset) - axes[0]) / axes[1], 0.0), axes[2] - 1.0)
+    return i, min(max((friction - axes[3]) / axes[4], 0.0), axes[5] - 1.0)
+
+
+@njit(**_OPTIONS)
+def value_at(value, axes, offset, friction, pushes):
+    """Expected time (s), bilinear in log offset and friction scale."""
+    i, j = place(axes, offset, friction)
+    a, b = min(int(i), value.shape[1] - 2), min(int(j), value.shape[2] - 2)
+    x, y = i - a, j - b
+    v = value[pushes]
+    return (1 - x) * ((1 - y) * v[a, b] + y * v[a, b + 1]) + x * ((1 - y) * v[a + 1, b] + y * v[a + 1, b + 1])
+
+
+@njit(**_OPTIONS)
+def choose(policy, outcomes, speeds, axes, offset, friction, pushes):
+    """Kind, aim (mm), stroke (mm) and table speed (rad/s) of the best push; `policy` holds kind and share of the offset."""
+    i, j = place(axes, offset, friction)
+    a, b = int(np.rint(i)), int(np.rint(j))
+    kind, aim = policy[0][pushes, a, b], policy[1][pushes, a, b] * offset
+    last, grid = outcomes[2][kind], outcomes[3]
+    stroke = min(stroke_for(outcomes[1][kind], grid, last, friction, aim), np.exp(grid[0] + grid[1] * last))
+    return kind, aim, stroke, table_speed(speeds, (axes[0], axes[1]), offset)

@@ -1,0 +1,250 @@
+"""What pushes do: travel of the part by kind of push, stroke of the tip and friction, simulated exactly and kept in a table."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from functools import cached_property, partial
+from math import sqrt
+
+import numpy as np
+
+from centering.cycle._strategy.outcome_kernels import FINE, stroke_for, travel_at
+from centering.push._contact.batch_kernels import push_many
+from centering.push._contact.reaction import refuse_unfinished
+from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION
+from centering.push._machine.model import PushModel
+from centering.push._profile.gentle import gentle_profile, tap_profile
+from centering.push._profile.profile import TipProfile
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.parallel import execute
+from sdpgrind.base.stored import stored
+
+_FIRST, _EACH, _SCALES = -1.6, 1.0 / 15.0, 62  # of the friction scales, as areas sinh
+FRICTION_SCALES = 1.0 + FINE * np.sinh(_FIRST + _EACH * np.arange(_SCALES))
+"""Friction scales of the tables, 0.41 to 2.46: every 1/60 near 1, and about as coarse as a tenth of the distance far from it."""
+_STEP = 1.02
+"""Ratio of neighbouring strokes."""
+_LONGEST = 0.25
+"""Time for which a tip may push, s: what takes longer belongs to a faster push."""
+_SPREAD = 0.045
+"""Standard deviation of the friction scale over which the mean travel is taken: about that of a push once a few were seen."""
+
+
+@stored("centering.push_kind")
+@dataclasses.dataclass(frozen=True)
+class PushKind(Frozen):
+    """How a tip pushes.
+
+    Parameters
+    ----------
+    shape : {"trapezoid", "gentle"}
+        At constant speed from the first touch and stopped at full deceleration, or by `gentle_profile`. (With ramps of whole
+        periods these are no better: strategies that had them, too, took as long.)
+    push_speed : float
+        Greatest speed of the tip, mm/s.
+    retract : bool
+        Whether the tip is drawn back at once.
+
+    Raises
+    ------
+    ValueError
+        When the shape is unknown, or the speed not > 0.
+
+    Examples
+    --------
+    >>> PushKind("trapezoid", 10.0, True).name
+    'trapezoid 10 mm/s, drawn back'
+    """
+
+    shape: str
+    push_speed: float
+    retract: bool
+
+    def __post_init__(self) -> None:
+        checks.one_of("shape", self.shape, ("trapezoid", "gentle"))
+        checks.positive("push_speed", self.push_speed, "mm/s")
+        checks.kind("retract", self.retract, bool)
+
+    @property
+    def name(self) -> str:
+        """In words, with the speed in mm/s."""
+        return f"{self.shape} {self.push_speed:.4g} mm/s" + (", drawn back" if self.retract else "")
+
+    def profile(self, model: PushModel, stroke: float, acceleration: float) -> TipProfile:
+        """Return the motion of the tip from the first touch on.
+
+        Parameters
+        ----------
+        model : PushModel
+            What is pushed, as it is believed to be.
+        stroke : float
+            Greatest travel of the tip after the first touch, mm.
+        acceleration : float
+            Of the slide, mm/s^2.
+        """
+        if self.shape == "gentle":
+            return gentle_profile(model, stroke, self.push_speed, acceleration_max=acceleration)
+        if self.retract:
+            return tap_profile(stroke, self.push_speed, acceleration_max=acceleration)
+        return stopped_push(stroke, self.push_speed, acceleration)
+
+
+def stopped_push(stroke: float, speed: float, acceleration: float) -> TipProfile:
+    """Return a push at constant speed (mm/s) that stops after `stroke` (mm) at full deceleration, and stays."""
+    top = min(speed, sqrt(2.0 * acceleration * stroke))
+    cruise = stroke / top - top / (2.0 * acceleration)
+    rows = [(cruise, top, 0.0)] if cruise > 1e-9 else []
+    return TipProfile(*np.array([*rows, (top / acceleration, top, -acceleration)]).T)
+
+
+def default_kinds(top_speed: float) -> tuple[PushKind, ...]:
+    """Return the pushes that are tried: from slow taps to the `top_speed` (mm/s), and gentle ones."""
+    taps = [PushKind("trapezoid", speed, True) for speed in (2.0, 5.0, 20.0, 40.0) if speed < top_speed]
+    gentle = [PushKind("gentle", speed, True) for speed in (5.0, 10.0, 20.0, 40.0) if speed < top_speed]
+    return (*taps, PushKind("trapezoid", top_speed, True), PushKind("trapezoid", min(10.0, top_speed), False), *gentle)
+
+
+@stored("centering.outcomes")
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class OutcomeTable(ByValue, Frozen):
+    """Travel of a part by kind of push, stroke and friction scale.
+
+    Attributes
+    ----------
+    kinds : tuple of PushKind
+        (K,).
+    first_stroke, stroke_ratio : float
+        Strokes of the table are ``first_stroke stroke_ratio^i``, mm.
+    travel : array, (K, S, R)
+        At the friction scales `FRICTION_SCALES`, mm.
+    contact_time : array, (K, S)
+        From first touch to the turning point of the tip, s.
+    last : array of int, (K,)
+        Greatest stroke that a kind of push is used for.
+    """
+
+    kinds: tuple[PushKind, ...]
+    first_stroke: float
+    stroke_ratio: float
+    travel: Floats
+    contact_time: Floats
+    last: Floats
+
+    def __post_init__(self) -> None:
+        for name, kind in (("travel", float), ("contact_time", float), ("last", np.int64)):
+            object.__setattr__(self, name, lasting(getattr(self, name), kind))
+        if self.travel.shape[-1] != _SCALES:
+            raise checks.refuse(
+                "travel", f"of shape (K, S, {_SCALES}), as a plan of this version has it", self.travel.shape, "mm"
+            )
+
+    def __repr__(self) -> str:
+        last = self.first_stroke * self.stroke_ratio ** (self.travel.shape[1] - 1)
+        return f"OutcomeTable({len(self.kinds)} kinds of push, {self.travel.shape[1]} strokes up to {last:.4g} mm)"
+
+    @cached_property
+    def grid(self) -> tuple[float, float, float, float]:
+        """Logarithms of the first stroke (mm) and of the ratio of strokes, first friction scale and step (area sinh, unit 1)."""
+        return float(np.log(self.first_stroke)), float(np.log(self.stroke_ratio)), _FIRST, _EACH
+
+    @property
+    def stroke_range(self) -> tuple[float, float]:
+        """First stroke (mm), and ratio of neighbours."""
+        return self.first_stroke, self.stroke_ratio
+
+    @cached_property
+    def strokes(self) -> Floats:
+        """Strokes of the table, (S,), mm."""
+        return lasting(self.first_stroke * self.stroke_ratio ** np.arange(self.travel.shape[1]))
+
+    @cached_property
+    def mean_travel(self) -> Floats:
+        """Mean travel about each friction scale, never falling with the stroke, (K, S, R), mm: what a stroke is chosen by."""
+        node, weight = np.polynomial.hermite_e.hermegauss(9)
+        at = np.clip(np.add.outer(FRICTION_SCALES, _SPREAD * node), FRICTION_SCALES[0], FRICTION_SCALES[-1])
+        cell = (np.arcsinh((at - 1.0) / FINE) - _FIRST) / _EACH
+        hat = np.maximum(0.0, 1.0 - np.abs(cell[:, :, None] - np.arange(_SCALES)))
+        blur = np.einsum("q,jqr->jr", weight / weight.sum(), hat)
+        return lasting(np.maximum.accumulate(self.travel @ blur.T, axis=1))
+
+    def expected(self, kind: int, stroke: float, friction: float) -> float:
+        """Return the travel (mm) of a kind of push with a stroke (mm) at a friction scale."""
+        return float(travel_at(self.travel[kind], self.grid, stroke, friction))
+
+    def stroke_for(self, kind: int, travel: float, friction: float) -> float:
+        """Return the stroke (mm) of a kind (by number) with a mean `travel` (mm) about a friction scale; inf: there is none."""
+        return float(stroke_for(self.mean_travel[kind], self.grid, int(self.last[kind]), friction, travel))
+
+
+def simulated(
+    model: PushModel,
+    kinds: Sequence[PushKind],
+    *,
+    longest: float,
+    acceleration: float,
+    executor: Executor | None = None,
+    tell: Callable[[float, str], None],
+) -> OutcomeTable:
+    """Return the table of a model, simulated push by push; strokes up to `longest` mm, `acceleration` of the slide mm/s^2."""
+    first = 0.3 * min(model.breakaway_force / model.contact_stiffness, longest)
+    count = int(np.ceil(np.log(longest / first) / np.log(_STEP))) + 1
+    strokes: Floats = np.asarray(first * _STEP ** np.arange(count))
+    work = partial(_rows, model, strokes, acceleration)
+    found = []
+    for at in range(0, len(kinds), 2 if executor is None else len(kinds)):
+        tell(at / len(kinds), f"simulating pushes, {kinds[at].name}")
+        found += execute(work, kinds[at : at + (2 if executor is None else len(kinds))], executor)
+    travel, time, last = (np.array(part) for part in zip(*found, strict=True))
+    return OutcomeTable(tuple(kinds), float(first), _STEP, travel, time, last)
+
+
+def _rows(model: PushModel, strokes: Floats, acceleration: float, kind: PushKind) -> tuple[Floats, Floats, int]:
+    """Travel [stroke, friction scale], time of contact [stroke] and last stroke of one kind of push."""
+    profiles, times = [], []
+    for stroke in strokes:
+        profile = kind.profile(model, float(stroke), acceleration)
+        times.append(pushing_time(profile))
+        profiles.append(profile)
+        if times[-1] > _LONGEST:
+            break
+    count = len(profiles)
+    travel = np.zeros((strokes.size, FRICTION_SCALES.size))
+    travel[:count] = _travels(model, profiles)
+    travel[count:] = travel[count - 1]
+    return travel, np.pad(times, (0, strokes.size - count), mode="edge"), count - 1
+
+
+def _travels(model: PushModel, profiles: list[TipProfile]) -> Floats:
+    """Travel of the part [profile, friction scale], mm."""
+    segments = np.concatenate([profile.segments for profile in profiles])
+    ends = np.cumsum([profile.duration.size for profile in profiles])
+    starts = np.array([profile.start for profile in profiles])
+    out, status = np.empty((starts.size, COLUMNS)), np.empty(starts.size, dtype=np.int64)
+    travel = np.empty((starts.size, FRICTION_SCALES.size))
+    for k, scale in enumerate(FRICTION_SCALES):
+        push_many(scaled(model, float(scale))[None], segments, ends, starts, out, status)
+        refuse_unfinished(status)
+        travel[:, k] = out[:, FINAL_POSITION]
+    return travel
+
+
+def scaled(model: PushModel, scale: float) -> Floats:
+    """Parameters of a model whose coefficients of friction are those of the model times a friction scale."""
+    parameters = model.parameters
+    parameters[3:5] *= scale
+    return parameters
+
+
+def pushing_time(profile: TipProfile) -> float:
+    """Time from first touch to the turning point of the tip, s."""
+    return until_turn(profile.segments)
+
+
+def until_turn(rows: Floats) -> float:
+    """Time until a tip no longer advances, s; rows of duration (s), speed at the begin (mm/s), acceleration (mm/s^2)."""
+    ahead = np.flatnonzero(rows[:, 1] + rows[:, 2] * rows[:, 0] > 1e-9)
+    last = int(ahead[-1]) + 2 if ahead.size else 1
+    return float(rows[:last, 0].sum())

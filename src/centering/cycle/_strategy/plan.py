@@ -1,0 +1,145 @@
+"""The verb `plan`: which push next, by stochastic dynamic programming over offset and what is believed of the friction."""
+
+import warnings
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+
+from centering.cycle._strategy.as_sdp import FRACTIONS, Ground, Size, finish_offset, moves, offset_axis
+from centering.cycle._strategy.outcomes import PushKind, default_kinds, simulated
+from centering.cycle._strategy.strategy import Strategy
+from centering.cycle._strategy.timing import CycleTiming, table_speeds
+from centering.push._machine.problem import CenteringProblem
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.progress import Progress, TerminalLine
+
+SETTLED = 4
+"""Pushes after which the belief is no more than the mean: further ones change its standard deviation by little."""
+GIVEN_UP = 60.0
+"""What a part costs that is not centred after the greatest number of pushes, s."""
+_SHARES = (0.0, 0.6, 0.8, 1.0)  # of the work: pushes simulated, the settled belief, the first pushes
+
+
+def plan(
+    problem: CenteringProblem,
+    *,
+    spindle_speed: str | float = "scheduled",
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Strategy:
+    """Return the sequence of pushes that centres a part in the least expected time.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Part, machine, scatter of the pushes, tolerance.
+    spindle_speed : "scheduled" or float
+        Table speed, rad/s: the fastest that the offset allows, or a fixed one (less where the offset does not allow it).
+    executor : concurrent.futures.Executor, optional
+        Where to simulate pushes and to evaluate them; the result does not depend on it.
+    progress : callable(share, text), optional
+        By default one line on a terminal when it takes long, silent elsewhere.
+
+    Returns
+    -------
+    Strategy
+        Expected times (s) and pushes for every offset, believed friction and number of pushes seen.
+
+    Raises
+    ------
+    ValueError
+        When `spindle_speed` is no speed > 0, or more than `CenteringLimits.spindle_speed_max`.
+
+    Warns
+    -----
+    UserWarning
+        When the tolerance is below half the jump of stick and slip.
+
+    Examples
+    --------
+    >>> from centering.push._machine.presets import preset
+    >>> strategy = plan(preset("printed").replace(mass=0.8))  # doctest: +SKIP
+    >>> strategy.push(offset=1.0)  # doctest: +SKIP
+    """
+    checks.kind("problem", problem, CenteringProblem, ", as preset(...) gives it")
+    if isinstance(spindle_speed, str):
+        checks.one_of("spindle_speed", spindle_speed, ("scheduled",))
+    else:
+        checks.at_most("spindle_speed", spindle_speed, "spindle_speed_max", problem.limits.spindle_speed_max, "rad/s")
+    if problem.quantum_note:
+        warnings.warn(problem.quantum_note, stacklevel=2)
+    tell = progress if progress is not None else TerminalLine()
+    return solved(
+        prepared(problem, spindle_speed, default_kinds(problem.limits.push_speed_max), Size(), executor, tell), executor, tell
+    )
+
+
+def prepared(
+    problem: CenteringProblem,
+    spindle_speed: str | float,
+    kinds: tuple[PushKind, ...],
+    size: Size,
+    executor: Executor | None,
+    tell: Progress,
+) -> Ground:
+    """Simulate the kinds of push, and fix table speeds."""
+    axis = offset_axis(problem, size.offsets)
+    outcomes = simulated(
+        problem.model,
+        kinds,
+        longest=1.3 * axis.high,
+        acceleration=problem.limits.acceleration_max,
+        executor=executor,
+        tell=lambda share, text: tell(_SHARES[1] * share, text),
+    )
+    offsets = np.geomspace(axis.low, axis.high, axis.nodes)
+    return Ground(problem, outcomes, CycleTiming(), table_speeds(problem, offsets, spindle_speed), finish_offset(problem), size)
+
+
+def solved(ground: Ground, executor: Executor | None, tell: Progress) -> Strategy:
+    """Work out the strategy: first with a belief that no longer narrows, then backward to the first push."""
+    given_up = sdp.Stop("given up", _given_up, allowed=_no_more)
+    further = max(1, ground.problem.pushes_max - SETTLED)
+    settled = sdp.plan(
+        sdp.Problem(ground.axes, moves(ground, SETTLED, False), [given_up], sdp.Stages(further, 1.0, "unseen", "")),
+        executor=executor,
+        progress=lambda share, text: tell(_SHARES[1] + (_SHARES[2] - _SHARES[1]) * share, "the pushes after the first ones"),
+    )
+    done = sdp.Stop("seen", _Settled(settled), allowed=_no_more)
+    first = sdp.plan(
+        sdp.Problem(ground.axes, moves(ground, SETTLED, True), [done], sdp.Stages(SETTLED, 1.0, "unseen", "")),
+        executor=executor,
+        progress=lambda share, text: tell(_SHARES[2] + (1 - _SHARES[2]) * share, "the first pushes"),
+    )
+    return Strategy(ground.problem, ground.outcomes, ground.timing, ground.speeds, _joined(ground.size, settled, first))
+
+
+class _Settled:
+    """Expected time (s) at the nodes with the settled belief: what is to come once the first pushes were seen."""
+
+    def __init__(self, policy: sdp.Policy) -> None:
+        self.policy = policy
+
+    def __call__(self, s: Any) -> Floats:
+        return np.asarray(self.policy.table.value[-1, 0] + 0.0 * s.offset)
+
+
+def _given_up(s: Any) -> Floats:
+    """Charge (s) of a part that is given up."""
+    return np.asarray(GIVEN_UP + 0.0 * s.offset)
+
+
+def _no_more(s: Any) -> Any:
+    return s.unseen < 0.5
+
+
+def _joined(size: Size, settled: sdp.Policy, first: sdp.Policy) -> tuple[Floats, Floats, Floats]:
+    """Value, kind and share [pushes seen, offset, friction] of both policies."""
+    shape = (SETTLED + 1, *size)
+    tables = [first.table, settled.table]
+    rows = [(0, SETTLED - n) for n in range(SETTLED)] + [(1, -1)]
+    value, kind, entry = (np.stack([getattr(tables[t], name)[row, 0] for t, row in rows]) for name in ("value", "best", "entry"))
+    return value.reshape(shape), kind.reshape(shape).astype(np.int64), FRACTIONS[entry].reshape(shape)

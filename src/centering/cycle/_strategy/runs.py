@@ -1,0 +1,85 @@
+"""What became of parts that a strategy centred in simulation: times, pushes, final offsets."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from centering.push._machine.problem import CenteringProblem
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.extras import need
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class CenteringRuns:
+    """Parts that were centred in simulation, as `Strategy.simulate` gives them.
+
+    Attributes
+    ----------
+    start : array, (parts,)
+        Offset at the begin, mm.
+    time : array, (parts,)
+        From the table at rest to the last measurement, s.
+    pushes : array of int, (parts,)
+        Pushes that were made.
+    offset : array, (parts,)
+        True offset at the end, mm.
+    finished : array of bool, (parts,)
+        Whether the part was taken for centred, and is.
+    problem : CenteringProblem
+        What was centred.
+    """
+
+    start: Floats
+    time: Floats
+    pushes: Any
+    offset: Floats
+    finished: Any
+    problem: CenteringProblem
+
+    @property
+    def mean(self) -> float:
+        """Mean time of a part, s."""
+        return float(np.mean(self.time))
+
+    @property
+    def standard_error(self) -> float:
+        """Standard error of the mean time, s."""
+        return float(np.std(self.time, ddof=1) / np.sqrt(self.time.size)) if self.time.size > 1 else 0.0
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The parts with labels and units."""
+        return xr.Dataset(
+            {
+                "start": ("part", self.start, {"units": "mm", "long_name": "offset at the begin"}),
+                "time": ("part", self.time, {"units": "s", "long_name": "time of the cycle"}),
+                "pushes": ("part", self.pushes, {"long_name": "pushes"}),
+                "offset": ("part", self.offset, {"units": "mm", "long_name": "true offset at the end"}),
+                "finished": ("part", self.finished, {"long_name": "taken for centred, and centred"}),
+            }
+        )
+
+    def plot(self) -> Any:
+        """Draw the times, the pushes and the final offsets; return the figure."""
+        plt = need("matplotlib.pyplot", "plot")
+        figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.2), layout="constrained")
+        left.hist(self.time, bins=30, color="#4878a8")
+        left.axvline(self.mean, color="k", lw=1, label=f"mean {self.mean:.2f} s")
+        left.set(xlabel="time of a part [s]", ylabel="parts")
+        left.legend(frameon=False)
+        middle.hist(self.pushes, bins=np.arange(self.pushes.max() + 2) - 0.5, color="#4878a8", rwidth=0.9)
+        middle.set(xlabel="pushes", ylabel="parts")
+        right.hist(1e3 * self.offset, bins=30, color="#4878a8")
+        right.axvline(1e3 * self.problem.tolerance, color="k", lw=1, ls="--", label="tolerance")
+        right.set(xlabel="offset at the end [µm]", ylabel="parts")
+        right.legend(frameon=False, loc="upper center")
+        return figure
+
+    def __repr__(self) -> str:
+        share = 100.0 * float(np.mean(self.finished))
+        return (
+            f"CenteringRuns({self.time.size} parts, {share:.4g} % centred in {self.mean:.2f} s and"
+            f" {float(np.mean(self.pushes)):.2f} pushes on average)"
+        )

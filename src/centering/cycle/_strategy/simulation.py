@@ -1,0 +1,103 @@
+"""Following a strategy on the model by Monte-Carlo: pushes by the exact simulator, never through the strategy's own table."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering.cycle._strategy.draw_kernels import push_once, waiting_time
+from centering.cycle._strategy.outcomes import pushing_time, scaled
+from centering.cycle._strategy.runs import CenteringRuns
+from centering.push._contact.reaction import simulate_pushes
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed, generator
+
+if TYPE_CHECKING:
+    from centering.cycle._strategy.choice import PushChoice
+    from centering.cycle._strategy.strategy import Strategy
+
+_LEAST_SHARE = 0.1  # of the greatest offset: where parts begin unless told
+
+
+def simulate(strategy: "Strategy", parts: int, rng: Seed, start: Any) -> CenteringRuns:
+    """Centre so many parts; see `Strategy.simulate`."""
+    random = generator(rng)
+    checks.count("runs", parts)
+    offset_max = strategy.problem.offset_max
+    begun = random.uniform(_LEAST_SHARE * offset_max, offset_max, parts) if start is None else np.array(start, dtype=float)
+    begun = np.broadcast_to(checks.finite_array("start", begun, "mm"), parts)
+    if np.any(begun <= 0.0) or np.any(begun > offset_max):
+        raise checks.refuse("start", f"in (0, {offset_max:g}]", float(begun[(begun <= 0.0) | (begun > offset_max)][0]), "mm")
+    return _Parts(strategy, begun, random).run()
+
+
+class _Parts:
+    """Parts that are centred side by side; every part draws as much at every push, so that none depends on another."""
+
+    def __init__(self, strategy: "Strategy", start: Floats, random: np.random.Generator) -> None:
+        self.strategy, self.random, self.start = strategy, random, start
+        self.scatter, count = strategy.problem.scatter, start.size
+        self.scale = 1.0 + self.scatter.friction_part_sd * random.standard_normal(count)
+        self.offset = start.copy()
+        self.friction, self.evidence, self.waiting = np.ones(count), np.zeros(count), np.ones(count, dtype=bool)
+        self.pushes = np.zeros(count, dtype=np.int64)
+        self.measured = np.abs(self.offset + self.scatter.measuring_sd * random.standard_normal(count))
+        self.time = np.array([self._start_time(float(d)) for d in self.measured])
+
+    def run(self) -> CenteringRuns:
+        """Push until all parts are measured to be centred, or given up."""
+        self.waiting = self.measured > self.strategy.finish
+        for _ in range(self.strategy.problem.pushes_max):
+            if not self.waiting.any():
+                break
+            self._push()
+        good = ~self.waiting & (self.offset <= self.strategy.problem.tolerance)
+        return CenteringRuns(self.start, self.time, self.pushes, self.offset, good, self.strategy.problem)
+
+    def _start_time(self, offset: float) -> float:
+        """Time from rest to the first touch: run up, measure, and any part of a turn, s."""
+        acceleration = self.strategy.problem.limits.spindle_acceleration_max
+        speed = self.strategy.spindle_speed(offset)
+        mean = self.strategy.timing.start_time(speed, acceleration)
+        return mean + float(self.random.uniform(-np.pi, np.pi)) / speed
+
+    def _push(self) -> None:
+        """One push of all parts that wait for one."""
+        unit = self.random.standard_normal((4, self.offset.size))
+        at = np.flatnonzero(self.waiting)
+        choices = [
+            self.strategy.push(offset=float(d), friction=float(m), evidence=float(n))
+            for d, m, n in zip(self.measured[at], self.friction[at], self.evidence[at], strict=True)
+        ]
+        travel = self._travel(at, choices, unit)
+        for k, choice, x in zip(at, choices, travel, strict=True):
+            self._move(int(k), choice, float(x), unit[:, k])
+
+    def _travel(self, at: Any, choices: "list[PushChoice]", unit: Floats) -> Floats:
+        """Travel of the parts, mm: the tip meets a part where it is and stops where it is told, but for its scatter."""
+        place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
+        scale = np.maximum(0.2, self.scale[at] * (1.0 + self.scatter.friction_push_sd * unit[0, at]))
+        model = self.strategy.problem.model
+        profiles = [
+            self.strategy.profile(choice._replace(stroke=max(choice.stroke + p, 1e-6)))
+            for choice, p in zip(choices, place, strict=True)
+        ]
+        return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in scale]), profiles)[:, 0])
+
+    def _move(self, k: int, choice: "PushChoice", travel: float, unit: Floats) -> None:
+        """Book a push of part k: where it is now, what was measured, how long it took, what it says of friction."""
+        strategy, limits = self.strategy, self.strategy.problem.limits
+        self.offset[k], phase = push_once(self.offset[k], travel, self.scatter.direction_sd * unit[2])
+        before = self.measured[k]
+        self.measured[k] = abs(self.offset[k] + self.scatter.measuring_sd * unit[3])
+        seen = float(np.sqrt(before**2 + self.measured[k] ** 2 - 2.0 * before * self.measured[k] * np.cos(phase)))
+        belief = strategy.update_belief(float(self.friction[k]), float(self.evidence[k]), choice, seen)
+        self.friction[k], self.evidence[k] = belief
+        self.pushes[k] += 1
+        self.waiting[k] = self.measured[k] > strategy.finish
+        busy = pushing_time(strategy.profile(choice)) + strategy.timing.busy_time
+        speed, arc = strategy.spindle_speed(float(self.measured[k])), strategy.timing.measuring_arc
+        if self.waiting[k]:
+            self.time[k] += waiting_time(phase, busy, speed, arc, choice.spindle_speed, limits.spindle_acceleration_max)
+        else:
+            self.time[k] += busy + arc / speed

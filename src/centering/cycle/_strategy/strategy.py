@@ -1,0 +1,286 @@
+"""A strategy: the push for every offset, what is believed of the friction, and what both will cost."""
+
+import os
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from centering.cycle._strategy.as_sdp import WORTH, finish_offset, friction_axis, offset_axis, packed_axes
+from centering.cycle._strategy.belief import Belief, FrictionScaleBelief
+from centering.cycle._strategy.belief_kernels import posterior
+from centering.cycle._strategy.choice import PushChoice
+from centering.cycle._strategy.draw_kernels import table_speed
+from centering.cycle._strategy.lookup_kernels import choose, value_at
+from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable
+from centering.cycle._strategy.timing import CycleTiming
+from centering.push._machine.problem import CenteringProblem
+from centering.push._profile.profile import TipProfile
+from sdpgrind.base import checks, records
+from sdpgrind.base.arrays import lasting
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed
+from sdpgrind.base.stored import decode, encode
+
+if TYPE_CHECKING:
+    from centering.cycle._strategy.runs import CenteringRuns
+
+KIND = "centering.strategy"
+_ROUNDING = 1.0 + 1e-9
+
+
+class Strategy:
+    """Which push next, by offset, believed friction and pushes seen: a plan, immutable, made by `plan`.
+
+    The friction scale is the part's friction over that of the model; the belief about it has a mean, which is looked up, and a
+    standard deviation, which the number of pushes seen tells.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        What was planned for.
+    outcomes : OutcomeTable
+        What its pushes do, mm.
+    timing : CycleTiming
+        What a cycle takes besides pushes, s and rad.
+    speeds : array, (offsets,)
+        Table speeds at the nodes of the offset, rad/s.
+    table : tuple of array, (pushes, offsets, frictions)
+        Expected time (s), number of the best kind of push, and wanted mean travel over offset.
+
+    Attributes
+    ----------
+    problem : CenteringProblem
+        What was planned for.
+    outcomes : OutcomeTable
+        What pushes do, mm.
+    timing : CycleTiming
+        What a cycle takes besides, s and rad.
+    kinds : tuple of PushKind
+        Kinds of push that were tried.
+    belief : FrictionScaleBelief
+        Of a part's friction, before it was pushed and after (relative).
+    finish : float
+        Measured offset at which the part counts as centred, mm: the tolerance less what measuring may hide.
+    """
+
+    def __init__(
+        self,
+        problem: CenteringProblem,
+        outcomes: OutcomeTable,
+        timing: CycleTiming,
+        speeds: Floats,
+        table: tuple[Floats, Any, Floats],
+    ) -> None:
+        self.problem, self.outcomes, self.timing = problem, outcomes, timing
+        self.kinds, self.finish = outcomes.kinds, finish_offset(problem)
+        self._speeds = lasting(speeds)
+        self._value, self._kind, self._share = (lasting(x, kind) for x, kind in zip(table, (float, np.int64, float), strict=True))
+        self.belief = FrictionScaleBelief.of(problem.scatter)
+        self._settled = self._value.shape[0] - 1
+        self._axes = packed_axes(offset_axis(problem, self._value.shape[1]), friction_axis(problem, self._value.shape[2]))
+        self._outcomes = (outcomes.travel, outcomes.mean_travel, outcomes.last, outcomes.grid)
+
+    # -- looking up ------------------------------------------------------------------------------------------------
+
+    def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice:
+        """Return the push that leads to the end soonest.
+
+        Parameters
+        ----------
+        offset : float
+            Measured offset, mm; greater than `finish`.
+        friction : float
+            Mean of the believed friction scale, dimensionless.
+        evidence : float
+            Pushes' worth of it, see `update_belief`; or simply the pushes so far.
+
+        Raises
+        ------
+        ValueError
+            When the offset is not > `finish`: the part is centred; or beyond `offset_max`.
+        """
+        if not offset > self.finish:
+            raise checks.refuse("offset", f"> {self.finish:g}, at which the part is centred", offset, "mm")
+        self._refuse_beyond(offset)
+        kind, aim, stroke, speed = choose(
+            (self._kind, self._share), self._outcomes, self._speeds, self._axes, offset, friction, self._mode(evidence)
+        )
+        how = self.kinds[kind]
+        return PushChoice(aim, stroke, how.push_speed, how.shape, how.retract, speed, kind)
+
+    def value(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> float:
+        """Return the expected time from the touch of the next push to the end, s; 0 where the part is centred.
+
+        Parameters
+        ----------
+        offset : float
+            mm.
+        friction : float
+            Mean of the believed friction scale, dimensionless.
+        evidence : float
+            Pushes' worth of it.
+
+        Raises
+        ------
+        ValueError
+            When the offset is beyond `offset_max`.
+        """
+        self._refuse_beyond(offset)
+        if offset <= self.finish:
+            return 0.0
+        return float(value_at(self._value, self._axes, offset, friction, self._mode(evidence)))
+
+    @property
+    def offset_max(self) -> float:
+        """Greatest offset that the strategy knows pushes for, mm."""
+        return float(np.exp(self._axes[0] + self._axes[1] * (self._axes[2] - 1)))
+
+    def _refuse_beyond(self, offset: float) -> None:
+        """Refuse an offset that nothing is known about."""
+        if not offset <= self.offset_max * _ROUNDING:
+            raise checks.refuse("offset", f"<= {self.offset_max:g} (the strategy's)", offset, "mm")
+
+    def _mode(self, evidence: float) -> int:
+        """Row of the table for so much evidence: a push is worth less than one that shows its friction fully."""
+        settled: int = self._settled
+        return min(int(evidence / WORTH + 0.5), settled)
+
+    def cycle_time(self, offset: float) -> float:
+        """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s."""
+        speed = self.spindle_speed(offset)
+        return self.timing.start_time(speed, self.problem.limits.spindle_acceleration_max) + self.value(offset=offset)
+
+    def spindle_speed(self, offset: float) -> float:
+        """Return the table speed at an `offset` (mm), rad/s."""
+        return float(table_speed(self._speeds, self._axes[:2], offset))
+
+    def profile(self, choice: PushChoice) -> TipProfile:
+        """Return the motion of the tip from the first touch on, for a `choice` of `push` (mm, s)."""
+        kind = self.kinds[choice.kind]
+        return kind.profile(self.problem.model, choice.stroke, self.problem.limits.acceleration_max)
+
+    def update_belief(self, friction: float, evidence: float, commanded: PushChoice, travelled: float) -> Belief:
+        """Return what is believed after a push: Bayes' rule, the push scattering about the friction of the part.
+
+        A travel that only a friction far outside what is believed explains makes it begin anew, about that.
+
+        Parameters
+        ----------
+        friction : float
+            Mean of the friction scale before, dimensionless.
+        evidence : float
+            Pushes' worth of evidence before: 0 at the first push, then what this method gave.
+        commanded : PushChoice
+            The push.
+        travelled : float
+            How far the part was moved, mm: the length of the difference of two measured places.
+
+        Returns
+        -------
+        Belief
+            Mean and evidence; a push that told little adds little evidence, and one that told it was wrong leaves less.
+        """
+        prior = friction, self.belief.sd(evidence)
+        table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
+        mean, sd, wrong = posterior(table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled)
+        told = self.belief.evidence(sd)
+        return Belief(min(max(mean, FRICTION_SCALES[0]), FRICTION_SCALES[-1]), told if wrong else max(evidence, told))
+
+    @cached_property
+    def _noise(self) -> float:
+        """Standard deviation of a measured travel about that of the table, mm."""
+        return float(np.hypot(self.problem.scatter.stop_sd, np.sqrt(2.0) * self.problem.scatter.measuring_sd))
+
+    # -- predicting ------------------------------------------------------------------------------------------------
+
+    def simulate(self, *, runs: int = 200, rng: Seed = 0, start: npt.ArrayLike | None = None) -> "CenteringRuns":
+        """Follow the strategy on the model: pushes simulated exactly, friction that stays with its part; no machine.
+
+        Parameters
+        ----------
+        runs : int
+            How many parts.
+        rng : int, SeedSequence or Generator
+            Source of randomness.
+        start : float or array (runs,), optional
+            Offset at the begin, mm; by default uniform from a tenth of the problem's greatest offset to the greatest.
+
+        Returns
+        -------
+        CenteringRuns
+            Time (s), pushes, final offset (mm) and whether it was finished, for each part.
+        """
+        from centering.cycle._strategy.simulation import simulate
+
+        return simulate(self, runs, rng, start)
+
+    # -- keeping ---------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The strategy as labelled arrays: value (s), kind of push, share of the offset, and what pushes do (mm)."""
+        dims = ("pushes", "offset", "friction")
+        low, step, nodes, first, spacing, count = self._axes
+        table = self.outcomes
+        variables: dict[str, Any] = {
+            "value": (dims, self._value, {"units": "s", "long_name": "expected time from the next touch to the end"}),
+            "kind": (dims, self._kind, {"long_name": "kind of push: " + "; ".join(k.name for k in self.kinds)}),
+            "share": (dims, self._share, {"units": "1", "long_name": "wanted mean travel over offset"}),
+            "spindle_speed": (("offset",), self._speeds, {"units": "rad/s", "long_name": "table speed"}),
+            "travel": (
+                ("push_kind", "stroke", "friction_scale"),
+                table.travel,
+                {"units": "mm", "long_name": "travel of the part"},
+            ),
+            "contact_time": (("push_kind", "stroke"), table.contact_time, {"units": "s", "long_name": "time of contact"}),
+            "last": (("push_kind",), table.last, {"long_name": "greatest stroke of a kind of push, its number"}),
+        }
+        coordinates = {
+            "pushes": ("pushes", np.arange(self._settled + 1), {"long_name": "pushes seen"}),
+            "offset": ("offset", np.exp(low + step * np.arange(nodes)), {"units": "mm"}),
+            "friction": ("friction", first + spacing * np.arange(count), {"units": "1", "long_name": "mean friction scale"}),
+            "stroke": ("stroke", table.strokes, {"units": "mm"}),
+        }
+        plain = encode({"problem": self.problem, "timing": self.timing, "kinds": self.kinds, "strokes": table.stroke_range})
+        return xr.Dataset(variables, coordinates, {"strategy": plain})
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the strategy to a NetCDF file at `path`; `sdpgrind.load` reads it."""
+        records.write(self.dataset, path, KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Strategy":
+        """Read the strategy that `save` wrote to `path`."""
+        data = records.read(path)
+        plain = decode(data.attrs["strategy"])
+        arrays = {name: data[name].values for name in data.data_vars}
+        first, ratio = plain["strokes"]
+        outcomes = OutcomeTable(plain["kinds"], first, ratio, arrays["travel"], arrays["contact_time"], arrays["last"])
+        table = arrays["value"], arrays["kind"], arrays["share"]
+        return cls(plain["problem"], outcomes, plain["timing"], arrays["spindle_speed"], table)
+
+    def plot(self) -> Any:
+        """Draw expected time and best push over the offset, and what the friction belief changes; return the figure.
+
+        Specks in the map of the kinds of push are pushes that are equal within the noise of the table.
+        """
+        from centering.cycle._strategy.picture import plot
+
+        return plot(self)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Strategy) and bool(self.dataset.identical(other.dataset))
+
+    def __hash__(self) -> int:
+        return hash((self._value.tobytes(), self._share.tobytes()))
+
+    def __repr__(self) -> str:
+        part = self.problem.model.part
+        middle = 0.5 * self.problem.offset_max
+        return (
+            f"Strategy({part.mass:g} kg to {1e3 * self.problem.tolerance:g} µm: {self.cycle_time(middle):.2f} s expected"
+            f" from {middle:g} mm)"
+        )

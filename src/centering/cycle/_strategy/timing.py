@@ -1,0 +1,64 @@
+"""How long things take between two pushes, and how fast the table may turn at an offset."""
+
+import dataclasses
+from math import pi, sqrt
+
+import numpy as np
+
+from centering.push._machine.model import GRAVITY
+from centering.push._machine.problem import CenteringProblem
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+_MARGIN = 0.6  # share of the friction at rest that turning with the table may use up
+_REACH = 60.0  # mm/s: how fast the rim may come toward the tip, so that the tip outruns it
+
+
+@stored("centering.cycle_timing")
+@dataclasses.dataclass(frozen=True)
+class CycleTiming(Frozen):
+    """What a cycle takes besides its pushes; the defaults suit `CenteringController`.
+
+    Parameters
+    ----------
+    measuring_arc : float
+        Angle of the table over which a part is measured before a push, and after the last one, rad.
+    busy_time : float
+        From the turning point of the tip to measuring, and from its approach to the first touch, s.
+    first_arc : float
+        Angle of the table over which a part is first measured, from rest, rad.
+
+    Raises
+    ------
+    ValueError
+        When one is not > 0.
+
+    Examples
+    --------
+    >>> CycleTiming().busy_time  # s
+    0.1
+    """
+
+    measuring_arc: float = 1.6
+    busy_time: float = 0.1
+    first_arc: float = 0.3
+
+    def __post_init__(self) -> None:
+        checks.positive("measuring_arc", self.measuring_arc, "rad")
+        checks.positive("busy_time", self.busy_time, "s")
+        checks.positive("first_arc", self.first_arc, "rad")
+
+    def start_time(self, speed: float, acceleration: float) -> float:
+        """Return the mean time from rest to first touch, s: acceleration (rad/s^2) to a speed (rad/s), measuring, half a turn."""
+        angle, turned = self.first_arc + pi, 0.5 * speed**2 / acceleration
+        return sqrt(2.0 * angle / acceleration) if angle < turned else speed / acceleration + (angle - turned) / speed
+
+
+def table_speeds(problem: CenteringProblem, offset: Floats, speed: str | float) -> Floats:
+    """Return table speeds (rad/s) at offsets (mm): the fastest that neither slips nor outruns the tip, or the one given."""
+    limits, model = problem.limits, problem.model
+    slip = np.sqrt(_MARGIN * model.mu_static * GRAVITY / offset)
+    fastest = np.minimum(np.minimum(limits.spindle_speed_max, slip), _REACH / offset)
+    return np.asarray(fastest if isinstance(speed, str) else np.minimum(fastest, speed))

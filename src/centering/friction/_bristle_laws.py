@@ -1,0 +1,277 @@
+"""Friction laws whose bond deflects before it slides: Dahl's, LuGre's and the elasto-plastic one (Mears, chapter 2)."""
+
+import dataclasses
+from collections.abc import Callable
+from math import pi, sqrt
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from centering.friction._laws import SLOTS, CoulombFriction, StribeckFriction, ViscousFriction, check_law
+from centering.push._machine.model import PushModel
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+
+BRISTLE = 100.0
+"""Stiffness of the friction before it slides, over that of the contact: our choice, the source gives none."""
+_ELASTIC = 0.8  # of the deflection at which Coulomb friction slides
+
+
+@dataclasses.dataclass(frozen=True)
+class DahlFriction(Frozen):
+    """Dahl's law: a spring that yields, z' = v - (s0/F_k) ``|v|`` z, F = s0 z. It has no stiction.
+
+    Parameters
+    ----------
+    coulomb_force : float
+        F_k, N.
+    bristle_stiffness : float
+        s0, N/mm.
+
+    Raises
+    ------
+    ValueError
+        When a value is not > 0.
+
+    Examples
+    --------
+    >>> law = DahlFriction(coulomb_force=28.0, bristle_stiffness=1.2e5)
+    >>> float(law.force(1.0, 1e-4)), float(law.rate(1.0, 28.0 / 1.2e5).round(9))  # N, mm/s
+    (12.0, 0.0)
+    """
+
+    coulomb_force: float
+    bristle_stiffness: float
+    kind: ClassVar[int] = 3
+    states: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        check_law(self)
+
+    def force(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0, applied: npt.ArrayLike = 0.0) -> Floats:
+        """Return the friction force, N; what is applied does not matter, as the deflection balances it.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        state : array_like
+            Deflection z, mm.
+        applied : array_like
+            N.
+        """
+        return np.asarray(self.bristle_stiffness * np.asarray(state, dtype=float) + 0.0 * np.asarray(v, dtype=float))
+
+    def rate(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0) -> Floats:
+        """Return how fast the deflection changes, mm/s.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        state : array_like
+            Deflection z, mm.
+        """
+        speed, z = np.asarray(v, dtype=float), np.asarray(state, dtype=float)
+        return np.asarray(speed - self.bristle_stiffness / self.coulomb_force * np.abs(speed) * z)
+
+    @property
+    def parameters(self) -> Floats:
+        """F_s, F_k (N), k_v (N s/mm), v_S (mm/s), delta_S (1), s0 (N/mm), s1 (N s/mm), z_ba (mm), (8,): for compiled loops."""
+        values = dict(SLOTS, coulomb_force=self.coulomb_force, breakaway_force=self.coulomb_force)
+        return np.array([*(values | {"bristle_stiffness": self.bristle_stiffness}).values()])
+
+
+@dataclasses.dataclass(frozen=True)
+class LuGreFriction(StribeckFriction):
+    """The law of Lund and Grenoble: z' = v - s0 ``|v|`` z/g(v), F = s0 z + s1 z' + k_v v, g Stribeck's curve.
+
+    A part held by it creeps away under a load that swings below the breakaway force; `ElastoPlasticFriction` does not.
+
+    Parameters
+    ----------
+    breakaway_force, coulomb_force : float
+        F_s and F_k, N; 0 < F_k <= F_s.
+    viscous_coefficient : float
+        k_v, N s/mm.
+    stribeck_speed : float
+        v_S, mm/s.
+    stribeck_exponent : float
+        delta_S, dimensionless.
+    bristle_stiffness : float
+        s0, N/mm.
+    bristle_damping : float
+        s1, N s/mm.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> law = LuGreFriction(37.0, 28.0, bristle_stiffness=1.2e5, bristle_damping=48.0)
+    >>> z = float(law.stribeck(0.5)) / 1.2e5  # mm: steady motion at 0.5 mm/s
+    >>> round(float(law.force(0.5, z)), 3), round(float(law.sliding_force(0.5)), 3)  # N
+    (35.009, 35.009)
+    """
+
+    bristle_stiffness: float = 1.2e5
+    bristle_damping: float = 0.0
+    kind: ClassVar[int] = 4
+    states: ClassVar[int] = 1
+
+    def force(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0, applied: npt.ArrayLike = 0.0) -> Floats:
+        """Return the friction force, N; what is applied does not matter, as the deflection balances it.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        state : array_like
+            Deflection z, mm.
+        applied : array_like
+            N.
+        """
+        spring = self.bristle_stiffness * np.asarray(state, dtype=float)
+        drag = self.viscous_coefficient * np.asarray(v, dtype=float)
+        return np.asarray(spring + self.bristle_damping * self.rate(v, state) + drag)
+
+    def rate(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0) -> Floats:
+        """Return how fast the deflection changes, mm/s.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        state : array_like
+            Deflection z, mm.
+        """
+        speed, z = np.asarray(v, dtype=float), np.asarray(state, dtype=float)
+        return np.asarray(speed - self.yielding(speed, z) * self.bristle_stiffness * np.abs(speed) * z / self.stribeck(speed))
+
+    def yielding(self, v: npt.ArrayLike, state: npt.ArrayLike) -> Floats:
+        """Return alpha, the share of the motion that the deflection gives way by, dimensionless: 1 in this law.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        state : array_like
+            Deflection z, mm.
+        """
+        return np.ones(np.broadcast_shapes(np.shape(v), np.shape(state)))
+
+
+@dataclasses.dataclass(frozen=True)
+class ElastoPlasticFriction(LuGreFriction):
+    """LuGre's law with a deflection that is truly elastic up to z_ba: z' = v (1 - alpha(z, v) s0 z sgn(v)/g(v)).
+
+    alpha is 0 up to z_ba and where the motion relieves the deflection, and rises by half a sine to 1 at z_ss = g/s0.
+
+    Parameters
+    ----------
+    breakaway_force, coulomb_force : float
+        F_s and F_k, N; 0 < F_k <= F_s.
+    viscous_coefficient : float
+        k_v, N s/mm.
+    stribeck_speed : float
+        v_S, mm/s.
+    stribeck_exponent : float
+        delta_S, dimensionless.
+    bristle_stiffness : float
+        s0, N/mm.
+    bristle_damping : float
+        s1, N s/mm.
+    elastic_limit : float
+        z_ba, mm, below F_k/s0; by default 0.8 of that.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> law = ElastoPlasticFriction(37.0, 28.0, bristle_stiffness=1.2e5)
+    >>> law.elastic_limit, law.yielding(1e-3, [1e-4, 2.5e-4, 1.0]).round(3).tolist()  # mm, dimensionless
+    (0.0001866666666666667, [0.0, 0.532, 1.0])
+    """
+
+    elastic_limit: float | None = None
+    kind: ClassVar[int] = 5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        slides = self.coulomb_force / self.bristle_stiffness
+        limit = _ELASTIC * slides if self.elastic_limit is None else checks.positive("elastic_limit", self.elastic_limit, "mm")
+        if limit >= slides:
+            raise checks.refuse("elastic_limit", f"< coulomb_force/bristle_stiffness = {slides:.6g}", limit, "mm")
+        object.__setattr__(self, "elastic_limit", limit)
+
+    def yielding(self, v: npt.ArrayLike, state: npt.ArrayLike) -> Floats:
+        """Return alpha, the share of the motion that the deflection gives way by, dimensionless, 0 to 1.
+
+        Parameters
+        ----------
+        v : array_like
+            Speed, mm/s.
+        state : array_like
+            Deflection z, mm.
+        """
+        speed, z = np.asarray(v, dtype=float), np.asarray(state, dtype=float)
+        low = float(self.elastic_limit or 0.0)
+        rise = (np.abs(z) - low) / (self.stribeck(speed) / self.bristle_stiffness - low)
+        alpha = 0.5 + 0.5 * np.sin(pi * (np.clip(rise, 0.0, 1.0) - 0.5))
+        return np.where(speed * z > 0, alpha, 0.0)
+
+
+FrictionLaw = CoulombFriction | DahlFriction
+"""Any of the six laws (the others are kinds of the first)."""
+
+_STEADY = {"coulomb": CoulombFriction, "viscous": ViscousFriction, "stribeck": StribeckFriction}
+_BRISTLE = {"lugre": LuGreFriction, "elasto_plastic": ElastoPlasticFriction}
+LAWS = (*_STEADY, "dahl", *_BRISTLE)
+
+
+def friction_law(model: PushModel, law: str = "elasto_plastic", **options: Any) -> FrictionLaw:
+    """Return a friction law with the forces of a push model.
+
+    Stiffness before sliding is 100 times that of the contact, and its damping sqrt(s0 M); the source gives neither.
+
+    Parameters
+    ----------
+    model : PushModel
+        Friction, mass and contact.
+    law : {"coulomb", "viscous", "stribeck", "dahl", "lugre", "elasto_plastic"}
+        Which.
+    **options
+        Fields of the law that differ, in their units.
+
+    Raises
+    ------
+    ValueError
+        For another word, or a field that the law does not have.
+
+    Examples
+    --------
+    >>> from centering.push._machine.presets import preset
+    >>> law = friction_law(preset("printed").model, "lugre")
+    >>> law.bristle_stiffness, round(law.bristle_damping, 3)  # N/mm, N s/mm
+    (120000.0, 47.624)
+    """
+    checks.kind("model", model, PushModel)
+    checks.one_of("law", law, LAWS)
+    stiffness = BRISTLE * model.contact_stiffness
+    if law == "dahl":
+        return DahlFriction(model.coulomb_force, stiffness).replace(**options)
+    forces: dict[str, float] = {"breakaway_force": model.breakaway_force, "coulomb_force": model.coulomb_force}
+    if law != "coulomb":
+        forces["viscous_coefficient"] = model.viscous_coefficient
+    if law in _BRISTLE:
+        softer = checks.positive("bristle_stiffness", options.get("bristle_stiffness", stiffness), "N/mm")
+        forces |= {"bristle_stiffness": softer, "bristle_damping": sqrt(softer * model.inertia)}
+    made: Callable[..., CoulombFriction] = {**_STEADY, **_BRISTLE}[law]
+    return made(**forces).replace(**options)

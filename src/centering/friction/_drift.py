@@ -1,0 +1,167 @@
+"""A part under a load with any of the friction laws, and how far a load that should hold it lets it creep."""
+
+import dataclasses
+from math import pi
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from centering.friction._bristle_laws import DahlFriction, FrictionLaw
+from centering.friction._law_kernels import follow_load
+from centering.friction._laws import CoulombFriction
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.extras import need
+
+_PER_CYCLE = 4000
+_STEPS_MAX = 50_000_000
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class FrictionTrace:
+    """Motion of a part under a load with a friction law, as `simulate_friction` gives it.
+
+    Attributes
+    ----------
+    time : array, (n,)
+        s.
+    load : array, (n,)
+        Force that pushes the part, N, of the step that ends then.
+    position, velocity : array, (n,)
+        Of the part, mm and mm/s.
+    friction : array, (n,)
+        Force against it, N, mean of the step that ends then.
+    state : array, (n,)
+        Deflection of the laws that have one, mm.
+    """
+
+    time: Floats
+    load: Floats
+    position: Floats
+    velocity: Floats
+    friction: Floats
+    state: Floats
+
+    def plot(self) -> Any:
+        """Draw position (µm) and forces (N) over time; return the figure."""
+        figure, (above, below) = need("matplotlib.pyplot", "plot").subplots(2, 1, sharex=True, layout="constrained")
+        above.plot(self.time, 1e3 * self.position)
+        above.set_ylabel("position [µm]")
+        below.plot(self.time, self.load, label="load")
+        below.plot(self.time, self.friction, label="friction")
+        below.set(xlabel="time [s]", ylabel="force [N]")
+        below.legend()
+        return figure
+
+    def __repr__(self) -> str:
+        return (
+            f"FrictionTrace({self.time.size} points over {self.time[-1]:.6g} s, the part moved by"
+            f" {self.position[-1] - self.position[0]:.6g} mm)"
+        )
+
+
+def simulate_friction(
+    law: FrictionLaw, load: npt.ArrayLike, *, mass: float, step: float, repeats: int = 1, every: int = 1
+) -> FrictionTrace:
+    """Push a part that rests at first by a force over time, against one of the friction laws.
+
+    M v' = load - friction, by steps that are implicit in the velocity and in the deflection (first order): stiff laws are no
+    trouble, yet the laws with a bond need steps well below sqrt(M/s0) to be followed. At rest the laws without a bond hold
+    exactly.
+
+    Parameters
+    ----------
+    law : friction law
+        See `friction_law`.
+    load : array_like, (n,)
+        Force held over each step, N.
+    mass : float
+        Of the part, kg.
+    step : float
+        s.
+    repeats : int
+        How often the load is run through.
+    every : int
+        Steps from one point of the record to the next; divides all of them.
+
+    Raises
+    ------
+    ValueError, TypeError
+        When a value is out of range, or for more than 50 million steps.
+
+    Examples
+    --------
+    >>> from centering.friction._laws import CoulombFriction
+    >>> trace = simulate_friction(CoulombFriction(37.0, 28.0), [36.0] * 100 + [40.0] * 100, mass=18.9, step=1e-3)
+    >>> trace.position[100].item(), round(trace.velocity[-1].item(), 3)  # mm, mm/s: 12 N over 0.0189 N s^2/mm for 0.1 s
+    (0.0, 63.492)
+    """
+    if not isinstance(law, CoulombFriction | DahlFriction):
+        raise TypeError(f"law must be a friction law, as friction_law gives it; got {checks.shown(law)}")
+    force, each = checks.finite_array("load", load, "N").ravel(), checks.count("every", every)
+    if not force.size:
+        raise checks.refuse("load", "at least one force", load, "N")
+    steps = force.size * checks.count("repeats", repeats)
+    if steps % each or steps > _STEPS_MAX:
+        raise checks.refuse("steps in all", f"a multiple of every = {each}, up to {_STEPS_MAX}", steps)
+    inertia, length = checks.positive("mass", mass, "kg") * 1e-3, checks.positive("step", step, "s")
+    rows = np.zeros((steps // each + 1, 4))
+    follow_load(law.kind, law.parameters, inertia, force, length, each, rows)
+    shown = np.arange(rows.shape[0]) * each
+    position, velocity, friction, state = rows.T
+    return FrictionTrace(
+        np.asarray(shown * length, dtype=float), force[(shown - 1) % force.size], position, velocity, friction, state
+    )
+
+
+def friction_drift(
+    law: FrictionLaw,
+    *,
+    mass: float,
+    mean_load: float,
+    load_amplitude: float,
+    frequency: float = 20.0,
+    cycles: tuple[int, int] = (10, 300),
+) -> float:
+    """Return how far a part creeps under a load that swings below its breakaway force, mm.
+
+    The place at the end of the last cycle less that at the end of the first one given. A true law gives nothing here.
+
+    Parameters
+    ----------
+    law : friction law
+        See `friction_law`.
+    mass : float
+        kg.
+    mean_load, load_amplitude : float
+        Of the load mean + amplitude sin(2 pi frequency t), N.
+    frequency : float
+        Hz.
+    cycles : pair of int
+        Number of cycles after which it is measured first and last.
+
+    Raises
+    ------
+    ValueError, TypeError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> from centering.friction._bristle_laws import friction_law
+    >>> from centering.push._machine.presets import preset
+    >>> model = preset("printed").model
+    >>> load = {"mean_load": 0.2 * model.breakaway_force, "load_amplitude": 0.3 * model.breakaway_force}
+    >>> for name in ("lugre", "elasto_plastic"):
+    ...     print(name, round(friction_drift(friction_law(model, name), mass=18.9, **load), 3))
+    lugre 0.025
+    elasto_plastic 0.0
+    """
+    first, last = (checks.count("cycles", number) for number in cycles)
+    if first >= last:
+        raise checks.refuse("cycles", "two rising numbers", cycles)
+    phase = 2 * pi * (np.arange(_PER_CYCLE) + 0.5) / _PER_CYCLE
+    load = checks.number("mean_load", mean_load, "N") + checks.number("load_amplitude", load_amplitude, "N") * np.sin(phase)
+    step = 1.0 / checks.positive("frequency", frequency, "Hz") / _PER_CYCLE
+    trace = simulate_friction(law, load, mass=mass, step=step, repeats=last, every=_PER_CYCLE)
+    return float(trace.position[last] - trace.position[first])

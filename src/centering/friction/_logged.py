@@ -1,0 +1,129 @@
+"""The pushes of a logged centering cycle, as the friction estimator takes them: tip and rim from the readings of each sample."""
+
+from collections.abc import Iterator
+from math import cos, nan, sin
+from typing import Any
+
+import numpy as np
+
+from centering.push._machine.problem import CenteringProblem
+from centering.push._plan.direction import profile_of
+from centering.push._profile.profile import TipProfile
+from centering.push._turning.shooting import landing, ring_state
+from centering.push._turning.turning import turning_profile
+from centering.push._turning.turning_trace import simulate_table_push
+from sdpgrind import identify as idf
+from sdpgrind.base.checks import Floats
+from sdpgrind.identify import Series
+
+UNITS = {
+    "angle": "rad",
+    "slide": "mm",
+    "peak_force": "N",
+    "spindle_speed": "rad/s",
+    "pushing": "",
+    "offset_planned": "mm",
+    "offset_angle_planned": "rad",
+}
+"""Columns of the log that are needed: what the machine measures and what the controller reports."""
+
+_LEAST = 0.2  # mm: of a shorter way samples tell too little
+_AFTER = 3  # samples after the profile that belong to the push
+_TURN = 0.05  # rad of the table in the search for first touch
+_SHORTEST = 1e-6  # s
+_ERROR = 1e-6  # mm: of a step of the push in the plane; readings err by more
+
+
+def logged_pushes(log: Any, problem: CenteringProblem, part: int | None = None) -> list[dict[str, Any]]:
+    """Return profile (`TableProfile`), peak force (N) and way (mm) of each push of a part of 0.2 mm or more.
+
+    Parameters
+    ----------
+    log : Log, or mapping of arrays
+        Table "control" of a run, with the columns of `UNITS`.
+    problem : CenteringProblem
+        Its radius and model say where the rim is met, and how the way bends.
+    part : int, optional
+        Which part; needed where there are several.
+
+    Raises
+    ------
+    ValueError, TypeError
+        When a column is missing, or the part is not told.
+    """
+    found = idf.series(log, UNITS, tier="control", part=part)
+    if len(found) != 1:
+        raise ValueError(f"part must say which part (unit 1); data hold {', '.join(one.label for one in found) or 'none'}")
+    return list(_pushes(found[0], problem))
+
+
+def _pushes(rows: Series, problem: CenteringProblem) -> Iterator[dict[str, Any]]:
+    runs = rows["pushing"] > 0.5
+    begins = np.flatnonzero(runs[1:] & ~runs[:-1])  # the last sample before each
+    until = np.append(begins[1:], runs.size - 1)[: begins.size]  # the last before the next, which knows where this one led
+    for first, last in zip(begins.tolist(), until.tolist(), strict=True):
+        still = np.flatnonzero(~runs[first + 1 : last + 1])
+        end = min(first + int(still[0]) + 1 + _AFTER, last) if still.size else last
+        before, after = (_center(rows, k) for k in (first, last))
+        if end > first + 2 and np.isfinite(before):
+            push = _push(rows, slice(first, end + 1), before, problem)
+            if push is not None and not abs(after - before) < _LEAST:
+                profile, share = push
+                peak = float(np.nanmax(rows["peak_force"][first + 1 : end + 1]))
+                yield {"profile": profile, "peak_force": peak, "final_position": abs(after - before) * share}
+
+
+def _center(rows: Series, k: int) -> complex:
+    """Centre on the table as the controller reported it, mm."""
+    d, phi = rows["offset_planned"][k], rows["offset_angle_planned"][k]
+    return complex(d * cos(phi), d * sin(phi)) if np.isfinite(d + phi) else complex(nan, nan)
+
+
+def _push(rows: Series, kept: slice, before: complex, problem: CenteringProblem) -> tuple[TipProfile, float] | None:
+    """The tip from first touch on, along the contact normal, and the way along that over the distance; None: nothing touched."""
+    model, w = problem.model, float(rows["spindle_speed"][kept.start])
+    path = _smooth(rows.time[kept] - rows.time[kept.start], -rows["slide"][kept])
+    angle = rows["angle"][kept.start] - float(np.angle(before))
+    touched = _touch(path, angle, w, abs(before), model.part.radius)
+    if touched is None:
+        return None
+    profile, turned = profile_of(_from(path.segments, touched), 0.0), angle + w * touched
+    state = ring_state(abs(before), turned, model.part.radius, w)
+    rest = landing(model, w, profile.segments, state, _ERROR)
+    direct = abs(rest - abs(before) * np.exp(1j * turned))
+    line = turning_profile(profile, model, offset=abs(before), touch_angle=-turned, spindle_speed=w)
+    return line, simulate_table_push(model, line).final_position / direct if direct > 0.0 else 1.0
+
+
+def _smooth(time: Floats, position: Floats) -> TipProfile:
+    """A motion through samples, of two constant accelerations from one to the next and without jumps of speed."""
+    step, moved = np.diff(time), np.diff(position)
+    speed = np.gradient(position, time)
+    middle = 2.0 * moved / step - 0.5 * (speed[:-1] + speed[1:])
+    starts = np.column_stack((speed[:-1], middle)).ravel()
+    ends = np.column_stack((middle, speed[1:])).ravel()
+    half = np.repeat(0.5 * step, 2)
+    return TipProfile(half, starts, (ends - starts) / half, start=float(position[0]))
+
+
+def _touch(path: TipProfile, angle: float, w: float, offset: float, radius: float) -> float | None:
+    """When the tip meets the rim, s from the begin."""
+    time = np.linspace(0.0, path.total_time, 2 + int(path.total_time * max(abs(w) / _TURN, 2000.0)))
+    turned = angle + w * time
+    across = offset * np.sin(turned)
+    gap = -path.position(time) - offset * np.cos(turned) - np.sqrt(radius**2 - across**2)
+    met = np.flatnonzero(gap <= 0.0)
+    if not met.size or met[0] == 0:
+        return None
+    k = int(met[0])
+    return float(time[k - 1] + (time[k] - time[k - 1]) * gap[k - 1] / (gap[k - 1] - gap[k]))
+
+
+def _from(segments: Floats, time: float) -> Floats:
+    """The rows of a profile from a time on."""
+    ends = np.cumsum(segments[:, 0])
+    k = int(np.searchsorted(ends, time + _SHORTEST, side="right"))
+    rows = segments[k:].copy()
+    gone = segments[k, 0] - (ends[k] - time)
+    rows[0] = ends[k] - time, segments[k, 1] + segments[k, 2] * gone, segments[k, 2]
+    return rows

@@ -1,0 +1,61 @@
+"""Work of the contact and of friction over a phase, by quadrature of force times speed: a check on the closed forms."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.push._contact.swing_kernels import fading, gap_at
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_PANEL = 6.0
+"""Greatest phase of a panel, rad: 12 nodes take the product of two such waves to 1e-12 of its size."""
+_GONE = 40.0
+"""Time constants after which nothing is left of what fades."""
+
+
+@njit(**_OPTIONS)
+def swing_energies(motion, tip_speed, tip_acceleration, parameters, duration):
+    """Work of the contact on the part and of the part against drag, N mm, over a time (s) in contact."""
+    _, _, _, _, _, alpha, square, rate, slow = motion
+    fast = np.sqrt(alpha * alpha - square) if rate > 0.0 else alpha - rate
+    quick = duration if slow == 0.0 else min(duration, _GONE / (alpha if rate > 0.0 else fast))
+    work, drag = _panels(motion, tip_speed, tip_acceleration, parameters, 0.0, quick, fast)
+    if quick < duration:
+        more, further = _panels(motion, tip_speed, tip_acceleration, parameters, quick, duration, slow if rate <= 0.0 else 0.0)
+        work, drag = work + more, drag + further
+    return work, drag
+
+
+@njit(**_OPTIONS)
+def _panels(motion, tip_speed, tip_acceleration, parameters, begin, end, rate):
+    """Both works between two times, in panels that a motion of a rate (1/s) can be integrated over."""
+    k, b, viscous = parameters[1], parameters[2], parameters[5]
+    n = int(rate * (end - begin) / _PANEL) + 1
+    half = 0.5 * (end - begin) / n
+    work, drag = 0.0, 0.0
+    for i in range(n):
+        middle = begin + (2 * i + 1) * half
+        for j in range(_NODES.size):
+            t = middle + half * _NODES[j]
+            gap, closing, _ = gap_at(t, motion)
+            speed = tip_speed + tip_acceleration * t - closing
+            work += _WEIGHTS[j] * (k * gap + b * closing) * speed
+            drag += _WEIGHTS[j] * speed * speed
+    return half * work, half * viscous * drag
+
+
+@njit(**_OPTIONS)
+def flight_energies(speed, coulomb, viscous_rate, viscous, duration):
+    """Work of a part against drag in flight, N mm: speed (mm/s), deceleration (mm/s^2) and drag (1/s, N s/mm) at its begin."""
+    n = int(viscous_rate * duration) + 1
+    half = 0.5 * duration / n
+    drag = 0.0
+    for i in range(n):
+        for j in range(_NODES.size):
+            t = half * (2 * i + 1 + _NODES[j])
+            whole, first, _ = fading(viscous_rate * t)
+            now = speed * whole - coulomb * t * first
+            drag += _WEIGHTS[j] * now * now
+    return half * viscous * drag

@@ -1,0 +1,155 @@
+"""A push, exactly: a tip of piecewise-constant acceleration on a part that rests, sticks, slips or flies (Mears 5.26-5.27)."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.push._contact.phase_kernels import FREE, SLIP, horizon, mode_of, phase, phase_energies
+from centering.push._profile.profile_rows import STILL
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+FINAL_POSITION, FREE_SLIDE, PEAK_FORCE, TIME, EVENTS, ENERGY_ERROR, BREAKAWAY_TIME, FINAL_SPEED = range(8)
+"""Columns of what a push gives: mm, mm, N, s, count, relative, s (NaN: it never broke away), mm/s."""
+COLUMNS = 8
+
+LOG_TIME, LOG_MODE, LOG_TIP, LOG_TIP_SPEED, LOG_TIP_ACCELERATION, LOG_GAP, LOG_SPEED = range(7)
+"""Columns of a log of phases: state at the begin of each (s, mode, mm, mm/s, mm/s^2, mm, mm/s)."""
+LOG_COLUMNS = 7
+
+DONE, TOO_MANY, STALLED = 0, 1, 2
+"""How a push ended."""
+EVENTS_MAX = 200_000
+"""Phases of a push; the slowest useful push of the lightest part has a quarter of them."""
+_STALLED = 200
+"""Phases in a row that take no time."""
+_WORK, _FRICTION, _FLYING, _LEFT_AT = range(4)
+
+
+@njit(**_OPTIONS)
+def push(parameters, segments, start, out, log):
+    """Simulate a push; write what it gave into `out` and its phases into as many rows as `log` has, and return how it ended.
+
+    After the last segment a tip that does not advance keeps its speed until the part is at rest; a tip that does ends the push.
+    What is left of its speed by rounding is none. A part at rest that a receding tip still touches is left where it is.
+
+    Parameters
+    ----------
+    parameters : array, (6,)
+        M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm).
+    segments : array, (n, 3)
+        Duration (s), tip velocity at the begin (mm/s) and tip acceleration (mm/s^2) of each.
+    start : float
+        Position of the tip at the begin, mm; the part rests with its surface at 0.
+    out : array, (COLUMNS,)
+        Result.
+    log : array, (m, LOG_COLUMNS)
+        State at the begin of each phase and, as one row more than there are events, at the end; m may be 0.
+
+    Returns
+    -------
+    int
+        `DONE`, `TOO_MANY` events, or `STALLED`: many in a row that take no time.
+    """
+    law = (parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5])
+    out[:COLUMNS] = 0.0
+    out[BREAKAWAY_TIME] = np.nan
+    sums = np.zeros(4)
+    tip, gap, speed, tip_speed = start, start, 0.0, 0.0
+    for s in range(segments.shape[0]):
+        duration, tip_speed, acceleration = segments[s, 0], segments[s, 1], segments[s, 2]
+        tip, gap, speed, status = _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums)
+        tip_speed += acceleration * duration
+        if status != DONE:
+            return status
+    tip_speed = end_speed(segments, tip_speed)
+    if tip_speed <= 0.0:
+        tip, gap, speed, status = _segment(law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums)
+        speed = 0.0 if status == DONE else speed
+    _finish(law, tip, tip_speed, gap, speed, out, log, sums)
+    return status
+
+
+@njit(**_OPTIONS)
+def end_speed(segments, speed):
+    """The speed (mm/s) at the end of segments, 0 where it is what rounding leaves of a standstill."""
+    greatest = 0.0
+    for s in range(segments.shape[0]):
+        begins = segments[s, 1]
+        greatest = max(greatest, abs(begins), abs(begins + segments[s, 2] * segments[s, 0]))
+    return speed if abs(speed) > STILL * greatest else 0.0
+
+
+@njit(**_OPTIONS)
+def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums):
+    """Follow the part over a segment, infinite: until it rests; return tip position (mm), gap (mm), speed (mm/s) and status."""
+    time, begun, stalled = 0.0, out[TIME], 0
+    mode = mode_of(law, gap, tip_speed - speed, speed, acceleration)
+    while True:
+        moved = tip + (tip_speed + 0.5 * acceleration * time) * time
+        velocity = tip_speed + acceleration * time
+        _note(mode, moved, velocity, acceleration, gap, speed, out, log, sums)
+        left = duration - time if duration < np.inf else horizon(law, mode, gap, velocity, speed)
+        if left <= 0.0:
+            break
+        taken, after, gap_after, speed_after, peak = phase(law, mode, gap, velocity, acceleration, speed, left, out[PEAK_FORCE])
+        out[PEAK_FORCE] = max(out[PEAK_FORCE], peak)
+        _add_energies(law, mode, gap, velocity, acceleration, speed, speed_after, gap_after, taken, sums)
+        time, gap, speed = time + taken, gap_after, speed_after
+        out[TIME] = begun + time
+        if taken == left:
+            break
+        mode = after
+        stalled = 0 if taken > 0.0 else stalled + 1
+        if stalled > _STALLED:
+            return tip, gap, speed, STALLED
+        if out[EVENTS] >= EVENTS_MAX:
+            return tip, gap, speed, TOO_MANY
+    return tip + (tip_speed + 0.5 * acceleration * time) * time, gap, speed, DONE
+
+
+@njit(**_OPTIONS)
+def _note(mode, tip, tip_speed, acceleration, gap, speed, out, log, sums):
+    """Write a phase down: count it, its row of the log, breaking away, and where a flight began."""
+    row = int(out[EVENTS])
+    if row < log.shape[0]:
+        log[row, 0], log[row, 1], log[row, 2], log[row, 3] = out[TIME], mode, tip, tip_speed
+        log[row, 4], log[row, 5], log[row, 6] = acceleration, gap, speed
+    out[EVENTS] += 1.0
+    if mode == SLIP and np.isnan(out[BREAKAWAY_TIME]):
+        out[BREAKAWAY_TIME] = out[TIME]
+    _slide(tip - gap, out, sums)
+    if mode == FREE and sums[_FLYING] == 0.0:
+        sums[_LEFT_AT] = tip - gap
+    sums[_FLYING] = 1.0 if mode == FREE else 0.0
+
+
+@njit(**_OPTIONS)
+def _slide(position, out, sums):
+    """Keep the longest flight; one that has not ended counts as far as it went."""
+    if sums[_FLYING] == 1.0:
+        out[FREE_SLIDE] = max(out[FREE_SLIDE], position - sums[_LEFT_AT])
+
+
+@njit(**_OPTIONS)
+def _add_energies(law, mode, gap, tip_speed, acceleration, speed, speed_after, gap_after, taken, sums):
+    """Add the works of a phase."""
+    if mode in (SLIP, FREE):
+        travel = (tip_speed + 0.5 * acceleration * taken) * taken - (gap_after - gap)
+        work, drag = phase_energies(law, mode, gap, tip_speed, acceleration, speed, taken)
+        sums[_WORK] += work
+        sums[_FRICTION] += law[4] * travel + drag
+
+
+@njit(**_OPTIONS)
+def _finish(law, tip, tip_speed, gap, speed, out, log, sums):
+    """Write down where and how the push ended."""
+    row = int(out[EVENTS])
+    if row < log.shape[0]:
+        log[row, 0], log[row, 1], log[row, 2], log[row, 3] = out[TIME], log[row - 1, 1], tip, tip_speed
+        log[row, 4], log[row, 5], log[row, 6] = 0.0, gap, speed
+    _slide(tip - gap, out, sums)
+    out[FINAL_POSITION], out[FINAL_SPEED] = tip - gap, speed
+    scale = sums[_WORK] + 0.5 * law[3] * law[3] / law[1]  # with what the contact stores until the part breaks away
+    out[ENERGY_ERROR] = abs(sums[_WORK] - sums[_FRICTION] - 0.5 * law[0] * speed * speed) / scale

@@ -1,0 +1,43 @@
+"""Tip, part and force at any time of a push, from its log of phases."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.push._contact.phase_kernels import FREE, SLIP, STICK
+from centering.push._contact.swing_kernels import flight, gap_at, swing
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+
+@njit(**_OPTIONS)
+def sample(parameters, log, times, out):
+    """Write tip position (mm), part position (mm), part speed (mm/s) and contact force (N) at times (s, increasing) into (n, 4).
+
+    `log` is that of `push`: state at the begin of each phase, then at the end.
+    """
+    law = (parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5])
+    row, last = 0, log.shape[0] - 1
+    for i in range(times.size):
+        while row < last and log[row + 1, 0] <= times[i]:
+            row += 1
+        out[i] = state_in(law, log[row], times[i] - log[row, 0])
+
+
+@njit(**_OPTIONS)
+def state_in(law, begun, t):
+    """Tip position, part position, part speed and contact force a time (s) after the begin of a phase."""
+    mode, tip, tip_speed, acceleration, gap, speed = int(begun[1]), begun[2], begun[3], begun[4], begun[5], begun[6]
+    mass, k, b, _, coulomb, viscous = law
+    if mode == SLIP:
+        motion = swing(gap, tip_speed - speed, tip_speed, acceleration, law)
+    elif mode == FREE:
+        motion = flight(gap, tip_speed - speed, speed, acceleration, coulomb / mass, viscous / mass)
+    else:
+        motion = flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
+    here, closing, _ = gap_at(t, motion)
+    position = tip + (tip_speed + 0.5 * acceleration * t) * t
+    moving = max(tip_speed + acceleration * t - closing, 0.0) if mode in (SLIP, FREE) else 0.0
+    force = max(k * here + b * closing, 0.0) if mode in (SLIP, STICK) else 0.0
+    return np.array((position, position - here, moving, force))

@@ -1,0 +1,1 @@
+"""Fastest of `push`."""

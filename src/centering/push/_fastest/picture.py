@@ -1,0 +1,62 @@
+"""Picture of a push of least time: the speed of the tip and the contact force at every friction."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering.push._contact.trace_picture import BLUE, GREY, RED
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from centering.push._fastest.push import OptimalPush
+
+_MILLI = 1e3  # ms of a s
+_SAMPLES = 3001
+_LIGHT, _DARK = "#9db9d6", "#1f3f66"
+
+
+def plot_optimal(push: "OptimalPush") -> Any:
+    """Draw a push; return the figure (private to this package)."""
+    figure = need("matplotlib.pyplot", "plot").figure(figsize=(8.0, 6.4), layout="constrained")
+    above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=(1.6, 1.6, 1.0))
+    colours = need("matplotlib.colors", "plot").LinearSegmentedColormap.from_list("friction", [_LIGHT, BLUE, _DARK])
+    shades = [colours(share) for share in np.linspace(0.0, 1.0, len(push.traces))]
+    _draw_speed(above, push, shades[-1])
+    for trace, ratio, shade in zip(push.traces, push.friction, shades, strict=True):
+        time = np.linspace(0.0, float(push.rest_time.max()), _SAMPLES)
+        data = trace.at(time)
+        label = f"friction x {ratio:.3g}"
+        middle.plot(_MILLI * time, data.contact_force, color=shade, lw=1.1, label=label)
+        below.plot(_MILLI * time, _MILLI * (data.tip_position - data.part_position), color=shade, lw=1.1)
+    _dress(push, above, middle, below)
+    return figure
+
+
+def _draw_speed(axis: Any, push: "OptimalPush", shade: Any) -> None:
+    """Speed of the tip, its limit, and of the part, at the greatest friction."""
+    profile, trace = push.profile, push.traces[-1]
+    edges = np.concatenate(((0.0,), np.cumsum(profile.duration)))
+    ends = profile.velocity + profile.acceleration * profile.duration
+    times = np.column_stack((edges[:-1], edges[1:])).ravel()
+    axis.plot(_MILLI * trace.time, trace.part_velocity, color=shade, lw=1.1, label=f"part, friction x {push.friction[-1]:.3g}")
+    axis.plot(_MILLI * times, np.column_stack((profile.velocity, ends)).ravel(), color=RED, lw=1.4, label="tip")
+    most = push.problem.limits.push_speed_max
+    axis.axhline(most, color=GREY, lw=1.0, ls="--", label=f"greatest speed of the tip, {most:.4g} mm/s")
+
+
+def _dress(push: "OptimalPush", above: Any, middle: Any, below: Any) -> None:
+    """Names, limits, what the picture says."""
+    errors, time = push.stop_error * _MILLI, push.time
+    found = {"NOT_FOUND": "none found, the gentle push: ", "NOT_CONFIRMED": "not confirmed: "}.get(push.status.name, "")
+    above.set_title(
+        f"{found}{push.distance:g} mm in {_MILLI * time:.1f} ms, stops {errors.min():+.1f} to {errors.max():+.1f} µm from there",
+        fontsize=10,
+    )
+    above.set_ylabel("speed [mm/s]")
+    above.set_xlim(0.0, _MILLI * time)
+    above.set_ylim(bottom=0.0)
+    middle.set_ylabel("contact force [N]")
+    middle.set_ylim(bottom=0.0)
+    below.set(xlabel="time since first touch [ms]", ylabel="tip beyond\npart [µm]")
+    above.legend(frameon=False, fontsize=8, loc="lower center")
+    middle.legend(frameon=False, fontsize=8, loc="upper right")

@@ -1,0 +1,184 @@
+"""A push of least time with what the simulator says of it."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import pairwise
+from typing import Any, Self
+
+import numpy as np
+import xarray as xr
+
+from centering.push._contact.trace import PushTrace, simulate_push
+from centering.push._machine.model import PushModel
+from centering.push._machine.problem import CenteringProblem
+from centering.push._profile.profile import TipProfile
+from sdpgrind.base import records
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+
+_KIND = "centering.optimal_push"
+_SAMPLES = 4001
+_SLACK = 2e-5  # mm: by which the simulator's stop may be further off than was asked
+
+
+class PushStatus(StrEnum):
+    """How the search for a push ended; the text says what to try. No unit."""
+
+    OK = "found; the simulator confirms it for every friction"
+    NOT_FOUND = "no push keeps all bounds: allow a larger stop error, less contact force, or less spread of friction"
+    NOT_CONFIRMED = "found, but a simulated part leaves the tip or stops too far off: ask for more contact force or finer steps"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OptimalPush(ByValue):
+    """A push of least time, with what the simulator says of it; `minimum_time_push` makes it.
+
+    Attributes
+    ----------
+    problem : CenteringProblem
+        That it was made for.
+    distance : float
+        That the part shall move, mm.
+    status : PushStatus
+        Whether it was found.
+    message : str
+        What the solver says.
+    steps : int
+        Of the solver.
+    profile : TipProfile
+        The tip from first touch on, drawn back at the end; `gentle_profile` where no push was found.
+    friction : array, (m,)
+        Ratios to the friction of the problem that it was simulated with, dimensionless.
+    traces : tuple of PushTrace
+        Of each.
+    """
+
+    problem: CenteringProblem
+    distance: float
+    status: PushStatus
+    message: str
+    steps: int
+    profile: TipProfile
+    friction: Floats
+    traces: tuple[PushTrace, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether it was found and confirmed."""
+        return self.status is PushStatus.OK
+
+    @property
+    def rest_time(self) -> Floats:
+        """From first touch until the part rests, of each friction, (m,), s."""
+        return np.array([_motion(trace)[1] for trace in self.traces])
+
+    @property
+    def time(self) -> float:
+        """From first touch until the last part rests, s."""
+        return float(self.rest_time.max())
+
+    @property
+    def stop_error(self) -> Floats:
+        """Where the part stops beyond the wanted distance, of each friction, (m,), mm."""
+        return np.array([trace.final_position for trace in self.traces]) - self.distance
+
+    @property
+    def spread(self) -> float:
+        """Greatest less least stop error, mm."""
+        return float(np.ptp(self.stop_error))
+
+    @property
+    def least_force(self) -> Floats:
+        """Least contact force while the part moves, of each friction, (m,), N."""
+        return np.array([_least_force(trace) for trace in self.traces])
+
+    @property
+    def peak_force(self) -> float:
+        """Greatest contact force, N."""
+        return max(trace.peak_force for trace in self.traces)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The motion (s, mm/s, mm/s^2), and what came of it at every friction (mm, s, N), labelled; the whole push in it."""
+        from centering.push._plan.record import optimal_dataset
+
+        return optimal_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the push (mm, s, N) to a NetCDF file that `sdpgrind.load` opens.
+
+        Parameters
+        ----------
+        path : str or path
+            Where.
+        """
+        records.write(self.dataset, path, _KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Self:
+        """Return the push (mm, s, N) that `save` wrote to a path; nothing is searched or simulated again.
+
+        Parameters
+        ----------
+        path : str or path
+            Where.
+        """
+        from centering.push._plan.record import optimal_fields
+
+        fields = optimal_fields(records.read(path))
+        return cls(**fields | {"status": PushStatus[fields["status"]]})
+
+    def plot(self) -> Any:
+        """Draw the speed of the tip (mm/s) and the contact forces (N) over time (s); return the figure."""
+        from centering.push._fastest.picture import plot_optimal  # the picture imports what it draws
+
+        return plot_optimal(self)
+
+    def __repr__(self) -> str:
+        errors = f"{1e3 * self.stop_error.min():+.2f} to {1e3 * self.stop_error.max():+.2f} µm"
+        told = f"{self.distance:g} mm in {self.time:.4g} s, stops {errors}, force up to {self.peak_force:.1f} N"
+        return f"OptimalPush({told}; {self.status.name})"
+
+
+def judged(
+    problem: CenteringProblem,
+    distance: float,
+    ratios: Sequence[float],
+    error: float,
+    profile: TipProfile,
+    message: str,
+    steps: int,
+) -> OptimalPush:
+    """A found profile, simulated at the given frictions, those between and the problem's own."""
+    friction = _frictions(ratios)
+    traces = tuple(simulate_push(with_friction(problem.model, r), profile) for r in friction)
+    push = OptimalPush(problem, distance, PushStatus.OK, message, steps, profile, friction, traces)
+    kept = all("free" not in trace.event_mode for trace in traces)
+    if kept and bool(np.all(np.abs(push.stop_error) <= error + _SLACK)):
+        return push
+    return replace(push, status=PushStatus.NOT_CONFIRMED)
+
+
+def _frictions(ratios: Sequence[float]) -> Floats:
+    between = [0.5 * (a + b) for a, b in pairwise(ratios)]
+    return lasting(np.unique([*ratios, *between, *([1.0] if ratios[0] < 1.0 < ratios[-1] else [])]))
+
+
+def with_friction(model: PushModel, ratio: float) -> PushModel:
+    """The model with another friction."""
+    return model.replace(mu_static=ratio * model.mu_static, mu_kinetic=ratio * model.mu_kinetic)
+
+
+def _motion(trace: PushTrace) -> tuple[float, float]:
+    """When the part first breaks away and when it finally rests, s."""
+    moving = [k for k, mode in enumerate(trace.event_mode) if mode in ("slip", "free")]
+    return (float(trace.phases[moving[0], 0]), float(trace.phases[moving[-1] + 1, 0])) if moving else (0.0, 0.0)
+
+
+def _least_force(trace: PushTrace) -> float:
+    """Least force of the contact while the part moves, N."""
+    begin, end = _motion(trace)
+    inside = np.linspace(begin, end, _SAMPLES)[1:-1]
+    return float(trace.at(inside).contact_force.values.min()) if end > begin else 0.0

@@ -1,0 +1,125 @@
+"""Where a push is expected to leave the ring, and how sure that is."""
+
+from cmath import exp, phase
+from dataclasses import dataclass
+from math import hypot, sqrt
+
+import numpy as np
+from scipy.special import ndtr
+
+from centering.push._machine.model import PushModel
+from centering.push._machine.problem import PushScatter
+from centering.push._plan.direction import Touch
+from centering.push._turning import direction_kernels as at
+from centering.push._turning.shooting import landing, ring_state
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+
+_BEFORE = 0.05  # mm: so far before first touch the tip is followed from, so that the ring may lie nearer
+_WEIGHTS = np.array([2.0, 0.5, 0.5]) / 3.0
+_NODES, _REACH = 64, 9.0  # of a quadrature over the place, which reaches so many standard deviations
+_ERROR = 1e-8  # mm: of a step of the push in the plane
+_CHANGE = 0.01  # mm: over which derivatives by place are taken
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Arrival(Frozen, ByValue):
+    """Place on the table where a ring's centre is expected to come to rest; `Push.arrival` makes it.
+
+    The x axis goes from the table's axis, the origin, through the centre as it was before the push.
+
+    Attributes
+    ----------
+    x, y : float
+        mm.
+    covariance : array, (2, 2)
+        mm^2: of friction, direction and stop of a push, and of measuring.
+
+    Examples
+    --------
+    >>> Arrival(3.0, 4.0, [[1e-4, 0.0], [0.0, 4e-4]]).offset  # mm
+    5.0
+    """
+
+    x: float
+    y: float
+    covariance: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "covariance", lasting(self.covariance))
+
+    @property
+    def offset(self) -> float:
+        """Distance of the expected place from the axis, mm."""
+        return hypot(self.x, self.y)
+
+    @property
+    def sd(self) -> Floats:
+        """Standard deviations of x and y, (2,), mm."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def probability_within(self, tolerance: float) -> float:
+        """Probability that the centre comes to rest within a distance of the axis, with a normal scatter.
+
+        Parameters
+        ----------
+        tolerance : float
+            That distance, mm.
+
+        Examples
+        --------
+        >>> round(Arrival(0.0, 0.0, [[0.01**2, 0.0], [0.0, 0.01**2]]).probability_within(0.02), 6)  # 1 - exp(-2)
+        0.864665
+        """
+        r = checks.positive("tolerance", tolerance, "mm")
+        variances, axes = np.linalg.eigh(self.covariance)
+        (narrow, wide), (m, n) = np.sqrt(np.maximum(variances, (1e-9 * r) ** 2)), axes.T @ (self.x, self.y)
+        low, high = max(-r, n - _REACH * wide), min(r, n + _REACH * wide)
+        if low >= high:
+            return 0.0
+        v, weight = np.polynomial.legendre.leggauss(_NODES)
+        v = 0.5 * (low + high) + 0.5 * (high - low) * v
+        half = np.sqrt(np.maximum(r * r - v * v, 0.0))
+        chord = ndtr((half - m) / narrow) - ndtr((-half - m) / narrow)
+        density = np.exp(-0.5 * ((v - n) / wide) ** 2) / (wide * np.sqrt(2.0 * np.pi))
+        return float(0.5 * (high - low) * np.sum(weight * chord * density))
+
+    def __repr__(self) -> str:
+        along, across = 1e3 * self.sd
+        return f"Arrival({1e3 * self.offset:.3g} µm from the axis, give or take {along:.3g} µm along and {across:.3g} µm across)"
+
+
+def arrival(model: PushModel, scatter: PushScatter, touch: Touch, offset: float, spindle_speed: float) -> Arrival:
+    """Follow the push in the plane, as planned and with each thing that scatters changed."""
+
+    def end(friction: float = 0.0, place: complex = 0.0, nearer: float = 0.0) -> complex:
+        scaled = model.replace(mu_static=model.mu_static * (1 + friction), mu_kinetic=model.mu_kinetic * (1 + friction))
+        return _end(scaled, touch, offset + place, nearer, offset, spindle_speed)
+
+    spread = sqrt(3.0) * min(hypot(scatter.friction_part_sd, scatter.friction_push_sd), 0.5)
+    nominal = end()
+    slips = np.array([nominal, end(spread), end(-spread)])  # Gauss-Hermite points: friction bends the way
+    measuring = [scatter.measuring_sd * (end(place=_CHANGE * way) - nominal) / _CHANGE for way in (1.0, 1j)]
+    stop = scatter.stop_sd * (end(nearer=_CHANGE) - nominal) / _CHANGE
+    shares = [*np.sqrt(_WEIGHTS) * (slips - _WEIGHTS @ slips), *measuring, stop, *_turned(nominal - offset, scatter.direction_sd)]
+    moved = np.array([(share.real, share.imag) for share in shares])
+    return Arrival(nominal.real, nominal.imag, moved.T @ moved)
+
+
+def _turned(way: complex, sd: float) -> tuple[complex, complex]:
+    """Standard deviations along and across of a way that is turned by an angle with a standard deviation, rad; to all orders."""
+    return way * (1.0 - exp(-sd * sd).real) / sqrt(2.0), 1j * way * sqrt((1.0 - exp(-2.0 * sd * sd).real) / 2.0)
+
+
+def _end(model: PushModel, touch: Touch, start: complex, nearer: float, offset: float, w: float) -> complex:
+    """Where a ring comes to rest that lies at `start`, under a tip that goes `nearer` to the axis than planned, mm."""
+    rows, radius = touch.push_profile.segments, model.part.radius
+    before = _BEFORE / float(rows[0, 1])
+    turned = exp(1j * (touch.angle + w * before))
+    place = start / turned
+    state = ring_state(abs(place), phase(place), radius, w)
+    state[at.TIP] = ring_state(offset, -touch.angle, radius, w)[at.TIP] + _BEFORE - nearer
+    whole = np.vstack(([(before, rows[0, 1], 0.0)], rows))
+    return landing(model, w, whole, state, _ERROR) * turned

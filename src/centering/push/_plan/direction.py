@@ -1,0 +1,255 @@
+"""Where the ring must be when the tip touches it, so that the push on the turning table ends on the axis.
+
+From first touch on the rigid tip keeps the ring's centre on a circle of its radius about the tip's face, and the table carries
+the ring along. Without inertia the centre then moves over the table along the contact normal only; followed backward from the
+axis, that gives the one direction, Mears (5.17) made exact. With inertia the ring also drifts across: friction wears sideways
+speed off only at the rate mu_k g over the sliding speed, and the drift is about w v/(mu_k g) of the push. And it goes beyond the
+tip, or lags behind it, by its inertia, its friction and the table's centrifugal force. The exact push holds all of these.
+"""
+
+import warnings
+from dataclasses import dataclass
+from math import isfinite, nan, pi
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from centering.push._machine.problem import CenteringProblem
+from centering.push._profile.gentle import gentle_limits
+from centering.push._profile.profile import TipProfile
+from centering.push._profile.row_kernels import ROWS, push_rows
+from centering.push._profile.rows import after, forward, lasting_rows, remaining, trapezoid
+from centering.push._turning import quasi_static_kernels as at
+from centering.push._turning.lead import too_fast
+from centering.push._turning.quasi_static_kernels import touch_back
+from centering.push._turning.rim_kernels import ahead, reach
+from centering.push._turning.shooting import Aim, aimed
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.stored import stored
+
+DIRECTIONS = ("exact", "quasi-static", "contact", "end")
+SHAPES = ("trapezoid", "gentle")
+
+_ROUNDS = 3  # a gentle profile depends little on the angle: each round is one digit or more
+_FINE, _SMALL = 1e-3, 0.1  # of the offset, of the tolerance: what is told when more is left
+_SHARE = 0.1  # of the offset: what is too much, unless the ring sticks or is thrown, or it is within the tolerance
+_CLOSES, _STUCK = 2.0, 0.98  # times F_s/k: a ring nearer than that may stick; share of the offset that is left where it does
+_LOOKS, _NEAR = 400, 1e-6  # at a run-up, and mm: a rim that is ahead of the tip by more has met it
+
+
+@stored("centering.touch")
+@dataclass(frozen=True, eq=False, repr=False)
+class Touch(ByValue):
+    """A push from its start near the rim: what the tip does, and where the ring is at first touch.
+
+    Attributes
+    ----------
+    angle : float
+        From first touch until the offset would be on the push line, rad.
+    time : float
+        From first touch to the end of the stroke, s.
+    travel : float
+        Of the tip from first touch to the end of the stroke, mm.
+    run_up, run_up_time : float
+        Travel (mm) and time (s) from the start of the tip to first touch.
+    profile : TipProfile
+        From the start of the tip on.
+    push_profile : TipProfile
+        From first touch on.
+    miss : float
+        Distance from the axis at which the model leaves the ring, mm: 0 to rounding where an exact push solves it; NaN for other
+        directions, which do not ask.
+    """
+
+    angle: float
+    time: float
+    travel: float
+    run_up: float
+    run_up_time: float
+    profile: TipProfile
+    push_profile: TipProfile
+    miss: float = nan
+
+
+def plan_touch(
+    problem: CenteringProblem,
+    *,
+    offset: float,
+    spindle_speed: float,
+    push_speed: float,
+    direction: str = "exact",
+    shape: str = "trapezoid",
+    stroke_offset: float = 0.0,
+) -> Touch:
+    """Return the push of a tip that starts from rest just out of the rim's reach: `plan_push` without its approach.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Model, limits.
+    offset : float
+        That is to be brought to the axis, mm.
+    spindle_speed, push_speed : float
+        rad/s, mm/s.
+    direction : {"exact", "quasi-static", "contact", "end"}
+        As `plan_push` has it.
+    shape : {"trapezoid", "gentle"}
+        Of the speed of the tip.
+    stroke_offset : float
+        Running correction of the stroke, mm: so far the tip stands outside the place that the slide tells.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> from centering.push._machine.presets import preset
+    >>> from sdpgrind import units
+    >>> touch = plan_touch(preset("printed"), offset=1.0, spindle_speed=units.rpm(20), push_speed=10.0, direction="quasi-static")
+    >>> round(touch.angle * 180 / 3.141592653589793, 3), round(touch.travel, 5), round(touch.run_up, 5)  # deg, mm, mm
+    (5.925, 0.9946, 0.5054)
+    """
+    checks.kind("problem", problem, CenteringProblem)
+    w, d = checks.positive("spindle_speed", spindle_speed, "rad/s"), checks.positive("offset", offset, "mm")
+    if d >= problem.model.part.radius:
+        raise checks.refuse("offset", f"< the radius of the part = {problem.model.part.radius:g}", d, "mm")
+    v = checks.positive("push_speed", push_speed, "mm/s")
+    if v > problem.limits.push_speed_max * (1 + 1e-12):
+        raise checks.refuse("push_speed", f"<= push_speed_max = {problem.limits.push_speed_max:g}", v, "mm/s")
+    checks.one_of("direction", direction, DIRECTIONS)
+    checks.one_of("shape", shape, SHAPES)
+    most = problem.limits.stroke_offset_max
+    shift = checks.within("stroke_offset", stroke_offset, -most, most, "mm")
+    total = d + problem.limits.safety + shift
+    if total <= 0.0:
+        raise checks.refuse("stroke_offset", f"> {-d - problem.limits.safety:g}, so that a stroke is left", shift, "mm")
+    return _Task(problem, d, w, v, total, shape).touch(direction)
+
+
+class _Task(NamedTuple):
+    """What is asked: `total` travel of the tip, from a start at total - offset before the farthest place of the rim."""
+
+    problem: CenteringProblem
+    offset: float
+    spindle_speed: float
+    push_speed: float
+    total: float
+    shape: str
+
+    def touch(self, direction: str) -> Touch:
+        """Find the place of first touch; a gentle profile begins there, and is therefore found with it."""
+        rows, angle, longer, miss, found = self._rows(self.offset, 0.0), 0.0, 0.0, nan, ""
+        for _ in range(_ROUNDS if self.shape == "gentle" and direction != "exact" else 1):
+            angle = self._angle(direction, forward(rows))
+            rows = self._rows(self._reach(angle), 0.0) if self.shape == "gentle" else rows
+        if direction == "exact":
+            aim = aimed(self.problem.model, self.spindle_speed, self._asked(), self.offset, angle)
+            found = self._found(aim)
+            angle, longer, miss = aim.angle, aim.longer, aim.left
+            rows = self._rows(self._reach(angle), longer)
+        touch = self._described(angle, longer, rows, miss)
+        if found:
+            warnings.warn(found, stacklevel=4)
+        return touch
+
+    def _asked(self) -> Floats:
+        """The push as `push_rows` takes it."""
+        most = self.problem.limits.acceleration_max
+        gentle = 1.0 if self.shape == "gentle" else 0.0
+        return np.array([gentle, self.total, self.push_speed, most, *gentle_limits(self.problem.model, most)])
+
+    def _rows(self, reach: float, longer: float) -> Floats:
+        """The tip from its start on, which first touches the ring where that has `reach` left to the axis."""
+        most = self.problem.limits.acceleration_max
+        if self.shape == "trapezoid":
+            return trapezoid(self.total + longer, self.push_speed, most)
+        out = np.empty((ROWS, 3))
+        push = out[: push_rows(self._asked(), reach, longer, out)]
+        return np.vstack((trapezoid(self.total - reach, self.push_speed, most), lasting_rows(push)))
+
+    def _found(self, aim: Aim) -> str:
+        """Refuse a push that does not bring the ring near the axis; return why one leaves some, as it sticks or is thrown."""
+        d, left = self.offset, aim.left
+        if aim.rests and left <= max(_FINE * d, _SMALL * self.problem.tolerance):
+            return ""
+        model, overrun = self.problem.model, self.spindle_speed * d >= self.push_speed  # the rim may be faster than the tip
+        sticks = aim.along > _STUCK * d and d <= _CLOSES * model.breakaway_force / model.contact_stiffness
+        thrown = aim.along < 0.0 and not overrun
+        where = f"for an offset of {d:.4g} mm at push_speed = {self.push_speed:.4g} mm/s"
+        if not (sticks or thrown or left <= max(_SHARE * d, self.problem.tolerance)):
+            raise self._no_push(where, left)
+        why = "it is thrown beyond, push slower" if thrown else "it chatters on the tip"
+        why = why if aim.rests else "it does not come to rest on the turning table, slow the spindle"
+        why = "the rim is as fast as the tip, slow the spindle or push faster" if overrun else "it sticks" if sticks else why
+        return f"the push leaves the ring {left:.3g} mm from the axis {where}: {why}"
+
+    def _no_push(self, where: str, left: float) -> ValueError:
+        found = f"leaves {left:.3g} mm" if isfinite(left) else "has no push toward the axis"
+        rule = f"lower {where}, which {found}: the rim runs into the tip or away from it; slow the spindle or push faster"
+        return checks.refuse("spindle_speed", rule, self.spindle_speed, "rad/s")
+
+    def _reach(self, angle: float) -> float:
+        """Distance of the rim from where it is at an angle (rad, before alignment) to where it is on the axis, mm."""
+        way = float(reach(angle, self.offset, self.problem.model.part.radius))
+        if not way > 0.0:
+            rule = f"higher for an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
+            raise checks.refuse("push_speed", f"{rule}: the ring would be pushed from its side", self.push_speed, "mm/s")
+        return way
+
+    def _angle(self, direction: str, rows: Floats) -> float:
+        """Angle of first touch before the push line, without inertia, rad."""
+        if direction == "contact":
+            return 0.0
+        return self._aligned_at_end(rows) if direction == "end" else self._quasi_static(rows)
+
+    def _quasi_static(self, rows: Floats) -> float:
+        out = np.zeros(at.TOUCHES)
+        touch_back(self.problem.model.part.radius, self.spindle_speed, rows, self.offset, out)
+        if not out[at.FOUND]:
+            raise ValueError(f"the stroke must reach the rim at an offset of {self.offset:g} mm; {self.total:g} mm do not")
+        return -float(out[at.ANGLE])
+
+    def _aligned_at_end(self, rows: Floats) -> float:
+        """Angle at which the rim meets a tip that ends its stroke when the offset would be on the push line."""
+        time, radius = float(rows[:, 0].sum()), self.problem.model.part.radius
+
+        def apart(angle: float) -> float:
+            return float(reach(angle, self.offset, radius)) - remaining(rows, time - angle / self.spindle_speed)
+
+        most = min(self.spindle_speed * time, pi / 2)
+        return float(brentq(apart, 0.0, most, xtol=1e-13)) if apart(most) < 0.0 else most
+
+    def _described(self, angle: float, longer: float, rows: Floats, miss: float) -> Touch:
+        way = self._reach(angle)
+        push = after(rows, way + longer)
+        time, run_up = float(forward(push)[:, 0].sum()), self.total - way
+        before = float(forward(rows)[:, 0].sum()) - time
+        if run_up > 0.0:  # else a correction has shortened the stroke by more than its run-up
+            self._refuse_early(rows, before, angle)
+        return Touch(
+            angle=angle,
+            time=time,
+            travel=way + longer,
+            run_up=run_up,
+            run_up_time=before,
+            profile=profile_of(rows, -run_up),
+            push_profile=profile_of(push, 0.0),
+            miss=miss,
+        )
+
+    def _refuse_early(self, rows: Floats, before: float, angle: float) -> None:
+        """Refuse a push so slow that the rim meets the tip on its run-up, `before` (s) the ring shall be touched."""
+        ring = angle, self.offset, self.problem.model.part.radius, self.spindle_speed
+        if ahead(rows, before, *ring, self.total, _LOOKS) > _NEAR:
+            rule = f"higher for an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
+            raise too_fast("push_speed", f"{rule}: the rim arrives before the push", self.push_speed, "mm/s")
+
+
+def profile_of(rows: Floats, start: float) -> TipProfile:
+    """The profile of rows of duration, velocity and acceleration."""
+    return TipProfile(rows[:, 0], rows[:, 1], rows[:, 2], start=start)

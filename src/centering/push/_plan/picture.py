@@ -1,0 +1,65 @@
+"""The picture of a planned push: tip and rim until they meet, and what the slide does meanwhile."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering.push._contact.trace_picture import BLUE, GREY, RED
+from sdpgrind.base import units
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from centering.push._plan.push import Push
+
+_MILLI = 1e3  # ms of a s
+_FINE = 801
+_ROOM = 0.03  # of the height, below the lowest: the line at 0 is seen
+_SHADES = {"approach": "#f2f2f2", "pause": "#cfcfcf", "run-up": "#dbe7f3", "push": "#f8e3c4"}
+
+
+def new_axes() -> Any:
+    """Axes of a new figure."""
+    return need("matplotlib.pyplot", "plot").figure(figsize=(7.5, 4.4), layout="constrained").add_subplot()
+
+
+def draw_push(push: "Push", axis: Any) -> None:
+    """Draw a push (private to this package)."""
+    touched = _shade(push, axis)
+    time = np.linspace(0.0, push.profile.total_time, _FINE)
+    axis.plot(_MILLI * time, _rim(push, touched) - push.profile.position(time), color=RED, lw=1.4, label="tip")
+    before = np.append(time[time < touched], touched)
+    axis.plot(_MILLI * before, _rim(push, before), color=BLUE, lw=1.4, label="rim, until it is touched")
+    axis.plot(_MILLI * touched, _rim(push, touched), "o", color=BLUE, ms=5.0, label="first touch")
+    axis.axhline(0.0, color=GREY, lw=0.8, ls=":", label="rim of a ring on the axis")
+    axis.set(xlabel="time since the trigger [ms]", ylabel="place on the push line [mm]")
+    axis.set_title(_title(push), fontsize=10)
+    axis.margins(x=0.0)
+    axis.set_ylim(axis.get_ylim()[0] - _ROOM * float(np.ptp(axis.get_ylim())))
+    axis.figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+
+
+def _title(push: "Push") -> str:
+    lead, speed = push.lead_angle / units.deg(1.0), push.spindle_speed / units.rpm(1.0)
+    return (
+        f"{push.offset:.4g} mm off the axis at {speed:.4g} rpm: begin {lead:.2f}° before it is on the push line,"
+        f" stroke {push.stroke:.4f} mm"
+    )
+
+
+def _shade(push: "Push", axis: Any) -> float:
+    """What the slide does behind the curves; when it touches the rim, s."""
+    touched = push.profile.total_time - push.touch.push_profile.total_time
+    starts = touched - push.touch.run_up_time
+    rests = max(starts - push.problem.limits.settle_time, 0.0)
+    ends = [0.0, rests, starts, touched, push.profile.total_time]
+    for (name, shade), begin, end in zip(_SHADES.items(), ends[:-1], ends[1:], strict=True):
+        if end > begin:
+            axis.axvspan(_MILLI * begin, _MILLI * end, color=shade, lw=0.0, zorder=0, label=name)
+    return float(touched)
+
+
+def _rim(push: "Push", time: Any) -> Any:
+    """Of the offset ring on the push line, mm beyond where it would be on the axis."""
+    angle, r = push.spindle_speed * time - push.lead_angle, push.problem.model.part.radius
+    across = push.offset * np.sin(angle)
+    return push.offset * np.cos(angle) - across**2 / (r + np.sqrt(r * r - across**2))

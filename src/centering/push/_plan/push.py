@@ -1,0 +1,301 @@
+"""A whole push, from the place where the probe follows the rim to the stop of the tip: when to start, how far, how long."""
+
+import os
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from centering.push._machine.model import PushModel
+from centering.push._machine.problem import CenteringLimits, CenteringProblem
+from centering.push._plan.arrival import Arrival, arrival
+from centering.push._plan.direction import Touch, plan_touch, profile_of
+from centering.push._profile.profile import TipProfile
+from centering.push._profile.rows import trapezoid
+from centering.push._profile.timing import printed_time, rest_to_rest
+from centering.push._turning.lead import Lead, find_lead
+from centering.push._turning.limits import check_speed
+from centering.push._turning.turning import turning_profile
+from centering.push._turning.turning_trace import TablePushTrace, simulate_table_push
+from sdpgrind.base import checks, records
+from sdpgrind.base.arrays import ByValue
+from sdpgrind.base.stored import decode, stored
+
+_KIND = "centering.push"
+_LEAST = 1e-9  # mm: no approach is left
+
+
+@stored(_KIND)
+@dataclass(frozen=True, eq=False, repr=False)
+class Push(ByValue):
+    """A planned push: approach, pause, push. What the slide does begins at the trigger, `lead_angle` before alignment.
+
+    Attributes
+    ----------
+    problem : CenteringProblem
+        That it was planned for.
+    offset, spindle_speed, push_speed : float
+        mm, rad/s, mm/s.
+    direction, timing, shape : str
+        How the lead was found, and the shape of the speed.
+    lead_angle : float
+        From the trigger until the offset would be on the push line, rad, Mears (5.17).
+    turns : int
+        Whole turns that the trigger has to wait beyond the next half turn: 0 where lead_angle <= pi.
+    lead_distance : float
+        Advance of the rim toward the tip in that time, mm, Mears (5.5).
+    rough, fine : float
+        Travel of approach and push, mm, Mears (5.9).
+    time : float
+        From the trigger to the end of the stroke, s, Mears (5.16).
+    touch : Touch
+        The push from its start near the rim.
+    profile : TipProfile
+        The slide from the trigger on, positive toward the axis.
+    """
+
+    problem: CenteringProblem
+    offset: float
+    spindle_speed: float
+    push_speed: float
+    direction: str
+    timing: str
+    shape: str
+    lead_angle: float
+    turns: int
+    lead_distance: float
+    rough: float
+    fine: float
+    time: float
+    touch: Touch
+    profile: TipProfile
+
+    @property
+    def stroke(self) -> float:
+        """Travel of the slide from the trigger to its farthest place, mm, Mears (5.6)."""
+        return self.rough + self.fine
+
+    @property
+    def push_profile(self) -> TipProfile:
+        """The tip from first touch on (s, mm/s)."""
+        return self.touch.push_profile
+
+    @property
+    def miss(self) -> float:
+        """Distance from the axis at which the model leaves the ring, mm: 0 to rounding where it is solved.
+
+        NaN for other directions, which do not ask; `arrival` tells it for all.
+        """
+        return self.touch.miss
+
+    def simulate(self, model: PushModel | None = None) -> TablePushTrace:
+        """Return what the model says of the push (mm, s, N): the part along the contact normal, Mears (5.26) and (5.27).
+
+        The rim's own advance and the centrifugal force of the turning table count, see `turning_profile`. The tip stays where the
+        stroke ends. Positions are ways over the table along the normal, which turns: they differ by some percent from the offset
+        that the push takes away. Where the centre comes to rest tells `arrival`.
+
+        Parameters
+        ----------
+        model : PushModel, optional
+            Another than that of the problem.
+
+        Examples
+        --------
+        >>> from centering.push._machine.presets import preset
+        >>> push = plan_push(preset("printed"), offset=1.0, spindle_speed=2.0, push_speed=10.0)
+        >>> round(push.simulate().peak_force, 1)  # N
+        70.5
+        """
+        told = self.problem.model if model is None else model
+        place = {"offset": self.offset, "touch_angle": self.touch.angle, "spindle_speed": self.spindle_speed}
+        return simulate_table_push(told, turning_profile(self.push_profile, told, **place))
+
+    def arrival(self, model: PushModel | None = None) -> Arrival:
+        """Return where the push is expected to leave the ring's centre on the table (mm), and how sure that is.
+
+        The push is followed in the plane, with contact, friction and inertia. How sure it is follows from the scatter of the
+        problem: friction of part and push together, direction, stop of the slide, measuring.
+
+        Parameters
+        ----------
+        model : PushModel, optional
+            Another than that of the problem.
+
+        Examples
+        --------
+        >>> from centering.push._machine.presets import preset
+        >>> there = plan_push(preset("printed"), offset=1.0, spindle_speed=2.0, push_speed=10.0).arrival()
+        >>> there.offset < 0.001, there.sd.round(4)  # mm; the direction scatters by 1.5 deg
+        (True, array([0.0036, 0.0262]))
+        """
+        told = self.problem.model if model is None else checks.kind("model", model, PushModel)
+        return arrival(told, self.problem.scatter, self.touch, self.offset, self.spindle_speed)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The motion of the slide (s, mm/s, mm/s^2) and what was planned (mm, rad, s), labelled; the whole push in it."""
+        from centering.push._plan.record import push_dataset
+
+        return push_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the push (mm, rad, s) to a NetCDF file at `path` that `sdpgrind.load` opens."""
+        records.write(self.dataset, path, _KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Push":
+        """Read the push (mm, rad, s) that `save` wrote to `path`."""
+        return checks.kind("push", decode(records.read(path).attrs["push"]), cls)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw how far tip and rim are from the axis (mm) over time (ms), and the parts of the push; return the figure.
+
+        The rim is drawn until it is touched. Zero is where the rim of a ring on the axis is.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Where; by default in a new figure.
+        """
+        from centering.push._plan.picture import draw_push, new_axes  # the picture imports what it draws
+
+        axes = new_axes() if ax is None else ax
+        draw_push(self, axes)
+        return axes.figure
+
+    def __repr__(self) -> str:
+        return (
+            f"Push(lead {self.lead_angle * 180 / pi:.4g} deg, stroke {self.stroke:.5g} mm in {self.time:.4g} s,"
+            f" {self.direction}, {self.shape})"
+        )
+
+
+def plan_push(
+    problem: CenteringProblem,
+    *,
+    offset: float,
+    follow_gap: float | None = None,
+    spindle_speed: float,
+    push_speed: float,
+    direction: str = "exact",
+    timing: str = "exact",
+    shape: str = "trapezoid",
+    stroke_offset: float = 0.0,
+) -> Push:
+    """Plan a push that brings an offset ring to the axis of a turning table: trigger, stroke and time, Mears (5.1) to (5.17).
+
+    The slide approaches to `CenteringLimits.safety` before the farthest place of the rim, rests for the settle time, and pushes
+    until the tip is a radius away from the axis, or so much nearer or farther as ``direction="exact"`` finds. The lead solves
+    lead = speed x time, where the time depends on the lead.
+
+    Parameters
+    ----------
+    problem : CenteringProblem
+        Model and limits.
+    offset : float
+        Of the ring, mm.
+    follow_gap : float, optional
+        Distance from the rim to the pusher tip at the trigger, mm; by default that of the limits.
+    spindle_speed, push_speed : float
+        rad/s, mm/s.
+    direction : {"exact", "quasi-static", "contact", "end"}
+        What the push aims at. ``"exact"``: the ring, carried by the table, drifting and thrown by its inertia, comes to rest at
+        the axis; the stroke ends before or beyond it by as much as the ring goes ahead of the tip or lags behind. Where no stroke
+        does (a ring that is thrown by more than its offset), it goes through the axis, with a warning. ``"quasi-static"``:
+        through the axis, without inertia. ``"contact"``: alignment at first contact (Mears, chapter 7). ``"end"``: alignment at
+        the end, Mears (5.17).
+    timing : {"exact", "printed"}
+        ``"printed"``: times of Mears (5.13) to (5.16), which are too long.
+    shape : {"trapezoid", "gentle"}
+        Of the speed of the push; see `gentle_profile`.
+    stroke_offset : float
+        Running correction of the stroke, mm, Mears (6.16).
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, the table is too fast for the offset, the rim would arrive before the push, or no exact push
+        brings the ring near the axis: the rim is faster than the tip.
+
+    Warns
+    -----
+    UserWarning
+        When an exact push leaves more than 0.1 % of the offset and a tenth of the tolerance, with how much (`Push.miss`): a ring
+        that sticks is not moved, one that is thrown goes beyond. `Push.arrival` tells where to.
+
+    Examples
+    --------
+    >>> from centering.push._machine.presets import preset
+    >>> from sdpgrind import units
+    >>> push = plan_push(preset("printed"), offset=1.0, spindle_speed=units.rpm(20), push_speed=10.0, direction="end")
+    >>> push
+    Push(lead 38.75 deg, stroke 8.7057 mm in 0.3229 s, end, trapezoid)
+    """
+    checks.kind("problem", problem, CenteringProblem)
+    limits = problem.limits
+    gap = limits.follow_gap if follow_gap is None else checks.positive("follow_gap", follow_gap, "mm")
+    checks.one_of("timing", timing, ("exact", "printed"))
+    check_speed(problem, checks.positive("offset", offset, "mm"), checks.positive("spindle_speed", spindle_speed, "rad/s"))
+    touch = plan_touch(
+        problem,
+        offset=offset,
+        spindle_speed=spindle_speed,
+        push_speed=push_speed,
+        direction=direction,
+        shape=shape,
+        stroke_offset=stroke_offset,
+    )
+    fine = touch.run_up + touch.travel
+    lead, rough_time, fine_time = _lead(problem, touch, fine, gap, offset, spindle_speed, push_speed, timing)
+    return Push(
+        problem=problem,
+        offset=float(offset),
+        spindle_speed=float(spindle_speed),
+        push_speed=float(push_speed),
+        direction=direction,
+        timing=timing,
+        shape=shape,
+        lead_angle=lead.lead_angle,
+        turns=lead.turns,
+        lead_distance=lead.lead_distance,
+        rough=lead.rough,
+        fine=fine,
+        time=rough_time + limits.settle_time + fine_time,
+        touch=touch,
+        profile=_whole(limits, lead.rough, touch),
+    )
+
+
+def _lead(
+    problem: CenteringProblem, touch: Touch, fine: float, gap: float, d: float, w: float, v: float, timing: str
+) -> tuple[Lead, float, float]:
+    """The lead, and the times of approach and push in it; what the printed times are too long by turns the table further."""
+    limits = problem.limits
+    rapid, a = limits.approach_speed, limits.acceleration_max
+    exact = touch.run_up_time + touch.time
+    fine_time = exact if timing == "exact" else printed_time(fine, v, a)
+    approach = rest_to_rest if timing == "exact" else printed_time
+    beyond = w * (limits.settle_time + touch.run_up_time + fine_time - exact) + touch.angle
+    radius = problem.model.part.radius
+    lead = find_lead(
+        lambda rough: approach(rough, rapid, a),
+        beyond,
+        offset=d,
+        radius=radius,
+        room=gap - limits.safety,
+        spindle_speed=w,
+    )
+    return lead, approach(lead.rough, rapid, a), fine_time
+
+
+def _whole(limits: CenteringLimits, rough: float, touch: Touch) -> TipProfile:
+    """Approach, pause and push, beginning as far before first touch as the approach and the run-up are long."""
+    parts = [touch.profile.segments]
+    if limits.settle_time > 0.0:
+        parts.insert(0, np.array([[limits.settle_time, 0.0, 0.0]]))
+    if rough > _LEAST:
+        parts.insert(0, trapezoid(rough, limits.approach_speed, limits.acceleration_max))
+    return profile_of(np.vstack(parts), -rough - touch.run_up)

@@ -1,0 +1,281 @@
+"""What the pusher tip does: segments of constant acceleration, whose speed may jump between them and whose position may not."""
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from centering.push._profile.profile_rows import STILL, jerk_rise, move_arguments, scaled
+from centering.push._profile.timing import move_peak
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+
+@stored("centering.tip_profile")
+@dataclass(frozen=True, eq=False, repr=False)
+class TipProfile(Frozen, ByValue):
+    """Motion of the pusher tip in segments of constant acceleration.
+
+    Position counts from the first touch of a part at rest, positive toward the axis of the table. The speed may jump where two
+    segments meet; the position does not.
+
+    Parameters
+    ----------
+    duration : array, (n,)
+        Of each segment, s, > 0.
+    velocity : array, (n,)
+        At the begin of each segment, mm/s.
+    acceleration : array, (n,)
+        In each segment, mm/s^2.
+    start : float
+        Position at the begin, mm; negative: a gap lies before the part.
+
+    Raises
+    ------
+    ValueError
+        When a value is not finite, a duration not positive, the lengths differ or there is no segment.
+
+    Examples
+    --------
+    >>> profile = TipProfile.move(7.5, speed=83.333, acceleration=2560.0)  # mm, mm/s, mm/s^2
+    >>> round(profile.total_time, 6), round(profile.stroke, 6)
+    (0.122552, 7.5)
+    """
+
+    duration: Floats
+    velocity: Floats
+    acceleration: Floats
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, unit in (("duration", "s"), ("velocity", "mm/s"), ("acceleration", "mm/s^2")):
+            object.__setattr__(self, name, lasting(np.atleast_1d(checks.finite_array(name, getattr(self, name), unit))))
+        sizes = {self.duration.shape, self.velocity.shape, self.acceleration.shape}
+        if len(sizes) > 1 or self.duration.ndim != 1 or self.duration.size == 0:
+            raise checks.refuse("duration, velocity and acceleration", "of one length >= 1", sizes)
+        if not np.all(self.duration > 0.0):
+            raise checks.refuse("duration", "> 0 in every segment", float(self.duration.min()), "s")
+        object.__setattr__(self, "start", checks.number("start", self.start, "mm"))
+
+    @classmethod
+    def constant_speed(cls, speed: float, duration: float, *, start: float = 0.0) -> Self:
+        """Return a tip that advances at a constant speed, from the first instant on.
+
+        Parameters
+        ----------
+        speed : float
+            mm/s, > 0.
+        duration : float
+            s.
+        start : float
+            Position at the begin, mm.
+
+        Examples
+        --------
+        >>> round(TipProfile.constant_speed(10.0, 0.4).stroke, 12)  # mm
+        4.0
+        """
+        values = checks.positive("speed", speed, "mm/s"), checks.positive("duration", duration, "s")
+        return cls(np.array(values[1:]), np.array(values[:1]), np.zeros(1), start)
+
+    @classmethod
+    def move(cls, distance: float, speed: float, acceleration: float, *, start: float = 0.0) -> Self:
+        """Return the fastest move from rest to rest within a speed and an acceleration; Mears (5.9)-(5.16), corrected.
+
+        Parameters
+        ----------
+        distance : float
+            mm; negative: away from the axis. Where it is less than ``speed**2 / acceleration`` the speed is not reached.
+        speed : float
+            mm/s, > 0.
+        acceleration : float
+            mm/s^2, > 0.
+        start : float
+            Position at the begin, mm.
+
+        Examples
+        --------
+        >>> round(TipProfile.move(0.1, speed=80.0, acceleration=2560.0).total_time, 6)  # s: 2 sqrt(d / a)
+        0.0125
+        """
+        d, v, a = move_arguments(distance, speed, acceleration)
+        top = min(v, sqrt(a * abs(d)))
+        rise, cruise = top / a, abs(d) / top - top / a
+        return cls._from_rows(scaled([(rise, 0.0, a), (cruise, top, 0.0), (rise, top, -a)], d), start)
+
+    @classmethod
+    def jerk_limited(cls, distance: float, speed: float, acceleration: float, jerk: float, *, start: float = 0.0) -> Self:
+        """Return the fastest move from rest to rest within a speed, an acceleration and a jerk, in seven phases.
+
+        Where the acceleration ramps, 16 steps of constant acceleration stand for the ramp: time, speeds and end are exact.
+
+        Parameters
+        ----------
+        distance : float
+            mm; negative: away from the axis.
+        speed : float
+            mm/s, > 0.
+        acceleration : float
+            mm/s^2, > 0.
+        jerk : float
+            mm/s^3, > 0.
+        start : float
+            Position at the begin, mm.
+
+        Examples
+        --------
+        >>> profile = TipProfile.jerk_limited(1.0, speed=120.0, acceleration=2500.0, jerk=1e5)
+        >>> round(profile.total_time, 6), round(profile.stroke, 9)  # s, mm
+        (0.068399, 1.0)
+        """
+        d, v, a = move_arguments(distance, speed, acceleration)
+        top = move_peak(abs(d), speed=v, acceleration=a, jerk=checks.positive("jerk", jerk, "mm/s^3"))
+        rise = jerk_rise(top, a, jerk)
+        cruise = (abs(d) / top - sum(t for t, _, _ in rise), top, 0.0)
+        fall = [(t, u + b * t, -b) for t, u, b in reversed(rise)]
+        return cls._from_rows(scaled([*rise, cruise, *fall], d), start)
+
+    @classmethod
+    def sampled(cls, time: npt.ArrayLike, position: npt.ArrayLike) -> Self:
+        """Return a tip that moves straight from sample to sample, as a slide does that gets set points.
+
+        Parameters
+        ----------
+        time : array, (n,)
+            s, increasing.
+        position : array, (n,)
+            mm from the first touch of a part at rest.
+
+        Raises
+        ------
+        ValueError
+            When there are fewer than two samples, the times do not increase or the lengths differ.
+
+        Examples
+        --------
+        >>> TipProfile.sampled([0.0, 0.1, 0.2], [-1.0, 0.0, 0.5]).velocity  # mm/s
+        array([10.,  5.])
+        """
+        t, y = checks.finite_array("time", time, "s"), checks.finite_array("position", position, "mm")
+        if t.ndim != 1 or t.size < 2 or t.shape != y.shape:
+            raise checks.refuse("time and position", "of one length >= 2", (t.shape, y.shape))
+        if not np.all(np.diff(t) > 0.0):
+            raise checks.refuse("time", "increasing", t, "s")
+        return cls(np.diff(t), np.diff(y) / np.diff(t), np.zeros(t.size - 1), float(y[0]))
+
+    @classmethod
+    def _from_rows(cls, rows: "list[tuple[float, float, float]] | Floats", start: float) -> Self:
+        """The profile of (duration, velocity, acceleration) rows."""
+        columns = np.asarray(rows, dtype=float).T
+        return cls(columns[0], columns[1], columns[2], start)
+
+    @property
+    def segments(self) -> Floats:
+        """Duration (s), velocity at the begin (mm/s) and acceleration (mm/s^2) of each, (n, 3): what a controller sends."""
+        return np.column_stack((self.duration, self.velocity, self.acceleration))
+
+    @property
+    def total_time(self) -> float:
+        """Of all segments, s."""
+        return float(self.duration.sum())
+
+    @property
+    def stroke(self) -> float:
+        """Position at the end less that at the begin, mm."""
+        return float(self._moved.sum())
+
+    @property
+    def end(self) -> float:
+        """Position at the end, mm."""
+        return self.start + self.stroke
+
+    @property
+    def final_velocity(self) -> float:
+        """At the end of the last segment, mm/s; 0 where it is a rounding of the greatest speed."""
+        ends = self.velocity + self.acceleration * self.duration
+        greatest = max(float(np.abs(self.velocity).max()), float(np.abs(ends).max()))
+        return float(ends[-1]) if abs(ends[-1]) > STILL * greatest else 0.0
+
+    def position(self, time: npt.ArrayLike) -> Floats:
+        """Return where the tip is, mm; before the begin where it begins, after the end where it would be at its last speed.
+
+        Parameters
+        ----------
+        time : array-like
+            s from the begin.
+
+        Examples
+        --------
+        >>> TipProfile.constant_speed(10.0, 0.4, start=-1.0).position([0.0, 0.1])
+        array([-1.,  0.])
+        """
+        t, row, into = self._locate(time)
+        begins = self.start + np.concatenate(((0.0,), np.cumsum(self._moved)))
+        speed, acceleration = self._laws
+        return np.asarray(begins[row] + (speed[row] + 0.5 * acceleration[row] * into) * into).reshape(t.shape)
+
+    def velocity_at(self, time: npt.ArrayLike) -> Floats:
+        """Return how fast the tip is, mm/s; where the speed jumps, the one after the jump.
+
+        Parameters
+        ----------
+        time : array-like
+            s from the begin.
+
+        Examples
+        --------
+        >>> TipProfile.move(1.0, speed=10.0, acceleration=1000.0).velocity_at([0.0, 0.005, 0.05])
+        array([ 0.,  5., 10.])
+        """
+        t, row, into = self._locate(time)
+        speed, acceleration = self._laws
+        return np.asarray(speed[row] + acceleration[row] * into).reshape(t.shape)
+
+    def _locate(self, time: npt.ArrayLike) -> tuple[Floats, Any, Floats]:
+        """Times, the segment of each (one more: after the end), and how long that has lasted (s)."""
+        t = checks.finite_array("time", time, "s")
+        begins = np.concatenate(((0.0,), np.cumsum(self.duration)))
+        row = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
+        return t, row, np.maximum(t - begins[row], 0.0)
+
+    @property
+    def _laws(self) -> tuple[Floats, Floats]:
+        """Velocity at the begin and acceleration of each segment, and of what comes after the last."""
+        return np.append(self.velocity, self.final_velocity), np.append(self.acceleration, 0.0)
+
+    def then(self, other: "TipProfile") -> Self:
+        """Return this profile and after it another one, moved to begin where this one ends.
+
+        Parameters
+        ----------
+        other : TipProfile
+            What comes after; its `start` does not matter.
+
+        Examples
+        --------
+        >>> there = TipProfile.move(2.0, speed=10.0, acceleration=1000.0)  # mm, mm/s, mm/s^2
+        >>> there.then(TipProfile.move(-1.5, speed=10.0, acceleration=1000.0))
+        TipProfile(6 segments of 0.37 s: 0 mm to 0.5 mm)
+        """
+        checks.kind("other", other, TipProfile)
+        return self._from_rows(np.concatenate((self.segments, other.segments)), self.start)
+
+    def plot(self) -> Any:
+        """Draw position (mm) and speed (mm/s) over time (s); return the figure."""
+        from centering.push._contact.trace_picture import plot_profile  # the picture imports what it draws
+
+        return plot_profile(self)
+
+    def __repr__(self) -> str:
+        way = f"{self.start:.4g} mm to {self.end:.4g} mm"
+        return f"{type(self).__name__}({self.duration.size} segments of {self.total_time:.4g} s: {way})"
+
+    @property
+    def _moved(self) -> Floats:
+        """Of each segment, mm."""
+        return (self.velocity + 0.5 * self.acceleration * self.duration) * self.duration

@@ -1,0 +1,184 @@
+"""Search of all centres within reach, by halving squares, where the contacts alone do not prove the optimum."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.roundness._direction_kernels import ranked
+from centering.roundness._distance_kernels import distance, extremes
+from centering.roundness._mic_kernels import empty_circle
+from centering.roundness._mzc_kernels import zone as zone_exchange
+from centering.roundness._proof_kernels import ball, cell_bound, height, steepness
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_LEVELS = 44
+"""How often a square is cut, at most: from the radius to its rounding."""
+_ROOT_2 = np.sqrt(2.0)
+_BALLS = 64
+"""Optima whose balls are kept."""
+_FREE = 30
+"""Cuts after which an empty circle that no exchange has come to hold is one that nothing holds."""
+_LOOSE = 1e-6
+"""Of the radius, by which a held circle must be larger than one that can leave."""
+ALIKE = 1e-7
+"""Of the radius, within which optima count as equally good: 3 nm of 30 mm."""
+_CELL = 20
+"""Points that are looked at in the time that a square takes by itself."""
+
+
+@njit(**_OPTIONS)
+def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
+    """Best centre within reach (mm) of a start (x, y, height, held, size of the circle).
+
+    Returns x, y and height of the best, a bound below, the least height not held, whether the best is held, and the box (least
+    and largest x, least and largest y) of the optima found that are as good.
+
+    Squares are given up when no centre in them is better by more than `slack` (mm), or when they lie within the balls of optima;
+    points that can be neither farthest nor nearest in a square are left out in its quarters, of which the best
+    goes first. It ends after `work` points looked at. With a slack of more than what is as good, no optima are looked for.
+    Centres outside the `hull` (m, 3), of normals and offsets (mm), are left out.
+    """
+    found = np.array([start[0], start[1], start[2], start[2], np.inf, start[3], start[0], start[0], start[1], start[1]])
+    alike = ALIKE * start[4]
+    balls, known = np.zeros((_BALLS, 3)), 0
+    lists, sizes = np.empty((_LEVELS + 1, x.size), dtype=np.int32), np.zeros(_LEVELS + 1, dtype=np.int64)
+    for k in range(x.size):
+        lists[0, k] = k
+    sizes[0] = x.size
+    stack, depth, done = np.zeros((4 * _LEVELS + 4, 5)), 1, 0
+    _push(stack, 0, start[0], start[1], reach, 0, -np.inf)
+    while depth > 0:
+        depth -= 1
+        cx, cy, half, level, below = stack[depth, 0], stack[depth, 1], stack[depth, 2], int(stack[depth, 3]), stack[depth, 4]
+        around = half * _ROOT_2
+        if np.hypot(cx - start[0], cy - start[1]) - around > reach or _covered(cx, cy, around, balls, min(known, _BALLS)):
+            continue
+        least = found[2] - slack if found[2] <= found[4] else found[4] - _LOOSE * start[4]
+        if below >= least or done >= work or level == _LEVELS:
+            found[3] = min(found[3], below)
+            continue
+        if _off_hull(hull, cx, cy) > around:
+            continue
+        if not zone and level == _FREE:  # no exchange has come to hold a circle here
+            found[3], found[4] = min(found[3], below), min(found[4], height(x, y, cx, cy, zone))
+            continue
+        done += sizes[level] + _CELL
+        if level % 3 == 0 and slack < alike:
+            known = _climb(x, y, lists[level], sizes[level], zone, cx, cy, tolerance, slack, alike, found, basis, balls, known)
+        sizes[level + 1] = _keep(x, y, lists[level], sizes[level], cx, cy, around, zone, lists[level + 1])
+        depth = _quarter(x, y, lists[level + 1], sizes[level + 1], zone, stack, depth, found, basis)
+    return found
+
+
+@njit(**_OPTIONS)
+def _push(stack, depth, cx, cy, half, level, below):
+    """Put a square on the stack: its centre, half its side (mm), how often it was cut, and the least height in it."""
+    stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3], stack[depth, 4] = cx, cy, half, level, below
+
+
+@njit(**_OPTIONS)
+def _part(values, here, size):
+    """Those of the points that are listed."""
+    part = np.empty(size)
+    for k in range(size):
+        part[k] = values[here[k]]
+    return part
+
+
+@njit(**_OPTIONS)
+def _quarter(x, y, here, size, zone, stack, depth, found, basis):
+    """Put the quarters of the square that was on top of the stack in its place, the best on top; note what is better."""
+    cx, cy, half, level = stack[depth, 0], stack[depth, 1], 0.5 * stack[depth, 2], stack[depth, 3] + 1.0
+    xs, ys, px, py = _part(x, here, size), _part(y, here, size), _part(x, basis, 4), _part(y, basis, 4)
+    values, belows = np.empty(4), np.empty(4)
+    for k in range(4):
+        kx, ky = cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1)
+        value, belows[k] = cell_bound(xs, ys, kx, ky, half * _ROOT_2, zone, px, py)
+        values[k] = -value
+        if zone and value < found[2]:
+            _note(x, y, kx, ky, found)
+    for k in ranked(values):
+        _push(stack, depth, cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1), half, level, belows[k])
+        depth += 1
+    return depth
+
+
+@njit(**_OPTIONS)
+def _note(x, y, cx, cy, found):
+    """Note a centre of a zone, no optimum, that beats the best."""
+    value = height(x, y, cx, cy, True)
+    if value < found[2]:
+        found[0], found[1], found[2], found[5] = cx, cy, value, 0.0
+        found[3] = min(found[3], value)
+
+
+@njit(**_OPTIONS)
+def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, alike, found, basis, balls, known):
+    """Exchange from a centre on the points that matter near it; note a better optimum, and the ball of one that is not better."""
+    trial, xs, ys = np.zeros(4, dtype=np.int64), _part(x, here, size), _part(y, here, size)
+    if zone:
+        cx, cy, value, held = zone_exchange(xs, ys, cx, cy, tolerance, trial)
+    else:
+        cx, cy, radius, held = empty_circle(xs, ys, cx, cy, tolerance, trial)
+        value = -radius
+    if not held:
+        return known
+    for k in range(4):
+        trial[k] = here[trial[k]]
+    whole = height(x, y, cx, cy, zone)
+    _box(cx, cy, whole, alike, found)
+    if whole < found[2]:
+        found[0], found[1], found[2], found[5] = cx, cy, whole, 1.0
+        found[3] = min(found[3], whole)
+        for k in range(4):
+            basis[k] = trial[k]
+    if value < found[2] - slack:
+        return known
+    last = known % _BALLS
+    balls[last, 0], balls[last, 1] = cx, cy
+    balls[last, 2] = ball(steepness(x, y, cx, cy, trial, zone), np.hypot(x[trial[2]] - cx, y[trial[2]] - cy))
+    found[3] = min(found[3], value)
+    return known + 1
+
+
+@njit(**_OPTIONS)
+def _box(cx, cy, value, alike, found):
+    """Widen the box of the optima that are as good as the best by one, or begin it anew with one that is better than they."""
+    if value < found[2] - alike:
+        found[6], found[7], found[8], found[9] = cx, cx, cy, cy
+    elif value <= found[2] + alike:
+        found[6], found[7] = min(found[6], cx), max(found[7], cx)
+        found[8], found[9] = min(found[8], cy), max(found[9], cy)
+
+
+@njit(**_OPTIONS)
+def _covered(cx, cy, around, balls, known):
+    """Whether a circle about a centre lies within one of the balls."""
+    inside = False
+    for k in range(known):
+        inside |= np.hypot(cx - balls[k, 0], cy - balls[k, 1]) + around <= balls[k, 2]
+    return inside
+
+
+@njit(**_OPTIONS)
+def _off_hull(hull, cx, cy):
+    """How far a centre lies outside of the worst edge of a hull, mm; negative inside."""
+    off = -np.inf
+    for k in range(hull.shape[0]):
+        off = max(off, hull[k, 0] * cx + hull[k, 1] * cy + hull[k, 2])
+    return off
+
+
+@njit(**_OPTIONS)
+def _keep(x, y, here, size, cx, cy, around, zone, kept):
+    """Put into `kept` those of the listed points that can be nearest, or for a zone farthest, in a circle; how many."""
+    xs, ys = _part(x, here, size), _part(y, here, size)
+    _, most, _, least = extremes(xs, ys, cx, cy)
+    left = 0
+    for k in range(size):
+        away = distance(xs, ys, cx, cy, k)
+        if away <= least + 2.0 * around or (zone and away >= most - 2.0 * around):
+            kept[left] = here[k]
+            left += 1
+    return left

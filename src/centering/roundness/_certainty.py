@@ -1,0 +1,52 @@
+"""How sure the harmonics of a form are, and the form itself from place to place: noise, and what is not known of a runout."""
+
+import numpy as np
+
+from centering.roundness._harmonics import HarmonicFit, even_harmonics, even_values, fit_harmonics, value_spread, values_at
+from centering.roundness._runout import Runout
+from centering.roundness._sampling import even_turn
+from sdpgrind.base.checks import Complex, Floats
+
+_PLACES = 16  # for each undulation at the highest harmonic that passes: between them the sd hardly changes
+
+
+def leaks_of(fit: HarmonicFit, runout: Runout | None, part_angle: Floats) -> Complex:
+    """What each value of a runout that is taken off wrongly adds to the harmonics, (3, n + 1); (0, n + 1) without runout."""
+    columns = runout.derivatives(part_angle).T if runout is not None else np.zeros((0, part_angle.size))
+    leaks = [fit_harmonics(part_angle, column, fit.coef.size - 1).coef for column in columns]
+    return np.array(leaks, dtype=complex).reshape(len(columns), fit.coef.size)
+
+
+def amplitude_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runout | None) -> Floats:
+    """Sd of the amplitudes, mm: in the direction of their phases."""
+    along = 2 * (leaks * np.exp(-1j * np.angle(fit.coef))).real
+    along[:, 0] /= 2
+    return np.asarray(np.hypot(noise_sd * fit.amplitude_spread, _spread(along, runout)))
+
+
+def deviation_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runout | None, passed: Floats, size: int) -> Floats:
+    """Sd of the form at the points of an even turn, mm, where so much of each harmonic passes; the circle takes the first two."""
+    passed = np.where(np.arange(passed.size) < 2, 0.0, passed)
+    count = np.flatnonzero(passed > 1e-3).max(initial=1) + 1
+    turn = even_turn(min(size, _PLACES * int(count)))
+    noise = noise_sd * value_spread(fit, passed, turn)
+    along = np.array([values_at(leak * passed, turn) for leak in leaks]).reshape(len(leaks), turn.size)
+    known = np.hypot(noise, _spread(along, runout))
+    return np.asarray(np.interp(even_turn(size), turn, known, period=2 * np.pi))
+
+
+def averaged_sd(sd: Floats, passed: Floats, noise_sd: float, before: float) -> Floats:
+    """Sd of a form that is filtered once more: as uneven as what goes in, smoothed, at the level of its harmonics."""
+    coef = even_harmonics(sd)
+    smooth = np.maximum(even_values(coef * np.pad(passed, (0, coef.size))[: coef.size], sd.size), 0.0)
+    return np.asarray(smooth * (noise_sd / before if before > 0 else 1.0))
+
+
+def _spread(along: Floats, runout: Runout | None) -> Floats:
+    """Sd of what a runout adds, from its covariance; infinite where that is not known."""
+    if runout is None:
+        return np.zeros(along.shape[1])
+    if not np.all(np.isfinite(runout.covariance)):
+        return np.full(along.shape[1], np.inf)
+    variance = np.einsum("ik,ij,jk->k", along, runout.covariance, along)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))

@@ -1,0 +1,70 @@
+"""Smallest circle about all points, by exchange: the circle of two or three points grows until none lies outside."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.roundness._distance_kernels import crossing, distance, extremes
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_STEPS = 300
+"""Exchanges, at most; about ten do for thousands of points, and no circle comes twice, as each is larger than the last."""
+
+
+@njit(**_OPTIONS)
+def smallest_circle(x, y, tolerance, basis):
+    """Centre, radius that holds all points and that of the contacts alone (mm), and how many these are; they go into `basis`.
+
+    Two contacts are ends of a diameter. A point counts as outside when it is by more than `tolerance` (mm).
+    """
+    basis[0] = extremes(x, y, x[0], y[0])[0]
+    basis[1] = extremes(x, y, x[basis[0]], y[basis[0]])[0]
+    size = 2
+    cx, cy, radius = _two(x, y, basis[0], basis[1])
+    far, most, _, _ = extremes(x, y, cx, cy)
+    for _ in range(_STEPS):
+        if most <= radius + tolerance:
+            break
+        cx, cy, radius, size = _grow(x, y, far, size, basis, tolerance)
+        far, most, _, _ = extremes(x, y, cx, cy)
+    return cx, cy, most, radius, size
+
+
+@njit(**_OPTIONS)
+def _two(x, y, i, j):
+    """Circle on two points as a diameter."""
+    cx, cy = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])
+    return cx, cy, max(distance(x, y, cx, cy, i), distance(x, y, cx, cy, j))
+
+
+@njit(**_OPTIONS)
+def _grow(x, y, new, size, basis, tolerance):
+    """Smallest circle about the basis and a point outside its circle; the basis is changed to the new contacts."""
+    best, bx, by, first, second = np.inf, 0.0, 0.0, 0, -1
+    for a in range(size):
+        cx, cy, radius = _two(x, y, new, basis[a])
+        if radius < best and _cover(x, y, cx, cy, basis, size) <= radius + tolerance:
+            best, bx, by, first = radius, cx, cy, a
+    if best == np.inf:  # three contacts only where no diameter does: else its centre would be at the mercy of rounding
+        for a in range(size):
+            for b in range(a + 1, size):
+                cx, cy = crossing(x, y, new, basis[a], new, basis[b])
+                cover = max(distance(x, y, cx, cy, new), _cover(x, y, cx, cy, basis, size))
+                if cover < best:
+                    best, bx, by, first, second = cover, cx, cy, a, b
+    one, two = basis[first], basis[second]
+    basis[0], basis[1] = new, one
+    if second < 0:
+        return bx, by, best, 2
+    basis[2] = two
+    return bx, by, distance(x, y, bx, by, new), 3
+
+
+@njit(**_OPTIONS)
+def _cover(x, y, cx, cy, basis, size):
+    """Distance of the farthest point of the basis from a centre."""
+    most = 0.0
+    for k in range(size):
+        most = max(most, distance(x, y, cx, cy, basis[k]))
+    return most

@@ -1,0 +1,87 @@
+"""Largest circle with no point inside, by exchange: a circle held by three points shrinks until it is empty."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.roundness._distance_kernels import crossing, distance, extremes, standing, towards
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_STEPS = 300
+_HALF_ROOT_3 = 0.5 * np.sqrt(3.0)
+
+
+@njit(**_OPTIONS)
+def empty_circle(x, y, cx, cy, tolerance, basis):
+    """Exchange from a centre on: the centre found, its radius (mm), whether three contacts hold it; they go into `basis`."""
+    if not _three_about(x, y, cx, cy, basis):
+        return cx, cy, 0.0, False
+    ox, oy = cx, cy
+    cx, cy = crossing(x, y, basis[0], basis[1], basis[0], basis[2])
+    for _ in range(_STEPS):
+        if np.isinf(cx):
+            break
+        radius = min(distance(x, y, cx, cy, basis[0]), distance(x, y, cx, cy, basis[1]), distance(x, y, cx, cy, basis[2]))
+        _, _, near, least = extremes(x, y, cx, cy)
+        if least >= radius - tolerance:
+            if standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0:
+                return cx, cy, least, True
+            break
+        cx, cy = _shrink(x, y, cx, cy, near, basis)
+    return ox, oy, 0.0, False
+
+
+@njit(**_OPTIONS)
+def _three_about(x, y, cx, cy, basis):
+    """Put three points into `basis` whose triangle holds a centre; whether there are such.
+
+    The nearest one, one a third of a turn on or, where that does not do, the one most across, and one against both.
+    """
+    basis[0] = extremes(x, y, cx, cy)[2]
+    dx, dy = x[basis[0]] - cx, y[basis[0]] - cy
+    return _against(x, y, cx, cy, -0.5 * dx - _HALF_ROOT_3 * dy, _HALF_ROOT_3 * dx - 0.5 * dy, basis) or _against(
+        x, y, cx, cy, -dx, -dy, basis
+    )
+
+
+@njit(**_OPTIONS)
+def _against(x, y, cx, cy, ex, ey, basis):
+    """Take the point most along a direction as the second and one against both as the third; whether they hold the centre."""
+    basis[1] = _most_along(x, y, cx, cy, ex, ey)
+    ax, ay = towards(x, y, cx, cy, basis[0])
+    bx, by = towards(x, y, cx, cy, basis[1])
+    sx, sy = ax + bx, ay + by
+    if np.hypot(sx, sy) < 1e-9:  # opposite each other: any third does
+        sx, sy = ay, -ax
+    basis[2] = _most_along(x, y, cx, cy, -sx, -sy)
+    return standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0
+
+
+@njit(**_OPTIONS)
+def _most_along(x, y, cx, cy, ex, ey):
+    """Point that lies most in a direction of a centre."""
+    best, most = 0, -np.inf
+    for k in range(x.size):
+        dx, dy = towards(x, y, cx, cy, k)
+        along = dx * ex + dy * ey
+        if along > most:
+            best, most = k, along
+    return best
+
+
+@njit(**_OPTIONS)
+def _shrink(x, y, old_x, old_y, new, basis):
+    """Take a point inside the circle in for one that then lies outside, so that three stand about the old centre; the new one."""
+    best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0
+    for k in range(3):
+        i, j, drop = basis[(k + 1) % 3], basis[(k + 2) % 3], basis[k]
+        cx, cy = crossing(x, y, new, i, new, j)
+        if np.isinf(cx):
+            continue
+        stood = min(standing(x, y, old_x, old_y, new, i, j), 0.0)
+        outside = distance(x, y, cx, cy, drop) - distance(x, y, cx, cy, new)
+        if stood > least or (stood == least and outside > best):
+            best, least, bx, by, out = outside, stood, cx, cy, k
+    basis[out] = new
+    return bx, by

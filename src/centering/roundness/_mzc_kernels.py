@@ -1,0 +1,59 @@
+"""Two concentric circles, closest together, that hold all points between them: exchange of two outer and two inner contacts."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.roundness._direction_kernels import four_about
+from centering.roundness._distance_kernels import crossing, distance, extremes, parting
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_STEPS = 300
+
+
+@njit(**_OPTIONS)
+def zone(x, y, cx, cy, tolerance, basis):
+    """Exchange from a centre on: the best centre found, its width (mm), and whether its four contacts are an optimum.
+
+    Every centre is the exact one of its four contacts, where two bisectors cross: nothing is linearised. `basis` (4,) is given
+    two outer contacts and two inner ones.
+    """
+    four_about(x, y, cx, cy, basis)
+    _, most, _, least = extremes(x, y, cx, cy)
+    best, bx, by = most - least, cx, cy
+    cx, cy = crossing(x, y, basis[0], basis[1], basis[2], basis[3])
+    for _ in range(_STEPS):
+        if np.isinf(cx):
+            break
+        outer = max(distance(x, y, cx, cy, basis[0]), distance(x, y, cx, cy, basis[1]))
+        inner = min(distance(x, y, cx, cy, basis[2]), distance(x, y, cx, cy, basis[3]))
+        far, most, near, least = extremes(x, y, cx, cy)
+        if most - least < best:
+            best, bx, by = most - least, cx, cy
+        if most - outer <= tolerance and inner - least <= tolerance:
+            return cx, cy, most - least, parting(x, y, cx, cy, basis[0], basis[1], basis[2], basis[3]) >= 0.0
+        if most - outer >= inner - least:
+            cx, cy = _enter(x, y, cx, cy, far, basis, 0)
+        else:
+            cx, cy = _enter(x, y, cx, cy, near, basis, 2)
+    return bx, by, best, False
+
+
+@njit(**_OPTIONS)
+def _enter(x, y, old_x, old_y, new, basis, side):
+    """Take a point in for a contact on its side, so that contacts alternate and the one left out lies within; the new centre."""
+    sign = 1.0 if side == 0 else -1.0
+    i, j = basis[2 - side], basis[3 - side]
+    best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0
+    for k in range(2):
+        keep, drop = basis[side + 1 - k], basis[side + k]
+        cx, cy = crossing(x, y, new, keep, i, j)
+        if np.isinf(cx):
+            continue
+        parted = min(parting(x, y, old_x, old_y, new, keep, i, j), 0.0)
+        room = sign * (distance(x, y, cx, cy, new) - distance(x, y, cx, cy, drop))
+        if parted > least or (parted == least and room > best):
+            best, least, bx, by, out = room, parted, cx, cy, k
+    basis[side + out] = new
+    return bx, by

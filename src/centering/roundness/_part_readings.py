@@ -1,0 +1,135 @@
+"""Readings of a ring over the spindle angle, and what they say in the part's frame: where the surface is, how far it reaches."""
+
+import dataclasses
+from functools import cached_property
+from math import copysign, cos, inf
+
+import numpy as np
+
+from centering.circle._fit.estimate import CircleEstimate
+from centering.circle._fit.fit import readings
+from centering.roundness._form import largest_between
+from centering.roundness._harmonics import even_harmonics
+from centering.roundness._origin import MEASURED, Origin
+from centering.roundness._part_frame import circle_of, into_part, tip_centers
+from centering.roundness._sampling import going_on, rise, turns_of, widest_gap
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class PartReadings(ByValue):
+    """What a profile is before anything is done to it; `Profile` says what its fields are (mm, rad)."""
+
+    angle: Floats
+    reading: Floats
+    _: dataclasses.KW_ONLY
+    tip_radius: float = 0.0
+    internal: bool = False
+    circle: CircleEstimate = dataclasses.field(init=False)
+    _origin: Origin = dataclasses.field(default=MEASURED, init=False)
+
+    def __post_init__(self) -> None:
+        angle, reading = readings(self.angle, self.reading)
+        object.__setattr__(self, "angle", lasting(going_on(angle)))
+        object.__setattr__(self, "reading", lasting(reading))
+        object.__setattr__(self, "tip_radius", checks.nonnegative("tip_radius", self.tip_radius, "mm"))
+        checks.kind("internal", self.internal, bool)
+        object.__setattr__(self, "circle", circle_of(self.angle, self.reading, self._tip))
+
+    @property
+    def _tip(self) -> float:
+        """How much farther than the surface the tip's centre lies from the axis, mm: less than 0 in a bore."""
+        return copysign(self.tip_radius, -1.0 if self.internal else 1.0)
+
+    @cached_property
+    def _part_frame(self) -> tuple[Floats, Floats]:
+        part_angle, distance = into_part(self.angle, self.reading, self._tip, self.circle.value[1:])
+        return lasting(part_angle), lasting(distance - self._tip)
+
+    @property
+    def part_angle(self) -> Floats:
+        """Angle of the tip's centre about the part's centre, going on over the turns, (n,), rad."""
+        return self._part_frame[0]
+
+    @property
+    def radii(self) -> Floats:
+        """Distance of the surface from the part's centre, (n,), mm: that of the tip's centre less (in a bore plus) its radius."""
+        return self._part_frame[1]
+
+    @cached_property
+    def deviation(self) -> Floats:
+        """Deviation from the part's circle, (n,), mm; positive outside."""
+        return lasting(self.radii - self.circle.radius)
+
+    @cached_property
+    def points(self) -> Floats:
+        """Centres of the tip about the spindle's axis, (n, 2), mm."""
+        return lasting(tip_centers(self.angle, self.reading, self._tip))
+
+    @cached_property
+    def turns(self) -> float:
+        """Turns that the angles cover, unit 1; the last step is counted."""
+        return turns_of(self.part_angle if self._origin.filter else self.angle)
+
+    @property
+    def points_per_turn(self) -> float:
+        """Samples over turns, unit 1."""
+        return self.angle.size / self.turns
+
+    @property
+    def nyquist(self) -> float:
+        """Half of the points of one turn as measured, upr (unit 1): faster waves look like others."""
+        return self._origin.nyquist or self.points_per_turn / 2
+
+    def largest_radius(self, about: tuple[float, float] = (0.0, 0.0), *, upr: float | None = None) -> float:
+        """Give the largest radius of the part about an axis, mm: of the spindle, or another's.
+
+        Of a filtered profile the largest between samples too, as its harmonics say what is there. Of readings as measured the
+        largest sample: nothing bounds what lies between, unless `upr` says how fast the form can change.
+
+        Parameters
+        ----------
+        about : (float, float)
+            The axis from that of the spindle, mm.
+        upr : float, optional
+            Highest undulation that the form holds, upr; then what it may rise to between samples is added.
+
+        Raises
+        ------
+        ValueError
+            When samples lie too far apart to bound what is between them.
+        """
+        axis = checks.finite_array("about", about, "mm")
+        if axis.shape != (2,):
+            raise ValueError(f"about must be (x, y) (mm); got {checks.shown(about)}")
+        if upr is None and self._origin.filter:
+            coef = even_harmonics(self.deviation)[: len(self._origin.sd)]
+            return largest_between(coef, self.circle.value, self._tip, axis)
+        largest = float(np.hypot(*(self.points - axis).T).max()) - self._tip
+        if upr is None:
+            return largest
+        eccentricity = float(np.hypot(*(self.circle.value[1:] - axis)))
+        higher = (self.rise_between_samples(upr) - 1) * float(np.ptp(self.deviation)) / 2
+        return largest + higher + eccentricity * (1 - cos(min(widest_gap(self.part_angle) / 2, np.pi)))
+
+    def rise_between_samples(self, upr: float) -> float:
+        """Give how many times its largest sampled height a form can reach between samples, unit 1: sec(upr gap/2).
+
+        For N points on an even turn that is sec(pi upr/N); the widest gap counts. It holds for heights about any level.
+
+        Parameters
+        ----------
+        upr : float
+            Highest undulation that the form holds, upr.
+
+        Raises
+        ------
+        ValueError
+            When samples lie too far apart: a wave of that degree could be of any height between them.
+        """
+        degree, gap = checks.nonnegative("upr", upr, "upr"), widest_gap(self.part_angle)
+        if rise(degree, gap) == inf:
+            raise checks.refuse("upr", f"< {np.pi / gap:.6g} for a gap of {np.degrees(gap):.4g} degrees", degree, "upr")
+        return rise(degree, gap)

@@ -1,0 +1,287 @@
+"""A measured profile of a ring, and what is done to it: runout taken off, filters, spectrum, reference circles, a file."""
+
+import dataclasses
+import os
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from centering.roundness import _profile_record as profile_record
+from centering.roundness import _profile_steps as steps_of
+from centering.roundness._filters import warn_if_sparse
+from centering.roundness._origin import Made
+from centering.roundness._part_readings import PartReadings
+from centering.roundness._roundness import Roundness
+from centering.roundness._runout import Runout
+from centering.roundness._samples import Samples
+from centering.roundness._sampling import checked_degree, is_even
+from centering.roundness._separation_task import task_of
+from centering.roundness._spectrum import Spectrum
+from sdpgrind.base import checks, records
+from sdpgrind.base.arrays import lasting
+from sdpgrind.base.checks import Floats
+
+KIND = "centering.profile"
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Profile(PartReadings):
+    """Readings of a ring over the spindle angle; immutable.
+
+    All is exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle's axis (in a bore at
+    reading - tip_radius), the part's angle and the deviation are taken about the part's own centre. Angles may repeat, lie in
+    any order, leave gaps and span several turns; such of an encoder that starts again at each turn are put on end.
+
+    Parameters
+    ----------
+    angle : array_like, shape (n,)
+        Spindle angle, rad.
+    reading : array_like, shape (n,)
+        Radial position of the probe's contact, mm, > 0.
+    tip_radius : float
+        Radius of the probe's tip or roller, mm, >= 0.
+    internal : bool
+        Whether a bore is read, from within. Its readings count away from the axis as well; peaks are where it is wide.
+
+    Attributes
+    ----------
+    circle : CircleEstimate
+        The part's circle about the spindle, mm: by least squares of the exact curve, or as a later step has found it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For unequal lengths, what is not finite, readings <= 0, fewer than 4 different angles, angles that smell of degrees,
+        a tip radius < 0 or too large for the bore; when the readings do not determine a circle about the spindle's axis.
+
+    Examples
+    --------
+    >>> angle = np.arange(4 * 360) * 2 * np.pi / 360
+    >>> tip_center = 65.69 + 2e-4 * np.cos(3 * angle) + 1.5e-3 * np.cos(61.94 / 3.75 * angle - 1.0)  # a centred ring
+    >>> profile = Profile(angle, tip_center - 3.75, tip_radius=3.75)
+    >>> clean = profile.remove_runout().filter("gaussian", upr=50)
+    >>> clean.spectrum(upr_max=60).largest(1)[0][0], round(clean.runout.amplitude, 6)
+    (3.0, 0.0015)
+    """
+
+    _left: Floats | None = dataclasses.field(default=None, init=False, compare=False)
+    _sd: Floats | None = dataclasses.field(default=None, init=False, compare=False)
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """What was done to the profile, a sentence each (lengths in µm or mm)."""
+        return self._origin.steps
+
+    @property
+    def runout(self) -> Runout | None:
+        """Runout of the roller (mm, rad) that was taken off, or not `seen`; None before `remove_runout`."""
+        return self._origin.runout
+
+    @cached_property
+    def residuals(self) -> Floats:
+        """What the last step left of each reading that went into it, mm: what form and runout, or the filter, do not explain.
+
+        Of readings as measured: what the circle leaves of each.
+        """
+        return lasting(self.reading - self.circle.reading(self.angle)) if self._left is None else self._left
+
+    @cached_property
+    def noise_sd(self) -> float:
+        """Standard deviation of one deviation that is not form, mm; infinite where too few samples are left to tell.
+
+        As measured, over several turns: about all harmonics that the samples tell surely. Over one turn, of which those leave
+        nothing: from the median of the faster half of them, which a few lobes do not move. A gap, or form that is faster than
+        the points of a turn tell, makes it an upper bound. Filtered: what the filter leaves.
+        """
+        if self._origin.noise_sd is not None:
+            return self._origin.noise_sd
+        return steps_of.noise_sd(self)
+
+    @property
+    def deviation_sd(self) -> Floats:
+        """Standard deviation of each deviation, (n,), mm: `noise_sd` as measured; filtered, more where samples are missing."""
+        return np.full(self.angle.size, self.noise_sd) if self._sd is None else self._sd
+
+    @property
+    def _samples(self) -> Samples:
+        return Samples(self.angle, self.reading, self._tip, self.circle.value, self.runout, self._origin.noise_sd)
+
+    def remove_runout(
+        self, ratio: float | None = None, *, upr_max: int | None = None, refine: bool = True, near_integer: bool = False
+    ) -> "Profile":
+        """Take the runout of the probe's roller off each reading, Mears (6.19), (6.20); the samples stay what they are.
+
+        A roller that does not slip turns R/tip_radius times as fast as the part and follows the arc along it, so that an
+        offset modulates its phase. Runout and the part's harmonics come out of one least-squares fit over all turns, with the
+        centre and, unless told otherwise, the roller's radius within 0.5 %: where no ratio is given, that becomes the
+        `tip_radius` of the profile. A runout of which noise, one turn or a whole number nearby does not let the ratio be told
+        is taken off at the ratio as it is; one that is not told from noise at all is left in the readings, and `steps` say so.
+        A steady slip cannot be told from another radius. Several calls take off several waves, as of an oval roller.
+
+        Parameters
+        ----------
+        ratio : float, optional
+            Turns of the roller for one of the part, unit 1; by default radius over tip radius.
+        upr_max : int, optional
+            Highest harmonic of the part in the fit, upr. By default over several turns all that samples tell surely, to 200;
+            else 50, more where the ratio is above 40, and no more than the points of a turn allow.
+        refine : bool
+            Whether the ratio is looked for within 0.5 %.
+        near_integer : bool
+            Whether a ratio within 0.02 of a whole number is tried.
+
+        Returns
+        -------
+        Profile
+            The same samples without runout; `runout` says what it was and whether the roller slipped.
+
+        Raises
+        ------
+        ValueError
+            Without tip radius and ratio, or of an offset ring without tip radius; for a ratio near a whole number; for more
+            harmonics than samples allow; where the turns do not tell runout and form apart (the message says how many more
+            do); for a filtered profile.
+        """
+        if self._origin.filter:
+            raise ValueError(f"remove_runout must come before a filter, which keeps no turns; got {self._origin.filter}")
+        task = task_of(self._samples, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
+        return _profile(steps_of.without_runout(self, task))
+
+    def filter(self, kind: str = "gaussian", *, upr: float = 50) -> "Profile":
+        """Low-pass the form with the Gaussian filter for closed profiles, ISO 16610-21: one half passes at the cut-off.
+
+        A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give their harmonics by
+        least squares, without interpolation, up to five cut-offs, over a gap to two or as few as one; several turns are
+        averaged. The eccentricity is taken out exactly before.
+
+        Parameters
+        ----------
+        kind : {"gaussian"}
+            Which filter.
+        upr : float
+            Cut-off, upr (unit 1); usual are 15, 50, 150, 500 and 1500.
+
+        Returns
+        -------
+        Profile
+            One turn on an even grid of the part's angle, with as many points as a turn has now, at the same offset.
+
+        Raises
+        ------
+        ValueError
+            For a cut-off beyond half of the points of a turn, fewer than 2 upr + 1 samples, or gaps in which noise and form
+            would grow (a condition above 10).
+
+        Warns
+        -----
+        UserWarning
+            Where a turn has fewer than 7 points for each undulation at the cut-off; where a gap is bridged in which the form
+            is known less well than by two readings' sd.
+        """
+        checks.one_of("kind", kind, ("gaussian",))
+        cut_off = checks.positive("upr", upr, "upr")
+        least = int(2 * cut_off) + 1
+        if self.angle.size < least:
+            raise ValueError(
+                f"reading must have at least {least} samples for a cut-off at {cut_off:g} upr; got {self.angle.size}"
+            )
+        if cut_off > self.nyquist * (1 + 1e-9):
+            raise checks.refuse("upr", f"<= {self.nyquist:.6g}, half of the points of one turn", cut_off, "upr")
+        warn_if_sparse(2 * self.nyquist, cut_off)
+        how = steps_of.filtered_evenly if is_even(self.part_angle) else steps_of.filtered
+        return _profile(how(self, cut_off))
+
+    def spectrum(self, upr_max: int | None = None) -> Spectrum:
+        """Give amplitude and phase of each undulation, by least squares over all turns about the centre that leaves no 1 upr.
+
+        What turns once is the offset: `circle` tells it.
+
+        Parameters
+        ----------
+        upr_max : int, optional
+            Highest harmonic, upr; by default as far as the samples tell surely, or a filter has let through.
+
+        Returns
+        -------
+        Spectrum
+            Amplitudes and their sd in mm, phases in the part's angle in rad.
+
+        Raises
+        ------
+        ValueError
+            For more than half of the points of a turn, fewer than 2 upr_max + 1 samples, or gaps that leave the harmonics
+            undetermined (a condition above 1000); where `upr_max` is not given and not even 2 upr are sure.
+
+        Warns
+        -----
+        UserWarning
+            Where `upr_max` is not given and a gap leaves less than half as many harmonics sure as the points of a turn would.
+        """
+        degree = None if upr_max is None else checked_degree("upr_max", upr_max, 2 * self.nyquist)
+        if degree is not None and self.angle.size < 2 * degree + 1:
+            raise ValueError(f"reading must have at least {2 * degree + 1} samples for {degree} upr; got {self.angle.size}")
+        return steps_of.spectrum(self, degree)
+
+    def roundness(self, kind: str = "LSC") -> Roundness:
+        """Give a reference circle of the profile and the roundness about it, ISO 12181-1.
+
+        Parameters
+        ----------
+        kind : {"LSC", "MCC", "MIC", "MZC"}
+            Least squares, minimum circumscribed, maximum inscribed or minimum zone circle.
+
+        Returns
+        -------
+        Roundness
+            The circle about the spindle's axis and the roundness, mm, with contacts and what is proved.
+
+        Raises
+        ------
+        ValueError
+            When the samples cover less than half a turn, or nothing fixes the circle.
+        """
+        return steps_of.roundness(self, kind)
+
+    def plot(self) -> Any:
+        """Draw the profile about its circle, magnified (µm), beside its spectrum (µm over upr); return the figure."""
+        from centering.roundness._profile_picture import plot
+
+        return plot(self)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Samples as labelled arrays: angles in rad, lengths in mm; steps and what they found as attributes."""
+        return profile_record.dataset_of(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the profile (mm, rad) with its steps to a NetCDF file at `path`."""
+        records.write(self.dataset, path, KIND)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Profile":
+        """Read the profile (mm, rad) that `save` wrote to `path`."""
+        return _profile(profile_record.made_from(records.read(path)))
+
+    def __deepcopy__(self, memo: object) -> "Profile":
+        return self  # nothing in it changes
+
+    def __repr__(self) -> str:
+        circle, done = self.circle, "; ".join(self.steps) or "as measured"
+        height = f"{1e3 * float(np.ptp(self.deviation)):.4g} µm from peak to valley"
+        return (
+            f"Profile({self.angle.size} points on {self.turns:.4g} turns, radius {circle.radius:.7g} mm at offset"
+            f" {circle.offset:.4g} mm, {height}; {done})"
+        )
+
+
+def _profile(made: Made) -> Profile:
+    """The profile that a step makes."""
+    profile = Profile.__new__(Profile)
+    fields = {"angle": lasting(made.angle), "reading": lasting(made.reading), "tip_radius": made.tip_radius}
+    left, sd = (None if each is None else lasting(each) for each in (made.left, made.sd))
+    found = {"internal": made.internal, "circle": made.circle, "_origin": made.origin, "_left": left, "_sd": sd}
+    for name, value in {**fields, **found}.items():
+        object.__setattr__(profile, name, value)
+    return profile

@@ -1,0 +1,66 @@
+"""Picture of a profile: magnified about its circle, beside its spectrum."""
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
+from centering.roundness._profile_steps import limits
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from centering.roundness._profile import Profile
+
+
+_LEAST = 0.005
+"""Of the largest amplitude: beyond the last of these nothing would be seen."""
+
+
+def plot(profile: "Profile") -> Any:
+    """Draw a profile and its spectrum; return the figure."""
+    figure = need("matplotlib.pyplot", "plot").figure(figsize=(11, 5.2), layout="constrained")
+    grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.25))
+    _draw_form(figure.add_subplot(grid[0], projection="polar"), profile)
+    _draw_spectrum(figure.add_subplot(grid[1]), profile)
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.95))  # labels of a polar picture reach beyond what is laid out
+    circle = profile.circle
+    height = f"{_height(profile)}, {profile._origin.filter or 'not filtered'}"
+    figure.suptitle(f"{height}; radius {circle.radius:.6g} mm, {circle.offset:.3g} mm off the spindle", fontsize=10)
+    return figure
+
+
+def _height(profile: "Profile") -> str:
+    """The roundness about the least-squares circle of the points, or what there is where they cover too little for one."""
+    try:
+        return f"RONt (LSC) {1e3 * profile.roundness('LSC').value:.3g} µm"
+    except ValueError:
+        return f"{1e3 * float(np.ptp(profile.deviation)):.3g} µm from peak to valley of an arc"
+
+
+def _draw_form(axis: Any, profile: "Profile") -> None:
+    """Deviation about the least-squares circle, which is drawn with it."""
+    deviation = profile.deviation
+    scale = polar_scale(deviation)
+    polar_axes(scale, deviation, axis)
+    draw_circle(axis, scale, color="#b04a3a", linewidth=0.9, linestyle="--")
+    draw_profile(axis, scale, profile.part_angle, deviation, color="#1d3557")
+
+
+def _draw_spectrum(axis: Any, profile: "Profile") -> None:
+    told = limits(profile)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what is warned of is written into the picture
+            found = profile.spectrum()
+            found.plot(axis)
+            axis.set_xlim(0, 1.1 * max(found.upr[found.amplitude >= _LEAST * found.amplitude.max(initial=0.0)], default=1.0))
+    except ValueError:
+        axis.set_axis_off()
+        told = told.replace("0 upr", "no upr").partition(":")[0]
+    axis.set_title(told, fontsize=8)
+    lost = profile.runout
+    if lost is not None and lost.seen:
+        axis.axvline(lost.ratio, color="#b04a3a", linewidth=0.8, linestyle=":")
+        told = f"roller runout removed: {1e3 * lost.amplitude:.3g} µm at {lost.ratio:.4g} upr"
+        axis.text(0.99, 0.97, told, transform=axis.transAxes, ha="right", va="top", fontsize=8, color="#b04a3a")

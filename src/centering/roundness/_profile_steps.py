@@ -1,0 +1,186 @@
+"""What can be done to a profile: runout taken off, a filter; each makes samples of the same ring at the same offset."""
+
+import dataclasses
+import warnings
+from math import inf, log, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from centering.roundness._certainty import averaged_sd
+from centering.roundness._circles import reference_circle
+from centering.roundness._filters import CUT_OFFS, filter_even, transmission
+from centering.roundness._form import ENOUGH, broad_form, form_of
+from centering.roundness._harmonics import HarmonicFit, even_harmonics, even_values, values_at
+from centering.roundness._origin import Made, Origin, scattered, told_form, told_gap, told_runout
+from centering.roundness._part_frame import from_part, into_part
+from centering.roundness._roundness import Roundness
+from centering.roundness._samples import Samples
+from centering.roundness._sampling import even_turn, highest_degree, supported, widest_gap
+from centering.roundness._separation import separate
+from centering.roundness._separation_task import Task
+from centering.roundness._spectrum import Spectrum
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import one_blas_thread
+
+if TYPE_CHECKING:
+    from centering.roundness._profile import Profile
+
+_LEAST = 2  # upr: 1 upr is the offset
+_LEFT = 0.25  # of the samples: with that many degrees of freedom what a fit leaves is noise
+_BRIDGE = 2.0  # sd of one reading: a form that is less sure than that in a gap is warned of
+
+
+def without_runout(profile: "Profile", task: Task) -> Made:
+    """The same samples without the roller's runout; as they are where that is not told from noise."""
+    with one_blas_thread():
+        found = separate(task)
+    runout, center = found.runout, found.circle[1:]
+    steps = (*profile.steps, told_runout(runout))
+    origin = dataclasses.replace(profile._origin, steps=steps, runout=runout, noise_sd=runout.noise_sd)
+    if not runout.seen:
+        circle = profile.circle
+        return Made(profile.angle, profile.reading, profile.tip_radius, circle, origin, found.residual, profile.internal)
+    part_angle, distance = into_part(profile.angle, profile.reading, found.tip_radius, center)
+    angle, reading = from_part(part_angle, distance - runout.deviation(part_angle), found.tip_radius, center)
+    freedom = max(found.residual.size - 2 * task.upr_max - 3 - (runout.ratio_sd > 0), 1)
+    known = {"noise_sd": runout.noise_sd, "freedom": float(freedom), "tip_radius": found.tip_radius}
+    circle = profile.circle.replace(value=found.circle, covariance=found.covariance, **known)
+    return Made(angle, reading, abs(found.tip_radius), circle, origin, found.residual, profile.internal)
+
+
+def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
+    """One turn on an even grid, filtered by FFT."""
+    deviation = filter_even(profile.deviation, cut_off)
+    passed = transmission(np.arange((profile.angle.size + 1) // 2), cut_off)
+    sd = _thinned(_even_sd(profile, passed.size), passed)
+    made = _even(profile, profile.circle.value, deviation, sd, _named(cut_off), "by FFT", profile.deviation - deviation)
+    return dataclasses.replace(made, sd=averaged_sd(profile.deviation_sd, passed, scattered(sd[2:]), profile.noise_sd))
+
+
+def filtered(profile: "Profile", cut_off: float) -> Made:
+    """Samples as they lie: harmonics by least squares, then an even grid with as many points as a turn had."""
+    most = _most(profile)
+    form = broad_form(_samples(profile, most), cut_off, most)
+    passed = transmission(np.arange(form.coef.size), cut_off)
+    coef = form.coef * passed
+    deviation = even_values(coef, max(round(profile.points_per_turn), 2 * coef.size + 1))
+    with one_blas_thread():
+        left = form.fit.residual + values_at(form.coef - coef, form.part_angle)
+        each = form.deviation_sd(passed, deviation.size)
+    gap = told_gap(each, form.part_angle)
+    how = "; ".join(filter(None, (told_form(form), gap)))
+    if gap and float(each.max()) > _BRIDGE * form.noise_sd:
+        warnings.warn(f"{_named(cut_off)}: {gap}", stacklevel=3)
+    made = _even(profile, form.circle, deviation, _thinned(form.sd, passed), _named(cut_off), how, left)
+    return dataclasses.replace(made, sd=each)
+
+
+def _named(cut_off: float) -> str:
+    return f"Gaussian low-pass, {cut_off:g} upr"
+
+
+def _samples(profile: "Profile", degree: int) -> Samples:
+    """The samples, with the noise where so many harmonics may leave too few to tell it."""
+    few = profile.angle.size - 2 * degree - 1 < ENOUGH
+    return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd) if few else profile._samples
+
+
+def _thinned(sd: Floats, passed: Floats) -> Floats:
+    """Sd of what passes; unknown stays unknown."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(sd), sd * passed, inf)
+
+
+def _even(profile: "Profile", circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats) -> Made:
+    """A turn on an even grid of the part's angle with these deviations."""
+    part_angle = even_turn(deviation.size)
+    angle, reading = from_part(part_angle, circle[0] + profile._tip + deviation, profile._tip, circle[1:])
+    origin = Origin(
+        steps=(*profile.steps, f"{name}, {how}"),
+        runout=profile.runout,
+        filter=f"{profile._origin.filter}; {name}".lstrip("; "),
+        sd=tuple(sd.tolist()),
+        noise_sd=scattered(sd[2:]),
+        nyquist=profile.nyquist,
+    )
+    return Made(angle, reading, profile.tip_radius, profile.circle.replace(value=circle), origin, left, profile.internal)
+
+
+def _even_sd(profile: "Profile", count: int) -> Floats:
+    """Sd of the amplitudes 0..count-1 of a turn on an even grid, mm: those that it was made with, or of its noise."""
+    if profile._origin.sd:
+        return np.pad(np.array(profile._origin.sd), (0, count))[:count]
+    sd = np.full(count, profile.noise_sd * sqrt(2 / profile.angle.size))
+    sd[0] /= sqrt(2)
+    return sd
+
+
+def _most(profile: "Profile") -> int:
+    """Highest harmonic that the points of a turn, and all samples together, may tell."""
+    return min(highest_degree(profile.points_per_turn), (profile.angle.size - 1) // 2)
+
+
+def _sure(profile: "Profile") -> int:
+    """Highest harmonic that the widest gap leaves sure, up to the highest usual cut-off."""
+    return min(_most(profile), supported(widest_gap(profile.part_angle)), CUT_OFFS[-1])
+
+
+def limits(profile: "Profile") -> str:
+    """What a gap keeps out of a spectrum that goes as far as is sure; nothing where the points of a turn are the limit."""
+    sure, most = _sure(profile), min(_most(profile), CUT_OFFS[-1])
+    if 2 * sure >= most:
+        return ""
+    gap = np.degrees(widest_gap(profile.part_angle))
+    return f"a gap of {gap:.3g} degrees leaves {sure} upr sure: faster form is taken for noise, or for these"
+
+
+def _sure_told(profile: "Profile") -> int:
+    """The highest harmonic of a spectrum where none is asked for: refused where there is none, and told where few are."""
+    sure, told = _sure(profile), limits(profile)
+    if sure < _LEAST:
+        gap = np.degrees(widest_gap(profile.part_angle))
+        raise ValueError(
+            f"angle must leave no gap above 90 degrees for a spectrum, so that {_LEAST} upr are sure; got {gap:.3g} degrees"
+            " without a sample (upr_max asks for harmonics all the same)"
+        )
+    if told:
+        warnings.warn(told, stacklevel=4)
+    return sure
+
+
+def noise_sd(profile: "Profile") -> float:
+    """What all sure harmonics leave; of hardly more than one turn, which leaves nothing, what most of the upper half have."""
+    degree = _sure(profile)
+    form = form_of(profile._samples, degree) if degree else None
+    if form is None:
+        return inf
+    return form.fit.noise_sd if form.fit.freedom > _LEFT * profile.angle.size else _floor(form.fit)
+
+
+def _floor(fit: HarmonicFit) -> float:
+    """Noise from the median of the upper half of the harmonics: a few high lobes do not move it. Infinite for too few."""
+    upper = slice(fit.coef.size // 2 + 1, None)
+    power = (2 * np.abs(fit.coef[upper]) / fit.amplitude_spread[upper]) ** 2
+    return sqrt(float(np.median(power)) / (2 * log(2))) if 2 * power.size >= ENOUGH else inf
+
+
+def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
+    """Amplitudes and phases of a profile."""
+    if profile._origin.filter:
+        coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
+        sd = _even_sd(profile, coef.size)
+    else:
+        wanted = degree or _sure_told(profile)
+        form = form_of(_samples(profile, wanted), wanted)
+        coef, sd = form.coef, form.sd
+    upr = np.arange(1.0, coef.size)
+    return Spectrum(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)
+
+
+def roundness(profile: "Profile", kind: str) -> Roundness:
+    """A reference circle, told how sure each deviation is and which undulations its noise has."""
+    sd, upr, name = profile.deviation_sd, np.array(profile._origin.sd), profile._origin.filter
+    noise = sd if np.all(np.isfinite(sd)) and np.any(sd > 0) else None
+    upr = np.where(np.isfinite(upr), upr, 0.0)
+    return reference_circle(profile.points, kind, tip_radius=profile._tip, noise_sd=noise, noise_upr=upr, filter=name)

@@ -1,0 +1,42 @@
+"""Samples as the steps of a profile take them."""
+
+import dataclasses
+from functools import cached_property
+
+from centering.roundness._part_frame import into_part
+from centering.roundness._runout import Runout
+from centering.roundness._sampling import turns_of
+from sdpgrind.base.checks import Floats
+
+TOO_BAD = 1e3
+"""Condition beyond which a fit is refused."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples with what is known of them: the circle (radius, x, y; mm) to begin with, runout taken off, noise where known.
+
+    In a bore the tip's radius is less than 0.
+    """
+
+    angle: Floats
+    reading: Floats
+    tip_radius: float
+    circle: Floats
+    runout: Runout | None
+    noise_sd: float | None
+
+    @cached_property
+    def turns(self) -> float:
+        """Turns that the angles cover."""
+        return turns_of(self.angle)
+
+    @cached_property
+    def part_angle(self) -> Floats:
+        """Part angles about the circle to begin with, rad."""
+        return self.about(self.circle, self.tip_radius)[0]
+
+    def about(self, circle: Floats, tip_radius: float) -> tuple[Floats, Floats]:
+        """Part angle (rad) and deviation (mm) of each sample about a circle."""
+        part_angle, distance = into_part(self.angle, self.reading, tip_radius, circle[1:])
+        return part_angle, distance - tip_radius - circle[0]

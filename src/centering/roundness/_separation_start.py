@@ -1,0 +1,132 @@
+"""What a separation begins with: whether the turns tell runout and form apart, and whether the runout has a ratio of its own."""
+
+import dataclasses
+from math import ceil, sqrt
+
+import numpy as np
+from scipy.linalg import cho_solve
+
+from centering.roundness._runout import Runout
+from centering.roundness._samples import TOO_BAD
+from centering.roundness._sampling import widest_gap
+from centering.roundness._separation_rows import Basis, condition, harmonic_rows
+from centering.roundness._separation_task import Task
+from sdpgrind.base.checks import Floats
+
+REACH = 5e-3
+"""Share of the ratio within which it is refined."""
+SEEN = 5.0
+"""Standard deviations of the amplitude: a smaller runout has no frequency of its own."""
+
+_TELLING = 0.3  # of the reach: a ratio is refined if its sd is less
+_UNSURE, _INFLATED = 0.1, 4.0  # of the amplitude, and times its sd at the ratio as it is: then the ratio is kept
+_APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
+_SINGULAR = 1e-14  # of the squares of a row: what is left where harmonics make up for it
+_LATER = (0, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class State:
+    """What a step moves: circle, tip radius, ratio, runout's cosine and sine."""
+
+    circle: Floats
+    tip_radius: float
+    ratio: float
+    tone: Floats
+
+    def runout_rows(self, part_angle: Floats, refine: bool) -> Floats:
+        """The runout's two rows and, where the ratio is refined, the derivative by it."""
+        rows = Runout(np.array([*self.tone, self.ratio]), np.zeros((3, 3))).derivatives(part_angle).T
+        return rows if refine else rows[:2]
+
+
+def start(task: Task, nominal: float) -> tuple[State, bool]:
+    """What the steps begin with, and whether there is a runout whose ratio can be refined."""
+    samples = task.samples
+    state = State(samples.circle, samples.tip_radius, nominal, np.zeros(2))
+    part_angle, deviation = samples.about(state.circle, state.tip_radius)
+    basis = Basis.of(part_angle, task.upr_max)
+    _refuse_ill(task, condition(basis.bordered(state.runout_rows(part_angle, False))), nominal)
+    if not task.refine:
+        return state, False
+    left = basis.beyond(deviation[np.newaxis])[0]
+    found = _first_runout(task, basis, left, part_angle, nominal)
+    if found is None:
+        return state, False
+    better = dataclasses.replace(state, ratio=found[0], tone=found[1])
+    return (better, True) if _told(basis, better, left, part_angle, nominal) else (state, False)
+
+
+def _told(basis: Basis, state: State, left: Floats, part_angle: Floats, nominal: float) -> bool:
+    """Whether the samples tell the ratio better than its reach does: hardly so over one turn, where harmonics make up for it.
+
+    Nor is it looked for where that would make the amplitude unsure which is known at the ratio as it is: near a whole number
+    the two grow together.
+    """
+    rows = state.runout_rows(part_angle, True)
+    own = basis.beyond(rows)
+    gram, size = own @ own.T, np.sqrt(np.sum(rows**2, axis=1))
+    freedom = left.size - len(basis.rows) - len(own)
+    if freedom <= 0 or np.linalg.eigvalsh(gram / np.outer(size, size))[0] <= _SINGULAR:
+        return False
+    noise_sd = float(np.linalg.norm(left - np.linalg.solve(gram, own @ left) @ own)) / sqrt(freedom)
+    if noise_sd * sqrt(np.linalg.inv(gram)[-1, -1]) >= _TELLING * REACH * state.ratio:
+        return False
+    at_nominal = basis.beyond(dataclasses.replace(state, ratio=nominal).runout_rows(part_angle, True))
+    return not any(_unsettled(each, state.tone, noise_sd) for each in (gram, at_nominal @ at_nominal.T))
+
+
+def _unsettled(gram: Floats, tone: Floats, noise_sd: float) -> bool:
+    """Whether an amplitude becomes unsure, and much less sure, where the ratio is looked for, whose row is the last."""
+    amplitude = float(np.hypot(*tone))
+    spreads = np.linalg.inv(gram[:2, :2]), np.linalg.inv(gram)[:2, :2]
+    sure, unsure = (noise_sd * sqrt(max(float(tone @ spread @ tone), 0.0)) / amplitude for spread in spreads)
+    return unsure > max(_UNSURE * amplitude, _INFLATED * sure)
+
+
+def _first_runout(task: Task, basis: Basis, left: Floats, part_angle: Floats, nominal: float) -> tuple[float, Floats] | None:
+    """Of ratios within reach that whose runout explains most of what harmonics leave; None where that is no more than noise."""
+    count = 2 * ceil(REACH * nominal * task.samples.turns / _APART) + 3
+    ratios = nominal * (1 + np.linspace(-REACH, REACH, count))
+    gains, tones = zip(*(_explained(basis, left, part_angle, ratio) for ratio in ratios), strict=True)
+    best = int(np.argmax(gains))
+    freedom = left.size - len(basis.rows) - 3
+    seen = freedom > 0 and gains[best] * freedom > SEEN**2 * (left @ left - gains[best])
+    return (float(ratios[best]), tones[best]) if seen else None
+
+
+def _explained(basis: Basis, left: Floats, part_angle: Floats, ratio: float) -> tuple[float, Floats]:
+    """Sum of squares that a runout of that ratio explains beyond the harmonics, and the runout."""
+    tone = np.stack([np.cos(ratio * part_angle), np.sin(ratio * part_angle)])
+    shared = basis.rows @ tone.T
+    gram = tone @ tone.T - shared.T @ cho_solve(basis.factor, shared)
+    found = np.linalg.solve(gram, tone @ left)
+    return float(left @ tone.T @ found), found
+
+
+def _refuse_ill(task: Task, found: float, ratio: float) -> None:
+    if found <= TOO_BAD:
+        return
+    raise ValueError(
+        f"angle must cover enough turns to tell runout at {ratio:.6g} upr from {task.upr_max} harmonics: the condition must be"
+        f" <= {TOO_BAD:g}; got {found:.3g} with {task.samples.turns:.3g} turns; {_advice(task, ratio)}"
+    )
+
+
+def _advice(task: Task, ratio: float) -> str:
+    """What would make the condition good: turns, on an even grid, or samples where there are none."""
+    more = _more_turns(ratio, task.upr_max, task.samples.turns)
+    if more == 0:
+        gap = widest_gap(task.samples.angle)
+        return f"a gap of {np.degrees(gap):.3g} degrees or the offset leaves part of the turn bare: upr_max must be lower"
+    return "no number of turns will do" if more is None else f"about {more:g} turns more are needed"
+
+
+def _more_turns(ratio: float, upr_max: int, turns: float) -> float | None:
+    """Turns to be added until the two can be told apart, on an even grid."""
+    for more in _LATER:
+        part_angle = 2 * np.pi * (turns + more) * np.linspace(0, 1, ceil((turns + more) * (2 * upr_max + 6)), endpoint=False)
+        rows = np.vstack([harmonic_rows(part_angle, upr_max), np.cos(ratio * part_angle), np.sin(ratio * part_angle)])
+        if condition(rows @ rows.T) <= TOO_BAD:
+            return more
+    return None

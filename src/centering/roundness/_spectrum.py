@@ -1,0 +1,146 @@
+"""The form of a part as undulations per revolution: amplitude, phase, how sure they are."""
+
+import dataclasses
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from centering.roundness._harmonics import values_at
+from centering.roundness._runout import SEEN
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.extras import need
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+
+
+@stored("centering.spectrum")
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Spectrum(Frozen, ByValue):
+    """Amplitude and phase of each undulation: ``deviation = sum amplitude cos(upr part_angle - phase)``.
+
+    Parameters
+    ----------
+    upr : array, shape (n,)
+        Undulations per revolution, unit 1.
+    amplitude : array, shape (n,)
+        Half of the height from valley to peak of each, mm.
+    phase : array, shape (n,)
+        Phase in the angle about the part's centre, rad.
+    sd : array, shape (n,), optional
+        Standard deviation of the amplitudes, mm; 0 where not given, infinite where the samples are as few as the harmonics.
+    nyquist : float, optional
+        Half of the points of one turn, upr: what cannot be told beyond; the highest `upr` where not given.
+
+    Raises
+    ------
+    ValueError
+        When the lengths differ, an amplitude is negative or an undulation is not above 0.
+
+    Examples
+    --------
+    >>> form = Spectrum([2, 3], [0.155e-3, 0.206e-3], [0.0, 1.0])
+    >>> float(round(form.rms * 1e3, 4)), float(round(form.bound * 1e3, 3))
+    (0.1823, 0.722)
+    >>> form
+    Spectrum(3 upr 0.206 µm, 2 upr 0.155 µm; rms 0.182 µm)
+    """
+
+    upr: Floats
+    amplitude: Floats
+    phase: Floats
+    sd: Floats = dataclasses.field(default_factory=lambda: np.zeros(0))
+    nyquist: float = 0.0
+
+    def __post_init__(self) -> None:
+        upr = checks.finite_array("upr", self.upr, "1")
+        given = {"upr": upr, "amplitude": checks.finite_array("amplitude", self.amplitude, "mm")}
+        given["phase"] = checks.finite_array("phase", self.phase, "rad")
+        given["sd"] = np.asarray(self.sd, dtype=float) if np.size(self.sd) else np.zeros_like(upr)
+        for name, array in given.items():
+            if array.shape != (upr.size,):
+                raise ValueError(f"{name} must be one-dimensional with {upr.size} entries; got shape {array.shape}")
+            object.__setattr__(self, name, lasting(array))
+        if np.any(upr <= 0):
+            raise checks.refuse("upr", "> 0", float(upr.min()), "1")
+        if np.any(self.amplitude < 0):
+            raise checks.refuse("amplitude", ">= 0", float(self.amplitude.min()), "mm")
+        limit = checks.nonnegative("nyquist", self.nyquist, "upr")
+        object.__setattr__(self, "nyquist", limit or float(upr.max(initial=0.0)))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the form, mm."""
+        return sqrt(float(self.amplitude @ self.amplitude) / 2)
+
+    @property
+    def bound(self) -> float:
+        """Greatest height from valley to peak that these amplitudes could add up to, with any phases, mm."""
+        return 2 * float(self.amplitude.sum())
+
+    def deviation(self, part_angle: npt.ArrayLike) -> Floats:
+        """Return the form, mm, of the shape of `part_angle`.
+
+        Parameters
+        ----------
+        part_angle : array_like
+            Angle about the part's centre, rad.
+        """
+        angle = checks.finite_array("part_angle", part_angle, "rad")
+        whole = self.upr.astype(int)
+        if not np.array_equal(whole, self.upr):
+            waves = np.cos(np.multiply.outer(angle, self.upr) - self.phase) @ self.amplitude
+            return np.asarray(waves)
+        coef = np.zeros(int(whole.max(initial=0)) + 1, dtype=complex)
+        np.add.at(coef, whole, self.amplitude / 2 * np.exp(-1j * self.phase))
+        return values_at(coef, angle.ravel()).reshape(angle.shape)
+
+    def largest(self, count: int = 10) -> list[tuple[float, float]]:
+        """Return the largest undulations, falling: pairs of upr and amplitude in mm, as Mears, Table 6.5.
+
+        Parameters
+        ----------
+        count : int
+            How many at most.
+        """
+        order = np.argsort(-self.amplitude, kind="stable")[: checks.count("count", count)]
+        return [(float(self.upr[k]), float(self.amplitude[k])) for k in order]
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the amplitudes (µm) over upr, into the axes `ax` or a new figure; return the figure.
+
+        Grey is what noise alone exceeds in one of 20 undulations: bars within it say nothing.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Where.
+        """
+        if ax is None:
+            ax = need("matplotlib.pyplot", "plot").figure(figsize=(7, 3.5), layout="constrained").add_subplot()
+        sd = np.where(np.isfinite(self.sd), self.sd, 0.0)
+        ax.fill_between(self.upr, 0, 1e3 * SEEN * sd, color="0.82", lw=0, step="mid")
+        ax.vlines(self.upr, 0, 1e3 * self.amplitude, color="#2a6f97", lw=1.4)
+        for upr, amplitude in self.largest(_NAMED):
+            if amplitude > 0:
+                ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), **_NUMBER)
+        ax.set(xlabel="undulations per revolution [upr]", ylabel="amplitude [µm]", xlim=(0, self.upr.max(initial=1) + 1))
+        ax.margins(y=0.12)
+        ax.set_ylim(0, None)
+        return ax.figure
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{upr:g} upr {1e3 * amplitude:.3g} µm" for upr, amplitude in self.largest(_NAMED))
+        return f"Spectrum({shown}; rms {1e3 * self.rms:.3g} µm)"
+
+
+_NAMED = 5
+_NUMBER: dict[str, Any] = {
+    "textcoords": "offset points",
+    "ha": "center",
+    "fontsize": 8,
+    "bbox": {"facecolor": "w", "edgecolor": "none", "alpha": 0.8, "pad": 0.3},
+}

@@ -1,0 +1,227 @@
+"""Where rapid feed may end: by the population of parts, and by what was measured of this one."""
+
+import os
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, NamedTuple
+
+import xarray as xr
+from scipy.special import ndtr
+
+from centering.setup._allowance import CUSTOM, best_allowance
+from centering.setup._stock import COMBINE, Stock, in_millimetres
+from sdpgrind.base import checks, records
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import decode, encode, stored
+
+_FAR = 3.0  # mm: no gap or uncertainty is as large
+
+
+class BothRules(NamedTuple):
+    """One number by each rule.
+
+    Attributes
+    ----------
+    part : float
+        By what was measured of this part; a probability in all uses here, at most that of a plan from a profile.
+    population : float
+        By the scatter of all parts.
+    """
+
+    part: float
+    population: float
+
+
+@stored("centering.changeover")
+@dataclass(frozen=True)
+class Changeover(Frozen):
+    """Where the wheel changes over from rapid to controlled feed: a plan for one part, as `plan_changeover` makes it.
+
+    With s = 1, and s = -1 for a bore (internal grinding, where the smallest radius is the most material):
+
+    * the rule of the population, ``X_pop = finish_radius + s (mean + roundness + k (sd + roundness_sd) + gap)``;
+    * the rule of the part, ``X_part = largest_radius + s (z radius_sd + gap)``.
+
+    Attributes
+    ----------
+    stock : Stock
+        The population of parts, mm.
+    finish_radius : float
+        Of the finished part, mm.
+    gap : float
+        Kept for what is not counted here, mm: heat, wear of the wheel, the servo.
+    approach_rate : float
+        Controlled feed in air, mm/s; with a sensor that ends the air (gap elimination) its rate until contact.
+    largest_radius : float
+        Of this part about the grinder's axis, mm; of a bore the smallest.
+    radius_sd : float
+        Its uncertainty u as a standard deviation, mm. Where the radius is that of a measured form, noise that makes another place
+        the highest only adds to it: what follows from u is then said with "at most".
+    combine : {"linear", "rss"}
+        How the population's two scatters are put together, see `Stock.allowance`.
+    internal : bool
+        Whether a bore is ground.
+    sigmas : float, optional
+        z: standard deviations of `radius_sd` that are allowed for, unit 1; 3 by default.
+    crash_time : float, optional
+        What a crash costs, s: z is then that of least cost, see `best_allowance`; more than that of least cost where u is said
+        with "at most".
+
+    Raises
+    ------
+    ValueError
+        When a radius or a rate is not > 0, the gap or an uncertainty is negative or smells of micrometres, or both z and
+        `crash_time` are given.
+
+    Examples
+    --------
+    >>> stock = Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004)
+    >>> change = Changeover(stock, finish_radius=35.0, gap=0.010, approach_rate=0.026, largest_radius=35.16, radius_sd=0.0005)
+    >>> round(change.population_position, 6), round(change.position, 6), round(change.time_saved, 4)
+    (35.242, 35.1715, 2.7115)
+    >>> change
+    Changeover(rapid feed to 35.1715 mm, 70.5 µm beyond the population's 35.2420 mm: 2.71 s of air saved)
+    """
+
+    stock: Stock
+    _: KW_ONLY
+    finish_radius: float
+    gap: float
+    approach_rate: float
+    largest_radius: float
+    radius_sd: float
+    combine: str = "linear"
+    internal: bool = False
+    sigmas: float | None = None
+    crash_time: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.kind("stock", self.stock, Stock)
+        checks.one_of("combine", self.combine, COMBINE)
+        checks.kind("internal", self.internal, bool)
+        for name in ("finish_radius", "largest_radius"):
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name), "mm"))
+        for name in ("gap", "radius_sd"):
+            object.__setattr__(self, name, in_millimetres(name, getattr(self, name), _FAR))
+        object.__setattr__(self, "approach_rate", checks.positive("approach_rate", self.approach_rate, "mm/s"))
+        self._check_allowance()
+
+    def _check_allowance(self) -> None:
+        """Refuse two ways to choose z at once."""
+        if self.sigmas is not None and self.crash_time is not None:
+            raise checks.refuse("sigmas", "left out where crash_time is given, which chooses them", self.sigmas, "1")
+        if self.sigmas is not None:
+            object.__setattr__(self, "sigmas", checks.nonnegative("sigmas", self.sigmas, "1"))
+        if self.crash_time is not None:
+            object.__setattr__(self, "crash_time", checks.positive("crash_time", self.crash_time, "s"))
+
+    @property
+    def part_sigmas(self) -> float:
+        """z: standard deviations of this part's radius that are allowed for, unit 1."""
+        if self.crash_time is None:
+            return CUSTOM if self.sigmas is None else self.sigmas
+        if self.radius_sd == 0:
+            return 0.0
+        return best_allowance(self.radius_sd, approach_rate=self.approach_rate, crash_time=self.crash_time).sigmas
+
+    @property
+    def position(self) -> float:
+        """Radius at which rapid feed may end for this part, X_part, mm."""
+        return self.largest_radius + self._outward * (self.part_sigmas * self.radius_sd + self.gap)
+
+    @property
+    def population_position(self) -> float:
+        """Radius at which rapid feed must end for any part of the population, X_pop, mm."""
+        return self.finish_radius + self._outward * (self.stock.height + self.stock.allowance(self.combine) + self.gap)
+
+    @property
+    def _outward(self) -> int:
+        """Which way the wheel lies: +1 outside of a part, -1 inside of a bore."""
+        return -1 if self.internal else 1
+
+    @property
+    def length_saved(self) -> float:
+        """Air that is not ground, mm; negative where the part stands out of the population."""
+        return self._outward * (self.population_position - self.position)
+
+    @property
+    def time_saved(self) -> float:
+        """Time of this part that the measurement saves, s."""
+        return self.length_saved / self.approach_rate
+
+    @property
+    def mean_time_saved(self) -> float:
+        """What the rule of the part saves at most on average over the population, s.
+
+        ``(k (sd + roundness_sd) - z u)/approach_rate``; where noise lifts the measured radius on average, by as much less.
+        """
+        return (self.stock.allowance(self.combine) - self.part_sigmas * self.radius_sd) / self.approach_rate
+
+    @property
+    def contact_probability(self) -> BothRules:
+        """Probability that the part reaches farther than was allowed for, into the gap, by each rule; by the part's at most.
+
+        Of a plan from a profile that is the probability itself where one place is highest by more than noise, as of a part off
+        its axis or of few lobes; where many places are as high within the noise, the largest of them is seldom too low.
+
+        The gap is not counted, as it is kept for other things; see `through_gap_probability`. The linear sum of two scatters of
+        3 sd each stands for z = 3 (sd + roundness_sd)/hypot(sd, roundness_sd) of the height: 4.24 where they are equal.
+        """
+        return self._beyond(0.0)
+
+    @property
+    def through_gap_probability(self) -> BothRules:
+        """Probability that the part reaches through all of the gap too, by each rule: contact, if nothing else uses the gap.
+
+        That of the part's rule is told as in `contact_probability`, at most.
+        """
+        return self._beyond(self.gap)
+
+    def _beyond(self, gap: float) -> BothRules:
+        part = _tail(self.part_sigmas * self.radius_sd + gap, self.radius_sd)
+        return BothRules(part, _tail(self.stock.allowance(self.combine) + gap, self.stock.height_sd))
+
+    @property
+    def outside_population(self) -> bool:
+        """Whether the part has more material (mm) than the population's rule allows for."""
+        return self._outward * (self.largest_radius - self.population_position) > 0
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw both rules on the radius (mm), with the law of the population and this part; return the figure.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Where; by default in a new figure.
+        """
+        from centering.setup._changeover_picture import plot
+
+        return plot(self, ax)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """What the machine needs, labelled: radii in mm, times in s, probabilities; the whole plan in its attributes."""
+        units = {"position": "mm", "population_position": "mm", "largest_radius": "mm", "radius_sd": "mm", "time_saved": "s"}
+        data = {name: ((), getattr(self, name), {"units": unit}) for name, unit in units.items()}
+        told = {"units": "1", "long_name": "probability of reaching into the gap, at most"}
+        chance = ("rule", list(self.contact_probability), told)
+        return xr.Dataset(data | {"contact_probability": chance}, {"rule": list(BothRules._fields)}, {"changeover": encode(self)})
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the plan (mm, s) to a NetCDF file at `path`."""
+        records.write(self.dataset, path, "centering.changeover")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "Changeover":
+        """Read the plan (mm, s) that `save` wrote to `path`."""
+        return checks.kind("changeover", decode(records.read(path).attrs["changeover"]), cls)
+
+    def __repr__(self) -> str:
+        nearer, time, population = 1e3 * self.length_saved, self.time_saved, f"the population's {self.population_position:.4f} mm"
+        told = f"{abs(nearer):.4g} µm {'beyond' if nearer >= 0 else 'short of'} {population}"
+        end = f"{time:.3g} s of air saved" if time >= 0 else f"{-time:.3g} s more of air, and no crash"
+        return f"Changeover(rapid feed to {self.position:.4f} mm, {told}: {end})"
+
+
+def _tail(allowance: float, sd: float) -> float:
+    """Probability that a normal number stands over its mean by more than is allowed for."""
+    return float(ndtr(-allowance / sd)) if sd > 0 else 0.0

@@ -1,0 +1,275 @@
+"""Which undulations of a part would make a grinder sing, at its resonances or in step with its wheel; which speeds would not."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil, floor, hypot, pi, sin, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+_SURE = 3.717  # sqrt(2 ln 1000): amplitudes of noise, which follow Rayleigh's law, exceed so many sd once in 1000
+_DAMPED = 0.35  # beyond, a resonance has no half-power band
+_PER_TURN = 2 * pi
+
+
+class ChatterBand(NamedTuple):
+    """Rotations of the work at which one undulation meets one resonance, or a multiple of the wheel's rotation.
+
+    Attributes
+    ----------
+    cause : str
+        Name of the resonance, or "wheel".
+    order : int
+        Of the wheel: waves per turn of it; 0 for a resonance.
+    upr : float
+        The undulation, unit 1.
+    amplitude : float
+        Its amplitude, mm.
+    low, high : float
+        Rotations of the work between which it is met, rad/s.
+    center : float
+        Where it is met exactly, rad/s.
+    gain : float
+        The largest that the speeds' error allows at the work's rotation, unit 1: of a resonance the deflection over that of a
+        slow force; of the wheel the share of its waves that adds up on the undulation, 0 where it is half a wave away or more.
+    """
+
+    cause: str
+    order: int
+    upr: float
+    amplitude: float
+    low: float
+    high: float
+    center: float
+    gain: float
+
+    def __str__(self) -> str:
+        what = f"{self.upr:g} upr of {1e3 * self.amplitude:.3g} µm"
+        if self.order:
+            return f"{what} in step with {self.order} waves a turn of the wheel: up to {100 * self.gain:.0f} % of them add up"
+        return f"{what} at the {self.cause}, which magnifies up to {self.gain:.3g} times"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ChatterCheck:
+    """What `chatter_check` found.
+
+    Attributes
+    ----------
+    bands : tuple of ChatterBand
+        All that undulations meet near the work's rotation, rad/s.
+    work_rotation, wheel_rotation : float
+        As asked, rad/s.
+    speeds : (float, float)
+        Rotations of the work that were looked at, rad/s.
+    upr, amplitude : array, shape (n,)
+        The spectrum: unit 1, and mm.
+    counted : array of bool, shape (n,)
+        Which undulations are large enough to count.
+    """
+
+    bands: tuple[ChatterBand, ...]
+    work_rotation: float
+    wheel_rotation: float
+    speeds: tuple[float, float]
+    upr: Floats
+    amplitude: Floats
+    counted: checks.Bools
+
+    @property
+    def found(self) -> tuple[ChatterBand, ...]:
+        """What is met at the work's rotation (rad/s), the largest product of amplitude and gain first."""
+        met = [band for band in self.bands if band.low < self.work_rotation < band.high]
+        return tuple(sorted(met, key=lambda band: -band.amplitude * band.gain))
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing is met."""
+        return not self.found
+
+    @property
+    def free(self) -> tuple[tuple[float, float], ...]:
+        """Ranges of the work's rotation at which nothing is met, rad/s, rising."""
+        low, gaps = self.speeds[0], []
+        for band in sorted(self.bands, key=lambda band: band.low):
+            if band.low > low:
+                gaps.append((low, min(band.low, self.speeds[1])))
+            low = max(low, band.high)
+        if low < self.speeds[1]:
+            gaps.append((low, self.speeds[1]))
+        return tuple(gap for gap in gaps if gap[0] < self.speeds[1])
+
+    @property
+    def nearest(self) -> tuple[float, ...]:
+        """Rotations of the work, rad/s, to go to: its own where that is free, else the nearest free one of each side, if any."""
+        if self.ok:
+            return (self.work_rotation,)
+        below = [high for _, high in self.free if high <= self.work_rotation]
+        above = [low for low, _ in self.free if low >= self.work_rotation]
+        return tuple(sorted([*below[-1:], *above[:1]], key=lambda speed: abs(speed - self.work_rotation)))
+
+    def plot(self) -> Any:
+        """Draw the spectrum (µm) with what it meets, and the free rotations of the work (rev/min); return the figure."""
+        from centering.setup._chatter_picture import plot
+
+        return plot(self)
+
+    def __repr__(self) -> str:
+        at = f"at {self.work_rotation * 60 / _PER_TURN:.4g} rev/min"
+        if self.ok:
+            return f"ChatterCheck({at} nothing is met)"
+        away = " or ".join(f"{speed * 60 / _PER_TURN:.4g}" for speed in self.nearest)
+        advice = f"free: {away} rev/min" if away else "no rotation in reach is free"
+        return f"ChatterCheck({at} {'; '.join(map(str, self.found))}; {advice})"
+
+
+def chatter_check(
+    spectrum: Any,
+    *,
+    wheel_rotation: float,
+    work_rotation: float,
+    resonances: Mapping[str, float],
+    damping: float | Mapping[str, float] = 0.03,
+    amplitude_min: float = 1e-4,
+    wheel_orders: int = 3,
+    turns: int = 10,
+    reach: float = 0.2,
+    speed_error: float = 0.005,
+) -> ChatterCheck:
+    """Say which undulations of a part meet a resonance of the grinder or the waves of its wheel, and at which speeds none does.
+
+    An undulation of n upr on a part that turns at Omega modulates the depth of cut, and with it the force, at ``n Omega``.
+
+    * Resonance. A mode of natural frequency w and damping ratio z answers a force with ``1/sqrt((1 - r^2)^2 + (2 z r)^2)`` of the
+      slow deflection, r = n Omega/w. An undulation counts where that is more than ``1/sqrt(2)`` of its peak, the half-power band
+      ``r^2 = 1 - 2 z^2 +- 2 z sqrt(1 - z^2)``.
+    * Wheel. Waves of the wheel, m a turn of it, come to the part at ``m wheel_rotation``, which is ``m q`` upr with the ratio
+      ``q = wheel_rotation/work_rotation``. From turn to turn of the part they shift by the distance s of ``m q`` from a whole
+      number. Where that is 0 they fall on the same places again and again, and what they find there, an undulation of n = m q, is
+      ground in instead of ground away. Over N turns ``|sin(pi N s)/(N sin(pi s))|`` of the waves adds up on the nearest
+      undulation; it counts where ``N |n - m q| < 1/2`` for a ratio of the speeds within their error, that is where more than
+      2/pi = 64 % may add up.
+
+    The modes are taken as linear, their frequencies as those with wheel and part in contact; amplitudes must be those of the part
+    that comes to the grinder. Whether a cut is stable (whether waves grow that nobody brought) is another question: that takes
+    the stiffness of cut and contact as well.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        Of the part: anything with arrays ``upr`` (unit 1) and ``amplitude`` (mm); where it has ``sd`` (mm), an amplitude that
+        noise would exceed once in 1000 does not count.
+    wheel_rotation, work_rotation : float
+        rad/s.
+    resonances : mapping of str to float
+        Natural frequencies by name, rad/s; may be empty.
+    damping : float or mapping of str to float
+        Damping ratios, unit 1, within 0 and 0.35; one for all or by name.
+    amplitude_min : float
+        Least amplitude that counts, mm.
+    wheel_orders : int
+        Waves per turn of the wheel that are looked at, 1 (out of balance, out of round) to this.
+    turns : int
+        Turns of the part over which waves of the wheel would have to add up.
+    reach : float
+        How far the work's rotation may be changed, as a share of it, within 0 and 1, unit 1.
+    speed_error : float
+        By what share the ratio of speed to resonance, or of both speeds, may be off, unit 1: each band is
+        widened by it, and gains are the largest within it.
+
+    Returns
+    -------
+    ChatterCheck
+        What is met, and the free rotations of the work in rad/s.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a speed or frequency that is not > 0, damping out of range, or a spectrum without its arrays.
+
+    Examples
+    --------
+    The part of Mears, Table 6.5, turning at 300 rev/min on a grinder that rings at 218 Hz:
+
+    >>> from types import SimpleNamespace
+    >>> from sdpgrind import units
+    >>> form = SimpleNamespace(upr=[2, 3, 43], amplitude=[0.155e-3, 0.206e-3, 0.235e-3])
+    >>> speeds = {"wheel_rotation": units.rpm(4210), "work_rotation": units.rpm(300)}
+    >>> chatter_check(form, **speeds, resonances={"head": units.hz(218)})
+    ChatterCheck(at 300 rev/min 43 upr of 0.235 µm at the head, which magnifies up to 16.1 times; free: 291.9 or 314.5 rev/min)
+    """
+    wheel, work = (
+        checks.positive("wheel_rotation", wheel_rotation, "rad/s"),
+        checks.positive("work_rotation", work_rotation, "rad/s"),
+    )
+    upr, amplitude, counted = _waves(spectrum, checks.nonnegative("amplitude_min", amplitude_min, "mm"))
+    part = 1 - checks.within("reach", reach, 1e-3, 0.99, "1")
+    error = checks.within("speed_error", speed_error, 0.0, 0.1, "1")
+    speeds = (work * part, work * (2 - part))
+    modes = _modes(resonances, damping)
+    orders, turns = checks.count("wheel_orders", wheel_orders, 0), checks.count("turns", turns)
+    near, bands = (work / (1 + error), work / (1 - error)), []
+    for n, size in zip(upr[counted].tolist(), amplitude[counted].tolist(), strict=True):
+        bands += [_resonant(name, w, z, n, size, near) for name, (w, z) in modes.items()]
+        bands += list(_in_step(wheel, n, size, near, orders, turns, speeds))
+    wider = [band._replace(low=band.low * (1 - error), high=band.high * (1 + error)) for band in bands]
+    reached = tuple(band for band in wider if band.low < speeds[1] and band.high > speeds[0])
+    return ChatterCheck(reached, work, wheel, speeds, upr, amplitude, counted)
+
+
+def _waves(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bools]:
+    """Undulations, their amplitudes, and which of them count."""
+    if not all(hasattr(spectrum, name) for name in ("upr", "amplitude")):
+        raise TypeError(f"spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got {checks.shown(spectrum)}")
+    upr, amplitude = checks.finite_array("upr", spectrum.upr, "1"), checks.finite_array("amplitude", spectrum.amplitude, "mm")
+    if upr.ndim != 1 or amplitude.shape != upr.shape:
+        raise ValueError(f"upr and amplitude must be one-dimensional and of one length; got {upr.shape} and {amplitude.shape}")
+    sd = np.broadcast_to(np.asarray(getattr(spectrum, "sd", 0.0), dtype=float), upr.shape)
+    noise = _SURE * np.where(np.isfinite(sd), sd, 0.0)
+    return upr, amplitude, (upr > 1) & (amplitude > np.maximum(least, noise))
+
+
+def _modes(resonances: Mapping[str, float], damping: float | Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Natural frequency and damping ratio of each mode."""
+    if not isinstance(resonances, Mapping):
+        raise TypeError(f"resonances must be a mapping of names to natural frequencies (rad/s); got {checks.shown(resonances)}")
+    ratios = damping if isinstance(damping, Mapping) else dict.fromkeys(resonances, damping)
+    for name in resonances:
+        checks.one_of("names of damping", name, ratios)
+    return {
+        name: (checks.positive(name, w, "rad/s"), checks.within(f"damping of {name}", ratios[name], 1e-6, _DAMPED, "1"))
+        for name, w in resonances.items()
+    }
+
+
+def _resonant(name: str, w: float, damping: float, upr: float, amplitude: float, work: tuple[float, float]) -> ChatterBand:
+    """Half-power band of a mode, as rotations of the work; it gains most at the rotation of these that is nearest to its peak."""
+    middle, half = 1 - 2 * damping**2, 2 * damping * sqrt(1 - damping**2)
+    low, high = ((upr * speed / w) ** 2 for speed in work)
+    ratio = min(max(middle, low), high)
+    gain = 1 / hypot(1 - ratio, 2 * damping * sqrt(ratio))
+    return ChatterBand(
+        name, 0, upr, amplitude, sqrt(middle - half) * w / upr, sqrt(middle + half) * w / upr, sqrt(middle) * w / upr, gain
+    )
+
+
+def _in_step(
+    wheel: float, upr: float, amplitude: float, work: tuple[float, float], orders: int, turns: int, speeds: Sequence[float]
+) -> Iterator[ChatterBand]:
+    """Rotations of the work at which waves of the wheel stay on an undulation."""
+    last = min(orders, ceil(upr * speeds[1] / wheel))
+    for order in range(max(1, floor(upr * speeds[0] / wheel)), last + 1):
+        fewest, most = (order * wheel / speed for speed in reversed(work))
+        shift = max(fewest - upr, upr - most, 0.0)
+        low, high = (order * wheel / (upr + side * 0.5 / turns) for side in (1, -1))
+        yield ChatterBand("wheel", order, upr, amplitude, low, high, order * wheel / upr, _adding_up(shift, turns))
+
+
+def _adding_up(shift: float, turns: int) -> float:
+    """Share of waves that adds up over so many turns, each shifted by so much of a wave; farther they belong to another wave."""
+    if shift < 1e-12:
+        return 1.0
+    return abs(sin(pi * turns * shift) / (turns * sin(pi * shift))) if shift < 0.5 else 0.0

@@ -1,0 +1,117 @@
+"""The most material of a measured part about an axis: of its form, between samples too, and of what stands out of that."""
+
+import dataclasses
+from math import ceil, hypot, inf, log, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtri
+
+from centering.roundness._form import ENOUGH, Form, extreme_between, form_of
+from centering.roundness._harmonics import even_harmonics, values_at
+from centering.roundness._part_frame import into_part
+from centering.roundness._profile import Profile
+from centering.roundness._sampling import supported, widest_gap
+from centering.roundness._separation_rows import harmonic_rows
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import one_blas_thread
+
+_HIGHEST = 1500  # upr up to which form is looked for
+_TELLING = 0.8  # of what the widest gap allows: harmonics beyond leave no samples to tell the noise by
+_CHANCE = 1e-3  # that noise alone is taken for form beyond what that was said to hold; or one of its samples for a burr
+_STILL = 1e-6  # mm: what is left without any noise
+_MEDIAN = 1.4826  # standard deviation over median absolute value
+_ROUNDED = sqrt(12)  # a step of the readings over the standard deviation of what rounding to it does
+
+
+class Material(NamedTuple):
+    """Largest radius about an axis, of a bore the smallest, and the standard deviation of what was fitted there, mm."""
+
+    radius: float
+    sd: float
+
+
+def most_material(profile: Profile, axis: tuple[float, float], upr: float) -> Material:
+    """The extreme of the form as fitted; or of the samples that stand out of it, where they reach farther."""
+    profile.rise_between_samples(upr)  # refuses samples that do not bound the form
+    outward, noise = -1 if profile.internal else 1, profile.noise_sd
+    if profile._origin.filter:
+        return _filtered(profile, axis, outward)
+    with one_blas_thread():
+        form = form_of(dataclasses.replace(profile._samples, noise_sd=noise if noise < inf else None), _degree(profile, upr))
+        place, radius = extreme_between(form.coef, form.circle, profile._tip, np.array(axis), outward)
+        sd = _spread(profile, form, place)
+    standing_out = _standing_out(profile, form, axis, upr, outward)
+    if outward * (standing_out.radius - radius) > 0:
+        return standing_out
+    return Material(radius, max(sd, _rounding(profile)))
+
+
+def _filtered(profile: Profile, axis: tuple[float, float], outward: int) -> Material:
+    """Of a filtered profile: its harmonics are all that there is."""
+    coef = even_harmonics(profile.deviation)[: len(profile._origin.sd)]
+    radius = extreme_between(coef, profile.circle.value, profile._tip, np.array(axis), outward)[1]
+    return Material(radius, float(profile.deviation_sd.max()))
+
+
+def _degree(profile: Profile, upr: float) -> int:
+    """Harmonics that are fitted: as many as the form was said to hold, more where more are seen."""
+    sure = min(int(_TELLING * supported(widest_gap(profile.part_angle))), _HIGHEST)
+    least = max(ceil(upr), 1)
+    if sure <= least:
+        return least
+    spectrum = profile.spectrum(sure)
+    seen = spectrum.upr[spectrum.amplitude > spectrum.sd * sqrt(2 * log(sure / _CHANCE)) + _STILL]
+    return int(max(seen.max(initial=1.0), least))
+
+
+def _spread(profile: Profile, form: Form, place: float) -> float:
+    """Standard deviation of the fitted form at a place, from noise and from what is not known of the runout taken off."""
+    degree = form.coef.size - 1
+    rows = harmonic_rows(form.part_angle, degree)
+    weights = np.linalg.solve(rows @ rows.T, harmonic_rows(np.array([place]), degree)[:, 0]) @ rows
+    noise = form.noise_sd * sqrt(_repeating(profile, form)) * float(np.linalg.norm(weights))
+    if profile.runout is None:
+        return noise
+    along = weights @ profile.runout.derivatives(form.part_angle)
+    return hypot(noise, sqrt(max(float(along @ profile.runout.covariance @ along), 0.0)))
+
+
+def _repeating(profile: Profile, form: Form) -> float:
+    """How many times the variance of the turns' mean is that of independent readings: errors of the encoder come every turn."""
+    count, degrees = round(profile.points_per_turn), 2 * form.coef.size - 1
+    free, rest = count - degrees, _left(profile, form)
+    if round(profile.turns) < 2 or rest.size - degrees < ENOUGH:
+        return 1.0
+    if free < ENOUGH:
+        return profile.turns
+    place = np.floor((form.part_angle - form.part_angle[0]) / (2 * pi) * count + 0.5).astype(int) % count
+    size = np.maximum(np.bincount(place, minlength=count), 1)
+    between = float(np.sum(np.bincount(place, rest, count) ** 2 / size)) / free
+    return max(between * (rest.size - degrees) / max(float(rest @ rest), 1e-300), 1.0)
+
+
+def _left(profile: Profile, form: Form) -> Floats:
+    """What the fitted form leaves of each sample, mm."""
+    about, distance = into_part(profile.angle, profile.reading, profile._tip, form.circle[1:])
+    return np.asarray(distance - profile._tip - form.circle[0] - values_at(form.coef, about))
+
+
+def _standing_out(profile: Profile, form: Form, axis: tuple[float, float], upr: float, outward: int) -> Material:
+    """The farthest of the samples that stand out of the form by more than noise, with what may lie between samples."""
+    left = _left(profile, form)
+    freedom = max(left.size - 2 * form.coef.size + 1, 1)
+    noise = max(_MEDIAN * float(np.median(np.abs(left))) * sqrt(left.size / freedom), _rounding(profile))
+    distance = np.hypot(*(profile.points - np.array(axis)).T) - profile._tip
+    out = -float(ndtri(_CHANCE / left.size))
+    reach: Floats = outward * distance[outward * left > out * noise + _STILL]
+    if not reach.size:
+        return Material(-outward * inf, noise)
+    higher = profile.largest_radius(axis, upr=upr) - float(distance.max())
+    return Material(outward * (float(reach.max()) + higher), noise)
+
+
+def _rounding(profile: Profile) -> float:
+    """Standard deviation of the rounding of the readings to steps, by the smallest step that is seen; infinite without any."""
+    steps = np.diff(np.sort(profile.reading))
+    return float(steps[steps > _STILL * 1e-3].min(initial=inf)) / _ROUNDED
