@@ -13,35 +13,34 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from hwsim import devices, protocols
-from hwsim._check import check
-from hwsim._journal import Journal
-from hwsim._log import Log
-from hwsim._loop import run
-from hwsim._side_by_side import compare, repeat
+from hwsim._log.journal import Journal
+from hwsim._log.log import Log
+from hwsim._loop.check import check
+from hwsim._loop.compare import compare, repeat
+from hwsim._loop.loop import run
 
 if TYPE_CHECKING:
-    from hwsim._courier import Courier
-    from hwsim._finishing_study import FinishingStudy, finishing_study
-    from hwsim._links import Link, QueueLink
-    from hwsim._recording import Recording
-    from hwsim._schedule import Schedule, TaskReport
-    from hwsim._scheduler import Scheduler
-    from hwsim._tasks import Task
-    from hwsim._tcp import TcpLink, TcpListener
-    from hwsim._watchdog import Watchdog
-    from hwsim.plants._adaptive import AdaptiveGrinder
-    from hwsim.plants._centering import CenteringMachine
-    from hwsim.plants._finishing import FinishingCell
-    from hwsim.plants._finishing_height import HeightField
-    from hwsim.plants._finishing_truth import CellScatter, CellTruth
-    from hwsim.plants._force_table import ForceTableStand
-    from hwsim.plants._force_table_truth import CoefficientScatter, Motor
-    from hwsim.plants._plunge import GrinderNoise, PlungeGrinder
-    from hwsim.plants._probe import Probe
-    from hwsim.plants._probe_errors import ProbeErrors
-    from hwsim.plants._probe_ring import Ring
-    from hwsim.plants._probe_scan import ProbeScan
-    from hwsim.plants._weldbead import WeldBeadStand
+    from hwsim._link.courier import Courier
+    from hwsim._link.links import Link, QueueLink
+    from hwsim._link.tcp import TcpLink, TcpListener
+    from hwsim._link.watchdog import Watchdog
+    from hwsim._processor.schedule import Schedule, TaskReport
+    from hwsim._processor.scheduler import Scheduler
+    from hwsim._processor.tasks import Task
+    from hwsim._replay.recording import Recording
+    from hwsim._study.study import FinishingStudy, finishing_study
+    from hwsim.plants._adaptive.plant import AdaptiveGrinder
+    from hwsim.plants._centering.plant import CenteringMachine
+    from hwsim.plants._finishing.plant import FinishingCell
+    from hwsim.plants._force_table.plant import ForceTableStand
+    from hwsim.plants._plunge.plant import GrinderNoise, PlungeGrinder
+    from hwsim.plants._probe.errors import ProbeErrors
+    from hwsim.plants._probe.plant import Probe
+    from hwsim.plants._probe.ring import Ring
+    from hwsim.plants._probe.scan import ProbeScan
+    from hwsim.plants._weldbead.plant import WeldBeadStand
+    from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField
+    from sdpgrind.weldbead.kernels import CoefficientScatter, Motor
 
 __all__ = [
     "AdaptiveGrinder",
@@ -84,37 +83,37 @@ __all__ = [
 ]
 
 _PARTS = {
-    "Courier": "_courier",
-    "FinishingStudy": "_finishing_study",
-    "Link": "_links",
-    "QueueLink": "_links",
-    "Recording": "_recording",
-    "Schedule": "_schedule",
-    "Scheduler": "_scheduler",
-    "Task": "_tasks",
-    "TaskReport": "_schedule",
-    "TcpLink": "_tcp",
-    "TcpListener": "_tcp",
-    "Watchdog": "_watchdog",
-    "finishing_study": "_finishing_study",
+    "Courier": "_link.courier",
+    "FinishingStudy": "_study.study",
+    "Link": "_link.links",
+    "QueueLink": "_link.links",
+    "Recording": "_replay.recording",
+    "Schedule": "_processor.schedule",
+    "Scheduler": "_processor.scheduler",
+    "Task": "_processor.tasks",
+    "TaskReport": "_processor.schedule",
+    "TcpLink": "_link.tcp",
+    "TcpListener": "_link.tcp",
+    "Watchdog": "_link.watchdog",
+    "finishing_study": "_study.study",
 }
 _PLANTS = {
-    "AdaptiveGrinder": "_adaptive",
+    "AdaptiveGrinder": "_adaptive.plant",
     "CellScatter": "_finishing_truth",
     "CellTruth": "_finishing_truth",
-    "CenteringMachine": "_centering",
+    "CenteringMachine": "_centering.plant",
     "CoefficientScatter": "_force_table_truth",
-    "FinishingCell": "_finishing",
-    "ForceTableStand": "_force_table",
-    "GrinderNoise": "_plunge",
+    "FinishingCell": "_finishing.plant",
+    "ForceTableStand": "_force_table.plant",
+    "GrinderNoise": "_plunge.plant",
     "HeightField": "_finishing_height",
     "Motor": "_force_table_truth",
-    "PlungeGrinder": "_plunge",
-    "Probe": "_probe",
-    "ProbeErrors": "_probe_errors",
-    "ProbeScan": "_probe_scan",
-    "Ring": "_probe_ring",
-    "WeldBeadStand": "_weldbead",
+    "PlungeGrinder": "_plunge.plant",
+    "Probe": "_probe.plant",
+    "ProbeErrors": "_probe.errors",
+    "ProbeScan": "_probe.scan",
+    "Ring": "_probe.ring",
+    "WeldBeadStand": "_weldbead.plant",
 }  # plants bring their physics along: imported when first used
 
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
 
-from hwsim._area import add_to
+from hwsim.command.base import add_to
 from sdpgrind import __version__
 
-# Modules with an ``AREA`` (see `hwsim._area`).
-_AREAS = ("hwsim._weldbead_cli", "hwsim._plunge_cli", "hwsim._locus_cli", "hwsim._finishing_cli", "hwsim._centering_cli")
+# Modules with an ``AREA`` (see `hwsim.command.base`).
+_AREAS = ("hwsim.command._weldbead.command", "hwsim.command._plunge.command", "hwsim.command._locus.command", "hwsim.command._finishing.command", "hwsim.command._centering.command")
 REFUSED, INTERRUPTED = 2, 130  # exit status
 
 

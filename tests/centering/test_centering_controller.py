@@ -14,8 +14,8 @@ from centering.cycle._control.launch import launch, preview
 from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.states import CycleState
 from centering.push._machine.presets import preset
-from hwsim._fingerprint import fingerprint
-from hwsim.plants._centering import CenteringMachine
+from hwsim._log.fingerprint import fingerprint
+from hwsim.plants._centering.plant import CenteringMachine
 
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
 MACHINE = CenteringMachine(PROBLEM)

@@ -8,7 +8,7 @@ import pytest
 
 import sdpgrind
 from centering.monitoring._chart import ControlChart
-from centering.setup._sequential import ewma_run_length
+from centering.monitoring._sequential import ewma_run_length
 
 RNG = np.random.default_rng(1)
 BATCH = {"roundness": 0.010 + 0.001 * RNG.standard_normal(60), "stock": 0.15 + 0.02 * RNG.standard_normal(60)}

@@ -11,7 +11,7 @@ from centering.push._contact.free_slide import free_slide_table
 from centering.push._contact.impact import energy_balance_speed
 from centering.push._machine.presets import preset
 from centering.push._plan.push import plan_push
-from hwsim.plants._centering import CenteringMachine
+from hwsim.plants._centering.plant import CenteringMachine
 from sdpgrind import units
 
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)

@@ -10,7 +10,7 @@ from scipy.stats import norm
 import sdpgrind
 from centering.monitoring._alarm import Shock, likely_step
 from centering.monitoring._drift import DriftTrack
-from centering.setup._sequential import (
+from centering.monitoring._sequential import (
     Cusum,
     cusum_detection,
     cusum_limit,
@@ -19,7 +19,7 @@ from centering.setup._sequential import (
     ewma_sd,
     learned_widening,
 )
-from centering.setup._tracked import FEWEST, REFERENCE
+from centering.monitoring._tracked import FEWEST, REFERENCE
 from sdpgrind.identify import random_walk_gain
 
 BOTH = {"stroke_offset": 0.002, "mu_kinetic": 0.004}

@@ -9,7 +9,7 @@ import hwsim
 from centering import GeometryEstimator, fit_circle
 from centering._identify import identify
 from centering.circle._estimator.measuring import MeasuringController
-from hwsim._log import same
+from hwsim._log.log import same
 
 RING = hwsim.Ring(61.94, 3.6, 0.5, lobes={3: (0.000206, 0.2), 43: (0.000235, 1.0)})
 PROBE = hwsim.Probe(RING, errors=hwsim.ProbeErrors(runout=0.0, noise_sd=0.001))

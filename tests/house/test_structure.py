@@ -148,7 +148,7 @@ def test_trespasses_are_found():
         "from sdpgrind.control._law import Law\nfrom sdpgrind.weldbead._sequence import burn as _burn\nimport numpy._core\nimport hwsim.plants._x"
     )
     assert trespasses("sdpgrind.weldbead.force._drive", found) == {"sdpgrind.control._law.Law", "hwsim.plants._x"}
-    assert trespasses("hwsim._loop", found) == {"sdpgrind.control._law.Law", "sdpgrind.weldbead._sequence.burn"}
+    assert trespasses("hwsim._loop.loop", found) == {"sdpgrind.control._law.Law", "sdpgrind.weldbead._sequence.burn"}
     assert trespasses("sdpgrind.control", found) == {"sdpgrind.weldbead._sequence.burn", "hwsim.plants._x"}
     assert trespasses("sdpgrind.controls", {"sdpgrind.control._law"}) == {"sdpgrind.control._law"}
     assert owner("sdpgrind.__version__") is None

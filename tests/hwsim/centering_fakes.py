@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from centering._plant import slide_kernels as slots
 from centering.push._machine.presets import preset
 from centering.push._machine.problem import PushScatter
-from hwsim.plants import _centering_slide_kernels as slots
-from hwsim.plants._centering import CenteringMachine
-from hwsim.plants._probe_ring import Ring
+from hwsim.plants._centering.plant import CenteringMachine
+from hwsim.plants._probe.ring import Ring
 
 STILL = PushScatter(0.0, 0.0, 0.0, 0.0, 0.0)
 RADIUS = 89.5

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 import hwsim
-from hwsim.plants import _finishing_machine
+from hwsim.plants._finishing import machine as _finishing_machine
 from sdpgrind import finishing
 
 AXIS = finishing.TorqueAxis()

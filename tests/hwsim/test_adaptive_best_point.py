@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from adaptive_fakes import NOMINAL, best_rate, burning, needed, rotation_on_locus
 
-from hwsim.plants._adaptive_truth import Ranges, best_point, best_rates
 from sdpgrind import physics
+from sdpgrind.locus._plant.truth import Ranges, best_point, best_rates
 
 RANGES = Ranges(0.05, 0.4, 63.0)
 

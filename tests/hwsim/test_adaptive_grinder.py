@@ -9,11 +9,11 @@ from scipy.integrate import solve_ivp
 
 import hwsim
 import sdpgrind
-from hwsim._log import same
+from hwsim._log.log import same
 from hwsim.devices import Gauge
-from hwsim.plants._adaptive_truth import Ranges
 from hwsim.protocols import FOREVER
 from sdpgrind import physics
+from sdpgrind.locus._plant.truth import Ranges
 
 GRINDER = hwsim.AdaptiveGrinder(PROBLEM)
 RANGES = Ranges(0.05, 0.4, 63.0)

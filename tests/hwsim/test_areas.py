@@ -14,8 +14,8 @@ from hwsim_fakes import Drain, Tank
 import hwsim
 import sdpgrind
 from hwsim import cli
-from hwsim._log import same
-from hwsim._toml import Table, read
+from hwsim._log.log import same
+from hwsim.command._toml import Table, read
 from sdpgrind.base import records
 
 

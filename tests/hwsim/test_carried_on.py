@@ -8,7 +8,7 @@ import pytest
 from hwsim_fakes import Drain, Faster, Tank
 
 import hwsim
-from hwsim._log import same
+from hwsim._log.log import same
 from sdpgrind.base.rng import children
 
 

@@ -12,9 +12,9 @@ import sdpgrind
 from centering.cycle._strategy.as_sdp import Size
 from centering.cycle._strategy.outcomes import PushKind
 from centering.cycle._strategy.plan import prepared, solved
-from hwsim._centering_toml import read
-from hwsim._log import same
+from hwsim._log.log import same
 from hwsim.cli import main
+from hwsim.command._centering.toml import read
 from sdpgrind import units
 from sdpgrind.base.progress import silent
 

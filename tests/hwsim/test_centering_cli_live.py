@@ -9,10 +9,10 @@ import pytest
 import centering
 import hwsim
 from centering.push._machine.presets import preset
-from hwsim._centering_film import FilmStrip
-from hwsim._centering_live import Chart, LiveView, watched
-from hwsim._fingerprint import fingerprint
-from hwsim._log import same
+from hwsim._log.fingerprint import fingerprint
+from hwsim._log.log import same
+from hwsim.command._centering.film import FilmStrip
+from hwsim.command._centering.live import Chart, LiveView, watched
 
 PROBLEM = preset("printed").replace(part=centering.Part(0.8, 61.95), pushes_max=4)
 ROWS, COLUMNS = 21, 43

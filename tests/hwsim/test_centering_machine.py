@@ -12,15 +12,15 @@ from centering_fakes import RADIUS, Follower, at, center, constant, exact, move,
 
 import hwsim
 from centering import PrintedController, TipProfile, plot_centers
-from hwsim._log import same
-from hwsim._recording import Recording
-from hwsim._scheduler import Scheduler
-from hwsim._tasks import Task
-from hwsim.plants import _centering_kernels as kernels
-from hwsim.plants import _centering_slide_kernels as slots
-from hwsim.plants._centering import CenteringMachine
-from hwsim.plants._centering_lag import lag_time
-from hwsim.plants._centering_tasks import source_tasks
+from centering._plant import kernels
+from centering._plant import slide_kernels as slots
+from hwsim._log.log import same
+from hwsim._processor.scheduler import Scheduler
+from hwsim._processor.tasks import Task
+from hwsim._replay.recording import Recording
+from hwsim.plants._centering.lag import lag_time
+from hwsim.plants._centering.plant import CenteringMachine
+from hwsim.plants._centering.tasks import source_tasks
 
 # Tasks --------------------------------------------------------------------------------------------------------------
 

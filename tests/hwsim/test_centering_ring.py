@@ -21,13 +21,13 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from centering._plant import friction_kernels as friction
+from centering._plant import slide_kernels as slots
 from centering.push._contact.reaction import simulate_pushes
 from centering.push._profile.profile import TipProfile
 from centering.push._turning import direction_kernels as plane
 from centering.push._turning.sliding import ring_friction, slide_to_rest
-from hwsim.plants import _centering_friction_kernels as friction
-from hwsim.plants import _centering_slide_kernels as slots
-from hwsim.plants._probe_ring import Ring
+from hwsim.plants._probe.ring import Ring
 
 TOUCHING = 1e-9  # mm
 AROUND = (np.arange(4000) + 0.5) * (2 * pi / 4000)

@@ -7,10 +7,10 @@ import pytest
 from centering_fakes import RADIUS, STILL, at, constant, exact, move, running, started
 from scipy.integrate import solve_ivp
 
+from centering._plant import slide_kernels as slots
 from centering.circle._fit.curve import circle_reading
-from hwsim.plants import _centering_slide_kernels as slots
-from hwsim.plants._centering_lag import FOLLOWING, MASSES, lag_time, lag_times
-from hwsim.plants._probe_errors import ProbeErrors
+from hwsim.plants._centering.lag import FOLLOWING, MASSES, lag_time, lag_times
+from hwsim.plants._probe.errors import ProbeErrors
 
 LOOP = 2 * pi * 825.0
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hwsim._clock import Clock, common_tick, exact, simplest
+from hwsim._part.clock import Clock, common_tick, exact, simplest
 
 
 def test_common_tick_of_the_rates_of_the_house():

@@ -10,7 +10,7 @@ from finishing_fakes import AXIS, Steady, by_the_loop, cell, controller, lever, 
 
 import hwsim
 import sdpgrind
-from hwsim._log import same
+from hwsim._log.log import same
 from hwsim.protocols import FOREVER
 from sdpgrind import finishing
 

@@ -9,9 +9,9 @@ from finishing_fakes import AXIS
 
 import hwsim
 import sdpgrind
-from hwsim._finishing_toml import read
-from hwsim._log import same
+from hwsim._log.log import same
 from hwsim.cli import main
+from hwsim.command._finishing.toml import read
 from sdpgrind import finishing
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "finishing.toml"

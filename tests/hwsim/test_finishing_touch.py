@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from scipy.signal import TransferFunction, lsim
 
 import hwsim
-from hwsim.plants import _finishing_kernels as core
 from sdpgrind import finishing
 from sdpgrind.finishing import kernels as torque
+from sdpgrind.finishing._plant import kernels as core
 
 TICK = AXIS.sample_time
 

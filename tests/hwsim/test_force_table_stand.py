@@ -8,11 +8,11 @@ import pytest
 from force_table_fakes import PROCESS, STEADY, Held, Passes, Tiers, disc, platform, problem, quiet
 
 import hwsim
-from hwsim._log import same
-from hwsim.plants import _force_table_kernels as kernels
+from hwsim._log.log import same
 from hwsim.protocols import FOREVER
 from sdpgrind import weldbead
 from sdpgrind.weldbead import passes
+from sdpgrind.weldbead._plant import force_table_kernels as kernels
 from sdpgrind.weldbead.force import SensorChain, table_drive
 
 

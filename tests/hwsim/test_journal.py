@@ -11,8 +11,8 @@ from hwsim_fakes import Drain, Faster, Tank, noisy_tank
 
 import hwsim
 import sdpgrind
-from hwsim._fingerprint import fingerprint
-from hwsim._log import same
+from hwsim._log.fingerprint import fingerprint
+from hwsim._log.log import same
 
 
 class PowerCut(Exception):
@@ -244,7 +244,7 @@ def test_a_ring_of_references_ends():
 def test_equal_in_another_process():
     script = (
         "import sys; sys.path.insert(0, sys.argv[1]); from hwsim_fakes import *; "
-        "from hwsim._fingerprint import fingerprint; "
+        "from hwsim._log.fingerprint import fingerprint; "
         "print(fingerprint((Drain(), noisy_tank(), Faster(), {'b', 'a', 'c'}, rng_of, np.arange(3))))"
     )
     from pathlib import Path

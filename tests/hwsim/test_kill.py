@@ -12,7 +12,7 @@ import pytest
 from hwsim_fakes import Drain, noisy_tank
 
 import hwsim
-from hwsim._log import same
+from hwsim._log.log import same
 from hwsim.cli import main
 from sdpgrind import weldbead
 

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hwsim import _backlog
-from hwsim._courier import Courier
-from hwsim._link_frames import Unpacker, packed
-from hwsim._links import Link, QueueLink
+from hwsim._link import _backlog
+from hwsim._link._link_frames import Unpacker, packed
+from hwsim._link.courier import Courier
+from hwsim._link.links import Link, QueueLink
 
 MESSAGES = st.lists(st.binary(max_size=40), max_size=8)
 

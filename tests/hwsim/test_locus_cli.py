@@ -12,10 +12,10 @@ from cli_fakes import only_news, without_news
 
 import hwsim
 import sdpgrind
-from hwsim._locus_jobs import DESIGNED, PRINTED
-from hwsim._locus_toml import read
-from hwsim._log import same
+from hwsim._log.log import same
 from hwsim.cli import main
+from hwsim.command._locus._locus_jobs import DESIGNED, PRINTED
+from hwsim.command._locus.toml import read
 from hwsim.devices import Gauge
 from sdpgrind import locus, physics
 
@@ -95,8 +95,8 @@ def test_prints_the_best_beside_what_came_of_it(finished, capsys):
 
 
 def test_the_best_that_is_printed_is_the_best_of_the_middle(finished):
-    from hwsim._locus_jobs import Job
-    from hwsim._locus_report import best_rates
+    from hwsim.command._locus._locus_jobs import Job
+    from hwsim.command._locus.report import best_rates
 
     log, curve = sdpgrind.load(finished / "run.nc"), sdpgrind.load(finished / "curve.nc")
     best = best_rates(log, curve, Job(hwsim.AdaptiveGrinder(PROBLEM)))

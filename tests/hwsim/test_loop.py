@@ -11,7 +11,7 @@ import pytest
 from hwsim_fakes import Drain, Faster, FixedTank, Tank, noisy_tank
 
 import hwsim
-from hwsim._log import same
+from hwsim._log.log import same
 from hwsim.protocols import FOREVER
 
 
@@ -157,7 +157,7 @@ def test_arrays_of_unequal_length_are_padded():
 
 
 def test_text_and_scans_in_commands_and_measurements():
-    from hwsim._part import column
+    from hwsim._part.part import column
 
     assert column([1.0, np.arange(2.0)]).tolist()[1] == [0.0, 1.0]
     assert np.isnan(column([1.0, np.arange(2.0)])[0, 1])

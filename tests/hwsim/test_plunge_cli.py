@@ -9,10 +9,10 @@ from cli_fakes import OutcomeAlone, only_news, without_news
 
 import hwsim
 import sdpgrind
-from hwsim._log import same
-from hwsim._plunge_report import report
-from hwsim._plunge_toml import read
+from hwsim._log.log import same
 from hwsim.cli import main
+from hwsim.command._plunge.report import report
+from hwsim.command._plunge.toml import read
 from sdpgrind import physics, plunge
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "plunge.toml"

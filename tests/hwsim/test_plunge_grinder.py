@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import hwsim
-from hwsim._log import same
-from hwsim.plants._plunge_machine import PlungePart
+from hwsim._log.log import same
+from hwsim.plants._plunge.machine import PlungePart
 from hwsim.protocols import FOREVER
 from sdpgrind import plunge
 

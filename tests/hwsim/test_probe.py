@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hwsim
-from hwsim._log import same
+from hwsim._log.log import same
 from sdpgrind import units
 
 RING = hwsim.Ring(61.94, 3.6, 0.5, lobes={3: (0.000206, 0.2), 43: (0.000235, 1.0)})

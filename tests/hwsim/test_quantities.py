@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hwsim._quantities import parse, quantity
+from hwsim.command._quantities import parse, quantity
 from sdpgrind import units
 
 

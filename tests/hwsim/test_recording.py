@@ -16,10 +16,10 @@ from test_loop import Two
 
 import centering
 import hwsim
-from hwsim._frames import Frames
-from hwsim._log import same as log_same
-from hwsim._motions import digest
-from hwsim._recording import Recording
+from hwsim._log.frames import Frames
+from hwsim._log.log import same as log_same
+from hwsim._part.motions import digest
+from hwsim._replay.recording import Recording
 from sdpgrind import plunge, units, weldbead
 from sdpgrind.weldbead import force, passes
 

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hwsim._schedule import Kind, Schedule
-from hwsim._scheduler import Scheduler
-from hwsim._tasks import DRAWN, Task, release_time
+from hwsim._processor.schedule import Kind, Schedule
+from hwsim._processor.scheduler import Scheduler
+from hwsim._processor.tasks import DRAWN, Task, release_time
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.rng import children
 

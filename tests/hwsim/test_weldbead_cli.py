@@ -10,10 +10,10 @@ from cli_fakes import only_news, without_news
 
 import hwsim
 import sdpgrind
-from hwsim import _area
-from hwsim._log import same
-from hwsim._weldbead_jobs import job_of
+from hwsim._log.log import same
 from hwsim.cli import main
+from hwsim.command import base as _area
+from hwsim.command._weldbead._weldbead_jobs import job_of
 from sdpgrind import weldbead
 
 JOB = ["weldbead", "--simple", "--preset", "P1", "--tolerance", "1e-2", "--parts", "6", "--rng", "4"]

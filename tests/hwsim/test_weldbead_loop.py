@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hwsim
-from hwsim._log import same
+from hwsim._log.log import same
 from sdpgrind import weldbead
 
 P1 = weldbead.preset("P1")

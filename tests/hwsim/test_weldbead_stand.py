@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hwsim
-from hwsim.plants._weldbead_truth import blamed
 from hwsim.protocols import FOREVER
 from sdpgrind import sdp, weldbead
+from sdpgrind.weldbead._plant.truth import blamed
 
 P1 = weldbead.preset("P1")
 DROOP = P1.replace(free_speed=560.0, speed_droop=0.1)

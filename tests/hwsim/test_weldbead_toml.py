@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import hwsim
-from hwsim._weldbead_toml import read
 from hwsim.cli import main
+from hwsim.command._weldbead.toml import read
 from sdpgrind import sdp, units, weldbead
 from sdpgrind.weldbead import passes
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import xarray as xr
 from hwsim_fakes import Drain, Tank
 
-from hwsim._area import Area
-from hwsim._report import parts_table, summary_head, summary_line
-from hwsim._toml import read
+from hwsim.command._report import parts_table, summary_head, summary_line
+from hwsim.command._toml import read
+from hwsim.command.base import Area
 from sdpgrind.base import checks, records
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
 
+from centering.monitoring import _part_record as part_record
 from centering.monitoring._alarm import units_of, with_space
-from centering.setup import _part_record as part_record
-from centering.setup._sequential import ewma_run_length, ewma_sd, not_read
+from centering.monitoring._sequential import ewma_run_length, ewma_sd, not_read
 from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from centering.monitoring import _part_record as part_record
 from centering.monitoring._alarm import UNITS, DriftAlarm, units_of
-from centering.setup import _part_record as part_record
-from centering.setup._sequential import cusum_detection, cusum_limit, learned_widening, not_read
-from centering.setup._tracked import FEWEST, REFERENCE, Tracked
+from centering.monitoring._sequential import cusum_detection, cusum_limit, learned_widening, not_read
+from centering.monitoring._tracked import FEWEST, REFERENCE, Tracked
 from sdpgrind.base import checks, records
 from sdpgrind.identify import Estimate, RandomWalk, Status
 

@@ -12,8 +12,13 @@ One tick of a loop is::
 `TorqueController.law` holds; each `state` is changed and is the caller's own copy. `controller_step` is `torque_at` and
 `controller_sample`, one after the other. Places in the arrays have names in this module: `ANGLE`, `SPEED`, `MEAN_TORQUE` of the
 axis; `CURRENT`, `ESTIMATE`, `REFERENCE`, `COUNT` of a controller; and their sizes `STATES`, `CONTROL` and, of the table, `TABLE`.
+
+The hidden physics of a simulated cell: `cell`, its compiled steps; `CellTruth` and `CellScatter`, `HeightField`.
 """
 
+from sdpgrind.finishing._plant import kernels as cell
+from sdpgrind.finishing._plant.height import HeightField
+from sdpgrind.finishing._plant.truth import CellScatter, CellTruth
 from sdpgrind.finishing._timing.table_kernels import TABLE, table_step
 from sdpgrind.finishing._torque.axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing._torque.controller_kernels import controller_sample, controller_step, feed_override, torque_at
@@ -40,7 +45,11 @@ __all__ = [
     "SPEED",
     "STATES",
     "TABLE",
+    "CellScatter",
+    "CellTruth",
+    "HeightField",
     "axis_tick",
+    "cell",
     "controller_sample",
     "controller_step",
     "encoder_reading",

@@ -3,10 +3,11 @@
 ``look_up(table.packed, key, out)`` puts the columns of a `Locus.table` at a key into ``out``;
 ``retrieve(inversion.packed, controls, measured, out)`` the hidden state that a measurement at ``controls`` (a tuple of floats, or
 an array) tells of, and the best controls for it. Both say where the number was: ``INSIDE``, ``BELOW`` or ``ABOVE`` the range,
-whose end is taken, or ``NO_KEY``.
+whose end is taken, or ``NO_KEY``. `best_rates` within `Ranges` is what a simulated grinder could do at best.
 """
 
 from sdpgrind.locus._curve.inversion_kernels import retrieve
 from sdpgrind.locus._curve.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
+from sdpgrind.locus._plant.truth import Ranges, best_rates
 
-__all__ = ["ABOVE", "BELOW", "INSIDE", "NO_KEY", "look_up", "retrieve"]
+__all__ = ["ABOVE", "BELOW", "INSIDE", "NO_KEY", "Ranges", "best_rates", "look_up", "retrieve"]

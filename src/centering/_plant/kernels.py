@@ -1,0 +1,223 @@
+"""Compiled core of a ring on a turning table and the tip that pushes it: from event to event, in small exact steps.
+
+The laws are those of `_centering_ring_kernels`. Fourth order in steps short against the contact's own oscillation; touch,
+parting, stop and breakaway are found within a step. Serial; arrays as in the kernels of the slide.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering._plant import probe_kernels as probe
+from centering._plant import ring_kernels as ring
+from centering._plant import slide_kernels as slide
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+_NEAR = 0.8  # of the breakaway force: from there on a ring at rest is watched closely
+_FASTEST = 150.0  # mm/s: no tip comes closer faster
+_SPLITS = 60
+_STEPS_MAX = 100_000  # in a piece, beyond 20 times those that an uneventful one takes
+_CLOSE = 1e-12  # s
+_STILL = 1e-6  # mm/s: a ring that is slowed down to this by a damper, for ever, stands
+_SLOW = 0.5  # times what friction takes in a step: a rim that spins slower stops with the ring
+_RESOLVED, _FINEST = 0.1, 0.03  # of the time in which friction would stop a ring that spins, and of the step
+_PEAK_NEAR = 0.01  # of the greatest force so far: where a step rises above it
+
+
+@njit(**_OPTIONS)
+def _when(state, cell, profile, time, x, y, u, v, way_x, way_y):
+    """What changes sign at an event of a sliding ring: its speed onward, its closure, and the force where it is closed."""
+    _, _, force, closure = ring.contact_force(state, cell, profile, time, x, y, u, v)
+    return u * way_x + v * way_y, closure, force
+
+
+@njit(**_OPTIONS)
+def _happens(onward, closure, force, spins, closed, pushed):
+    """Whether a stop, a touch, a parting or a renewed push lies behind, given how it was before; what spins on does not stop."""
+    return (onward <= 0.0 and not spins) or (closure > 0.0) != closed or (force > 0.0) != pushed
+
+
+@njit(**_OPTIONS)
+def _move(state, cell, profile, time, step):
+    """Let a sliding ring go on by at most a step, or to where it stops, touches or parts before; return the time taken."""
+    x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
+    w, z = ring.way(state, cell, profile, time)
+    _, closure, force = _when(state, cell, profile, time, x, y, u, v, w, z)
+    closed, pushed = closure > 0.0, force > 0.0
+    slow = _SLOW * cell[slide.COULOMB] * cell[slide.FRICTION] / cell[slide.INERTIA] * cell[slide.STEP]
+    low, high, taken = 0.0, step, step
+    for _ in range(_SPLITS):
+        x, y, u, v, s = ring.slide_on(state, cell, profile, time, w, z, taken)
+        onward, closure, force = _when(state, cell, profile, time + taken, x, y, u, v, w, z)
+        if _happens(onward, closure, force, abs(s) > slow, closed, pushed):
+            high = taken
+            if high - low < _CLOSE:
+                break
+        else:
+            low = taken
+            if low == step:
+                break
+        taken = 0.5 * (low + high) if high - low >= _CLOSE else high
+    before, after = state[slide.SPEED_X] ** 2 + state[slide.SPEED_Y] ** 2, u * u + v * v
+    state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN] = x, y, u, v, s
+    if abs(s) <= slow and (onward <= 0.0 or after < min(before, _STILL * _STILL)):
+        state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN], state[slide.MOVING] = 0.0, 0.0, 0.0, 0.0
+    return taken
+
+
+@njit(**_OPTIONS)
+def _at_rest(state, cell, profile, time):
+    """Whether a ring at rest stays so, and the closure."""
+    pull_x, pull_y, closure = ring.pull(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)
+    most = ring.holds(state, cell)
+    return pull_x * pull_x + pull_y * pull_y <= most * most, closure
+
+
+@njit(**_OPTIONS)
+def _wait(state, cell, profile, time, step):
+    """Let a ring at rest be for at most a step: to where it is touched or set in motion; return the time taken."""
+    stays, closure = _at_rest(state, cell, profile, time)
+    if not stays:
+        state[slide.MOVING] = 1.0
+        if ring.contact_force(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)[2] == 0.0:
+            state[slide.SLIPPED] = 1.0
+        return 0.0
+    later, closed = _at_rest(state, cell, profile, time + step)
+    if later and not closure < 0.0 < closed:
+        return step
+    low, high = 0.0, step
+    for _ in range(_SPLITS):
+        middle = 0.5 * (low + high)
+        if high - low < _CLOSE:
+            break
+        stays, closed = _at_rest(state, cell, profile, time + middle)
+        if stays and not closure < 0.0 < closed:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@njit(**_OPTIONS)
+def _far(state, cell, profile, swing, length):
+    """Whether nothing can happen to a ring at rest within a piece: the tip is far, and the table too slow to shake it off.
+
+    `swing`: how far the rim goes up and down, mm.
+    """
+    if state[slide.MOVING] != 0.0:
+        return False
+    x, y = state[slide.X], state[slide.Y]
+    spin = max(abs(state[slide.SPEED]), abs(state[slide.SPEED_SET]))
+    offset = np.sqrt(x * x + y * y)
+    rate = slide.spindle_rate(state, cell)
+    pull = cell[slide.INERTIA] * offset * np.sqrt(spin**4 + rate * rate)
+    if pull > _NEAR * ring.holds(state, cell):
+        return False
+    closure = ring.contact_force(state, cell, profile, 0.0, x, y, 0.0, 0.0)[3]
+    return closure < -(_FASTEST + 2.0 * spin * offset) * length - swing
+
+
+@njit(**_OPTIONS)
+def _feel(state, cell, profile, time):
+    """Note the force of the contact, and when one begins."""
+    where = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
+    _, _, force, closure = ring.contact_force(state, cell, profile, time, *where)
+    state[slide.FORCE] = force
+    state[slide.PEAK] = max(state[slide.PEAK], force)
+    state[slide.PEAK_EVER] = max(state[slide.PEAK_EVER], force)
+    if force > 0.0 and state[slide.TOUCHES] == 0.0 and state[slide.SEGMENT] < 0.0:
+        state[slide.COLLISIONS] += 1.0
+    if closure > 0.0:
+        state[slide.TOUCHES] = 1.0
+    elif closure < 0.0:
+        state[slide.TOUCHES] = 0.0
+    return closure > 0.0
+
+
+@njit(**_OPTIONS)
+def _crest(state, cell, profile, time, step, x, y, u, v, before):
+    """Note the greatest force within a step that is over: a parabola through its begin, middle and end."""
+    after = state[slide.FORCE]
+    if step <= 0.0 or max(before, after) * (1.0 + _PEAK_NEAR) < state[slide.PEAK]:
+        return
+    end_x, end_y, end_u, end_v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
+    eighth = 0.125 * step
+    middle_x, middle_y = 0.5 * (x + end_x) + eighth * (u - end_u), 0.5 * (y + end_y) + eighth * (v - end_v)
+    middle_u, middle_v = 1.5 * (end_x - x) / step - 0.25 * (u + end_u), 1.5 * (end_y - y) / step - 0.25 * (v + end_v)
+    force = ring.contact_force(state, cell, profile, time + 0.5 * step, middle_x, middle_y, middle_u, middle_v)[2]
+    rise, bend = 0.5 * (after - before), before - 2.0 * force + after
+    if force > 0.0 and bend < 0.0 and abs(rise) < -bend:
+        most = force - 0.5 * rise * rise / bend
+        state[slide.PEAK] = max(state[slide.PEAK], most)
+        state[slide.PEAK_EVER] = max(state[slide.PEAK_EVER], most)
+
+
+@njit(**_OPTIONS)
+def _step(state, cell):
+    """Longest step now, s: short where a ring that spins, too, is so slow that the direction of its friction turns fast."""
+    if state[slide.MOVING] == 0.0 or (state[slide.SPIN] == 0.0 and slide.spindle_rate(state, cell) == 0.0):
+        return cell[slide.STEP]
+    speed = np.sqrt(state[slide.SPEED_X] ** 2 + state[slide.SPEED_Y] ** 2 + state[slide.SPIN] ** 2)
+    turns = speed * cell[slide.INERTIA] / (cell[slide.COULOMB] * cell[slide.FRICTION])
+    return min(cell[slide.STEP], max(_RESOLVED * turns, _FINEST * cell[slide.STEP]))
+
+
+@njit(**_OPTIONS)
+def _piece(state, cell, profile, lobes, length):
+    """Let the ring go on through a piece of the slide's motion; return how much of it was used: a first touch loads the slide."""
+    cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, 0.0)
+    if _far(state, cell, profile, 2.0 * lobes[:, 1].sum(), length):
+        state[slide.FORCE] = 0.0
+        return length
+    time, steps = 0.0, 0
+    touched = _feel(state, cell, profile, 0.0)
+    while time < length - _CLOSE:
+        if touched and state[slide.SEGMENT] >= 0.0 and state[slide.TOUCHED] == 0.0:
+            if time > 0.0:
+                return time
+            state[slide.TOUCHED] = 1.0
+        step = min(_step(state, cell), length - time)
+        steps += 1
+        if steps > _STEPS_MAX + 20.0 * length / cell[slide.STEP]:
+            raise RuntimeError("a ring that is pushed starts and stops without end: stiffness, damping and friction fit no step")
+        x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
+        moves, before, since = state[slide.MOVING] != 0.0, state[slide.FORCE], time
+        time += _move(state, cell, profile, time, step) if moves else _wait(state, cell, profile, time, step)
+        cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, time)
+        touched = _feel(state, cell, profile, time)
+        if moves and before > 0.0 and state[slide.FORCE] > 0.0:
+            _crest(state, cell, profile, since, time - since, x, y, u, v, before)
+    return length
+
+
+@njit(**_OPTIONS)
+def advance(state, cell, profile, lobes, until):
+    """Let slide, spindle and ring go on until a time, or to the start of the profile that waits; return whether it has come."""
+    while state[slide.TIME] < until - _CLOSE:
+        length = slide.piece_length(state, cell, profile, until - state[slide.TIME])
+        length = _piece(state, cell, profile, lobes, length)
+        slide.commit(state, cell, profile, length)
+        if state[slide.SEGMENT] >= 0.0 and state[slide.GONE] >= profile[int(state[slide.SEGMENT]), 0] - _CLOSE:
+            row = int(state[slide.SEGMENT]) + 1
+            if row < profile.shape[0]:
+                slide.begin_segment(state, profile, row)
+            else:
+                state[slide.SEGMENT], state[slide.ACCELERATION] = -1.0, 0.0
+        if state[slide.ARMED] != 0.0 and slide.time_to(state, cell, state[slide.START]) <= _CLOSE:
+            return True
+    state[slide.TIME] = until
+    return False
+
+
+@njit(**_OPTIONS)
+def settled(state):
+    """Whether the ring lies still on the table."""
+    return state[slide.MOVING] == 0.0
+
+
+@njit(**_OPTIONS)
+def reading(state, shape, lobes):
+    """Where a faultless probe finds the rim on the line now, mm from the axis, and the polar angle on the part."""
+    return probe.contact(shape, lobes, state[slide.X], state[slide.Y], state[slide.ANGLE])

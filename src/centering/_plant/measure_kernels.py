@@ -1,0 +1,52 @@
+"""Compiled core of the gauges of a centering machine: what encoders, probe and force sensor show of the true state."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering._plant import probe_kernels as probe
+from centering._plant import slide_kernels as slide
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+# Settings of the gauges: steps of encoders, the stroke of the probe inward, what is not told truly, the force sensor.
+COUNTS, SLIDE_QUANTUM, PROBE_QUANTUM, STROKE, SKEW, NOISE_SD, RUNOUT, RUNOUT_PHASE, ROLL = range(9)
+DUST, DUST_SIZE, FORCE_QUANTUM, FORCE_MAX, GAUGES = range(9, 14)
+
+NAMES = ("time", "angle", "slide", "probe", "force", "peak_force", "spindle_speed", "pushing", "refreshed")
+_SQUEEZED = 1.0  # mm: so far the contact may give way
+
+
+@njit(**_OPTIONS)
+def _steps(value, step):
+    """The nearest whole number of steps."""
+    return step * np.floor(value / step + 0.5) if step > 0.0 else value
+
+
+@njit(**_OPTIONS)
+def _force(force, gauge):
+    return _steps(min(max(force, -gauge[FORCE_MAX]), gauge[FORCE_MAX]), gauge[FORCE_QUANTUM])
+
+
+@njit(**_OPTIONS)
+def measure(state, cell, profile, shape, lobes, gauge, normal, first, second, out):
+    """Read every gauge now; the greatest force since the last reading is told and forgotten."""
+    radial, part_angle = probe.contact(shape, lobes, state[slide.X], state[slide.Y], state[slide.ANGLE])
+    place = slide.tip_at(state, cell, profile, 0.0)[0] - cell[slide.STOP]
+    held_off = gauge[RUNOUT] * np.cos(gauge[ROLL] * part_angle - gauge[RUNOUT_PHASE]) + gauge[NOISE_SD] * normal
+    if first < gauge[DUST]:
+        held_off += gauge[DUST_SIZE] * (0.5 + second)
+    extended = radial + held_off - place
+    if not -gauge[STROKE] <= extended <= _SQUEEZED:
+        extended = np.nan
+    turn = 2.0 * np.pi / gauge[COUNTS] if gauge[COUNTS] > 0.0 else 0.0
+    out[0] = state[slide.TIME]
+    out[1] = _steps(state[slide.ANGLE] + state[slide.SPEED] * gauge[SKEW], turn)
+    out[2] = _steps(place, gauge[SLIDE_QUANTUM])
+    out[3] = _steps(extended, gauge[PROBE_QUANTUM])
+    out[4] = _force(state[slide.FORCE], gauge)
+    out[5] = _force(state[slide.PEAK], gauge)
+    out[6] = state[slide.SPEED]
+    out[7] = 1.0 if state[slide.SEGMENT] >= 0.0 else 0.0
+    state[slide.PEAK] = state[slide.FORCE]

@@ -1,0 +1,137 @@
+"""Compiled laws of a ring on a turning table that a tip pushes: the force of the contact, friction, a step of its motion.
+
+In the table's frame M u' = F_c + M (w^2 c + 2 w J'u + w' J'c) - (F_k f + k_v |u|) u/|u|, with the contact force F_c = k d + b d'
+of the closure d that only pushes, along the normal of the rim at the tip. A table that changes its speed turns under a ring that
+slides: the speed s of its rim by that spin goes with M s' = -M R w' - (F_k m + k_v |s|) s/|s| for a thin ring. f and m, of |u|
+and |s|, are shares of force and moment with even pressure along it, 1 and 0 without spin. A ring at rest stays until what pulls
+at it is above F_s; friction that holds its spin is not there to hold its place. The rim is a circle of the radius that it has at
+the tip, anew at each step, as lobes turn past. Serial; arrays as in the kernels of the slide.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering._plant import friction_kernels as friction
+from centering._plant import slide_kernels as slide
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_ONWARD = 0.3  # cosine: a ring that slides much aside of its way has stopped in between
+
+
+@njit(**_OPTIONS)
+def rim(state, cell, profile, lobes, time):
+    """Distance of the rim from the centre of the ring, mm, on the side of the tip."""
+    angle = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * slide.spindle_rate(state, cell) * time) * time
+    tip, _ = slide.tip_at(state, cell, profile, time)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    along, across = state[slide.X] * cosine + state[slide.Y] * sine - tip, state[slide.Y] * cosine - state[slide.X] * sine
+    at, radius = angle + np.arctan2(-across, -along), cell[slide.ROUND]
+    for k in range(lobes.shape[0]):
+        radius += lobes[k, 1] * np.cos(lobes[k, 0] * at - lobes[k, 2])
+    return radius
+
+
+@njit(**_OPTIONS)
+def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
+    """Force (N) of the tip on the ring, along x and y of the table, its size, and the closure (mm, below 0: a gap)."""
+    rate = slide.spindle_rate(state, cell)
+    angle, spin = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * rate * time) * time, state[slide.SPEED] + rate * time
+    tip, velocity = slide.tip_at(state, cell, profile, time)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    along, across = x * cosine + y * sine - tip, y * cosine - x * sine
+    distance = np.sqrt(along * along + across * across)
+    closure = cell[slide.RADIUS] - distance
+    if closure <= 0.0:
+        return 0.0, 0.0, 0.0, closure
+    normal_x, normal_y = along / distance, across / distance
+    # the ring's own speed over ground; the tip goes at -velocity along the line
+    ground_x = speed_x * cosine + speed_y * sine + spin * across + velocity
+    ground_y = speed_y * cosine - speed_x * sine - spin * (along + tip)
+    force = cell[slide.STIFFNESS] * closure - cell[slide.CONTACT_DAMPING] * (normal_x * ground_x + normal_y * ground_y)
+    if force <= 0.0:
+        return 0.0, 0.0, 0.0, closure
+    turned, aside = np.cos(cell[slide.AIM]), np.sin(cell[slide.AIM])
+    push_x, push_y = normal_x * turned - normal_y * aside, normal_y * turned + normal_x * aside
+    return force * (push_x * cosine - push_y * sine), force * (push_y * cosine + push_x * sine), force, closure
+
+
+@njit(**_OPTIONS)
+def pull(state, cell, profile, time, x, y, speed_x, speed_y):
+    """What pulls at the ring but friction, N, along x and y of the table; and the closure."""
+    rate = slide.spindle_rate(state, cell)
+    spin, inertia = state[slide.SPEED] + rate * time, cell[slide.INERTIA]
+    push_x, push_y, _, closure = contact_force(state, cell, profile, time, x, y, speed_x, speed_y)
+    pull_x = push_x + inertia * (spin * spin * x - 2.0 * spin * speed_y - rate * y)
+    pull_y = push_y + inertia * (spin * spin * y + 2.0 * spin * speed_x + rate * x)
+    return pull_x, pull_y, closure
+
+
+@njit(**_OPTIONS)
+def hold(cell, scale):
+    """Set friction, over that of the model; so much a changing speed of the table leaves for the place."""
+    cell[slide.FRICTION] = scale
+    spin = cell[slide.SPINDLE_ACCELERATION] * cell[slide.ROUND] * cell[slide.INERTIA]
+    cell[slide.HELD] = friction.held(spin / (cell[slide.BREAKAWAY] * scale))
+
+
+@njit(**_OPTIONS)
+def holds(state, cell):
+    """Force that holds the place of a ring at rest, N; the rest holds its spin against a changing speed of the table."""
+    share = cell[slide.HELD] if slide.spindle_rate(state, cell) != 0.0 else 1.0
+    return cell[slide.BREAKAWAY] * cell[slide.FRICTION] * share
+
+
+@njit(**_OPTIONS)
+def way(state, cell, profile, time):
+    """Direction over the table in which the ring slides, or begins to."""
+    way_x, way_y = state[slide.SPEED_X], state[slide.SPEED_Y]
+    if way_x == 0.0 and way_y == 0.0:
+        way_x, way_y, _ = pull(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)
+    length = np.sqrt(way_x * way_x + way_y * way_y)
+    return (way_x / length, way_y / length) if length > 0.0 else (1.0, 0.0)
+
+
+@njit(**_OPTIONS)
+def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin):
+    """Accelerations over the table, mm/s^2, of a ring that slides, and of its rim by its spin.
+
+    Friction goes on as if it slid where it has come to a stop.
+    """
+    inertia, rate = cell[slide.INERTIA], slide.spindle_rate(state, cell)
+    pull_x, pull_y, _ = pull(state, cell, profile, time, x, y, speed_x, speed_y)
+    speed, turn = np.sqrt(speed_x * speed_x + speed_y * speed_y), -rate * cell[slide.RADIUS]
+    if speed_x * way_x + speed_y * way_y > _ONWARD * speed:
+        way_x, way_y = speed_x / speed, speed_y / speed
+    most = cell[slide.COULOMB] * cell[slide.FRICTION]
+    force, moment, sense = 1.0, 0.0, np.sign(spin)
+    if spin != 0.0:
+        force, moment = friction.shares(speed, abs(spin))
+    elif turn != 0.0 and speed == 0.0:
+        onward, around = friction.begins(np.sqrt(pull_x * pull_x + pull_y * pull_y), inertia * abs(turn), most)
+        force, moment = friction.shares(onward, around)
+        sense = np.sign(turn)
+    pull_x -= most * force * way_x + cell[slide.VISCOUS] * speed_x
+    pull_y -= most * force * way_y + cell[slide.VISCOUS] * speed_y
+    turn -= (most * moment * sense + cell[slide.VISCOUS] * spin) / inertia
+    return pull_x / inertia, pull_y / inertia, turn
+
+
+@njit(**_OPTIONS)
+def slide_on(state, cell, profile, time, w, z, step):
+    """Place, speed and spin of a ring that slides in the direction w, z one step later, to fourth order."""
+    x, y, u, v, s = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN]
+    half, sixth = 0.5 * step, step / 6.0
+    a1, b1, c1 = slope(state, cell, profile, time, w, z, x, y, u, v, s)
+    u2, v2 = u + half * a1, v + half * b1
+    a2, b2, c2 = slope(state, cell, profile, time + half, w, z, x + half * u, y + half * v, u2, v2, s + half * c1)
+    u3, v3 = u + half * a2, v + half * b2
+    a3, b3, c3 = slope(state, cell, profile, time + half, w, z, x + half * u2, y + half * v2, u3, v3, s + half * c2)
+    u4, v4 = u + step * a3, v + step * b3
+    a4, b4, c4 = slope(state, cell, profile, time + step, w, z, x + step * u3, y + step * v3, u4, v4, s + step * c3)
+    x += sixth * (u + 2.0 * u2 + 2.0 * u3 + u4)
+    y += sixth * (v + 2.0 * v2 + 2.0 * v3 + v4)
+    u += sixth * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+    v += sixth * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
+    return x, y, u, v, s + sixth * (c1 + 2.0 * c2 + 2.0 * c3 + c4)

@@ -1,0 +1,257 @@
+"""The same link over TCP, between processes or computers: nothing here blocks but `TcpLink.wait` and `TcpListener.accept`."""
+
+import select
+import socket
+import time
+from typing import Self
+
+from hwsim._link._link_frames import LARGEST, Unpacker, packed
+from sdpgrind.base import checks
+
+Address = tuple[str, int]
+_CHUNK = 2**16  # bytes read at once
+_CHUNKS = 64  # read in one call at most, so that a flood does not hold up who receives
+
+
+class TcpLink:
+    """One end of a TCP connection, a `Link`: messages with a prefix, cut and joined by the network as it likes.
+
+    A peer that closes or vanishes, a prefix that is broken and a message that is too large close the link; `reason` says why.
+    A peer that falls silent without a word is not seen here: that is what a `Watchdog` is for.
+
+    Parameters
+    ----------
+    connection : socket.socket
+        A connected stream; it belongs to the link from now on.
+    largest : int
+        Most bytes of one message, either way.
+
+    Examples
+    --------
+    >>> with TcpListener() as listener:
+    ...     host = TcpLink.connect(listener.address)
+    ...     machine = listener.accept(timeout=5.0)
+    >>> machine.send(b"here I am")
+    >>> host.wait(5.0), host.receive()  # s
+    (True, [b'here I am'])
+    >>> host.close(), machine.close()
+    (None, None)
+    """
+
+    def __init__(self, connection: socket.socket, *, largest: int = LARGEST) -> None:
+        self._largest = checks.count("largest", largest)
+        connection.setblocking(False)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket = connection
+        self._unpacker = Unpacker(self._largest)
+        self._arrived: list[bytes] = []
+        self._outgoing = bytearray()
+        self._reason = ""
+
+    @classmethod
+    def connect(cls, address: Address, *, timeout: float = 5.0, largest: int = LARGEST) -> Self:
+        """Connect to a listener.
+
+        Parameters
+        ----------
+        address : tuple
+            Host and port.
+        timeout : float
+            How long to try, s.
+        largest : int
+            Most bytes of one message, either way.
+
+        Raises
+        ------
+        OSError
+            When nobody answers.
+
+        Examples
+        --------
+        >>> with TcpListener() as listener, TcpLink.connect(listener.address, timeout=5.0) as link:
+        ...     link.closed
+        False
+        """
+        return cls(socket.create_connection(address, checks.positive("timeout", timeout, "s")), largest=largest)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the link is broken or was closed."""
+        return bool(self._reason)
+
+    @property
+    def reason(self) -> str:
+        """Why the link is closed, in words; empty while it is open."""
+        return self._reason
+
+    @property
+    def unsent(self) -> int:
+        """Bytes that the network has not taken yet."""
+        return len(self._outgoing)
+
+    def advance(self, time: float) -> None:
+        """Do nothing: this link lives in the real world's time.
+
+        Parameters
+        ----------
+        time : float
+            Ignored, s.
+        """
+
+    def send(self, message: bytes) -> None:
+        """Hand a message to the network; what it does not take at once follows with the next calls.
+
+        Parameters
+        ----------
+        message : bytes
+            Anything.
+
+        Raises
+        ------
+        ConnectionError
+            When the link is closed.
+        ValueError
+            When the message is too large.
+        """
+        if self.closed:
+            raise ConnectionError(f"the link is closed: {self._reason}")
+        self._outgoing += packed(message, self._largest)
+        self._flush()
+
+    def receive(self) -> list[bytes]:
+        """Return the messages (bytes) that have arrived since the last call, without waiting."""
+        if not self.closed:
+            self._flush()
+            self._read()
+        arrived, self._arrived = self._arrived, []
+        return arrived
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until a message has arrived or the link is closed, sending what is left meanwhile; return whether it is so.
+
+        Parameters
+        ----------
+        timeout : float
+            How long at most, s.
+        """
+        deadline = time.monotonic() + checks.nonnegative("timeout", timeout, "s")
+        while not (self._arrived or self.closed):
+            left = max(0.0, deadline - time.monotonic())
+            readable, writable, _ = select.select([self._socket], [self._socket] if self._outgoing else [], [], left)
+            if not (readable or writable):
+                return False
+            self._flush()
+            self._read()
+        return True
+
+    def close(self) -> None:
+        """Close the link; what the network has not taken yet is lost."""
+        self._close("it was closed here")
+
+    def _read(self) -> None:
+        for _ in range(_CHUNKS):
+            if self.closed:
+                return
+            try:
+                piece = self._socket.recv(_CHUNK)
+            except BlockingIOError:
+                return
+            except OSError as error:
+                self._close(f"the peer vanished ({error})")
+                return
+            if not piece:
+                self._close(f"the peer closed it{' within a message' if self._unpacker.partial else ''}")
+                return
+            self._arrived += self._unpacker.feed(piece)
+            if fault := self._unpacker.fault():
+                self._close(fault)
+
+    def _flush(self) -> None:
+        while self._outgoing and not self.closed:
+            try:
+                sent = self._socket.send(bytes(self._outgoing[:_CHUNK]))
+            except BlockingIOError:
+                return
+            except OSError as error:
+                self._read()  # what came before is not lost
+                self._close(f"the peer vanished ({error})")
+                return
+            del self._outgoing[:sent]
+
+    def _close(self, reason: str) -> None:
+        if not self._reason:
+            self._reason = reason
+            self._socket.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"TcpLink({self._reason or 'open'})"
+
+
+class TcpListener:
+    """Waits for peers of `TcpLink` on this computer.
+
+    Parameters
+    ----------
+    port : int
+        Where; 0: a free one.
+    host : str
+        Of this computer, the address on which it listens.
+    largest : int
+        Most bytes of one message, either way; a whole number.
+
+    Examples
+    --------
+    >>> with TcpListener() as listener:
+    ...     listener.address[0]
+    '127.0.0.1'
+    """
+
+    def __init__(self, port: int = 0, *, host: str = "127.0.0.1", largest: int = LARGEST) -> None:
+        self._largest = checks.count("largest", largest)
+        self._socket = socket.create_server((host, checks.count("port", port, 0)))
+
+    @property
+    def address(self) -> Address:
+        """Host and port."""
+        name: Address = self._socket.getsockname()[:2]
+        return name
+
+    def accept(self, timeout: float) -> TcpLink:
+        """Wait for a peer and return the link to it.
+
+        Parameters
+        ----------
+        timeout : float
+            How long at most, s.
+
+        Raises
+        ------
+        TimeoutError
+            When nobody came.
+
+        Examples
+        --------
+        >>> with TcpListener() as listener:
+        ...     listener.accept(timeout=0.01)
+        Traceback (most recent call last):
+            ...
+        TimeoutError: timed out
+        """
+        self._socket.settimeout(checks.positive("timeout", timeout, "s"))
+        return TcpLink(self._socket.accept()[0], largest=self._largest)
+
+    def close(self) -> None:
+        """Listen no more; links that were made stay."""
+        self._socket.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()

@@ -1,0 +1,148 @@
+"""From the plain arrays of parts to labelled tables (xarray), and from there to one dataset for a file and back."""
+
+import json
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hwsim._log.labels import Labels
+from hwsim._part.part import Column, Part
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_OUTCOME = "outcome"
+_ATTRS = "attrs_of_tables"
+
+
+@dataclass(frozen=True)
+class Frames:
+    """All tables of a log."""
+
+    tables: Mapping[str, "xr.Dataset"]
+    outcome: "xr.Dataset"
+
+
+def from_parts(parts: Sequence[Part], labels: Labels) -> Frames:
+    """Label the parts of one run."""
+    tiers = dict.fromkeys(tier for part in parts for tier in part.tables)
+    return Frames({tier: _table(tier, parts, labels) for tier in tiers}, _outcome(parts, labels))
+
+
+def _table(tier: str, parts: Sequence[Part], labels: Labels) -> "xr.Dataset":
+    import xarray as xr
+
+    tables = [part.tables.get(tier, {"time": np.empty(0)}) for part in parts]
+    rows = [table["time"].size for table in tables]
+    variables = {}
+    for name in dict.fromkeys(name for table in tables for name in table if name != "time"):
+        values = _joined([t.get(name, np.full(n, np.nan)) for t, n in zip(tables, rows, strict=True)])
+        variables[name] = (("row", f"{name}_index")[: values.ndim], values, labels.column(name))
+    coords = {
+        "part": ("row", np.repeat(np.arange(len(parts)), rows), {"long_name": "part"}),
+        "time": ("row", np.concatenate([t["time"] for t in tables]), {"units": "s", "long_name": "time in the part"}),
+    }
+    return xr.Dataset(variables, coords, {"tier": tier})
+
+
+def _outcome(parts: Sequence[Part], labels: Labels) -> "xr.Dataset":
+    import xarray as xr
+
+    variables = {}
+    for name in dict.fromkeys(name for part in parts for name in part.outcome):
+        dimension, attrs = labels.outcome(name)
+        values = _joined([part.outcome.get(name, np.array(np.nan))[np.newaxis] for part in parts])
+        variables[name] = (("part", dimension)[: values.ndim], values, attrs)
+    coords = {"part": ("part", np.arange(len(parts)), {"long_name": "part"})}
+    names = {"plant": labels.plant, "controller": labels.controller}
+    return xr.Dataset(variables, coords, {**names, **labels.description})
+
+
+def repeated(series: Sequence[Sequence[Part]], labels: Labels) -> "xr.Dataset":
+    """Label the outcomes of many series of equally many parts."""
+    import xarray as xr
+
+    flat = _outcome([part for parts in series for part in parts], labels)
+    shape = len(series), len(series[0])
+    variables = {
+        name: (("series", *each.dims), each.values.reshape(*shape, *each.shape[1:]), each.attrs) for name, each in flat.items()
+    }
+    coords = {"series": np.arange(shape[0]), "part": np.arange(shape[1])}
+    return xr.Dataset(variables, coords, flat.attrs)
+
+
+def _joined(blocks: Sequence[Column]) -> Column:
+    """Put blocks of rows below each other; where one has arrays for rows, the others are padded with NaN."""
+    if all(block.ndim == 1 for block in blocks):
+        return np.concatenate(blocks)
+    wide = [block[:, np.newaxis] if block.ndim == 1 else block for block in blocks]
+    width = max(1, *(block.shape[1] for block in wide))  # NetCDF knows no empty dimension
+    padding = [((0, 0), (0, width - block.shape[1])) for block in wide]
+    return np.concatenate([np.pad(b, p, constant_values=np.nan) for b, p in zip(wide, padding, strict=True)])
+
+
+def side_by_side(runs: Mapping[str, Frames]) -> Frames:
+    """Join the runs of several controllers: a coordinate ``controller`` in tables, a dimension in the outcome."""
+    import xarray as xr
+
+    tiers = dict.fromkeys(tier for run in runs.values() for tier in run.tables)
+    tables = {tier: _rows({n: r.tables[tier] for n, r in runs.items() if tier in r.tables}) for tier in tiers}
+    names = xr.DataArray(list(runs), dims="controller", name="controller")
+    outcomes = _widened([run.outcome for run in runs.values()], "part")
+    outcome = xr.concat(outcomes, names, join="outer", data_vars="all", coords="minimal", combine_attrs="drop_conflicts")
+    outcome.attrs["controller"] = ", ".join(runs)
+    return Frames(tables, outcome)
+
+
+def _rows(tables: Mapping[str, "xr.Dataset"]) -> "xr.Dataset":
+    import xarray as xr
+
+    named = [t.assign_coords(controller=("row", np.full(t.sizes["row"], name))) for name, t in tables.items()]
+    return xr.concat(_widened(named, "row"), "row", join="outer", data_vars="all", combine_attrs="override")
+
+
+def _widened(datasets: Sequence["xr.Dataset"], rows: str) -> list["xr.Dataset"]:
+    """Pad all dimensions but that of the rows to the longest with NaN."""
+    widths: dict[Hashable, int] = {}
+    for dataset in datasets:
+        widths |= {dim: max(size, widths.get(dim, 0)) for dim, size in dataset.sizes.items() if dim != rows}
+    missing = [{dim: (0, widths[dim] - d.sizes[dim]) for dim in d.sizes if dim in widths} for d in datasets]
+    return [d.pad(pad, keep_attrs=True) for d, pad in zip(datasets, missing, strict=True)]
+
+
+def to_dataset(frames: Frames) -> "xr.Dataset":
+    """One dataset with every table in it: variables and dimensions get the name of their table in front."""
+    import xarray as xr
+
+    tables = {_OUTCOME: frames.outcome} | {f"table.{tier}": table for tier, table in frames.tables.items()}
+    prefixed = [_prefixed(name, table) for name, table in tables.items()]
+    attrs = {_ATTRS: json.dumps({name: table.attrs for name, table in tables.items()})}
+    dataset = xr.merge(prefixed, combine_attrs="override").assign_attrs(attrs)
+    for variable in dataset.variables.values():
+        variable.encoding["_FillValue"] = None  # NaN is a value of ours; no attribute that comes back
+    return dataset
+
+
+def _prefixed(prefix: str, table: "xr.Dataset") -> "xr.Dataset":
+    names: set[Hashable] = {*table.variables, *table.dims}
+    return table.drop_attrs(deep=False).rename({name: f"{prefix}.{name}" for name in names})
+
+
+def from_dataset(dataset: "xr.Dataset") -> Frames:
+    """Give back what `to_dataset` was given."""
+    attrs = json.loads(dataset.attrs[_ATTRS])
+    dataset = dataset.drop_attrs(deep=False)
+    tables = {prefix: _unprefixed(prefix, dataset.assign_attrs(kept)) for prefix, kept in attrs.items()}
+    outcome = tables.pop(_OUTCOME)
+    return Frames({prefix.removeprefix("table."): table for prefix, table in tables.items()}, outcome)
+
+
+def _unprefixed(prefix: str, dataset: "xr.Dataset") -> "xr.Dataset":
+    start = f"{prefix}."
+    own = dataset[[name for name in dataset.variables if str(name).startswith(start)]]
+    names = {name: str(name).removeprefix(start) for name in {*own.variables, *own.dims}}
+    bare = own.rename(names)
+    coords = {"part", "controller"} if prefix == _OUTCOME else {"part", "controller", "time"}
+    return bare.set_coords([name for name in bare.variables if name in coords])

@@ -1,0 +1,184 @@
+"""The journal of a run: one SQLite file, one transaction a part, readable by anybody at every moment.
+
+SQLite's rollback journal is used, not its write-ahead log: between two parts everything stands in the one file, so
+that it can be copied, moved or killed at. A process killed inside a transaction loses that part alone; the next reader
+rolls it back.
+"""
+
+import contextlib
+import json
+import math
+import os
+import sqlite3
+from collections.abc import Iterator, Mapping
+from typing import Any, Self
+
+import numpy as np
+
+from hwsim._log.labels import Labels
+from hwsim._log.log import Log
+from hwsim._part.part import Column, Part
+from sdpgrind.base import checks
+
+_SCHEMA = """
+CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, names TEXT NOT NULL, arrays BLOB NOT NULL);
+"""
+_VERSION = "1"
+_PATIENCE = 60.0  # s to wait for another process that is writing
+
+
+class Journal:
+    """Finished parts of a run, on disk.
+
+    Written by ``run(..., journal=path)``; open it to read, also while the run goes on or after it was killed. The table
+    ``part`` has the outcome of each part as JSON, so that ``sqlite3 run.db "SELECT number, outcome FROM part"`` works.
+
+    Parameters
+    ----------
+    path : str or path
+        An existing journal.
+
+    Raises
+    ------
+    FileNotFoundError
+        When there is no such file.
+    ValueError
+        When the file is no journal.
+
+    Examples
+    --------
+    >>> import hwsim, pathlib, tempfile
+    >>> from sdpgrind import weldbead
+    >>> class Leave:
+    ...     period = None
+    ...     def reset(self): ...
+    ...     def step(self, **measured):
+    ...         return {"stop": 1.0}
+    >>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "run.db")
+    ...     log = hwsim.run(stand, Leave(), parts=2, journal=path)
+    ...     with hwsim.Journal(path) as journal:
+    ...         journal.parts, journal.log().outcome.passes.values
+    (2, array([0., 0.]))
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = checks.path("path", path)
+        if not self.path.is_file():
+            raise FileNotFoundError(f"path must be an existing journal; got {str(path)!r}")
+        self._database = sqlite3.connect(self.path, timeout=_PATIENCE, isolation_level=None)
+        try:
+            self._run = dict(self._database.execute("SELECT key, value FROM run"))
+        except sqlite3.Error as error:
+            self.close()
+            raise ValueError(f"path must be the journal of a run; {str(path)!r} is not ({error})") from None
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Self:
+        """Open the journal at `path`; `sdpgrind.load` calls this.
+
+        Parameters
+        ----------
+        path : str or path
+            An existing journal.
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> hwsim.Journal.from_file("none.db")
+        Traceback (most recent call last):
+            ...
+        FileNotFoundError: path must be an existing journal; got 'none.db'
+        """
+        return cls(path)
+
+    @classmethod
+    def create(cls, path: str | os.PathLike[str], fingerprints: Mapping[str, str], labels: Labels) -> Self:
+        """Make an empty journal and open it (private to this package): the file appears complete or not at all."""
+        from sdpgrind.base.records import whole_file
+
+        rows = {"version": _VERSION, "fingerprints": json.dumps(dict(fingerprints)), "labels": labels.to_json()}
+        with whole_file(path) as temporary, contextlib.closing(sqlite3.connect(temporary)) as database, database:
+            database.executescript(_SCHEMA)
+            database.executemany("INSERT INTO run VALUES (?, ?)", rows.items())
+        return cls(path)
+
+    @property
+    def parts(self) -> int:
+        """Number of finished parts."""
+        return int(self._database.execute("SELECT count(*) FROM part").fetchone()[0])
+
+    def log(self) -> Log:
+        """Log of the finished parts; an empty journal has none and raises ValueError."""
+        parts = list(self.read())
+        if not parts:
+            raise ValueError(f"{str(self.path)!r} holds no finished part yet")
+        return Log.of(parts, Labels.from_json(self._run["labels"]))
+
+    def refuse_other(self, fingerprints: Mapping[str, str]) -> None:
+        """Raise ValueError where something is not as it was when the journal was begun (private to this package)."""
+        written = json.loads(self._run["fingerprints"])
+        if other := [name for name, value in fingerprints.items() if written.get(name) != value]:
+            begun = f"{str(self.path)!r} was begun with another {' and '.join(other)}"
+            raise ValueError(f"journal must be of this run; {begun}")
+
+    def read(self, limit: int = -1) -> Iterator[Part]:
+        """Give the first `limit` finished parts (private to this package)."""
+        rows = self._database.execute("SELECT number, names, arrays FROM part ORDER BY number LIMIT ?", (limit,)).fetchall()
+        for expected, (number, names, arrays) in enumerate(rows):
+            if number != expected:
+                raise ValueError(f"{str(self.path)!r} lacks part {expected}")
+            yield _unpacked(names, arrays)
+
+    def add(self, number: int, part: Part) -> None:
+        """Write one finished part, durably, in one transaction (private to this package)."""
+        outcome = {name: _as_json(value) for name, value in part.outcome.items()}
+        try:
+            row = (number, json.dumps(outcome), *_packed(part))
+            self._database.execute("INSERT INTO part VALUES (?, ?, ?, ?)", row)
+        except sqlite3.IntegrityError:
+            raise RuntimeError(f"part {number} is in {str(self.path)!r} already: another run is writing there") from None
+
+    def close(self) -> None:
+        """Close the file."""
+        self._database.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<hwsim.Journal: {self.parts} parts in {str(self.path)!r}>"
+
+
+def _as_json(value: Column) -> Any:
+    """For people and SQL; JSON knows neither NaN nor infinity."""
+    plain = value.astype(object)
+    if value.dtype.kind == "f":
+        plain[~np.isfinite(value)] = None
+    return plain.tolist()
+
+
+def _packed(part: Part) -> tuple[str, bytes]:
+    """Index (name, dtype, shape) and bytes of the arrays of a part; names are ``tier/column``, outcomes ``/name``."""
+    named: dict[str, Column] = {f"/{name}": value for name, value in part.outcome.items()}
+    for tier, table in part.tables.items():
+        named |= {f"{tier}/{name}": value for name, value in table.items()}
+    index = [(name, value.dtype.str, value.shape) for name, value in named.items()]
+    return json.dumps(index), b"".join(value.tobytes() for value in named.values())
+
+
+def _unpacked(index: str, arrays: bytes) -> Part:
+    tables: dict[str, dict[str, Column]] = {}
+    outcome: dict[str, Column] = {}
+    start = 0
+    for key, dtype, shape in json.loads(index):
+        tier, _, name = key.rpartition("/")
+        value = np.frombuffer(arrays, dtype, math.prod(shape), start).reshape(shape)
+        (tables.setdefault(tier, {}) if tier else outcome)[name] = value
+        start += value.nbytes
+    return Part(tables, outcome)

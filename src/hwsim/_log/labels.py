@@ -1,0 +1,75 @@
+"""Names and units of everything in a log: plain values, so that a log or journal is read without the code that ran."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from hwsim._part.routes import controllers, set_points
+from hwsim.protocols import Controller, Plant
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What is needed to label the parts of one run."""
+
+    plant: str
+    controller: str
+    measures: Mapping[str, str]
+    accepts: Mapping[str, str]
+    reports: Mapping[str, str]
+    outcomes: Mapping[str, tuple[str, str]]  # name -> (unit, dimension of arrays)
+    description: Mapping[str, float | str]
+    set_points: Mapping[str, str] = field(default_factory=dict)  # commands of one tier that another one reads
+
+    @classmethod
+    def of(cls, plant: Plant, controller: Controller) -> "Labels":
+        """Ask a plant and a controller."""
+        reports: dict[str, str] = {}
+        for each in controllers(controller).values():
+            reports |= getattr(each, "reports", {})
+        outcomes = {name: _with_dimension(name, unit) for name, unit in getattr(plant, "outcomes", {}).items()}
+        described: dict[str, float | str] = {}
+        for said in (*controllers(controller).values(), plant):
+            described |= getattr(said, "description", {})
+        names = type(plant).__name__, type(controller).__name__
+        between = set_points(plant, controller)
+        return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described, between)
+
+    def to_json(self) -> str:
+        """Text that `from_json` reads; nothing of xarray is needed, so that `hwsim` is imported quickly."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> "Labels":
+        """Read what `to_json` wrote."""
+        return cls(**json.loads(text))
+
+    def column(self, name: str) -> dict[str, str]:
+        """Attributes of a column of a table."""
+        read = {**self.set_points, **self.measures}
+        if name in read:
+            return _attributes(name, read[name])
+        if name.endswith("_command"):
+            bare, units = name.removesuffix("_command"), {**self.set_points, **self.accepts}
+            return _attributes(f"{bare} commanded", units.get(bare, units.get(name, "")))
+        return self._planned(name)
+
+    def outcome(self, name: str) -> tuple[str, dict[str, str]]:
+        """Dimension (where the value is an array) and attributes of an outcome."""
+        if name in self.outcomes:
+            unit, dimension = self.outcomes[name]
+            return dimension, _attributes(name, unit)
+        return f"{name}_index", self._planned(name)
+
+    def _planned(self, name: str) -> dict[str, str]:
+        bare = name.removesuffix("_planned")
+        return _attributes(f"{bare} planned" if bare != name else name, self.reports.get(bare, ""))
+
+
+def _with_dimension(name: str, unit: Any) -> tuple[str, str]:
+    return (unit, f"{name}_index") if isinstance(unit, str) else (str(unit[0]), str(unit[1]))
+
+
+def _attributes(name: str, unit: str) -> dict[str, str]:
+    return {"units": unit or "1", "long_name": name.replace("_", " ")}

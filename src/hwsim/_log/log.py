@@ -1,0 +1,226 @@
+"""The log of a run: tables by tier, the outcome of each part, pictures, a file."""
+
+import os
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from hwsim._log import frames as _frames
+from hwsim._log.frames import Frames
+from hwsim._log.labels import Labels
+from hwsim._part.motions import is_of_rows, rows_of
+from hwsim._part.part import Column, Part
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+KIND = "hwsim.log"
+
+
+class Log:
+    """Everything measured, commanded and planned in a run; made by `run`, `compare` and `sdpgrind.load`.
+
+    ``log[tier]`` is the table (`xarray.Dataset`, dimension ``row``) of one tier of control: one row a step of its
+    controller, and a last row without a command when something was measured after its last step. Coordinates: ``part``
+    (number), ``time`` (s, from the start of the part) and, after `compare`, ``controller``. Columns, with ``units`` in
+    their attributes: ``<name>`` measured before the step, ``<name>_command`` commanded, ``<name>_planned`` reported by
+    the controller. NaN: no reading, no command.
+
+    Of a motion (a table that is commanded) the column holds the number of rows; the rows are in ``log["<tier>:<name>"]``, one
+    below the other, ``time`` (s) being that of the step. Where a motion has more than 64 rows they are not kept, but a digest is.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> problem = weldbead.preset("P1")
+    >>> class OnePass:
+    ...     period = None
+    ...     tier = "sequence"
+    ...     def reset(self):
+    ...         self.passes = 0
+    ...     def step(self, **measured):
+    ...         self.passes += 1
+    ...         return {"stop": 1.0} if self.passes > 1 else {"duration": 20.0, "normal_force": 40.0}
+    >>> log = hwsim.run(hwsim.WeldBeadStand(problem), OnePass(), parts=3)
+    >>> log
+    <hwsim.Log: 3 parts on WeldBeadStand, tables sequence>
+    >>> log["sequence"].height.units, log.outcome.passes.values
+    ('mm', array([1., 1., 1.]))
+    """
+
+    def __init__(self, make: Callable[[], Frames], parts: Sequence[Part] | None = None) -> None:
+        self._make, self._parts = make, parts
+
+    @classmethod
+    def of(cls, parts: Sequence[Part], labels: Labels) -> Self:
+        """Label the parts of a run when they are first looked at (private to this package)."""
+        return cls(lambda: _frames.from_parts(parts, labels), parts)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a log written by `save`; `sdpgrind.load` calls this.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+
+        Examples
+        --------
+        >>> import hwsim, tempfile
+        >>> from sdpgrind import weldbead
+        >>> problem = weldbead.preset("P1")
+        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=2).save(f"{folder}/run.nc")
+        ...     hwsim.Log.from_file(f"{folder}/run.nc")
+        <hwsim.Log: 2 parts on WeldBeadStand, tables sequence>
+        """
+        from sdpgrind.base import records
+
+        dataset = records.read(path)
+        return cls(lambda: _frames.from_dataset(dataset))
+
+    @cached_property
+    def _frames(self) -> Frames:
+        return self._make()
+
+    @property
+    def outcome(self) -> "xr.Dataset":
+        """What each part became (dimension ``part``; after `compare` also ``controller``), units in the attributes.
+
+        Beside the plant's own figures: ``<name>_planned``, what a controller without a period reported at its first step.
+        """
+        return self._frames.outcome
+
+    @property
+    def tiers(self) -> tuple[str, ...]:
+        """Names of the tables, but those that hold the rows of motions."""
+        return tuple(name for name in self._frames.tables if not is_of_rows(name))
+
+    def __getitem__(self, tier: str) -> "xr.Dataset":
+        try:
+            return self._frames.tables[tier]
+        except KeyError:
+            raise KeyError(f"tier must be one of {', '.join(self._frames.tables)}; got {tier!r}") from None
+
+    def column(self, tier: str, name: str) -> Column:
+        """Return the values of a column of a table, without labels: quickly, for what learns between parts.
+
+        Parameters
+        ----------
+        tier : str
+            Name of the table.
+        name : str
+            Name of the column; its unit is in ``log[tier][name].units``.
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> from sdpgrind import plunge
+        >>> problem = plunge.preset("simulation")
+        >>> log = hwsim.run(hwsim.PlungeGrinder(problem, noise=None), plunge.CycleController(problem))
+        >>> log.column("controller", "size")[-1].round(3)  # mm
+        np.float64(0.282)
+        """
+        if self._parts is not None and all(name in part.tables.get(tier, ()) for part in self._parts):
+            return np.concatenate([part.tables[tier][name] for part in self._parts])
+        return np.asarray(self[tier][name].values)
+
+    def figure(self, name: str) -> Column:
+        """Return a figure of the outcome, part by part, without labels.
+
+        Parameters
+        ----------
+        name : str
+            Its name; its unit is in ``log.outcome[name].units``.
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> from sdpgrind import plunge
+        >>> problem = plunge.preset("simulation")
+        >>> hwsim.run(hwsim.PlungeGrinder(problem, noise=None), plunge.CycleController(problem)).figure("time")  # s
+        array([12.08])
+        """
+        if self._parts is not None and all(name in part.outcome for part in self._parts):
+            return np.array([part.outcome[name] for part in self._parts])
+        return np.asarray(self.outcome[name].values)
+
+    def __len__(self) -> int:
+        return int(self.outcome.sizes["part"])
+
+    def __repr__(self) -> str:
+        return f"<hwsim.Log: {len(self)} parts on {self.outcome.attrs['plant']}, tables {', '.join(self.tiers)}>"
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the log to a NetCDF file, whole or not at all; `sdpgrind.load` reads it back, bit for bit.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write, in a folder that exists.
+
+        Raises
+        ------
+        FileNotFoundError
+            When there is no such folder.
+
+        Examples
+        --------
+        >>> import hwsim, sdpgrind, tempfile
+        >>> from sdpgrind import weldbead
+        >>> problem = weldbead.preset("P1")
+        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
+        >>> log = hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=2)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     log.save(f"{folder}/run.nc")
+        ...     sdpgrind.load(f"{folder}/run.nc").outcome.equals(log.outcome)
+        True
+        """
+        from sdpgrind.base import records
+
+        records.write(_frames.to_dataset(self._frames), path, KIND)
+
+    def plot(self) -> "Figure":
+        """Draw the run: the picture of its plant where there is one, else every measured quantity against time.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Axes in mm, s, N, W, $ as labelled.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib (extra ``plot``).
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> from sdpgrind import weldbead
+        >>> problem = weldbead.preset("P1")
+        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
+        >>> log = hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=20)
+        >>> log.plot().savefig("run.png")  # doctest: +SKIP
+        """
+        from hwsim._log.pictures import draw
+
+        return draw(self)
+
+
+def rows(log: Log, tier: str, name: str) -> "xr.Dataset | None":
+    """Rows of the motions that a tier commanded under a name; None where the log holds none."""
+    return log._frames.tables.get(rows_of(tier, name))
+
+
+def same(one: Log, other: Log) -> bool:
+    """Whether two logs hold the same, bit for bit, NaN included."""
+    if one._frames.tables.keys() != other._frames.tables.keys():
+        return False
+    tables: list[Any] = [(table, other[name]) for name, table in one._frames.tables.items()]
+    return all(a.identical(b) for a, b in [*tables, (one.outcome, other.outcome)])

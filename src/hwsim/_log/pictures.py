@@ -1,0 +1,153 @@
+"""Pictures of logs: each plant may bring one; a log of any other plant gets one panel for each measured quantity."""
+
+from collections.abc import Callable
+from importlib import import_module
+from math import nan
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim.protocols import PartLog
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Plant -> module with a function ``picture(log)``. A table, never a name out of a file: files cannot choose code.
+_PICTURES = {
+    "AdaptiveGrinder": "hwsim.plants._adaptive.picture",
+    "CenteringMachine": "hwsim.plants._centering.picture",
+    "FinishingCell": "hwsim.plants._finishing.picture",
+    "ForceTableStand": "hwsim.plants._force_table.picture",
+    "PlungeGrinder": "hwsim.plants._plunge.picture",
+    "Probe": "hwsim.plants._probe.picture",
+    "WeldBeadStand": "hwsim.plants._weldbead.picture",
+}
+_MOST_LETTERS = 36  # names of controllers in more of them would run into each other
+_LINE = 48  # letters below a panel
+_TITLE = 40  # letters above a panel
+_SMALL = 0.02  # mm, s
+_FINER = {"mm": "µm", "s": "ms"}
+_MOST_PARTS = 50  # more lines than these cannot be told apart
+
+
+def draw(log: PartLog) -> "Figure":
+    """Draw a log with the picture of its plant."""
+    module = _PICTURES.get(str(log.outcome.attrs["plant"]))
+    if module is not None and "controller" not in log.outcome.dims:
+        picture: Callable[[PartLog], Figure] = import_module(module).picture
+        return picture(log)
+    return compared(log) if "controller" in log.outcome.dims else _all_measured(log)
+
+
+def label(variable: Any, name: str, more: str = "") -> str:
+    """Axis label of a labelled array: its long name, what is more to be said of it, and unit."""
+    unit = variable.attrs.get("units", "1")
+    text = variable.attrs.get("long_name", name)
+    escaped = unit.replace("$", r"\$")
+    return text + more if unit == "1" else f"{text}{more} [{escaped}]"
+
+
+def _legible(variable: Any) -> Any:
+    """Small lengths in µm and short times in ms, as people read them; anything else as it is."""
+    largest = float(np.nanmax(np.abs(variable.values), initial=0.0))
+    finer = _FINER.get(variable.attrs.get("units", ""))
+    if finer is None or not 0 < largest < _SMALL:
+        return variable
+    return (1e3 * variable).assign_attrs(variable.attrs | {"units": finer})
+
+
+def compared(log: PartLog) -> "Figure":
+    """Draw every scalar outcome: of each controller less the first on the same part, with the mean and its 95 % interval.
+
+    Below each panel stand the means themselves.
+    """
+    outcome = log.outcome
+    names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _tells(v)]
+    if not names:
+        raise ValueError("the log holds nothing to draw: every controller made the same of every part")
+    columns = min(3, len(names))
+    figure, axes = _panels(len(names), columns)
+    controllers = [str(name) for name in outcome.controller.values]
+    less = f" less that of {controllers[0]}" if len(controllers) > 1 else ""
+    for axis, name in zip(axes, names, strict=True):
+        variable = _legible(outcome[name])
+        values = variable.values
+        if len(controllers) > 1:
+            _differences(axis, controllers[1:], values[1:] - values[:1])
+            axis.set_xlabel(_means(controllers, values), fontsize="small")
+        else:
+            axis.boxplot([values[0][np.isfinite(values[0])]], tick_labels=controllers, showmeans=True)
+        axis.set_title(fill(label(variable, name, less), _TITLE), fontsize="medium")
+        axis.yaxis.set_major_formatter("{x:g}")  # a power of ten above the axis would lie on the title
+    for axis in axes[:-columns]:
+        axis.tick_params(labelbottom=False)  # the names stand below the last panel of each column
+    figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller")
+    return figure
+
+
+def _means(controllers: list[str], values: Any) -> str:
+    """What each controller came to by itself."""
+    known = [row[np.isfinite(row)] for row in values]
+    each = (f"{name} {row.mean() if row.size else nan:.3g}" for name, row in zip(controllers, known, strict=True))
+    return fill("means: " + ", ".join(each), _LINE)
+
+
+def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
+    """One column a controller: a point a part, the mean and its interval."""
+    axis.axhline(0, color="0.15", lw=1)
+    for k, row in enumerate(differences):
+        known = row[np.isfinite(row)]
+        spread = 0.15 * np.linspace(-1, 1, known.size) if known.size > 1 else np.zeros(known.size)
+        axis.plot(k - 0.15 + spread, known, ".", color="tab:blue", ms=3, alpha=0.5)
+        mean, half = paired(known)
+        axis.errorbar(k + 0.25, mean, half, fmt="o", color="tab:orange", ms=4, capsize=4)
+    crowded = sum(map(len, controllers)) > _MOST_LETTERS
+    axis.set_xticks(range(len(controllers)), controllers, **({"rotation": 30, "ha": "right"} if crowded else {}))
+    axis.set_xlim(-0.6, len(controllers) - 0.4)
+
+
+def paired(differences: Any) -> tuple[float, float]:
+    """Mean of differences on the same parts, and half of its 95 % interval (Student); NaN where one part tells none."""
+    from scipy.stats import t
+
+    if differences.size == 0:
+        return nan, nan
+    if differences.size == 1:
+        return float(differences[0]), nan
+    error = float(differences.std(ddof=1)) / np.sqrt(differences.size)
+    return float(differences.mean()), float(t.ppf(0.975, differences.size - 1)) * error
+
+
+def _tells(variable: Any) -> bool:
+    """Whether an outcome differs between controllers; of one controller, between parts."""
+    values = variable.values
+    values = values[1:] - values[:1] if len(values) > 1 else values - values[:, :1]
+    return bool(np.any(np.isfinite(values) & (values != 0)))
+
+
+def _all_measured(log: PartLog) -> "Figure":
+    """Every measured and commanded quantity of the first table against time, one line a part."""
+    table = log[log.tiers[0]]
+    names = [str(n) for n, v in table.data_vars.items() if v.dims == ("row",) and np.isfinite(v.values).any()]
+    figure, axes = _panels(len(names), columns=1)
+    for axis, name in zip(axes, names, strict=True):
+        for part in range(min(len(log), _MOST_PARTS)):
+            rows = table.isel(row=np.flatnonzero(table.part.values == part))
+            axis.plot(rows.time, rows[name], ".-", lw=0.8, ms=3, alpha=0.7)
+        axis.set_ylabel(label(table[name], name))
+    axes[-1].set_xlabel(label(table.time, "time"))
+    return figure
+
+
+def _panels(number: int, columns: int) -> tuple["Figure", list[Any]]:
+    if number == 0:
+        raise ValueError("the log holds nothing to draw: no quantity has a reading")
+    pyplot = need("matplotlib.pyplot", "plot")
+    rows = -(-number // columns)
+    size = (4.2 * columns + 3 * (columns == 1), 1.2 + 2.2 * rows)
+    figure, axes = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    for spare in axes.ravel()[number:]:
+        spare.remove()
+    return figure, list(axes.ravel()[:number])

@@ -1,0 +1,252 @@
+"""Do a plant and a controller fit? Everything that is wrong in one report, before the first tick."""
+
+import copy
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from hwsim._part.clock import Clock, common_tick, exact
+from hwsim._part.routes import Route, ambiguous, commands_of, controllers, reads_of, routes
+from hwsim.protocols import Controller, Machine, Plant
+from sdpgrind.base.checks import shown
+
+# Problem -> the machine that was meant.
+_MACHINES = {
+    "CycleProblem": "PlungeGrinder",
+    "FinishingProblem": "FinishingCell",
+    "PassProblem": "ForceTableStand",
+    "Ring": "Probe",
+}
+# Plan -> what follows it: what a user may have meant who hands over the plan itself.
+_FOLLOWERS = {
+    "CyclePlan": "plunge.CycleController(plan.problem) comes near it",
+    "Locus": "locus.LocusController(curve, along=...) follows it",
+    "Motion": "finishing.TorqueController(axis, motion, normal_force=1.11) follows it",
+    "SequencePolicy": "weldbead.SequenceController(policy) follows it, or weldbead.Hierarchy(policy, disc, loop)",
+    "PassPlan": "force.ForceController(plan, loop) follows it",
+    "Policy": "write a class with period, reset and step, which looks up policy.action",
+}
+
+
+@runtime_checkable
+class _Retimed(Protocol):
+    def with_tick(self, tick: float) -> Plant: ...
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `check` found; false when something is wrong, and prints as one line a fault."""
+
+    plant: str
+    controller: str
+    faults: tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        return not self.faults
+
+    def __str__(self) -> str:
+        if self:
+            return f"{self.controller} and {self.plant} fit"
+        head = f"{self.controller} and {self.plant} do not fit:"
+        if len(self.faults) == 1:
+            return f"{head} {self.faults[0]}"
+        return "\n".join([head, *(f"- {fault}" for fault in self.faults)])
+
+
+def check(plant: Plant, controller: Controller) -> Report:
+    """Say what is missing for `run(plant, controller)`, and try the plant's first moments.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine. It is started once (with seed 0) and measured; nothing is commanded.
+    controller : Controller
+        Not stepped.
+
+    Returns
+    -------
+    Report
+        True when all is well; ``print(report)`` gives one line a fault.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> class Unfinished:
+    ...     period = 0.1
+    ...     def step(self, *, height, temperature):
+    ...         return {}
+    >>> print(hwsim.check(hwsim.WeldBeadStand(weldbead.preset("P1")), Unfinished()))
+    Unfinished and WeldBeadStand do not fit:
+    - controller lacks reset
+    - controller's step needs temperature, which the plant does not measure
+    """
+    faults = list(_faults(plant, controller))
+    if _knows(plant, Plant) and not _lacks("plant", plant, Plant):
+        faults += _first_moments(plant)
+    return Report(type(plant).__name__, type(controller).__name__, tuple(faults))
+
+
+def checked_clock(plant: Plant, controller: Controller, name: str = "") -> tuple[Plant, Clock]:
+    """Refuse what cannot run; give the clock on which it can, and the plant at that tick; `name` is the controller's."""
+    faults = tuple(_faults(plant, controller))
+    if faults:
+        report = str(Report(type(plant).__name__, type(controller).__name__, faults))
+        raise ValueError(f"controllers[{name!r}]: {report}" if name else report)
+    clock = _clock(plant, controller)
+    if clock.tick != exact("tick of the plant", plant.tick):
+        assert isinstance(plant, _Retimed)  # _rates saw to it
+        plant = plant.with_tick(float(clock.tick))
+    return plant, clock
+
+
+def _faults(plant: Any, controller: Any) -> Iterator[str]:
+    if strangers := _strangers(plant, controller):
+        yield from strangers
+        return
+    missing = [*_lacks("plant", plant, Plant), *_lacks("controller", controller, Controller)]
+    if not missing:
+        for each in controllers(controller).values():
+            missing += _lacks("controller", each, Controller)
+    yield from missing
+    if any(fault.startswith("plant") for fault in missing):
+        return
+    tiers = controllers(controller)
+    for name, route in routes(plant, tiers).items():
+        who = f"controller {name}" if len(tiers) > 1 else "controller"
+        yield from _misread(plant, tiers[name], route, who)
+        yield from _misdirected(plant, tiers[name], route, who)
+    yield from ambiguous(plant, tiers)
+    yield from other_job(plant, controller)
+    if not missing:
+        yield from _rates(plant, controller)
+
+
+def _strangers(plant: Any, controller: Any) -> list[str]:
+    """What is no plant or no controller at all: one line each, with what may have been meant."""
+    if (
+        not _knows(plant, Plant)
+        and not _knows(controller, Controller)
+        and _knows(plant, Controller)
+        and _knows(controller, Plant)
+    ):
+        return [f"plant and controller must be given in this order; got {shown(plant)}, then {shown(controller)}"]
+    faults = []
+    if not _knows(plant, Plant):
+        machine = _MACHINES.get(type(plant).__name__, "WeldBeadStand")
+        faults.append(f"plant must be a machine, as hwsim.{machine}(problem) is one; got {shown(plant)}")
+    if not _knows(controller, Controller):
+        hint = "an object of it is meant" if isinstance(controller, type) else _FOLLOWERS.get(type(controller).__name__)
+        faults.append(f"controller must be a controller; got {shown(controller)}" + (f": {hint}" if hint else ""))
+    return faults
+
+
+def _knows(thing: Any, protocol: type) -> bool:
+    """Whether an object has anything of a protocol."""
+    names = [name for name in vars(protocol) if not name.startswith("_")]
+    return not isinstance(thing, type) and any(hasattr(thing, name) for name in names)
+
+
+def _lacks(role: str, thing: Any, protocol: type) -> list[str]:
+    names = [name for name in vars(protocol) if not name.startswith("_") and not hasattr(thing, name)]
+    return [f"{role} lacks {name}" for name in names]
+
+
+def _misread(plant: Plant, controller: Any, route: Route, who: str) -> Iterator[str]:
+    """Names and units of what a controller reads: from the plant, or set by a tier above."""
+    for name, wanted in reads_of(controller).items():
+        given = {**route.takes, **plant.measures}.get(name)
+        source = "the plant measures it" if name in plant.measures else "the tier above commands it"
+        if given is None:
+            yield f"{who}'s step needs {name}, which the plant does not measure"
+        elif wanted is not None and wanted != given:
+            yield f"{who} reads {name} in {_unit(wanted)}, {source} in {_unit(given)}"
+
+
+def _misdirected(plant: Plant, controller: Any, route: Route, who: str) -> Iterator[str]:
+    """Names and units of what a controller commands: to the plant, or to a tier below."""
+    for name, unit in commands_of(controller).items():
+        if name not in plant.accepts and name not in route.sends:
+            yield f"{who} commands {name}, which the plant does not accept; it accepts {', '.join(plant.accepts)}"
+        elif unit != (accepted := plant.accepts.get(name, unit)):
+            yield f"{who} commands {name} in {_unit(unit)}, the plant accepts it in {_unit(accepted)}"
+
+
+def _unit(unit: str) -> str:
+    return unit or "1"
+
+
+def other_job(plant: Plant, controller: Controller) -> list[str]:
+    """Part and machine on both sides: a plan made for others is refused."""
+    ours: Mapping[str, object] = getattr(plant, "job", {})
+    faults: dict[str, None] = {}
+    for each in (controller, *controllers(controller).values()):
+        theirs: Mapping[str, object] = getattr(each, "job", {})
+        differ = [name for name in theirs if name in ours and not _same_value(theirs[name], ours[name])]
+        named = (f"{name} is {_shown(theirs[name])}, that of the plant {_shown(ours[name])}" for name in differ)
+        if differ:
+            faults[f"controller is made for another part or machine: its {', its '.join(named)}"] = None
+    return list(faults)
+
+
+def _same_value(one: object, other: object) -> bool:
+    (value, unit), (against, its) = _quantity(one), _quantity(other)
+    if isinstance(value, float) and isinstance(against, float):
+        return unit == its and value == against
+    return unit == its and np.array_equal(np.asarray(value), np.asarray(against))
+
+
+def _quantity(value: object) -> tuple[Any, str]:
+    """Value and unit; what is not such a pair has no unit."""
+    return value if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str) else (value, "")
+
+
+def _shown(value: object) -> str:
+    number, unit = _quantity(value)
+    return f"{number!r} {unit}".rstrip()
+
+
+def _rates(plant: Plant, controller: Controller) -> Iterator[str]:
+    """Every period must be a whole number of the plant's ticks, or the plant able to change its tick."""
+    try:
+        tick = _clock(plant, controller).tick
+    except (TypeError, ValueError) as error:
+        yield str(error)
+        return
+    if tick != exact("tick of the plant", plant.tick) and not isinstance(plant, _Retimed):
+        ticks = f"the plant's ticks of {plant.tick:g} s"
+        yield f"controller's period is no whole number of {ticks}; a tick of {tick} s would fit"
+
+
+def _clock(plant: Plant, controller: Controller) -> Clock:
+    periods = {f"period of {name}": each.period for name, each in controllers(controller).items()}
+    rates = {name: period for name, period in periods.items() if period is not None}
+    return Clock(common_tick({"tick of the plant": plant.tick, **rates}))
+
+
+def _first_moments(plant: Plant) -> list[str]:
+    """Start a part and measure it: names, repeatability, copies."""
+    machine = plant.start(np.random.default_rng(0))
+    missing = _lacks("machine", machine, Machine)
+    return missing or list(_measured(plant, machine))
+
+
+def _measured(plant: Plant, machine: Machine) -> Iterator[str]:
+    reading = machine.step({}, 0)
+    for name in reading:
+        if name not in plant.measures:
+            yield f"machine measures {name}, which the plant does not announce in measures"
+    if machine.time != 0:
+        yield f"machine must be at time 0 when it is started and measured; its time is {machine.time}"
+    again = plant.start(np.random.default_rng(0)).step({}, 0)
+    if not _equal(reading, again):
+        yield "plant measures differently when it is started twice with equal rng: something else is random"
+    if not _equal(reading, copy.deepcopy(machine).step({}, 0)):
+        yield "a copy of the machine measures differently from the machine"
+
+
+def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    names = one.keys() == other.keys()
+    return names and all(np.array_equal(np.asarray(one[n]), np.asarray(other[n]), equal_nan=True) for n in one)

@@ -1,0 +1,166 @@
+"""Runs side by side: several controllers on the same parts, and one series again and again."""
+
+import copy
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from hwsim._log import frames as _frames
+from hwsim._log.labels import Labels
+from hwsim._log.log import Log
+from hwsim._loop.check import checked_clock
+from hwsim._loop.loop import BLOCK, PIECE, Numbered, Series, batched, check_helpers, check_order
+from hwsim._part.clock import Clock
+from hwsim._part.part import Part
+from hwsim.protocols import Adaptation, Controller, Plant
+from sdpgrind.base import checks
+from sdpgrind.base.parallel import execute
+from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.rng import Seed, children
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def compare(
+    plant: Plant,
+    controllers: Mapping[str, Controller],
+    *,
+    parts: int = 1,
+    rng: Seed = 0,
+    executor: Executor | None = None,
+    progress: Progress = silent,
+) -> Log:
+    """Let several controllers work on the same parts.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine.
+    controllers : mapping
+        Name -> controller. Part k of each draws from the same child of `rng`: the same hidden truth, paired results. What a
+        part leaves behind (``after``, see `hwsim.protocols`) is left to the next part of the same controller.
+    parts : int
+        Number of parts for each, >= 1.
+    rng : int, Generator or SeedSequence
+        Random source.
+    executor : concurrent.futures.Executor, optional
+        Runs parts in parallel, with results equal to serial ones bit for bit; not on a plant that parts leave changed.
+    progress : callable
+        Told the share done (0..1) and a text.
+
+    Returns
+    -------
+    Log
+        As that of `run`, the outcome with a dimension ``controller``, the tables with a coordinate ``controller``.
+
+    Raises
+    ------
+    ValueError
+        When there is no controller, or one does not fit the plant.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> class OnePass:
+    ...     period = None
+    ...     def __init__(self, duration):
+    ...         self.duration = duration
+    ...     def reset(self):
+    ...         self.begun = False
+    ...     def step(self, **measured):
+    ...         begun, self.begun = self.begun, True
+    ...         return {"stop": 1.0} if begun else {"duration": self.duration, "normal_force": 40.0}
+    >>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
+    >>> log = hwsim.compare(stand, {"fast": OnePass(10.0), "slow": OnePass(20.0)}, parts=5)
+    >>> log.outcome.time.mean("part").values
+    array([10., 20.])
+    """
+    if not isinstance(controllers, Mapping):
+        given = checks.shown(controllers)
+        raise TypeError(f"controllers must be a mapping name -> controller, such as {{'mine': controller}}; got {given}")
+    if not controllers:
+        raise ValueError("controllers must be a mapping name -> controller with at least one; got none")
+    check_helpers(executor, progress)
+    parts = checks.count("parts", parts)
+    rngs = children(rng, parts)
+    runs = {}
+    for k, (name, controller) in enumerate(controllers.items()):
+        fitted, clock = checked_clock(plant, controller, name)
+        check_order(fitted, executor)
+        labels = Labels.of(fitted, controller)
+        series = Series(fitted, clock, controller, None, labels)
+        done = list(series.in_order(list(enumerate(copy.deepcopy(rngs))), executor))
+        runs[name] = _frames.from_parts(done, labels)
+        progress((k + 1) / len(controllers), f"{name}: {parts} parts")
+    return Log(lambda: _frames.side_by_side(runs))
+
+
+def repeat(
+    plant: Plant,
+    controller: Controller,
+    *,
+    series: int,
+    parts: int = 1,
+    rng: Seed = 0,
+    adapt: Adaptation | None = None,
+    executor: Executor | None = None,
+    progress: Progress = silent,
+) -> "xr.Dataset":
+    """Run the same series again and again, each with random numbers of its own: what learning is worth, and what it risks.
+
+    Parameters
+    ----------
+    plant, controller, parts, adapt
+        As for `run`.
+    series : int
+        Number of series, >= 1.
+    rng : int, Generator or SeedSequence
+        Random source; series k is ``run`` with the k-th child.
+    executor : concurrent.futures.Executor, optional
+        Runs series in parallel, with results equal to serial ones bit for bit.
+    progress : callable
+        Told the share done (0..1) and a text.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outcomes, dimensions ``series`` and ``part``, units in the attributes.
+
+    Raises
+    ------
+    ValueError
+        As `run`.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import plunge
+    >>> problem = plunge.preset("simulation")
+    >>> controller = plunge.CycleController(problem, safety_margin=0.002)
+    >>> outcome = hwsim.repeat(hwsim.PlungeGrinder(problem), controller, series=3, parts=2)
+    >>> outcome.time.dims, outcome.burned.values.sum()
+    (('series', 'part'), np.float64(0.0))
+    """
+    rngs = children(rng, checks.count("series", series))
+    plant, clock = checked_clock(plant, controller)
+    labels = Labels.of(plant, controller)
+    work = partial(_outcomes, plant, controller, clock, labels, checks.count("parts", parts), adapt)
+    done: list[list[Part]] = []
+    for piece in batched(list(enumerate(rngs)), BLOCK):
+        done += [each for few in execute(work, batched(piece, PIECE), executor) for each in few]
+        progress(len(done) / series, f"series {len(done)} of {series}")
+    return _frames.repeated(done, labels)
+
+
+def _outcomes(
+    plant: Plant, controller: Controller, clock: Clock, labels: Labels, parts: int, adapt: Any, piece: Sequence[Numbered]
+) -> list[list[Part]]:
+    """A few series; of each part the outcome alone travels back."""
+    done = []
+    for _, rng in piece:
+        series = Series(plant, clock, controller, copy.deepcopy(adapt), labels)
+        done.append([Part({}, part.outcome) for part in series.in_order(list(enumerate(children(rng, parts))), None)])
+    return done

@@ -1,0 +1,207 @@
+"""Runs: part after part through the loop, on one process or many, into a journal, with learning between parts."""
+
+import copy
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hwsim._log.fingerprint import fingerprint
+from hwsim._log.journal import Journal
+from hwsim._log.labels import Labels
+from hwsim._log.log import Log
+from hwsim._loop.check import checked_clock, other_job
+from hwsim._part.clock import Clock
+from hwsim._part.part import Part, run_part
+from hwsim.protocols import Adaptation, Controller, Plant
+from sdpgrind.base import checks
+from sdpgrind.base.parallel import execute
+from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.rng import Seed, children
+
+Numbered = tuple[int, np.random.Generator]
+BLOCK = 64  # parts between two entries into the journal when an executor runs them; no matter how many workers
+PIECE = 8  # parts in one piece of work: the controller travels once for each
+
+
+def run(
+    plant: Plant,
+    controller: Controller,
+    *,
+    parts: int = 1,
+    rng: Seed = 0,
+    adapt: Adaptation | None = None,
+    journal: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    progress: Progress = silent,
+) -> Log:
+    """Let a controller work on a plant, part after part.
+
+    Each part gets its own child of `rng` and its own copy of the controller, so that part k is the same whatever the
+    number of parts, of workers, or of interruptions.
+
+    Parameters
+    ----------
+    plant : Plant
+        The machine, simulated, recorded or real; see `hwsim.protocols`.
+    controller : Controller
+        Decides; it is reset at each part. Yours is left as it is.
+    parts : int
+        Number of parts, >= 1.
+    rng : int, Generator or SeedSequence
+        Random source; part k draws from its k-th child.
+    adapt : Adaptation, optional
+        Learns between parts: its ``next(controller, part_log)`` gives the controller of the next part.
+    journal : path, optional
+        SQLite file to which each finished part is written. Where the file exists the run resumes after the last part in
+        it, with the results that it would have had without the interruption; `parts` may have grown. Adaptation is
+        replayed from the parts in the journal.
+    executor : concurrent.futures.Executor, optional
+        Runs parts in parallel, with results equal to serial ones bit for bit. Not together with `adapt`, nor on a plant
+        that parts leave changed (``after``, see `hwsim.protocols`), where a part needs the one before.
+    progress : callable
+        Told the share done (0..1) and a text.
+
+    Returns
+    -------
+    Log
+        Tables by tier and the outcome of each part, in the units of the plant.
+
+    Raises
+    ------
+    ValueError
+        Before the first tick: controller and plant do not fit (`check` says more), or the journal is of another run.
+        During it: an unknown or NaN command, or one that the machine refuses.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> class OnePass:
+    ...     period = None
+    ...     def reset(self):
+    ...         self.begun = False
+    ...     def step(self, **measured):
+    ...         begun, self.begun = self.begun, True
+    ...         return {"stop": 1.0} if begun else {"duration": 20.0, "normal_force": 40.0}
+    >>> log = hwsim.run(hwsim.WeldBeadStand(weldbead.preset("P1")), OnePass(), parts=5, rng=1)
+    >>> log.outcome.height.dims, log.outcome.time.values
+    (('part',), array([20., 20., 20., 20., 20.]))
+    """
+    parts = checks.count("parts", parts)
+    check_helpers(executor, progress)
+    if adapt is not None:
+        if isinstance(adapt, type):
+            raise TypeError(f"adapt must be an adaptation, not its class: {adapt.__name__}(); got {adapt.__name__}")
+        checks.able("adapt", adapt, "None or an adaptation, with next(controller, part_log)", "next")
+    if adapt is not None and executor is not None:
+        raise ValueError("executor must be None where adapt is given: each part needs the one before")
+    plant, clock = checked_clock(plant, controller)
+    check_order(plant, executor)
+    labels = Labels.of(plant, controller)
+    with _book(journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels) as book:
+        series = Series(plant, clock, controller, copy.deepcopy(adapt), labels)
+        done = list(book.read(parts)) if book else []
+        for part in done:
+            series.learn(part)
+        waiting = list(enumerate(children(rng, parts)))[len(done) :]
+        for part in series.in_order(waiting, executor):
+            if book:
+                book.add(len(done), part)
+            done.append(part)
+            progress(len(done) / parts, f"part {len(done)} of {parts}")
+    return Log.of(done, labels)
+
+
+def check_helpers(executor: Executor | None, progress: Progress) -> None:
+    checks.able("progress", progress, "a function of the share done (0..1) and a text", "__call__")
+    if executor is not None:
+        checks.able("executor", executor, "None or a concurrent.futures.Executor", "submit")
+
+
+def check_order(plant: Plant, executor: Executor | None) -> None:
+    """Refuse to run parts in parallel on a plant that each part leaves changed."""
+    if executor is not None and hasattr(plant, "after"):
+        name = type(plant).__name__
+        raise ValueError(f"executor must be None on a {name}, which each part leaves changed; hwsim.repeat runs whole series")
+
+
+@dataclass
+class Series:
+    """Parts one after the other; in between the plant changes where a part leaves something, the controller where it learns."""
+
+    plant: Plant
+    clock: Clock
+    controller: Controller
+    adapt: Adaptation | None
+    labels: Labels
+
+    def learn(self, part: Part) -> None:
+        """Take the plant as the part left it, and the next controller from the adaptation, which sees the last one as it was."""
+        after = getattr(self.plant, "after", None)
+        if after is not None:
+            self.plant = after({name: _own(value) for name, value in part.outcome.items()})
+        if self.adapt is not None:
+            self.controller = self.adapt.next(self.controller, Log.of([part], self.labels))
+            if not isinstance(self.controller, Controller):
+                raise TypeError(f"next of the adaptation must return a controller; got {checks.shown(self.controller)}")
+            if faults := other_job(self.plant, self.controller):
+                raise ValueError(f"next of the adaptation must return a controller that fits: {faults[0]}")
+
+    def in_order(self, waiting: Sequence[Numbered], executor: Executor | None) -> Iterator[Part]:
+        """Run the parts that are waiting and give them in order, each as soon as it can be had."""
+        if executor is not None:
+            yield from self._parallel(waiting, executor)
+            return
+        for numbered in waiting:
+            part = _run_one(self.plant, self.controller, self.clock, numbered)
+            yield part
+            self.learn(part)
+
+    def _parallel(self, waiting: Sequence[Numbered], executor: Executor) -> Iterator[Part]:
+        work = partial(_run_piece, self.plant, self.controller, self.clock)
+        for block in batched(waiting, BLOCK):
+            for piece in execute(work, batched(block, PIECE), executor):
+                yield from piece
+
+
+def batched(items: Sequence[Numbered], size: int) -> Iterator[Sequence[Numbered]]:
+    """Cut a sequence into pieces of `size`."""
+    return (items[k : k + size] for k in range(0, len(items), size))
+
+
+def _run_piece(plant: Plant, controller: Controller, clock: Clock, piece: Sequence[Numbered]) -> list[Part]:
+    return [_run_one(plant, controller, clock, numbered) for numbered in piece]
+
+
+def _run_one(plant: Plant, controller: Controller, clock: Clock, numbered: Numbered) -> Part:
+    """Run one part on a copy of the controller, so that nothing leaks into the next."""
+    number, rng = numbered
+    try:
+        return run_part(plant, copy.deepcopy(controller), clock, rng)
+    except Exception as error:
+        error.add_note(f"in part {number}")
+        raise
+
+
+@contextmanager
+def _book(path: str | os.PathLike[str] | None, ingredients: Mapping[str, Any], labels: Labels) -> Iterator[Journal | None]:
+    """Open or begin the journal; refuse one that was begun with other ingredients."""
+    if path is None:
+        yield None
+        return
+    prints = {name: fingerprint(thing) for name, thing in ingredients.items()}
+    with Journal(path) if Path(path).exists() else Journal.create(path, prints, labels) as journal:
+        journal.refuse_other(prints)
+        yield journal
+
+
+def _own(value: Any) -> Any:
+    """A number, or a copy: what a plant does with it must not change the log."""
+    return value.item() if np.ndim(value) == 0 else np.copy(value)

@@ -1,0 +1,235 @@
+"""One part through the loop.
+
+Order of one tick: measure; step the controllers that are due, by priority; commands take effect; the plant advances;
+log. A set-point for a lower tier takes effect at once: it is there when that tier is stepped in the same tick.
+Everything is collected in plain lists; labelling comes after the run.
+"""
+
+from collections.abc import Callable, Container, Mapping
+from dataclasses import dataclass, field
+from math import nan
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hwsim._part.clock import Clock
+from hwsim._part.motions import as_table, command_column, digest, digest_name, is_table, row_table
+from hwsim._part.routes import Route, controllers, reads_of, routes
+from hwsim.protocols import FOREVER, Controller, Machine, Plant
+
+Column = npt.NDArray[Any]
+Row = tuple[int, Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]]  # ticks, measured, commanded, reported
+_NOTHING: Mapping[str, Any] = {}
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one part left behind: tables (name -> column), of each tier and of the rows of motions, and the outcome."""
+
+    tables: Mapping[str, Mapping[str, Column]]
+    outcome: Mapping[str, Column]
+
+
+@dataclass
+class Tier:
+    """One controller in the loop, when it is due, what it may command and reads, and its rows so far."""
+
+    name: str
+    controller: Controller
+    period: int | None  # ticks
+    report: Callable[[], Mapping[str, Any]] | None
+    route: Route
+    logged: tuple[str, ...]  # measured, in its table
+    units: Mapping[str, str]  # of its commands
+    accepted: Container[str]  # what the plant takes; a recording takes any name
+    held: dict[str, Any]  # set-points from above
+    due: int = 0
+    rows: list[Row] = field(default_factory=list)
+
+
+def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.Generator) -> Part:
+    """Run one part from its start until it is done."""
+    machine = plant.start(rng)
+    controller.reset()
+    if (part := _at_once(machine, controller)) is not None:
+        return part
+    tiers = _tiers(plant, controllers(controller), clock)
+    measures = dict(plant.measures)
+    reading = _whole(machine.step(_NOTHING, 0), measures)
+    event = True  # the start is one
+    while not machine.done:
+        now = machine.time
+        try:
+            command, fresh = _decide(tiers, now, event, reading)
+            reading = _whole(machine.step(command, _wait(tiers, now)), measures)
+        except Exception as error:
+            error.add_note(f"at {clock.seconds(now):g} s of the part")
+            raise
+        for tier, row in fresh:
+            tier.rows.append(row)
+        event = machine.event
+        if not event and machine.time == now and not machine.done:
+            raise RuntimeError("nothing is under way and nothing was commanded: the part would never end")
+    return _finished(tiers, machine, reading, clock)
+
+
+def _at_once(machine: Machine, controller: Controller) -> Part | None:
+    """The whole part, from a machine that can run it with this controller in compiled code, to the same bits."""
+    whole = getattr(machine, "whole", None)
+    tables = whole(controller) if whole else None
+    if tables is None:
+        return None
+    return Part(tables, {name: _figure(value) for name, value in machine.outcome().items()})
+
+
+def _whole(measured: Mapping[str, Any], measures: Mapping[str, str]) -> dict[str, Any]:
+    """A copy of what was measured; what is missing is NaN."""
+    if len(measured) == len(measures):
+        return dict(measured)
+    return dict.fromkeys(measures, nan) | dict(measured)
+
+
+def _tiers(plant: Plant, named: Mapping[str, Controller], clock: Clock) -> list[Tier]:
+    between = routes(plant, named)
+    return [_tier(plant, name, each, between[name], clock, alone=len(named) == 1) for name, each in named.items()]
+
+
+def _tier(plant: Plant, name: str, controller: Controller, route: Route, clock: Clock, *, alone: bool) -> Tier:
+    """One of several controllers has in its table what it says that it reads; one alone has everything."""
+    period = None if controller.period is None else clock.ticks(f"period of {name}", controller.period)
+    everything = alone or not hasattr(controller, "reads")
+    logged = tuple(each for each in plant.measures if everything or each in reads_of(controller))
+    units = {**plant.accepts, **route.sends}
+    report, held = getattr(controller, "report", None), dict.fromkeys(route.takes, nan)
+    return Tier(name, controller, period, report, route, logged, units, plant.accepts, held)
+
+
+def _decide(
+    tiers: list[Tier], now: int, event: bool, reading: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[tuple[Tier, Row]]]:
+    """Step the controllers that are due; the first that commands a name has it."""
+    command: dict[str, Any] = {}
+    fresh: list[tuple[Tier, Row]] = []
+    for k, tier in enumerate(tiers):
+        if tier.due > now or (tier.period is None and not event):
+            continue
+        read = {**reading, **tier.held} if tier.held else reading
+        given = tier.controller.step(**read)
+        _check_command(tier, given)
+        given = dict(given)
+        fresh.append((tier, (now, read, given, dict(tier.report()) if tier.report else _NOTHING)))
+        passed = _passed_down(tiers[k + 1 :], tier.route.sends, given) if tier.route.sends else given
+        command = passed | command if command else passed
+        if tier.period is not None:
+            tier.due = now + tier.period
+    return command, fresh
+
+
+def _passed_down(below: list[Tier], sends: Mapping[str, str], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Hold the set-points among the commands for the tiers that read them; the rest is for the plant."""
+    for tier in below:
+        for name in tier.held:
+            if name in sends and name in given:
+                tier.held[name] = given[name]
+    return {name: value for name, value in given.items() if name not in sends}
+
+
+def _check_command(tier: Tier, given: Any) -> None:
+    """Refuse what nobody knows; a NaN is no command."""
+    if type(given) is not dict and not isinstance(given, Mapping):
+        raise TypeError(f"step of {tier.name} must return a mapping of commands; got {given!r}")
+    units = tier.units
+    for name, value in given.items():
+        if name not in units and name not in tier.accepted:
+            raise ValueError(f"a command of {tier.name} must be one of {', '.join(units)}; got {name!r}")
+        if isinstance(value, float) and value != value:
+            raise ValueError(f"{name} commanded by {tier.name} must be a number ({units.get(name) or '1'}); got nan")
+
+
+def _wait(tiers: list[Tier], now: int) -> int:
+    """Ticks until the next controller with a period is due."""
+    due = FOREVER + now
+    for tier in tiers:
+        if tier.period is not None and tier.due < due:
+            due = tier.due
+    return due - now
+
+
+def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], clock: Clock) -> Part:
+    """Turn rows into columns; a last row without a command holds what was measured when the part was done."""
+    said: dict[str, Any] = {}
+    for tier in tiers:
+        first = tier.rows[0][3] if tier.rows and tier.period is None else _NOTHING
+        said |= {f"{name}_planned": value for name, value in first.items()}
+        said |= getattr(tier.controller, "verdict", dict)()
+        if not tier.rows or tier.rows[-1][0] < machine.time:
+            tier.rows.append((machine.time, {**reading, **tier.held}, _NOTHING, _NOTHING))
+    outcome = dict(machine.outcome())
+    outcome = outcome | said | outcome  # what the machine says of itself stands
+    tables: dict[str, Mapping[str, Column]] = {}
+    for tier in tiers:
+        tables |= _tables(tier, clock)
+    return Part(tables, {name: _figure(value) for name, value in outcome.items()})
+
+
+def _tables(tier: Tier, clock: Clock) -> dict[str, dict[str, Column]]:
+    """The table of a tier, and those of the rows of motions that it commanded."""
+    ticks, read, commanded, reported = (list(entries) for entries in zip(*tier.rows, strict=True))
+    table = {"time": clock.all_seconds(ticks)}
+    of_rows: dict[str, dict[str, Column]] = {}
+    for name in (*tier.logged, *_scalars(tier.route.takes, read)):
+        table[name] = column([row[name] for row in read])
+    given = set[str]().union(*commanded)
+    for name in (*tier.units, *sorted(given - tier.units.keys())):
+        if name in given:
+            values = [as_table(row.get(name, nan)) for row in commanded]
+            table |= _commanded(name, values)
+            of_rows |= row_table(tier.name, name, table["time"], values)
+    for name in dict.fromkeys(name for row in reported for name in row):
+        table[f"{name}_planned"] = column([row.get(name, nan) for row in reported])
+    return {tier.name: table, **of_rows}
+
+
+def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
+    """Columns of a command; of whole tables (motions) the number of rows, as they would stand in every row, and a digest."""
+    tables = [is_table(value) for value in values]
+    entries = [len(value) if table else value for value, table in zip(values, tables, strict=True)]
+    columns = {command_column(name): column(entries)}
+    if any(tables):
+        told = [digest(value) if table else nan for value, table in zip(values, tables, strict=True)]
+        columns[command_column(digest_name(name))] = column(told)
+    return columns
+
+
+def _scalars(names: Mapping[str, str], read: list[Mapping[str, Any]]) -> list[str]:
+    """Set-points that are numbers; an array is held for many steps and stands once, in the table of who commanded it."""
+    return [name for name in names if not any(np.ndim(row[name]) for row in read)]
+
+
+def _figure(value: Any) -> Column:
+    """A number or an array of numbers; anything else as text."""
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return np.asarray(str(value))
+
+
+def column(values: list[Any]) -> Column:
+    """Return numbers as an array, arrays of unequal length as rows padded with NaN, anything else as text."""
+    try:
+        numbers = np.array(values, dtype=float)
+        return numbers if numbers.ndim <= 2 else numbers.reshape(len(values), -1)
+    except (TypeError, ValueError):
+        pass
+    try:
+        return _padded([np.atleast_1d(np.asarray(value, dtype=float)).ravel() for value in values])
+    except (TypeError, ValueError):
+        return np.array([str(value) for value in values])
+
+
+def _padded(rows: list[npt.NDArray[np.float64]]) -> Column:
+    table = np.full((len(rows), max(row.size for row in rows)), nan)
+    for line, row in zip(table, rows, strict=True):
+        line[: row.size] = row
+    return table

@@ -1,0 +1,82 @@
+"""Who of several controllers talks to whom: commands of an upper tier that the plant does not know are set-points below."""
+
+import inspect
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hwsim._part.motions import is_of_rows
+from hwsim.protocols import Controller, Plant
+
+
+@dataclass(frozen=True)
+class Route:
+    """Set-points (name -> unit) that one tier sends to tiers below it, and that it takes from tiers above it."""
+
+    sends: Mapping[str, str]
+    takes: Mapping[str, str]
+
+
+def controllers(controller: Controller) -> dict[str, Controller]:
+    """Name the controllers of one part, the first has priority."""
+    tiers = getattr(controller, "tiers", None)
+    return dict(tiers) if tiers is not None else {getattr(controller, "tier", "controller"): controller}
+
+
+def reads_of(controller: Any) -> Mapping[str, str | None]:
+    """What a controller reads: name -> unit, None where it has not said in which."""
+    said: Mapping[str, str] = getattr(controller, "reads", {})
+    return dict.fromkeys(_needed(controller)) | dict(said)
+
+
+def commands_of(controller: Any) -> Mapping[str, str]:
+    """What a controller says that it commands: name -> unit."""
+    return dict(getattr(controller, "commands", {}))
+
+
+def routes(plant: Plant, tiers: Mapping[str, Controller]) -> dict[str, Route]:
+    """Find the set-points between the tiers of one part."""
+    each = list(tiers.values())
+    return {name: Route(_sent(plant, each, k), _taken(plant, each, k)) for k, name in enumerate(tiers)}
+
+
+def set_points(plant: Plant, controller: Controller) -> dict[str, str]:
+    """All set-points of one part: name -> unit."""
+    sent: dict[str, str] = {}
+    for route in routes(plant, controllers(controller)).values():
+        sent |= route.sends
+    return sent
+
+
+def ambiguous(plant: Plant, tiers: Mapping[str, Controller]) -> Iterator[str]:
+    """What one cannot tell: a set-point of two tiers, one that is measured too, a tier that is named like rows of motions."""
+    senders: dict[str, str] = {}
+    for tier, route in routes(plant, tiers).items():
+        if is_of_rows(tier):
+            yield f"tier {tier!r} must have a name without a colon"
+        for name in route.sends:
+            if name in senders:
+                yield f"set-point {name} is commanded by {senders[name]} and by {tier}; one tier must"
+            elif name in plant.measures:
+                yield f"set-point {name} commanded by {tier} is also measured by the plant; it needs a name of its own"
+            senders.setdefault(name, tier)
+
+
+def _sent(plant: Plant, tiers: Sequence[Controller], k: int) -> dict[str, str]:
+    below = {name for tier in tiers[k + 1 :] for name in reads_of(tier)}
+    return {name: unit for name, unit in commands_of(tiers[k]).items() if name not in plant.accepts and name in below}
+
+
+def _taken(plant: Plant, tiers: Sequence[Controller], k: int) -> dict[str, str]:
+    above: dict[str, str] = {}
+    for tier in tiers[:k]:
+        above |= commands_of(tier)
+    return {name: above[name] for name in reads_of(tiers[k]) if name in above and name not in plant.accepts}
+
+
+def _needed(controller: Any) -> list[str]:
+    """Arguments without which `step` cannot be called."""
+    step = getattr(controller, "step", None)
+    parameters = inspect.signature(step).parameters.values() if callable(step) else ()
+    named = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY
+    return [p.name for p in parameters if p.default is p.empty and p.kind in named]

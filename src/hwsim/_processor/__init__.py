@@ -1,0 +1,1 @@
+"""Processor of `hwsim`."""

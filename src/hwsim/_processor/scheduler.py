@@ -1,0 +1,160 @@
+"""Tasks on one virtual processor: a deterministic, pre-emptive, multi-rate scheduler with fixed priorities."""
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from hwsim._processor.processor import Processor, Told
+from hwsim._processor.schedule import Schedule
+from hwsim._processor.tasks import NANOSECONDS, Task
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.rng import Seed, children
+
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Scheduler(Frozen):
+    """Tasks that share one virtual processor; the most urgent job runs, one that it interrupts keeps what remains of it.
+
+    Inputs of a job are sampled when it starts, its outputs take effect when it is complete. A release that finds the job before
+    not complete is an overrun: it is counted and missed.
+
+    Time is counted in whole nanoseconds and nothing reads the wall clock: the same seed gives the same trace, byte for byte. Each
+    task draws from its own child of the seed, so that what one draws does not change the others.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        The tasks, with different names.
+    spindle_speed_max : float, optional
+        Largest speed of the spindle, rad/s, at which tasks with an angle step are counted; needed where there is one.
+
+    Raises
+    ------
+    ValueError
+        When names repeat, or the tasks need more than the whole processor on average.
+
+    Examples
+    --------
+    The four loops of Mears (2006), section 3.2:
+
+    >>> from sdpgrind import units
+    >>> control = Task("control", 0.01, priority=1, execution_time=(0.001, 0.0001))
+    >>> data = Task("data", 0.01, priority=2, execution_time=0.0005)
+    >>> model = Task("model", angle_step=units.deg(5.0), priority=3, execution_time=(0.003, 0.001))
+    >>> communication = Task("communication", 0.1, priority=4, execution_time=(0.01, 0.003))
+    >>> scheduler = Scheduler([control, data, model, communication], spindle_speed_max=units.rpm(100.0))
+    >>> round(scheduler.utilisation, 3)
+    0.61
+    >>> scheduler.run(2.0, rng=0, spindle=[(2.0, units.rpm(100.0), 0.0)])
+    Schedule(2 s: control 200 releases, data 200 releases, model 240 releases, communication 20 releases; overruns: none)
+    """
+
+    tasks: Sequence[Task]
+    _: KW_ONLY
+    spindle_speed_max: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.tasks, Sequence) or not self.tasks:
+            raise TypeError(f"tasks must be a list of tasks; got {checks.shown(self.tasks)}")
+        for k, task in enumerate(self.tasks):
+            checks.kind(f"tasks[{k}]", task, Task)
+        object.__setattr__(self, "tasks", tuple(self.tasks))
+        checks.unique("names of tasks", [task.name for task in self.tasks])
+        self._check_load()
+
+    def _check_load(self) -> None:
+        angular = [task.name for task in self.tasks if task.angle_step is not None]
+        if self.spindle_speed_max is not None:
+            checks.positive("spindle_speed_max", self.spindle_speed_max, "rad/s")
+        elif angular:
+            raise ValueError(f"spindle_speed_max must be given (rad/s), as {angular[0]} has an angle_step; got None")
+        if self.utilisation > 1.0 + _ROUNDING:
+            shares = ", ".join(f"{task.name} {task.share(self.spindle_speed_max or 0.0):.3g}" for task in self.tasks)
+            raise ValueError(f"utilisation of the tasks must be <= 1 (1); got {self.utilisation:.4g} ({shares})")
+
+    @property
+    def utilisation(self) -> float:
+        """Share of the processor that the tasks need on average, unit 1."""
+        return sum(task.share(self.spindle_speed_max or 0.0) for task in self.tasks)
+
+    def start(self, rng: Seed = 0, *, angle: float = 0.0, told: Told | None = None) -> Processor:
+        """Return the tasks, ready to run, at time 0.
+
+        Parameters
+        ----------
+        rng : int, Generator or SeedSequence
+            Random source.
+        angle : float
+            Of the spindle, rad; a multiple of an angle step that it stands at counts as reached at once.
+        told : collection, optional
+            Events that `Processor.next_event` tells, as pairs of a task's name and a `Kind`; None: all.
+
+        Returns
+        -------
+        Processor
+            To be advanced.
+
+        Examples
+        --------
+        >>> core = Scheduler([Task("control", 0.01)]).start(0)
+        >>> [job.start for job in core.advance(25_000_000)]  # ns
+        [0, 10000000, 20000000]
+        """
+        return Processor(self.tasks, children(rng, len(self.tasks)), checks.number("angle", angle, "rad"), told)
+
+    def run(self, duration: float, rng: Seed = 0, *, spindle: npt.ArrayLike | None = None, start_angle: float = 0.0) -> Schedule:
+        """Run the tasks for some time, its end not included.
+
+        Parameters
+        ----------
+        duration : float
+            How long, s.
+        rng : int, Generator or SeedSequence
+            Random source.
+        spindle : array_like, shape (n, 3), optional
+            How the spindle turns: duration (s), speed (rad/s) at the start and acceleration (rad/s^2) of each segment; after the
+            last it stands. None: it stands.
+        start_angle : float
+            Of the spindle at the start, rad.
+
+        Returns
+        -------
+        Schedule
+            All that happened.
+
+        Raises
+        ------
+        ValueError
+            When a value is out of range.
+
+        Examples
+        --------
+        >>> schedule = Scheduler([Task("model", angle_step=0.1)], spindle_speed_max=1.0).run(1.0, spindle=[(9.0, 1.0, 0.0)])
+        >>> schedule.jobs("model")[:3, 1]  # ns
+        array([        0, 100000000, 200000000])
+        """
+        end = round(checks.positive("duration", duration, "s") * NANOSECONDS)
+        core = self.start(rng, angle=start_angle)
+        angle = float(start_angle)
+        for span, speed, acceleration in _segments(spindle):
+            begun = core.now
+            core.advance(min(begun + round(span * NANOSECONDS), end - 1), angle, speed, acceleration)
+            seconds = (core.now - begun) / NANOSECONDS
+            angle += (speed + 0.5 * acceleration * seconds) * seconds
+        core.advance(end - 1, angle)
+        return Schedule(core.schedule.tasks, end, core.schedule.trace)
+
+
+def _segments(spindle: npt.ArrayLike | None) -> list[list[float]]:
+    segments = checks.finite_array("spindle", np.empty((0, 3)) if spindle is None else spindle)
+    if segments.ndim != 2 or segments.shape[1] != 3:
+        raise ValueError(f"spindle must be of shape (n, 3) (s, rad/s, rad/s^2); got {segments.shape}")
+    for k, span in enumerate(segments[:, 0]):
+        checks.positive(f"spindle[{k}, 0]", float(span), "s")
+    rows: list[list[float]] = segments.tolist()
+    return rows

@@ -1,0 +1,243 @@
+"""A plant that answers with what was recorded, and says where a controller commands something else than was recorded."""
+
+from collections.abc import Iterator, Mapping
+from copy import copy
+from typing import Any, Self
+
+import numpy as np
+
+from hwsim._log.log import Log, rows
+from hwsim._part.clock import Clock, common_tick, exact, simplest
+from hwsim._part.motions import Column
+from hwsim._replay.difference import unpadded
+from hwsim._replay.replay import Instant, Replay
+from sdpgrind.base import checks
+
+_COMMAND, _PLANNED, _DIGEST = "_command", "_planned", "_digest"
+_COARSE = 1e-3  # s: tick where the times of a recording are on no grid
+_EVEN = 1e-9  # s
+
+
+class _Accepted(dict[str, str]):
+    """Commands that were recorded, with their units; others are accepted, too, and differ. Set-points between tiers are none."""
+
+    def __init__(self, recorded: Mapping[str, str], set_points: frozenset[str]) -> None:
+        super().__init__(recorded)
+        self.set_points = set_points
+
+    def __contains__(self, name: object) -> bool:
+        return name not in self.set_points
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, str], frozenset[str]]]:
+        return _Accepted, (dict(self), self.set_points)
+
+
+class Recording:
+    """One part of a log as a plant: it measures what was recorded, whatever is commanded, and compares the commands.
+
+    Run the controller that made the log, or a changed one, on it: `hwsim.run(hwsim.Recording(log), controller)`. So the code of a
+    controller is tried on what a machine did, the real one included. The part ends with the recording, or at the first command
+    that differs. A table that is commanded (a motion) is compared row by row: ``profile[2, 1]`` is the second entry of the third
+    row, ``profile`` a difference in the number of rows. Where the log does not hold the rows, as they are many or it is an old
+    one, their digest is compared: ``motion_digest`` says that an entry differs.
+
+    Outcome: ``same`` (1: every command was the recorded one, to the last bit), ``steps`` that were compared, and of the first
+    difference ``difference_time`` (s), ``difference_name``, and the value ``recorded`` and ``commanded`` (NaN: none). A command
+    whose name was never recorded is a difference, too.
+
+    Parameters
+    ----------
+    log : Log
+        Of `hwsim.run`, or loaded.
+    part : int
+        Which of its parts.
+
+    Raises
+    ------
+    ValueError
+        When the log holds several controllers, or no such part.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import plunge
+    >>> problem = plunge.preset("simulation")
+    >>> controller = plunge.CycleController(problem)
+    >>> recording = hwsim.Recording(hwsim.run(hwsim.PlungeGrinder(problem), controller))
+    >>> hwsim.run(recording, controller).outcome.same.values
+    array([1.])
+    >>> bolder = hwsim.run(recording, plunge.CycleController(problem, safety_margin=0.004)).outcome.isel(part=0)
+    >>> bool(bolder.same), str(bolder.difference_name.values)
+    (False, 'command_rate')
+    """
+
+    def __init__(self, log: Log, *, part: int = 0) -> None:
+        checks.kind("log", log, Log, " of hwsim.run")
+        if "controller" in log.outcome.dims:
+            raise ValueError("log must be of one controller, as hwsim.run gives it; got one of hwsim.compare")
+        if not log.tiers:
+            raise checks.refuse("log", "with a table of what was commanded", log)
+        if checks.count("part", part, 0) >= len(log):
+            raise checks.refuse("part", f"< the number of parts in the log, {len(log)}", part)
+        tables = {tier: _columns(log[tier], part) for tier in log.tiers}
+        self._tables = {tier: {name: values for name, (values, _) in table.items()} for tier, table in tables.items()}
+        self._units = {name: unit for table in tables.values() for name, (_, unit) in table.items()}
+        self._motions = {
+            (tier, name, when): motion
+            for tier, table in self._tables.items()
+            for name in table
+            for when, motion in _motions(rows(log, tier, name), part)
+        }
+        self._set_points = frozenset(_set_points(self._tables))
+        self._of = str(log.outcome.attrs.get("plant", ""))
+        times = sorted({float(time) for table in self._tables.values() for time in table["time"]})
+        self._times, self._grid = times, _on_a_grid(times)
+        self._tick = _COARSE if self._grid is None else self._grid
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of what was measured, and the ``time`` (s) of the sample."""
+        names = (name for name in self._units if not name.endswith((_COMMAND, _PLANNED)) and name not in self._set_points)
+        return {name: self._units[name] for name in names}
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of what was commanded; other names are in it, too."""
+        recorded = {n: unit for n, unit in self._units.items() if n.endswith(_COMMAND) and not n.endswith(_DIGEST + _COMMAND)}
+        bare = {name.removesuffix(_COMMAND): unit for name, unit in recorded.items()}
+        return _Accepted({n: unit for n, unit in {**bare, **recorded}.items() if n not in self._set_points}, self._set_points)
+
+    @property
+    def outcomes(self) -> Mapping[str, str]:
+        """Name -> unit of what the comparison gave."""
+        return {"same": "", "steps": "", "difference_time": "s", "difference_name": "", "recorded": "", "commanded": ""}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Name of the plant that was recorded (no unit), for the log."""
+        return {"recorded_plant": self._of}
+
+    @property
+    def tick(self) -> float:
+        """Of the times of the recording, s."""
+        return self._tick
+
+    def with_tick(self, tick: float) -> Self:
+        """Return the same recording with another tick.
+
+        Parameters
+        ----------
+        tick : float
+            In which time is counted, s.
+        """
+        other = copy(self)
+        other._tick = checks.positive("tick", tick, "s")
+        return other
+
+    def start(self, rng: np.random.Generator) -> Replay:
+        """Begin at the first sample.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Not used: nothing is random here.
+
+        Returns
+        -------
+        Machine
+            See `hwsim.protocols.Machine`; its time is in ticks.
+        """
+        return Replay(list(self._instants()), None if self._grid is None else Clock(exact("tick", self._tick)))
+
+    def _instants(self) -> Iterator[Instant]:
+        """What every tier saw and commanded, moment by moment."""
+        rows = {tier: {float(time): row for row, time in enumerate(table["time"])} for tier, table in self._tables.items()}
+        passes = _with_events(self._tables)
+        for time in self._times:
+            reading: dict[str, Any] = {}
+            commands: dict[str, Any] = {}
+            here = {tier: of[time] for tier, of in rows.items() if time in of}
+            for tier, row in here.items():
+                for name, values in self._tables[tier].items():
+                    self._sort(name, self._motion(tier, name, time, _entry(values, row)), reading, commands)
+            yield Instant(time, reading, commands, bool(passes & here.keys()))
+
+    def _motion(self, tier: str, name: str, time: float, value: Any) -> Any:
+        """The motion of which a column holds the number of rows, where the log has them; else what the column holds."""
+        motion = self._motions.get((tier, name, time))
+        return value if motion is None or len(motion) != value else motion  # two at one time cannot be told apart
+
+    def _sort(self, name: str, value: Any, reading: dict[str, Any], commands: dict[str, Any]) -> None:
+        """A column is a measurement, or a command to the plant that the first tier has given."""
+        bare = name.removesuffix(_COMMAND)
+        if bare in self._set_points or name.endswith(_PLANNED):
+            return
+        if bare == name:
+            reading.setdefault(name, value)
+        elif not _missing(value):
+            commands.setdefault(bare, value)
+
+
+def _columns(table: Any, part: int) -> dict[str, tuple[Column, str]]:
+    """Values and unit of every column of a table, for one part."""
+    rows = np.flatnonzero(table["part"].values == part)
+    named = {"time": table["time"], **{str(name): variable for name, variable in table.data_vars.items()}}
+    return {name: (variable.values[rows], _unit(variable)) for name, variable in named.items()}
+
+
+def _motions(table: Any, part: int) -> Iterator[tuple[float, Column]]:
+    """Motions of one part, and when each was commanded (s), from the table of their rows; None: the log holds none."""
+    if table is None:
+        return
+    here = table["part"].values == part
+    (values,) = (variable.values[here] for variable in table.data_vars.values())
+    time = table["time"].values[here]
+    yield from ((when, values[time == when]) for when in np.unique(time).tolist())
+
+
+def _unit(variable: Any) -> str:
+    unit = str(variable.attrs.get("units", ""))
+    return "" if unit == "1" else unit
+
+
+def _set_points(tables: Mapping[str, Mapping[str, Column]]) -> Iterator[str]:
+    """What one tier commands another: it stands where it is read; rows of numbers stand with the upper tier alone."""
+    lowest = list(tables)[-1]
+    for tier, table in tables.items():
+        for name, values in table.items():
+            bare = name.removesuffix(_COMMAND)
+            if bare == name or bare.endswith(_DIGEST):
+                continue
+            below = tier != lowest and values.ndim == 2
+            if below or any(bare in other for each, other in tables.items() if each != tier):
+                yield bare
+
+
+def _on_a_grid(times: list[float]) -> float | None:
+    """The largest tick (s) of which all times are multiples; None: there is none."""
+    try:
+        steps = {simplest(time) for time in times if time > 0}
+        return float(common_tick({f"time {k}": float(step) for k, step in enumerate(steps)})) if steps else _COARSE
+    except ValueError:
+        return None
+
+
+def _with_events(tables: Mapping[str, Mapping[str, Column]]) -> set[str]:
+    """Tiers that are stepped at events: those without a period; where all have one, it does not matter."""
+    steps = {tier: np.diff(table["time"][:-1]) for tier, table in tables.items()}
+    uneven = {tier for tier, step in steps.items() if step.size < 2 or np.ptp(step) > _EVEN}
+    fewest = min(step.size for step in steps.values())
+    return uneven or {tier for tier, step in steps.items() if step.size == fewest}
+
+
+def _entry(values: Column, row: int) -> Any:
+    """An entry of a column as it was before it was logged: a number, an array without its padding, or a text."""
+    value = values[row]
+    if np.ndim(value) == 0:
+        return float(value) if isinstance(value, np.number) else str(value)
+    return unpadded(np.array(value))
+
+
+def _missing(value: Any) -> bool:
+    """Whether nothing was commanded."""
+    return value.size == 0 if isinstance(value, np.ndarray) else value != value or value == "nan"

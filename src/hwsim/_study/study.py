@@ -1,0 +1,250 @@
+"""A designed experiment in the finishing cell: run, analysed, confirmed, and what its scatter costs who must decide."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim._log.log import Log
+from hwsim._loop.loop import check_helpers
+from hwsim._study.bench import Bench
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.parallel import one_blas_thread
+from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.rng import Seed, children
+
+if TYPE_CHECKING:
+    from hwsim.plants._finishing.plant import FinishingCell
+    from sdpgrind import finishing
+    from sdpgrind.sdp import Policy
+
+UNITS = {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"}
+ARRAY, REFERENCE = "L18", 0.01  # mm at 0 dB, as the source has it
+_TOLD = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation", "roughness_ra", "time")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FinishingStudy:
+    """What a designed experiment in the cell told; see `finishing_study`.
+
+    Attributes
+    ----------
+    study : finishing.Study
+        The analysis: its response is R_a in mm.
+    outcome : mapping of str to array, (runs, replicates)
+        What came of each run: force (N), feed (mm/s), roughness (mm), time (s); names as in `FinishingCell`.
+    best : mapping of str to level
+        Setting that was confirmed, in its own units.
+    prediction : finishing.Prediction
+        What was to be expected there, in dB and mm.
+    confirmation : Log
+        The runs that confirm.
+    """
+
+    study: "finishing.Study"
+    outcome: Mapping[str, Floats]
+    best: Mapping[str, Any]
+    prediction: "finishing.Prediction"
+    confirmation: Log
+
+    @property
+    def confirmed(self) -> float:
+        """Ratio of the runs that confirm, a mean, dB."""
+        from sdpgrind import finishing
+
+        study = self.study
+        read = self.confirmation.outcome.roughness_ra.values.reshape(-1, study.readings.shape[1])
+        return float(np.mean(finishing.sn_ratio(read, study.ratio, reference=study.reference)))
+
+    def __repr__(self) -> str:
+        best = ", ".join(f"{name} {level}" for name, level in self.best.items())
+        told = f"{self.prediction.mean:.2f} dB expected, {self.confirmed:.2f} dB found in {self.prediction.confirm} runs"
+        return f"FinishingStudy({best}: {told}{', within the interval' if self.held else ''})"
+
+    @property
+    def held(self) -> bool:
+        """Whether the ratio of the runs that confirm, in dB, is within the interval of the prediction."""
+        width = self.prediction.ci_confirm
+        return width is not None and abs(self.confirmed - self.prediction.mean) <= width
+
+    @cached_property
+    def model(self) -> "finishing.RoughnessModel":
+        """Model of roughness learned from the readings (mm) of the experiment: the law that a planner takes."""
+        from sdpgrind import finishing
+
+        return finishing.RoughnessModel.published().updated(finishing.identify(self.study, "roughness"))
+
+    def refinishing(
+        self,
+        *,
+        tolerance: float | None = None,
+        roughness_charge: float = 1e4,
+        machine_charge: float = 60.0 / 3600.0,
+        passes: int = 3,
+    ) -> "Policy":
+        """Plan when to finish a specimen again: what settings cannot take away is decided specimen by specimen.
+
+        After each pass the roughness is read, and the specimen delivered or finished again with one of the paths of the
+        experiment, at the best tool and force. A pass costs the time that it took in the cell.
+
+        Parameters
+        ----------
+        tolerance : float, optional
+            Roughness that costs nothing, mm; what is expected at the best setting by default.
+        roughness_charge : float
+            Of a specimen that is rougher, $/mm above the tolerance; 10 $ a micrometre.
+        machine_charge : float
+            Of the cell, $/s; 60 $ an hour.
+        passes : int
+            For which there is time.
+
+        Returns
+        -------
+        sdp.Policy
+            With ``action(roughness=, passes_left=)`` (mm).
+
+        Raises
+        ------
+        ValueError
+            When the model of roughness does not know the paths of the experiment.
+        """
+        from sdpgrind import finishing, sdp
+
+        level = float(self.prediction.response or 0.0) if tolerance is None else tolerance
+        held = {"tool_diameter": self.best["tool_diameter"], "normal_force": self.best["normal_force"]}
+        settings = {name: {"pattern": name, **held} for name in map(str, self.study.levels("pattern"))}
+        pattern, time = self.study.settings["pattern"], self.outcome["time"].mean(axis=1)
+        charges = {name: machine_charge * float(time[pattern == name].mean()) for name in settings}
+        charge = sdp.Linear(roughness_charge, tolerance=level)
+        problem = finishing.refinish_problem(
+            self.model, settings, pass_charge=charges, roughness_charge=charge, passes=passes, extrapolate=True
+        )
+        return sdp.plan(problem)
+
+    def report(self, *, rng: Seed = 0) -> str:
+        """Return all of it as text, in µm, N, mm/s and dB.
+
+        Parameters
+        ----------
+        rng : int, Generator or SeedSequence
+            Random source for what a repetition would find.
+        """
+        from hwsim._study.report import report
+
+        return report(self, rng)
+
+    def plot(self) -> Any:
+        """Draw the mean ratio (dB) over the levels of each factor; return the figure."""
+        return self.study.plot()
+
+
+def finishing_study(
+    cell: "FinishingCell",
+    *,
+    tool_diameter: Sequence[float] = (4.0, 3.0),
+    pattern: Sequence[str] = ("hilbert5", "hilbert4", "zigzag"),
+    feed_rate: Sequence[float] = (12.5, 25.0, 37.5),
+    normal_force: Sequence[float] = (0.556, 1.111, 1.667),
+    pitch: float | None = None,
+    kind: str = "lqg",
+    method: str = "trapezoid",
+    replicates: int = 1,
+    confirm: int = 3,
+    rng: Seed = 0,
+    folder: str | os.PathLike[str] | None = None,
+    progress: Progress = silent,
+) -> FinishingStudy:
+    """Vary tool, path, feed and force in a simulated cell by an L18, as Wang and Jan (2001) did, analyse and confirm.
+
+    Parameters
+    ----------
+    cell : FinishingCell
+        The cell: surface, arm, axis, and how parts differ. Its own path is used by none of the runs.
+    tool_diameter : sequence of 2 floats
+        mm.
+    pattern : sequence of 3 names
+        "hilbert4", "hilbert5", "zigzag": those that the model of roughness knows. Pitches are as the surface of the cell is wide.
+    feed_rate, normal_force : sequence of 3 floats
+        mm/s and N.
+    pitch : float, optional
+        Of the zigzag, mm; that of the cell's own path when left out.
+    kind : str
+        Of the torque controller.
+    method : str
+        Time law of the motions.
+    replicates : int
+        Specimens in each run.
+    confirm : int
+        Runs at the best setting.
+    rng : int, Generator or SeedSequence
+        Random source.
+    folder : path, optional
+        Where each finished specimen is written, run by run; the same call goes on from there after an interruption.
+    progress : callable
+        Told the share done (0..1) and a text.
+
+    Returns
+    -------
+    FinishingStudy
+        Readings, analysis, confirmation (mm, dB).
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, a motion cannot be planned, or a force is more than the motor can press.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import finishing
+    >>> cell = hwsim.FinishingCell(finishing.preset("specimen"), scatter=hwsim.CellScatter())
+    >>> found = hwsim.finishing_study(cell, rng=1)
+    >>> found.best["pattern"], found.study.anova()["pattern"].p < 0.01
+    ('hilbert5', True)
+    """
+    replicates, confirm = checks.count("replicates", replicates), checks.count("confirm", confirm)
+    check_helpers(None, progress)
+    factors = {
+        "tool_diameter": tuple(tool_diameter),
+        "pattern": tuple(pattern),
+        "feed_rate": tuple(feed_rate),
+        "normal_force": tuple(normal_force),
+    }
+    bench = Bench(cell, pitch, kind, method, None if folder is None else Path(folder))
+    for name in pattern:  # refuse what the model of roughness does not know
+        bench.refuse_unknown(name)
+    *of_runs, of_confirmation = children(rng, len(_settings(factors)) + 1)
+    logs = []
+    for k, setting in enumerate(_settings(factors)):
+        with one_blas_thread():
+            logs.append(bench.finish(setting, replicates, of_runs[k], f"run-{k + 1:02d}"))
+        progress((k + 1) / (len(of_runs) + 1), f"run {k + 1} of {len(of_runs)}")
+    outcome = {name: np.array([log.outcome[name].values for log in logs]) for name in _TOLD}
+    study = _study(factors, outcome["roughness_ra"])
+    best = dict(study.best())
+    kept = {name: level for name, level in best.items() if name not in study.best().arbitrary}
+    log = bench.finish(best, confirm * replicates, of_confirmation, "confirm")
+    progress(1.0, "confirmed")
+    return FinishingStudy(study, outcome, best, study.predict(kept, confirm=confirm), log)
+
+
+def _study(factors: Mapping[str, Any], roughness: Floats) -> "finishing.Study":
+    from sdpgrind import finishing
+
+    return finishing.Study(
+        ARRAY, factors, roughness, columns=(1, 2, 3, 4), reference=REFERENCE, name="roughness R_a", unit="mm", units=UNITS
+    )
+
+
+def _settings(factors: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Setting of each run."""
+    from sdpgrind import finishing
+
+    blank = np.ones(len(finishing.orthogonal_array(ARRAY).matrix))
+    table = _study(factors, blank).settings
+    return [{name: values[k].item() for name, values in table.items()} for k in range(len(blank))]

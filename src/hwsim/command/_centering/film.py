@@ -1,0 +1,77 @@
+"""The last part of a run as a film strip: the centre on a log-polar chart after each push, and what tip and rim did in it."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering import plot_centers
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+_MOST = 8  # pushes in a strip: of more, the first and the last ones
+_RIM, _TIP = "0.45", "tab:blue"
+_AROUND = 0.06  # s before and after the profile
+
+
+class FilmStrip:
+    """Pictures of the last part of a log of `hwsim.CenteringMachine`."""
+
+    def __init__(self, log: "Log") -> None:
+        table = log[log.tiers[0]]
+        rows = table.part.values == table.part.values[-1]
+        self._table = {name: table[name].values[rows] for name in ("time", "slide", "probe", "pushing")}
+        x, y = (log.outcome[name].values[-1] for name in ("center_x", "center_y"))
+        self._centers = np.column_stack([x, y])[np.isfinite(x)]
+        self._tolerance = float(log.outcome.attrs["tolerance"])
+        self._radius = float(log.outcome.attrs["radius"])
+
+    def plot(self) -> Any:
+        """Draw above the centre before and after each push, below the distances of tip and rim (mm) over time (s)."""
+        pyplot = need("matplotlib.pyplot", "plot")
+        shown = self._shown()
+        wide = max(len(shown), 1)
+        figure = pyplot.figure(figsize=(3.0 * wide + 0.6, 6.0), layout="constrained")
+        grid = figure.add_gridspec(2, wide, height_ratios=(1.5, 1))
+        for column, (number, begin, end) in enumerate(shown):
+            chart = figure.add_subplot(grid[0, column], projection="polar")
+            self._chart(chart, number)
+            self._push(figure.add_subplot(grid[1, column]), begin, end, first=column == 0)
+        return figure
+
+    def _shown(self) -> list[tuple[int, int, int]]:
+        """Number of each push shown, and where in the table its profile begins and ends."""
+        running = np.concatenate([[0.0], self._table["pushing"] > 0.5, [0.0]])
+        begins, ends = (np.flatnonzero(np.diff(running) == sign) for sign in (1, -1))
+        count = min(begins.size, self._centers.shape[0] - 1)
+        numbers = range(count) if count <= _MOST else [*range(_MOST // 2), *range(count - _MOST // 2, count)]
+        return [(k, int(begins[k]), int(ends[k])) for k in numbers]
+
+    def _chart(self, axis: Any, number: int) -> None:
+        """Where the centre was so far; all charts of one scale, whose rings are named once."""
+        plot_centers(self._centers, self._tolerance, shown=number + 2, ax=axis)
+        axis.get_legend().remove()
+        axis.set_xticklabels([])
+        if number:
+            axis.set_yticklabels([])
+        before, after = np.hypot(*self._centers[number : number + 2].T)
+        axis.set_title(f"push {number + 1}\n{_length(before)} to {_length(after)}", fontsize=10)
+
+    def _push(self, axis: Any, begin: int, end: int, *, first: bool) -> None:
+        """Tip and rim from the axis, less the radius."""
+        time = self._table["time"]
+        seen = (time >= time[begin] - _AROUND) & (time <= time[min(end, time.size - 1)] + _AROUND)
+        rim = self._table["slide"] + self._table["probe"] - self._radius
+        axis.plot(time[seen], rim[seen], color=_RIM, lw=1.2, label="rim, as read")
+        axis.plot(time[seen], self._table["slide"][seen] - self._radius, color=_TIP, lw=1.2, label="tip")
+        axis.axhline(0.0, color="0.8", lw=0.8, zorder=0)
+        axis.set_xlabel("time [s]")
+        axis.spines[["top", "right"]].set_visible(False)
+        if first:
+            axis.set_ylabel("beyond the radius [mm]")
+            axis.legend(frameon=False, fontsize=8)
+
+
+def _length(millimetres: float) -> str:
+    return f"{millimetres:.3g} mm" if millimetres >= 0.1 else f"{1e3 * millimetres:.3g} µm"

@@ -1,0 +1,107 @@
+"""What ``hwsim centering`` prints: the first parts, the strategy's promise beside what came of it, or two controllers."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from centering import CycleState
+from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+_SHORT = {"peak_force": "force", "true_mu_kinetic": "mu_kinetic"}
+_COLUMNS = (
+    ("time", ".2f"), ("pushes", "d"), ("offset", ".2f"), ("finished", "d"), ("peak_force", ".0f"), ("true_mu_kinetic", ".4f"),
+)  # fmt: skip
+_UM = 1000.0
+_GAVE_UP = "the controller gave up"
+_PREDICTED = 400  # parts that the strategy is followed for on its model
+
+
+class _InMicrometres:
+    """A log whose offset is in µm, as those of the lines below."""
+
+    def __init__(self, log: "Log") -> None:
+        offset = (_UM * log.outcome.offset).assign_attrs(units="µm")
+        self.outcome, self._parts = log.outcome.assign(offset=offset), len(log)
+
+    def __len__(self) -> int:
+        return self._parts
+
+
+def report(title: str, log: "Log", plan: Any) -> str:
+    """Return the whole report as text."""
+    shown: Any = _InMicrometres(log)
+    why = _given_up(log.outcome)
+    lines = parts_table(shown, "part", _COLUMNS, _SHORT, why)
+    return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan, why)])
+
+
+def _given_up(outcome: Any) -> list[str]:
+    """Say of each part why it was broken off: of one that the controller gave up, as what."""
+    why = broken_off(outcome, _GAVE_UP)
+    if "state" not in outcome:
+        return why
+    states = (CycleState(int(state)).name.lower().replace("_", " ") for state in outcome.state.values)
+    return [f"{_GAVE_UP}: {state}" if each == _GAVE_UP else each for each, state in zip(why, states, strict=True)]
+
+
+def side_by_side(title: str, log: "Log", plan: Any) -> str:
+    """Return what became of the same parts with each controller, as text."""
+    outcome = log.outcome
+    names = [str(name) for name in outcome.controller.values]
+    count = f"{outcome.sizes['part']} parts"
+    lines = [f"{count:<26}" + "".join(f"{name:>12}" for name in names)]
+    for label, values, form in _figures(outcome):
+        lines.append(f"{label:<26}" + "".join(f"{format(float(value), form):>12}" for value in values))
+    return "\n".join([*_head(title, plan), "", *lines])
+
+
+def _figures(outcome: Any) -> Iterator[tuple[str, Any, str]]:
+    """What is compared: name, a value for each controller, format; parts that were broken off have no time of a finished one."""
+    yield "finished (%)", 100 * outcome.finished.mean("part").values, ".1f"
+    broken = outcome.said_finished == 0
+    if broken.any():
+        yield "broken off (%), left out", 100 * broken.mean("part").values, ".1f"
+    done = outcome[["time", "pushes", "offset"]].where(~broken)
+    for name, label, form in (("time", "time (s)", ".2f"), ("pushes", "pushes", ".2f")):
+        yield f"{label}, mean", done[name].mean("part").values, form
+        yield f"{label}, 95 % of parts", done[name].quantile(0.95, "part").values, form
+    yield "offset at the end (µm)", _UM * done.offset.mean("part").values, ".2f"
+    yield "peak force (N), mean", outcome.peak_force.mean("part").values, ".1f"
+
+
+def _head(title: str, plan: Any) -> Iterator[str]:
+    problem, model = plan.problem, plan.problem.model
+    yield (
+        f"{title}: a ring of {model.part.mass:g} kg, radius {model.part.radius:g} mm, "
+        f"from up to {problem.offset_max:g} mm to {_UM * problem.tolerance:g} µm"
+    )
+    places = ", ".join(f"{plan.cycle_time(offset):.2f} s from {offset:g} mm" for offset in _places(problem))
+    yield f"strategy: {places}; finished where {_UM * plan.finish:.3g} µm are measured"
+    if problem.quantum_note:
+        yield f"note: {problem.quantum_note}"
+
+
+def _places(problem: Any) -> list[float]:
+    return [round(share * problem.offset_max, 6) for share in (0.01, 0.1, 1.0) if share * problem.offset_max > problem.tolerance]
+
+
+def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
+    outcome, done = log.outcome, np.array([not each for each in why])
+    start = np.clip(np.hypot(outcome.center_x.values[:, 0], outcome.center_y.values[:, 0]), 0.0, plan.problem.offset_max)
+    model = plan.simulate(runs=_PREDICTED, rng=0, start=np.resize(start, _PREDICTED))
+    yield summary_head(int(done.sum()), len(log), "part")
+    if done.any():
+        expected = float(np.mean([plan.cycle_time(float(offset)) for offset in start[done]]))
+        yield summary_line("time (s)", outcome.time.values[done], ".3f", expected)
+        yield summary_line("pushes", outcome.pushes.values[done], ".3f", float(model.pushes.mean()))
+        yield summary_line("offset at the end (µm)", _UM * outcome.offset.values[done], ".3f", _UM * float(np.mean(model.offset)))
+    yield summary_line("finished (%)", 100 * outcome.finished.values, ".1f", 100 * float(np.mean(model.finished)))
+    yield summary_line("peak force (N)", outcome.peak_force.values, ".1f")
+    for name, label in (("collisions", "collisions"), ("slipped", "slipped on the table (%)")):
+        if outcome[name].values.any():
+            yield summary_line(label, (1.0 if name == "collisions" else 100.0) * outcome[name].values, ".2f", 0.0)
+    yield from broken_lines(why, "part")

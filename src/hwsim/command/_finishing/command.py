@@ -1,0 +1,89 @@
+"""``hwsim finishing``: plan a motion (or load it), finish specimens in a simulated cell, report; or a designed experiment."""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from hwsim.command.base import Area
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+    from hwsim.command._finishing._finishing_jobs import Job
+
+
+class Finishing(Area):
+    """Robot-assisted finishing: a motion over a surface, a torque axis that presses the tool."""
+
+    name = "finishing"
+    about = "plan a robot's finishing motion and finish specimens with it in a simulated cell"
+    more = """
+The motion is planned within the limits of the joints; the torque axis holds the normal force while it is played. What the cell
+really is (friction, torque constant, load torque, a surface that is not as planned) differs from part to part; with --nominal
+it does not (not with a problem.toml).
+
+With --study nothing is repeated, but varied: tool, path, feed and force by an orthogonal array L18, one run each; the analysis,
+--confirm runs at the best settings, and what the remaining scatter costs who has to decide when to stop.
+
+With --out the motion, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the last
+finished part, with the results that it would have had; a finished run is reported again.
+"""
+    made_for, plan_word = "a finishing job", "motion"
+    presets, units = "nominal, specimen", "mm, s, N, N m, A, rad"
+    error_unit = "mm"
+    switches: ClassVar[Mapping[str, str]] = {
+        "--nominal": "every part is as believed (not with a problem.toml)",
+        "--study": "vary tool, path, feed and force by an L18, analyse, confirm",
+    }
+    counts: ClassVar[Mapping[str, str]] = {"--confirm": "with --study: number of runs that confirm it (3)"}
+
+    def read(self, path: Path, arguments: argparse.Namespace) -> "Job":
+        """Read the job in a TOML file."""
+        from hwsim.command._finishing.toml import read
+
+        if arguments.nominal:
+            raise ValueError("--nominal must be left out where a problem.toml describes the cell; got both")
+        return read(path)
+
+    def preset(self, name: str) -> Any:
+        """Give a problem by its name."""
+        from sdpgrind import finishing
+
+        return finishing.preset(name)
+
+    def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
+        """Put a problem in a cell of which nothing is said."""
+        from hwsim.command._finishing._finishing_jobs import scattered
+
+        return scattered(problem, nominal=arguments.nominal)
+
+    def plan_class(self) -> type:
+        """Class of its motions."""
+        from sdpgrind import finishing
+
+        return finishing.Motion
+
+    def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
+        """Plan a motion anew."""
+        from sdpgrind import finishing
+
+        return finishing.plan(job.problem, method=job.method, progress=progress)
+
+    def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
+        """Say what was planned and what came of it."""
+        from hwsim.command._finishing.report import report
+
+        return report(title, log, plan, job)
+
+    def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
+        """Vary and analyse, where that is asked for."""
+        if not arguments.study:
+            if arguments.confirm is not None:
+                raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
+            return None
+        from hwsim.command._finishing._finishing_study_cli import studied
+
+        return studied(title, job, arguments)
+
+
+AREA = Finishing()

@@ -1,0 +1,67 @@
+"""What ``hwsim finishing`` prints: the first parts, and the plan beside what came of it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+_SHORT = {
+    "normal_force": "force", "normal_force_sd": "force sd", "lift_off": "no contact", "path_deviation": "off path",
+    "roughness_ra": "Ra",
+}  # fmt: skip
+_COLUMNS = (
+    ("time", ".2f"), ("normal_force", ".4f"), ("normal_force_sd", ".4f"), ("lift_off", ".4f"), ("feed", ".2f"),
+    ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
+)  # fmt: skip
+_UM = 1000.0
+
+
+def report(title: str, log: "Log", plan: Any, job: Any) -> str:
+    """Return the whole report as text."""
+    why = broken_off(log.outcome)
+    lines = parts_table(log, "part", _COLUMNS, _SHORT, why)
+    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job, why)])
+
+
+def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
+    path, problem = plan.problem.path, plan.problem
+    yield f"{title}: {path.pattern}, {path.length:.0f} mm of path, pitch {path.pitch:.3g} mm, tool {problem.tool_diameter:g} mm"
+    share = plan.mean_feed_rate / problem.feed_rate
+    feed = f"{plan.mean_feed_rate:.2f} mm/s on average, {100 * share:.0f} % of the {problem.feed_rate:g} mm/s commanded"
+    yield f"motion: {plan.duration:.2f} s, {feed}; {plan.status}"
+    controller = job.controller(plan)
+    slowest = "" if controller.kind == "constant" else f"; its slowest pole decays with {controller.poles.slowest:.1f} 1/s"
+    yield f"controller: {controller.kind}, {job.stand.target_force:g} N{slowest}"
+
+
+def _summary(log: "Log", plan: Any, job: Any, why: list[str]) -> Iterator[str]:
+    finished = np.array([not each for each in why])
+    yield summary_head(int(finished.sum()), len(log), "part")
+    if finished.any():
+        yield from _means(log.outcome.isel(part=finished), plan, job.stand.target_force)
+    yield from broken_lines(why, "part")
+
+
+def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
+    yield summary_line("time (s)", outcome.time.values, ".3f", plan.duration)
+    yield summary_line("feed (mm/s)", outcome.feed.values, ".3f", plan.mean_feed_rate)
+    yield summary_line("force (N)", outcome.normal_force.values, ".4f", wanted)
+    yield summary_line("rms off the force (N)", outcome.force_error.values, ".4f", 0.0)
+    yield summary_line("without contact (%)", 100.0 * outcome.lift_off.values, ".2f", 0.0)
+    yield summary_line("off the path (mm)", outcome.path_deviation.values, ".4f", 0.0)
+    rough = outcome.roughness_ra.values
+    if np.isfinite(rough).any():
+        yield summary_line("roughness Ra (µm)", _UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted))
+    if outcome.extrapolated.values.any():
+        yield summary_line("beyond the model (%)", 100.0 * outcome.extrapolated.values, ".1f", 0.0)
+
+
+def _expected(problem: Any, force: float) -> float | None:
+    """Mean roughness (µm) that the model gives for the set force; None: beyond its range."""
+    settings = problem.path.pattern, problem.tool_diameter, force
+    return _UM * float(problem.model.law(*settings).mean) if problem.model.covers(*settings) else None

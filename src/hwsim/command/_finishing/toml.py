@@ -1,0 +1,200 @@
+"""A finishing job as a TOML file: surface and path, robot and tool, controller, and the cell in which it is tried.
+
+Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, N m, A, rad) or texts with a unit.
+Every fault is one line that names the key.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hwsim.command._finishing._finishing_jobs import NORMAL_FORCE, Job
+from hwsim.command._physics import flag
+from hwsim.command._toml import Table
+from hwsim.command._toml import read as read_toml
+from hwsim.plants._finishing.plant import FinishingCell
+from sdpgrind import finishing
+from sdpgrind.base import checks
+from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField
+
+_TOOL = {
+    "contact_angle": "rad",
+    "lever_arm": "mm",
+    "azimuth": "rad",
+    "feed_rate": "mm/s",
+    "acceleration": "mm/s^2",
+    "friction_ratio": "",
+    "tool_diameter": "mm",
+    "wrist_radius": "mm",
+}
+_AXIS = {
+    "inertia": "kg m^2",
+    "contact_angular_stiffness": "N m/rad",
+    "torque_constant": "N m/A",
+    "current_limit": "A",
+    "current_range": "A",
+    "sample_time": "s",
+}
+_COUNTS = ("bits", "encoder_counts")
+_CELL = {"gap": "mm", "max_time": "s"}
+_SCATTER = {
+    "inertia": "",
+    "contact_angular_stiffness": "",
+    "torque_constant": "",
+    "friction_ratio": "",
+    "load_torque": "N m",
+    "tool_mass": "kg",
+    "height_sd": "mm",
+    "shortest_wavelength": "mm",
+}
+_TRUTH = {"friction_ratio": "", "load_torque": "N m", "tool_mass": "kg", "mass_radius": "mm", "roughness_error": ""}
+_TRUE_AXIS = {"inertia": "kg m^2", "contact_angular_stiffness": "N m/rad", "torque_constant": "N m/A"}
+_WAVE = {"amplitude": "mm", "wavelength": "mm", "phase": "rad"}
+_TABLE = {"inertia": "kg m^2", "damping": "N m s", "torque_constant": "N m/A", "kp": "A/rad", "ki": "A/(rad s)", "kd": "A s/rad"}
+_LEVELS = {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"}
+_METHODS = ("trapezoid", "toppra", "min_time")
+
+
+def read(path: Path) -> Job:
+    """Read the job in the file at `path`; ValueError names the file and the key."""
+    return read_toml(path, _job)
+
+
+def _job(file: Table) -> Job:
+    surface = _surface(file.table("surface"))
+    path = _path(surface, file.table("path"))
+    tool = file.maybe("tool")
+    problem = _problem(path, tool)
+    method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
+    controller = file.maybe("controller")
+    force = controller.number("normal_force", "N") if controller.has("normal_force") else NORMAL_FORCE
+    controller.made(checks.positive, "normal_force", force, "N")
+    axis = _axis(problem, file.maybe("axis"))
+    controller.made(_check_force, problem, axis, force)
+    cell = _cell(problem, {"axis": axis, "target_force": force}, file.maybe("cell"))
+    return Job(cell, _settings(controller), method, _study(file.maybe("study")))
+
+
+def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis, force: float) -> None:
+    """What the motor cannot press the controller would refuse only after the planning."""
+    places = problem.path.sample(per_leg=1)
+    most = axis.torque_max / float(np.max(problem.torque_per_force(problem.feed_angles(places))))
+    if force > most:
+        raise checks.refuse("normal_force", f"<= {most:.4g}, what current_limit = {axis.current_limit:g} A presses", force, "N")
+
+
+def _surface(table: Table) -> finishing.Surface:
+    """A ready surface, or control points of one's own."""
+    if table.has("control_points"):
+        points = table.take("control_points")
+        options: dict[str, Any] = {}
+        if table.has("degree"):
+            options["degree"] = tuple(table.take("degree"))
+        surface = table.made(finishing.Surface.bspline, points, **options)
+    elif table.text("shape", ("flat", *(info.name for info in finishing.presets()))) == "flat":
+        surface = table.made(finishing.flat_surface, table.number("side", "mm"))
+    else:
+        surface = finishing.preset(table.take("shape")).surface
+    table.done()
+    return surface
+
+
+def _path(surface: finishing.Surface, table: Table) -> finishing.Path:
+    """A Hilbert curve of an order, or a zigzag of a pitch; corners rounded where a deviation is given."""
+    pattern = table.text("pattern", ("hilbert", "zigzag"))
+    options = {key: table.take(key) for key in ("mapping", "along") if table.has(key)}
+    if pattern == "hilbert":
+        path = table.made(finishing.hilbert, surface, table.take("order"), **options)
+    else:
+        options |= table.given({"radius": "mm"})
+        path = table.made(finishing.zigzag, surface, table.number("pitch", "mm"), **options)
+    if table.has("deviation"):
+        path = table.made(path.blended, table.number("deviation", "mm"))
+    table.done()
+    return path
+
+
+def _problem(path: finishing.Path, table: Table) -> finishing.FinishingProblem:
+    options: dict[str, Any] = {**table.given(_TOOL)}
+    if table.has("heading"):
+        options["heading"] = table.take("heading")
+    if table.has("pushed"):
+        options["pushed"] = flag(table, "pushed")
+    if table.has("placement"):
+        options["placement"] = tuple(table.list_of("placement", "mm"))
+    table.done()
+    return table.made(finishing.FinishingProblem, path, **options)
+
+
+def _axis(problem: finishing.FinishingProblem, table: Table) -> finishing.TorqueAxis:
+    options: dict[str, Any] = {**table.given(_AXIS), **{key: table.take(key) for key in _COUNTS if table.has(key)}}
+    table.done()
+    return table.made(finishing.TorqueAxis, lever_arm=problem.lever_arm, **options)
+
+
+def _settings(table: Table) -> dict[str, Any]:
+    settings: dict[str, Any] = {**table.given({"settle_time": "s"})}
+    settings |= {key: table.take(key) for key in ("kind", "observer") if table.has(key)}
+    if table.has("prefilter"):
+        settings["prefilter"] = flag(table, "prefilter")
+    table.done()
+    return settings
+
+
+def _study(table: Table) -> dict[str, Any]:
+    """What a study varies, and how often; all of it may be left out."""
+    levels: dict[str, Any] = {key: tuple(table.list_of(key, unit)) for key, unit in _LEVELS.items() if table.has(key)}
+    levels |= table.given({"pitch": "mm"})
+    levels |= {key: table.take(key) for key in ("pattern", "replicates") if table.has(key)}
+    table.done()
+    return levels
+
+
+def _cell(problem: finishing.FinishingProblem, options: dict[str, Any], table: Table) -> FinishingCell:
+    options = options | table.given(_CELL)
+    if table.has("scatter"):
+        options["scatter"] = _made(table.table("scatter"), CellScatter, _SCATTER)
+    if table.has("truth"):
+        options["truth"] = _truth(CellTruth.nominal(problem, options["axis"]), table.table("truth"))
+    table.done()
+    return table.made(FinishingCell, problem, **options)
+
+
+def _made(table: Table, make: Callable[..., Any], units: Mapping[str, str]) -> Any:
+    """What a table of numbers makes."""
+    made = table.made(make, **table.given(units))
+    table.done()
+    return made
+
+
+def _truth(nominal: CellTruth, table: Table) -> CellTruth:
+    """What the cell really is, where it is not what is believed."""
+    changes: dict[str, Any] = {**table.given(_TRUTH)}
+    if table.has("axis"):
+        changes["axis"] = _made(table.table("axis"), nominal.axis.replace, _TRUE_AXIS)
+    if table.has("table"):
+        changes["table"] = _table(table)
+    if table.has("wave"):
+        changes["height"] = _wave(table.table("wave"))
+    table.done()
+    return table.made(nominal.replace, **changes)
+
+
+def _table(table: Table) -> finishing.TableLoop | None:
+    """The loop of the table: its numbers, or false for a table that is always where it shall be."""
+    if table.take("table") is False:
+        return None
+    loop: finishing.TableLoop = _made(table.table("table"), finishing.TableLoop, _TABLE)
+    return loop
+
+
+def _wave(table: Table) -> HeightField:
+    """One wave on the surface."""
+    options: dict[str, Any] = {**table.given(_WAVE)}
+    if table.has("direction"):
+        options["direction"] = table.list_of("direction", "")
+    wave = table.made(HeightField.wave, **options)
+    table.done()
+    return wave

@@ -1,0 +1,88 @@
+"""``hwsim locus``: trace the curve of best points (or load it), grind parts along it on a simulated grinder, report."""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from hwsim.command.base import Area
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+    from hwsim.command._locus._locus_jobs import Job
+
+
+class Locus(Area):
+    """Grinding along the curve of best points while the wheel dulls."""
+
+    name = "locus"
+    about = "trace the curve of best points of a grinding process and walk along it on a simulated grinder"
+    more = """
+The curve holds the fastest points that do not burn, one for each state of the wheel, which nobody can measure. The controller
+walks along it by the power alone; each part begins where the last one ended, unless --no-adapt says otherwise. The wheel dulls
+from part to part.
+
+With --out the curve, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the last
+finished part, with the results that it would have had; a finished run is reported again.
+"""
+    made_for, plan_word = "an optimal locus", "curve"
+    presets, units = "grinding", "mm, s, N, J, W, rad"
+    error_unit = ""
+    switches: ClassVar[Mapping[str, str]] = {
+        "--no-adapt": "every part begins at the same point",
+        "--printed": "with Koren's printed gains, not the designed ones (not with a problem.toml)",
+    }
+
+    def read(self, path: Path, arguments: argparse.Namespace) -> "Job":
+        """Read the job in a TOML file."""
+        from hwsim.command._locus.toml import read
+
+        if arguments.printed:
+            raise ValueError("--printed must be left out where a problem.toml sets the controller; got both")
+        return read(path)
+
+    def preset(self, name: str) -> Any:
+        """Give a problem by its name."""
+        from sdpgrind import locus
+
+        return locus.preset(name)
+
+    def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
+        """Put a problem on a grinder that is what it is believed to be."""
+        from hwsim.command._locus._locus_jobs import DESIGNED, PRINTED, Job
+        from hwsim.plants._adaptive.plant import AdaptiveGrinder
+        from sdpgrind import locus
+
+        if not isinstance(problem.model, locus.Grinding):
+            kind = type(problem.model).__name__
+            raise ValueError(
+                f"the problem must be one of grinding, as the preset grinding is: no other machine is here; got {kind}"
+            )
+        return Job(AdaptiveGrinder(problem), PRINTED if arguments.printed else DESIGNED)
+
+    def plan_class(self) -> type:
+        """Class of its curves."""
+        from sdpgrind import locus
+
+        return locus.Locus
+
+    def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
+        """Trace a curve anew."""
+        from sdpgrind import locus
+
+        return locus.plan(job.problem)
+
+    def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
+        """Begin each part where the last one ended, unless told not to."""
+        from sdpgrind import locus
+
+        return None if arguments.no_adapt else locus.LearnedStart()
+
+    def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
+        """Say what was planned and what came of it."""
+        from hwsim.command._locus.report import report
+
+        return report(title, log, plan, job)
+
+
+AREA = Locus()

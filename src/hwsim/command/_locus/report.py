@@ -1,0 +1,69 @@
+"""What ``hwsim locus`` prints: the first parts, and the best on the curve beside what came of it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+_SHORT = {"convergence_time": "converged", "removal_rate": "removal", "true_wear_flat_area": "wear flats"}
+_COLUMNS = (
+    ("time", ".2f"), ("convergence_time", ".1f"), ("slack", ".2f"), ("burned", "d"), ("removal_rate", ".2f"),
+    ("true_wear_flat_area", ".5f"),
+)  # fmt: skip
+_UM = 1000.0
+
+
+def report(title: str, log: "Log", plan: Any, job: Any) -> str:
+    """Return the whole report as text."""
+    why = broken_off(log.outcome)
+    lines = parts_table(log, "part", _COLUMNS, _SHORT, why)
+    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job, why)])
+
+
+def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
+    stand, controller = job.stand, job.controller(plan)
+    low, high = plan.problem.controls["work_rotation"]
+    limits = f"infeed up to {_UM * plan.problem.controls['infeed_rate'][1]:g} µm/s, work {low:g} to {high:g} rad/s"
+    yield f"{title}: {stand.stock:g} mm of stock, {limits}"
+    area = stand.wear_flat_area
+    best = plan.at(wear_flat_area=area).controls
+    point = f"{_UM * best['infeed_rate']:.3f} µm/s, {best['work_rotation']:.3f} rad/s"
+    yield f"curve: {plan.status}; best at {area:g}: {point}"
+    start = controller.command
+    begin = f"{_UM * start['infeed_rate']:.3f} µm/s, {start['work_rotation']:.3f} rad/s"
+    yield f"controller: begins at {begin}; margin {controller.margin:g} W"
+
+
+def _summary(log: "Log", plan: Any, job: Any, why: list[str]) -> Iterator[str]:
+    outcome, finished = log.outcome, np.array([not each for each in why])
+    yield summary_head(int(finished.sum()), len(log), "part")
+    if finished.any():
+        yield from _rates(log, plan, job, finished)
+    yield summary_line("least slack (W)", outcome.slack.values, ".2f", job.controller(plan).margin)
+    yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
+    converged = outcome.convergence_time.values
+    if np.isfinite(converged).any():
+        yield summary_line("converged (s)", converged[np.isfinite(converged)], ".2f")
+    if not np.isfinite(converged).all():
+        yield summary_line("never converged (%)", 100.0 * np.isnan(converged), ".1f", 0.0)
+    yield from broken_lines(why, "part")
+
+
+def _rates(log: "Log", plan: Any, job: Any, finished: Any) -> Iterator[str]:
+    outcome, process = log.outcome, plan.problem.model
+    best = best_rates(log, plan, job)[finished]
+    across = np.pi * process.work_diameter * process.width
+    yield summary_line("time (s)", outcome.time.values[finished], ".3f", float(np.mean(job.stand.stock / best)))
+    yield summary_line("removal rate (mm^3/s)", outcome.removal_rate.values[finished], ".3f", float(across * np.mean(best)))
+
+
+def best_rates(log: "Log", plan: Any, job: Any) -> Any:
+    """Infeed rates (mm/s) of the curve at the wear flat area in the middle of each part: nothing is faster."""
+    outcome, stand = log.outcome, job.stand
+    middles = outcome.true_wear_flat_area.values - 0.5 * stand.dulling * (stand.stock - outcome.remaining.values)
+    return np.array([plan.at(wear_flat_area=float(area)).controls["infeed_rate"] for area in middles])

@@ -1,0 +1,112 @@
+"""A job of adaptive grinding as a TOML file: the process, its ranges, the controller, and the grinder on which it is tried.
+
+Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad) or texts with a unit.
+Every fault is one line that names the key.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from hwsim.command._locus._locus_jobs import Job
+from hwsim.command._physics import burning, flag, power
+from hwsim.command._toml import Table
+from hwsim.command._toml import read as read_toml
+from hwsim.devices import Gauge
+from hwsim.plants._adaptive.plant import AdaptiveGrinder
+from sdpgrind import locus
+
+_PROCESS = {"wheel_diameter": "mm", "work_diameter": "mm", "width": "mm", "wheel_speed": "mm/s"}
+_CONTROLS = {"infeed_rate": "mm/s", "work_rotation": "rad/s"}
+_HIDDEN = {"wear_flat_area": ""}
+_SETTINGS = {"margin": "W", "kd": "mm/(s W)", "kp": "mm/(s W)", "lag": "s", "period": "s", "filter": "", "floor": "mm/s"}
+_WORDS_OR = {"gain": "mm/(s W)", "start": "mm/s", "hold": "s"}  # a number with a unit, or one of the controller's words
+_GRINDER = {
+    "wear_flat_area": "",
+    "dulling": "1/mm",
+    "dress_at": "",
+    "dressed_area": "",
+    "stock": "mm",
+    "infeed_lag": "s",
+    "power_lag": "s",
+    "idle_error": "W",
+    "touch_in": "s",
+    "max_time": "s",
+}
+_GAUGE = {"noise_sd": "W", "relative_sd": "", "quantum": "W"}
+
+
+def read(path: Path) -> Job:
+    """Read the job in the file at `path`; ValueError names the file and the key."""
+    return read_toml(path, _job)
+
+
+def _job(file: Table) -> Job:
+    process, controls, hidden = _process(file.table("process")), file.table("controls"), file.table("hidden")
+    ranges = {"controls": _ranges(controls, _CONTROLS), "hidden": _ranges(hidden, _HIDDEN)}
+    problem = file.made(locus.Problem, model=process, **ranges)
+    return Job(_grinder(problem, file.maybe("grinder")), _settings(file.maybe("controller")))
+
+
+def _ranges(table: Table, units: dict[str, str]) -> dict[str, tuple[float, float]]:
+    found = {name: _pair(table, name, unit) for name, unit in units.items()}
+    table.done()
+    return found
+
+
+def _pair(table: Table, key: str, unit: str) -> tuple[float, float]:
+    values = table.list_of(key, unit)
+    if len(values) != 2:
+        raise ValueError(f"{table.path(key)} must be a least and a greatest value ({unit or '1'}); got {values!r}")
+    return values[0], values[1]
+
+
+def _process(table: Table) -> locus.Grinding:
+    process = table.made(locus.Grinding, **table.numbers(_PROCESS), **_laws(table))
+    table.done()
+    return process
+
+
+def _laws(table: Table) -> dict[str, Any]:
+    """What is said of the kind of work, of power and of burning."""
+    laws: dict[str, Any] = {"internal": flag(table, "internal")} if table.has("internal") else {}
+    if table.has("power"):
+        laws["power"] = power(table.table("power"))
+    if table.has("burning"):
+        laws["burning"] = burning(table.table("burning"))
+    return laws
+
+
+def _settings(table: Table) -> dict[str, Any]:
+    settings: dict[str, Any] = {**table.given(_SETTINGS)}
+    settings |= {key: table.take(key) for key in ("along", "at", "method") if table.has(key)}
+    for key, unit in _WORDS_OR.items():
+        if table.has(key):
+            word = table.take(key)
+            settings[key] = word if isinstance(word, str) and word.isalpha() else table.number(key, unit)
+    if table.has("wear_flat_area"):
+        settings["x"] = _pair(table, "wear_flat_area", "")
+    table.done()
+    return settings
+
+
+def _grinder(problem: locus.Problem, table: Table) -> AdaptiveGrinder:
+    options: dict[str, Any] = {**table.given(_GRINDER)}
+    if table.has("power_gauge"):
+        options["power_gauge"] = _gauge(table.table("power_gauge"))
+    if table.has("truth"):
+        options["truth"] = _truth(problem.model, table.table("truth"))
+    table.done()
+    return table.made(AdaptiveGrinder, problem, **options)
+
+
+def _gauge(table: Table) -> Gauge:
+    gauge = table.made(Gauge, **table.given(_GAUGE))
+    table.done()
+    return gauge
+
+
+def _truth(process: locus.Grinding, table: Table) -> locus.Grinding:
+    """What wheel and work really are, where it is not what is believed."""
+    changes = {**table.given(_PROCESS), **_laws(table)}
+    table.done()
+    return table.made(process.replace, **changes)

@@ -1,0 +1,79 @@
+"""Tables that the command line prints: the first parts one by one, and the plan's promise beside what came of it.
+
+Parts that were broken off are marked and counted, and left out of the means of what a finished part has: its time, its size.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+_SHOWN = 10  # parts printed one by one
+_ENDS = {"timed_out": "time was up", "slipped": "the table threw the part", "lost": "the part was lost"}
+
+
+def broken_off(outcome: Any, otherwise: str = "the controller gave up") -> list[str]:
+    """Say of each part why it was broken off, by flags of the outcome; "" of one that came to its end."""
+    told = {name: outcome[name].values != 0 for name in _ENDS if name in outcome}
+    if "unfinished" in outcome:
+        broken = outcome.unfinished.values != 0
+    elif "said_finished" in outcome:
+        broken = outcome.said_finished.values == 0
+    else:
+        broken = told.get("timed_out", np.zeros(outcome.sizes["part"], dtype=bool))
+    return [next((_ENDS[name] for name in told if told[name][k]), otherwise) if bad else "" for k, bad in enumerate(broken)]
+
+
+def parts_table(
+    log: "Log", part: str, columns: Sequence[tuple[str, str]], short: Mapping[str, str], why: Sequence[str] = ()
+) -> Iterator[str]:
+    """Lines of a table of the first parts: a column (name, format) of the outcome each; `short` are headings of some.
+
+    Behind those that were broken off stands `why`.
+    """
+    outcome = log.outcome
+    yield "  ".join([part, *(f"{_heading(outcome, name, short):>12}" for name, _ in columns)])
+    for k in range(min(len(log), _SHOWN)):
+        cells = (f"{_cell(outcome[name].values[k], form):>12}" for name, form in columns)
+        yield "  ".join([f"{k:{len(part)}d}", *cells]) + (f"  broken off: {why[k]}" if why and why[k] else "")
+    if len(log) > _SHOWN:
+        yield f" ...  ({len(log) - _SHOWN} more)"
+
+
+def _cell(value: Any, form: str) -> str:
+    return format(int(value) if form == "d" else float(value), form)
+
+
+def _heading(outcome: Any, name: str, short: Mapping[str, str]) -> str:
+    unit, word = outcome[name].attrs["units"], short.get(name, name)
+    return word if unit == "1" else f"{word} {unit}"
+
+
+def summary_head(finished: int, parts: int, part: str) -> str:
+    """Heading of the lines that `summary_line` makes."""
+    count = f"{parts}" if finished == parts else f"{finished} of {parts}"
+    return f"{f'mean of {count} {part}s':<24}{'planned':>12}{'realised':>12}{'std. error':>12}"
+
+
+def summary_line(name: str, values: Any, form: str, planned: float | None = None) -> str:
+    """Planned (the plan on its own model) against realised (the stand), with the standard error of the mean."""
+    error = format(values.std(ddof=1) / np.sqrt(values.size), form) if values.size > 1 else "-"
+    promise = "" if planned is None else format(planned, form)
+    return f"{name:<24}{promise:>12}{format(values.mean(), form):>12}{error:>12}"
+
+
+def broken_lines(why: Sequence[str], part: str) -> Iterator[str]:
+    """How many parts were broken off and why, where there are such."""
+    broken = Counter(filter(None, why))
+    if not broken:
+        return
+    yield summary_line("broken off (%)", 100.0 * np.array([bool(each) for each in why]), ".1f", 0.0)
+    reasons = ", ".join(f"{reason} ({number})" for reason, number in broken.items())
+    if broken.total() == len(why):
+        yield f"no {part} was finished: {reasons}"
+    else:
+        yield f"{broken.total()} of {len(why)} {part}s were broken off, and are in no mean of times and sizes: {reasons}"

@@ -1,0 +1,102 @@
+"""The folder of a run: plan, log, journal and pictures; what is another run's is refused before anything is written."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hwsim._log.fingerprint import fingerprint
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+
+class RunFolder:
+    """What a command keeps: ``<word>.nc``, ``run.nc``, ``run.db`` and pictures; `load` opens a plan."""
+
+    def __init__(self, path: Path, word: str, load: Callable[[Path], Any]) -> None:
+        self.path, self.word, self._load = path, word, load
+        if path.exists() and not path.is_dir():
+            raise ValueError(f"--out must be a folder; {path} is a file")
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+    @property
+    def journal(self) -> Path:
+        """Where finished parts are written."""
+        return self.path / "run.db"
+
+    @property
+    def plan(self) -> Any:
+        """The plan that is kept here, or None."""
+        return self._load(self._plan_file) if self._plan_file.exists() else None
+
+    @property
+    def _plan_file(self) -> Path:
+        return self.path / f"{self.word}.nc"
+
+    @property
+    def finished(self) -> int:
+        """Number of parts in the journal: none of them is thrown away."""
+        from hwsim._log.journal import Journal
+
+        if not self.journal.exists():
+            return 0
+        with Journal(self.journal) as journal:
+            return journal.parts
+
+    def refuse_other_plan(self, problem: Any, given: Any) -> None:
+        """Refuse a folder that holds a plan of another problem, or another plan than the one that is given."""
+        kept = self.plan
+        if kept is None:
+            return
+        if kept.problem != problem:
+            changed = differences(kept.problem, problem)
+            raise ValueError(f"--out {self} holds a run of another problem ({changed} differs): choose another folder")
+        if given is not None and fingerprint(given) != fingerprint(kept):
+            raise ValueError(f"--out {self} holds a run of another {self.word}: choose another folder")
+
+    def refuse_other_run(self, **ingredients: Any) -> None:
+        """Refuse a folder whose journal is of another run before anything is written there."""
+        from hwsim._log.journal import Journal
+
+        if self.journal.exists():
+            with Journal(self.journal) as journal:
+                journal.refuse_other({name: fingerprint(thing) for name, thing in ingredients.items()})
+
+    def begin(self, plan: Any) -> None:
+        """Make the folder and write the plan, where that is not done."""
+        self.path.mkdir(parents=True, exist_ok=True)
+        if not self._plan_file.exists():
+            plan.save(self._plan_file)
+
+    def keep(self, log: "Log", pictures: Mapping[str, Any]) -> list[str]:
+        """Write log and pictures (file name -> what has ``plot``); give the names of everything in the folder."""
+        log.save(self.path / "run.nc")
+        names = drawn(self.path, pictures) if pictures else []
+        return [self._plan_file.name, "run.nc", "run.db", *names]
+
+
+def drawn(folder: Path, things: Mapping[str, Any]) -> list[str]:
+    """Draw what can be drawn into a folder; without matplotlib the rest is still kept."""
+    from sdpgrind.base.extras import need
+    from sdpgrind.base.records import whole_file
+
+    try:
+        pyplot = need("matplotlib.pyplot", "plot")
+    except ImportError as error:
+        return [f"no pictures ({error})"]
+    pyplot.switch_backend("agg")
+    for name, thing in things.items():
+        figure = thing.plot()
+        with whole_file(folder / name) as temporary:
+            figure.savefig(temporary, format="png", dpi=150)
+        pyplot.close(figure)
+    return list(things)
+
+
+def differences(one: Any, other: Any) -> str:
+    """Names of the fields in which two problems differ."""
+    names = [field.name for field in dataclasses.fields(one)]
+    return ", ".join(name for name in names if getattr(one, name) != getattr(other, name))

@@ -1,0 +1,128 @@
+"""Tables of a TOML file, read key by key: every fault is one line that names the key; a key that nobody took is a fault."""
+
+import difflib
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from hwsim.command._quantities import quantity
+
+Made = TypeVar("Made")
+
+
+@dataclass
+class Table:
+    """A table of the file; what is not taken out of it in the end is a wrong key."""
+
+    name: str  # "" for the file itself
+    entries: dict[str, Any]
+    known: set[str] = field(default_factory=set)
+
+    def path(self, key: str) -> str:
+        return f"{self.name}.{key}" if self.name else key
+
+    def has(self, key: str) -> bool:
+        self.known.add(key)
+        return key in self.entries
+
+    def take(self, key: str) -> Any:
+        if not self.has(key):
+            close = difflib.get_close_matches(key, self.entries.keys() - self.known)
+            raise ValueError(f"{self.path(key)} is missing" + (f"; is {self.path(close[0])} meant?" if close else ""))
+        return self.entries[key]
+
+    def number(self, key: str, unit: str) -> float:
+        return quantity(self.path(key), self.take(key), unit)
+
+    def numbers(self, units: Mapping[str, str]) -> dict[str, float]:
+        return {key: self.number(key, unit) for key, unit in units.items()}
+
+    def list_of(self, key: str, unit: str) -> list[float]:
+        values = self.take(key)
+        if not isinstance(values, list):
+            raise ValueError(f"{self.path(key)} must be a list of numbers ({unit}); got {values!r}")
+        return [quantity(f"{self.path(key)}[{k}]", value, unit) for k, value in enumerate(values)]
+
+    def given(self, units: Mapping[str, str]) -> dict[str, float]:
+        return {key: self.number(key, unit) for key, unit in units.items() if self.has(key)}
+
+    def text(self, key: str, choices: Mapping[str, Any] | tuple[str, ...]) -> str:
+        value = self.take(key)
+        if value not in choices:
+            raise ValueError(f"{self.path(key)} must be one of {', '.join(choices)}; got {value!r}")
+        return str(value)
+
+    def maybe(self, key: str) -> "Table":
+        """A table that may be missing: then it is empty."""
+        return self.table(key) if self.has(key) else Table(self.path(key), {})
+
+    def table(self, key: str) -> "Table":
+        value = self.take(key)
+        if not isinstance(value, dict):
+            raise ValueError(f"{self.path(key)} must be a table; got {value!r}")
+        return Table(self.path(key), value)
+
+    def made(self, make: Callable[..., Made], *values: Any, **options: Any) -> Made:
+        """What `make` makes of values of this table; what it refuses is told with the name of the table."""
+        try:
+            return make(*values, **options)
+        except (ValueError, TypeError) as error:
+            where = f"[{self.name}] " if self.name else ""
+            raise ValueError(f"{where}{error}") from None
+
+    def done(self) -> None:
+        """Refuse the first key that nobody asked for."""
+        for key in self.entries:
+            if key not in self.known:
+                close = difflib.get_close_matches(key, self.known, 1)
+                meant = f"is {self.path(close[0])} meant?" if close else f"keys here are {', '.join(sorted(self.known))}"
+                raise ValueError(f"{self.path(key)} is not a key; {meant}")
+
+
+def read(path: Path, make: Callable[[Table], Made]) -> Made:
+    """What `make` makes of the file at `path`; ValueError names the file and the key, also one that nobody took."""
+    entries = _entries(path)
+    table = Table("", entries)
+    try:
+        made = make(table)
+        table.done()
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{path}: {_with_text(str(error), entries)}") from None
+    return made
+
+
+def _entries(path: Path) -> dict[str, Any]:
+    text = path.read_text(encoding="utf-8")
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{path}: {_misread(str(error), text)}") from None
+
+
+_NO_TOML = {
+    "Cannot overwrite a value": "the key is there twice",
+    "Cannot declare": "the table is there twice",
+    "Invalid value": "no number, no true or false, and no text in quotes",
+}
+
+
+def _misread(told: str, text: str) -> str:
+    """What is no TOML, with its line: tomllib tells the place by numbers alone, and names no key."""
+    place = re.search(r"(.*) \(at line (\d+), column \d+\)", told)
+    if place is None:
+        return told
+    what = next((meaning for start, meaning in _NO_TOML.items() if told.startswith(start)), place[1])
+    return f"line {place[2]}, {text.splitlines()[int(place[2]) - 1].strip()!r}: {what}"
+
+
+def _with_text(told: str, entries: Any) -> str:
+    """Add to a refusal the text that stands in the file, where what was refused is the number made of it."""
+    named = re.match(r"(?:\[([\w.]+)\] )?([\w.]+) must be ", told)
+    if named is None:
+        return told
+    for key in ".".join(filter(None, named.groups())).split("."):
+        entries = entries.get(key) if isinstance(entries, dict) else None
+    return f"{told}, from {entries!r}" if isinstance(entries, str) and repr(entries) not in told else told

@@ -1,0 +1,1 @@
+"""Weldbead of `command`."""

@@ -1,0 +1,73 @@
+"""``hwsim weldbead``: plan a job (or load its policy), grind beads on a simulated stand, report."""
+
+import argparse
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from hwsim.command.base import Area
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+    from hwsim.command._weldbead._weldbead_jobs import Job
+
+
+class WeldBead(Area):
+    """The sequence of passes over a weld bead, alone or over its two lower tiers."""
+
+    name = "weldbead"
+    about = "plan a weld-bead grinding job and run it, pass by pass, on a simulated stand"
+    more = """
+Three tiers run: the sequence asks for a depth, the pass planner turns it into heights and forces along the scanned bead,
+a force loop follows them 60 times a second. With --simple the sequence runs alone; what a pass takes off is drawn.
+
+With --out the policy, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after
+the last finished bead, with the results that it would have had; a finished run is reported again.
+"""
+    made_for, part, plan_word = "a weld bead", "bead", "policy"
+    presets = "P1 ... P5, C0"
+    tolerance = "of the plan's expected penalty, $ (1e-5, or what suits greater charges)"
+    switches: ClassVar[Mapping[str, str]] = {"--simple": "the sequence alone, on a stand of one draw a pass"}
+
+    def read(self, path: Path, arguments: argparse.Namespace) -> "Job":
+        """Read the job in a TOML file."""
+        from hwsim.command._weldbead.toml import read
+
+        return read(path, simple=arguments.simple)
+
+    def preset(self, name: str) -> Any:
+        """Give a problem by its name."""
+        from sdpgrind import weldbead
+
+        return weldbead.preset(name)
+
+    def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
+        """Put a problem on a stand of which nothing is said."""
+        from hwsim.command._weldbead._weldbead_jobs import job_of
+
+        return job_of(problem, simple=arguments.simple)
+
+    def plan_class(self) -> type:
+        """Class of its plans."""
+        from sdpgrind import weldbead
+
+        return weldbead.SequencePolicy
+
+    def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
+        """Plan a job; how exact the policy is without a tolerance that was asked for, the report says."""
+        from sdpgrind import weldbead
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            tolerance: float | Literal["auto"] = "auto" if arguments.tolerance is None else arguments.tolerance
+            return weldbead.plan(job.problem, tolerance=tolerance, progress=progress)
+
+    def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
+        """Say what was planned and what came of it."""
+        from hwsim.command._weldbead.report import report
+
+        return report(title, log, plan, job.start)
+
+
+AREA = WeldBead()

@@ -1,0 +1,54 @@
+"""What ``hwsim weldbead`` prints: the first beads, and the plan's promise beside what came of it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from hwsim.command._report import parts_table, summary_head, summary_line
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+_SHORT = {"overground": "mean over", "overground_worst": "deepest", "penalty_planned": "planned", "penalty": "realised"}
+_COLUMNS = (
+    ("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("overground", ".4f"), ("overground_worst", ".3f"), ("lateness", ".1f"),
+    ("stalls", "d"), ("penalty_planned", ".4f"), ("penalty", ".4f"),
+)  # fmt: skip
+
+
+def report(title: str, log: "Log", policy: Any, start: tuple[float, float]) -> str:
+    """Return the whole report as text."""
+    risk = policy.risk(height=start[0], time_left=start[1])
+    return "\n".join([*_head(title, policy, start), "", *_beads(log), "", *_summary(log, risk)])
+
+
+def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
+    yield f"{title}: beads of {start[0]:.4g} mm, {start[1]:g} s to the deadline"
+    problem = policy.problem
+    durations = f"{problem.durations[0]:g} ... {problem.durations[-1]:g} s"
+    known = "" if policy.error is None else f"; expected penalty known to {policy.error:.0e} $"
+    yield f"policy: passes of {durations}, up to {problem.force_max:g} N{known}"
+
+
+def _beads(log: "Log") -> Iterator[str]:
+    outcome = log.outcome
+    level = "overground_worst" not in outcome  # then the height says how much is missing
+    columns = [(name, form) for name, form in _COLUMNS if name in outcome and not (level and name == "overground")]
+    return parts_table(log, "bead", columns, _SHORT)
+
+
+def _summary(log: "Log", risk: Any) -> Iterator[str]:
+    outcome = log.outcome
+    planned = float(outcome.penalty_planned.values.mean())
+    yield summary_head(len(log), len(log), "bead")
+    yield summary_line("penalty ($)", outcome.penalty.values, ".4f", planned)
+    yield summary_line("passes", outcome.passes.values, ".2f", float(risk.passes))
+    yield summary_line("height left (mm)", outcome.height.values, ".4f")
+    yield summary_line("overground (%)", 100.0 * (outcome.height.values < 0), ".1f", 100.0 * float(risk.overground))
+    yield summary_line("overground depth (mm)", outcome.overground.values, ".4f")
+    if "overground_worst" in outcome:
+        yield summary_line("deepest place (mm)", outcome.overground_worst.values, ".4f")
+    yield summary_line("late (%)", 100.0 * (outcome.lateness.values > 0), ".1f")
+    yield summary_line("time used (s)", outcome.time.values, ".1f")
+    for name, words in (("burned", "burned passes"), ("stalls", "stalls")):
+        if name in outcome and outcome[name].values.any():
+            yield summary_line(words, outcome[name].values, ".2f")

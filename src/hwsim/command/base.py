@@ -1,0 +1,236 @@
+"""One area of the command line: take a job or a preset, plan it (or load its plan), run it on a simulated stand, report."""
+
+import argparse
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from hwsim.command._run_folder import RunFolder, differences
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+
+_PARTS = 20  # where nobody says how many
+NOTHING_FINISHED = 1  # exit status of a run in which every part was broken off
+
+
+class Job(Protocol):
+    """What is run: a stand, what is planned for it, and the controller that follows the plan."""
+
+    @property
+    def stand(self) -> Any:
+        """The plant."""
+
+    @property
+    def problem(self) -> Any:
+        """What is planned."""
+
+    def controller(self, plan: Any) -> Any:
+        """The controller that follows a plan."""
+
+
+class Area(ABC):
+    """What differs between ``hwsim weldbead``, ``hwsim plunge``, ...: an area gives words and these functions, no more.
+
+    Its module imports nothing heavy at the top: ``hwsim --help`` asks every area.
+    """
+
+    name: ClassVar[str]  # of the command
+    about: ClassVar[str]  # one line for --help
+    more: ClassVar[str] = ""  # what else --help says
+    made_for: ClassVar[str]  # "a weld bead"
+    part: ClassVar[str] = "part"
+    plan_word: ClassVar[str] = "plan"  # of its option and of its file
+    presets: ClassVar[str]  # names, the first one an example: "P1 ... P5, C0"
+    units: ClassVar[str] = "mm, s, N, J, W"  # of the TOML file
+    error_unit: ClassVar[str] = "$"  # of the error of a plan
+    tolerance: ClassVar[str] = ""  # what --tolerance is of; without it there is no such option
+    # Options that no other area has, and their help: switches (a simpler stand, one without noise), and whole numbers >= 1.
+    switches: ClassVar[Mapping[str, str]] = {}
+    counts: ClassVar[Mapping[str, str]] = {}
+
+    @abstractmethod
+    def read(self, path: Path, arguments: argparse.Namespace) -> Job:
+        """Read the job in a TOML file (see `hwsim.command._toml.read`)."""
+
+    @abstractmethod
+    def preset(self, name: str) -> Any:
+        """Give a problem by its name."""
+
+    @abstractmethod
+    def job_of(self, problem: Any, arguments: argparse.Namespace) -> Job:
+        """Put a problem on a stand of which nothing is said."""
+
+    @abstractmethod
+    def plan_class(self) -> type:
+        """Class of its plans: with ``problem``, ``error``, ``plot`` and ``save``."""
+
+    @abstractmethod
+    def plan(self, job: Job, arguments: argparse.Namespace, progress: Any) -> Any:
+        """Plan a job anew."""
+
+    def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
+        """Give what learns between parts; None: nothing does."""
+        return None
+
+    def watched(self, controller: Any, job: Any, arguments: argparse.Namespace) -> Any:
+        """Give the controller itself, or one that does the same and shows it."""
+        return controller
+
+    def more_pictures(self, log: "Log") -> Mapping[str, Any]:
+        """Name what else of a log is drawn into the folder: file name -> what has ``plot``."""
+        return {}
+
+    def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
+        """Do something else than a run, where a switch asks for it, and say in a text what came of it; None: run.
+
+        What is not given (``arguments.parts``) is None here.
+        """
+        return None
+
+    @abstractmethod
+    def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
+        """Say in a text what was planned and what came of it (see `hwsim.command._report`)."""
+
+
+def add_to(subparsers: Any, area: Area) -> None:
+    """Add the command of an area to the parser's subparsers."""
+    word = area.plan_word
+    parser = subparsers.add_parser(area.name, help=area.about, description=area.about.capitalize() + ".", epilog=area.more)
+    parser.add_argument("problem", nargs="?", type=Path, metavar="problem.toml", help=f"the job ({area.units})")
+    parser.add_argument("--preset", help=f"a ready problem instead of a file: {area.presets}")
+    for switch, meaning in area.switches.items():
+        parser.add_argument(switch, action="store_true", help=meaning)
+    for count, meaning in area.counts.items():
+        parser.add_argument(count, type=int, metavar="N", help=meaning)
+    parser.add_argument(f"--{word}", dest="plan", type=Path, metavar="p.nc", help=f"follow this saved {word} instead of planning")
+    parser.add_argument("--parts", type=int, metavar="N", help=f"number of {area.part}s ({_PARTS})")
+    parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
+    if area.tolerance:
+        parser.add_argument("--tolerance", type=float, help=area.tolerance)
+    parser.add_argument("--no-pictures", action="store_true", help="draw nothing")
+    parser.set_defaults(work=partial(work, area), tolerance=None)
+
+
+def work(area: Area, arguments: argparse.Namespace) -> int:
+    """Do what the command line asks for and return the exit status: 0, or 1 where every part was broken off."""
+    job, given = _job(area, arguments)
+    _check_numbers(area, arguments)
+    title = str(arguments.problem or arguments.preset or arguments.plan)
+    if (text := area.instead(title, job, arguments)) is not None:
+        print(text)
+        return 0
+    if arguments.parts is None:
+        arguments.parts = _PARTS
+    folder = None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
+    if folder is not None:
+        folder.refuse_other_plan(job.problem, given)
+        folder.refuse_other_run(plant=job.stand, rng=arguments.rng)
+    plan = _plan(area, job, given, folder, arguments)
+    if folder is not None:
+        folder.refuse_other_run(controller=job.controller(plan))
+        folder.begin(plan)
+    log = _run(area, job, plan, folder, arguments)
+    pictures = {} if arguments.no_pictures else {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
+    kept = [] if folder is None else folder.keep(log, pictures)
+    print(area.report(title, log, plan, job))
+    if len(log) > arguments.parts:
+        held = f"{folder} held {len(log)} finished {area.part}s already"
+        print(f"\n{held}: all of them are reported, not {arguments.parts}")
+    if folder is not None:
+        print(f"\nkept in {folder}: {', '.join(kept)}")
+    return _status(log)
+
+
+def _status(log: "Log") -> int:
+    from hwsim.command._report import broken_off
+
+    return NOTHING_FINISHED if all(broken_off(log.outcome)) else 0
+
+
+def announce(text: str) -> None:
+    """Say what begins now and may take long; on standard error, as it is no result."""
+    print(f"hwsim: {text} ...", file=sys.stderr, flush=True)
+
+
+def _check_numbers(area: Area, arguments: argparse.Namespace) -> None:
+    from sdpgrind.base import checks
+
+    for name in ("--parts", *area.counts):
+        if (given := getattr(arguments, name.removeprefix("--"))) is not None:
+            checks.count(name, given)
+    checks.count("--rng", arguments.rng, at_least=0)
+    if arguments.tolerance is not None:
+        checks.positive("--tolerance", arguments.tolerance, area.error_unit)
+
+
+def _job(area: Area, arguments: argparse.Namespace) -> tuple[Job, Any]:
+    """The stand with its controller, and the plan where one is given."""
+    word = area.plan_word
+    if arguments.problem is not None and arguments.preset is not None:
+        raise ValueError("either problem.toml or --preset must be given, not both")
+    plan = _loaded(area, arguments.plan) if arguments.plan is not None else None
+    if arguments.problem is not None:
+        job = area.read(arguments.problem, arguments)
+    elif arguments.preset is not None:
+        job = area.job_of(area.preset(arguments.preset), arguments)
+    elif plan is not None:
+        return area.job_of(plan.problem, arguments), plan
+    else:
+        example = f"hwsim {area.name} --preset {area.presets.split()[0].rstrip(',')}"
+        raise ValueError(f"problem.toml, --preset or --{word} must be given; try: {example}")
+    if plan is not None and plan.problem != job.problem:
+        changed = differences(plan.problem, job.problem)
+        raise ValueError(f"--{word} {arguments.plan} is for another problem: {changed} differs")
+    return job, plan
+
+
+def _loaded(area: Area, path: Path) -> Any:
+    import sdpgrind
+
+    plan = sdpgrind.load(path)
+    if not isinstance(plan, area.plan_class()):
+        saved = f"a saved {area.plan_word} of {area.made_for}"
+        raise ValueError(f"--{area.plan_word} must be {saved}; {path} holds a {type(plan).__name__}")
+    return plan
+
+
+def _plan(area: Area, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> Any:
+    """The plan that is given, that is kept in the folder, or a new one; no less exact than was asked for."""
+    from sdpgrind.base.progress import TerminalLine
+
+    if given is not None:
+        _check_error(area, given, arguments, f"--{area.plan_word} {arguments.plan}", f"plan anew, without --{area.plan_word}")
+        return given
+    kept = None if folder is None else folder.plan
+    if kept is None:
+        announce("planning")
+        return area.plan(job, arguments, TerminalLine())
+    _check_error(area, kept, arguments, f"--out {arguments.out}", "choose another folder or tolerance")
+    return kept
+
+
+def _check_error(area: Area, plan: Any, arguments: argparse.Namespace, where: str, advice: str) -> None:
+    """Refuse a plan that is not known to be as exact as was asked for."""
+    asked, unit, word = arguments.tolerance, area.error_unit, area.plan_word
+    if asked is not None and (plan.error is None or plan.error > asked):
+        known = "of unknown error" if plan.error is None else f"known to {plan.error:.2g} {unit}"
+        raise ValueError(f"{where} holds a {word} {known}, --tolerance asks for {asked:g} {unit}: {advice}")
+
+
+def _run(area: Area, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> "Log":
+    from hwsim._loop.loop import run
+    from sdpgrind.base.progress import TerminalLine
+
+    journal = None if folder is None else folder.journal
+    finished = 0 if folder is None else folder.finished
+    parts = max(arguments.parts, finished)
+    adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
+    if finished < parts:
+        announce(f"running {parts - finished} {area.part}{'s' if parts - finished > 1 else ''}")
+    return run(job.stand, controller, parts=parts, rng=arguments.rng, adapt=adapt, journal=journal, progress=TerminalLine())

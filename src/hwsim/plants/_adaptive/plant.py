@@ -1,0 +1,217 @@
+"""A grinder under adaptive control: infeed and work speed are commanded, power is measured, the wheel dulls from part to part."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, Self, TypeAlias
+
+import numpy as np
+
+from hwsim.devices import Gauge
+from hwsim.plants._adaptive.machine import AdaptivePart, Rig
+from sdpgrind.base import checks, stored
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.locus import Grinding, Problem
+from sdpgrind.locus.kernels import Ranges
+
+Truth: TypeAlias = Grinding | Callable[[np.random.Generator], Grinding] | None
+_POSITIVE = {"stock": "mm", "max_time": "s", "tick": "s"}
+_NONNEGATIVE = {"dulling": "1/mm", "infeed_lag": "s", "power_lag": "s", "touch_in": "s"}
+_SHORTEST = 1e-4  # s: lags below it are to be 0
+_CONTROLS = {"infeed_rate", "work_rotation"}
+
+
+@dataclass(frozen=True)
+class AdaptiveGrinder(Frozen):
+    """Plunge grinding as fast as a dulling wheel allows without burning: the plant of Koren's (1989) controller (36).
+
+    It takes ``infeed_rate`` (of the radius, mm/s) and ``work_rotation`` (rad/s) and holds them. The slide follows with a lag, the
+    work at once. It reads ``grinding_power`` (W, measured less idle power, with the lag of the monitor), ``infeed_rate`` (of the
+    slide, mm/s) and ``removed`` (mm of radius). Lags are solved in closed form, the monitor by quadrature; both are exact to 1e-9
+    of a reading.
+
+    A part begins with the slide at rest and ends when the stock is gone, to a tick. What it takes off dulls the wheel, which the
+    next part of the series finds so, unless it is dressed in between: parts go one after the other.
+
+    Outcome of a part: ``time`` (s); ``slack`` (W, the least burning power less grinding power at the true infeed, after the
+    touch-in; the part is ``burned`` where it is negative) and ``part_slack`` (W, the same with the touch-in: a wheel that begins
+    to cut only ploughs, and the model has that burn, b F_pl V_s below the limit for a moment); ``convergence_time`` (s, the first
+    sample from which on the infeed is within 5 % of the best one; NaN: never); mean ``removal_rate`` (mm^3/s); the stock
+    ``remaining`` (mm) and ``timed_out``; the hidden ``true_wear_flat_area`` at the end. Sample by sample (s, mm/s, W):
+    ``sample_time``, ``true_infeed_rate``, ``best_infeed_rate`` (the moving optimum; NaN where every point burns),
+    ``true_grinding_power`` and ``burning_power``.
+
+    Parameters
+    ----------
+    problem : locus.Problem
+        Grinding as it is believed to be: its model is a `locus.Grinding`, its ranges are those of the machine.
+    truth : locus.Grinding or callable, optional
+        What it really is, or a function of a Generator that draws it for each part. None: the problem's own model.
+    wear_flat_area : float
+        Of the wheel before the first part, 0..1.
+    dulling : float
+        What is added to it for each mm of radius ground off, 1/mm.
+    dress_at, dressed_area : float
+        A wheel that a part leaves with an area of `dress_at` or more is dressed, and has `dressed_area` then, 0..1. None: never.
+    stock : float
+        To be ground off a part, mm of radius.
+    infeed_lag, power_lag : float
+        Time constants of slide and power monitor, s; 0: none.
+    power_gauge : devices.Gauge
+        Noise and step of the monitor, W.
+    idle_error : float
+        What the monitor shows too much, as idle power is taken off wrongly, W.
+    touch_in : float
+        Time at the start of a part that ``slack`` leaves out, s.
+    max_time : float
+        The part is broken off then, s.
+    tick : float
+        In which time is counted, s.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, a command cannot be done, or the process has limits beside burning.
+    TypeError
+        When the problem's model is no `locus.Grinding`.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import locus
+    >>> class Steady:
+    ...     period = 0.5  # s
+    ...     def reset(self): ...
+    ...     def step(self, *, grinding_power, **measured):
+    ...         return {"infeed_rate": 0.015, "work_rotation": 10.4}
+    >>> log = hwsim.run(hwsim.AdaptiveGrinder(locus.preset("grinding")), Steady(), parts=2)
+    >>> log.outcome.slack.values.round(1), log.outcome.true_wear_flat_area.values.round(6)  # W, 1: a wheel that dulls burns
+    (array([ -6.9, -15.3]), array([0.0061, 0.0062]))
+    """
+
+    problem: Problem
+    _: KW_ONLY
+    truth: Truth = None
+    wear_flat_area: float = 0.006
+    dulling: float = 1e-4 / 0.3
+    dress_at: float | None = None
+    dressed_area: float = 0.006
+    stock: float = 0.3
+    infeed_lag: float = 1.25
+    power_lag: float = 0.2
+    power_gauge: Gauge = field(default_factory=Gauge)
+    idle_error: float = 0.0
+    touch_in: float = 3.0
+    max_time: float = 1200.0
+    tick: float = 0.01
+
+    def __post_init__(self) -> None:
+        _check_problem(self.problem)
+        for name, unit in _POSITIVE.items():
+            checks.positive(name, getattr(self, name), unit)
+        for name, unit in _NONNEGATIVE.items():
+            checks.nonnegative(name, getattr(self, name), unit)
+        for name in ("infeed_lag", "power_lag"):
+            if 0 < getattr(self, name) < _SHORTEST:
+                raise checks.refuse(name, f"0 or >= {_SHORTEST:g}", getattr(self, name), "s")
+        checks.share("wear_flat_area", self.wear_flat_area)
+        checks.share("dressed_area", self.dressed_area)
+        if self.dress_at is not None and not checks.number("dress_at", self.dress_at) > self.dressed_area:
+            raise checks.refuse("dress_at", f"> dressed_area = {self.dressed_area:g}", self.dress_at)
+        checks.number("idle_error", self.idle_error, "W")
+        checks.kind("power_gauge", self.power_gauge, Gauge, " (see hwsim.devices)")
+        if self.truth is not None and not callable(self.truth):
+            _check_process("truth", self.truth)
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of what is measured."""
+        return {"grinding_power": "W", "infeed_rate": "mm/s", "removed": "mm"}
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of what can be commanded."""
+        return {"infeed_rate": "mm/s", "work_rotation": "rad/s"}
+
+    @property
+    def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
+        """Name -> unit of what a part became, and the dimension of what is told sample by sample."""
+        part = {"time": "s", "slack": "W", "part_slack": "W", "burned": "", "convergence_time": "s", "removal_rate": "mm^3/s"}
+        end = {"remaining": "mm", "timed_out": "", "true_wear_flat_area": ""}
+        rates = {"sample_time": "s", "true_infeed_rate": "mm/s", "best_infeed_rate": "mm/s"}
+        samples = {**rates, "true_grinding_power": "W", "burning_power": "W"}
+        return {**part, **end, **{name: (unit, "sample") for name, unit in samples.items()}}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Stock (mm), touch-in (s), ranges (mm/s, rad/s), and the process where it can be written down, for the log."""
+        plain = {"stock": float(self.stock), "touch_in": float(self.touch_in), **self._ranges._asdict()}
+        try:
+            return {**plain, "process": stored.encode(self.problem.model)}
+        except TypeError:  # a sliding law of one's own
+            return plain
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Wheel and work (mm, mm/s); `truth` may differ, as nobody knows it."""
+        return dict(self.problem.model.job)
+
+    @property
+    def _ranges(self) -> Ranges:
+        low, high = self.problem.controls["work_rotation"]
+        return Ranges(float(self.problem.controls["infeed_rate"][1]), float(low), float(high))
+
+    def with_tick(self, tick: float) -> Self:
+        """Return the same plant with another tick.
+
+        Parameters
+        ----------
+        tick : float
+            In which time is counted, s.
+        """
+        return self.replace(tick=tick)
+
+    def after(self, outcome: Mapping[str, Any]) -> Self:
+        """Return the plant as a part left it, with a wheel that is duller, or dressed.
+
+        Parameters
+        ----------
+        outcome : mapping
+            What the part became, in its units; see the class.
+        """
+        area = min(1.0, float(outcome["true_wear_flat_area"]))
+        dressed = self.dress_at is not None and area >= self.dress_at
+        return self.replace(wear_flat_area=self.dressed_area if dressed else area)
+
+    def start(self, rng: np.random.Generator) -> AdaptivePart:
+        """Draw the truth of the next part and return it, at time 0.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Random source of this part: truth and noise draw from a child each.
+
+        Returns
+        -------
+        Machine
+            See `hwsim.protocols.Machine`; its time is in ticks.
+        """
+        of_truth, of_noise = rng.spawn(2)
+        truth = self.problem.model if self.truth is None else self.truth
+        process = truth if isinstance(truth, Grinding) else _check_process("truth(rng)", truth(of_truth))
+        return AdaptivePart(Rig(*(getattr(self, name) for name in Rig._fields)), process, self._ranges, of_noise)
+
+
+def _check_problem(problem: Problem) -> None:
+    """It must be grinding with no limit but burning, with ranges that a machine can have."""
+    checks.kind("problem", problem, Problem, ' (see locus.preset("grinding"))')
+    _check_process("problem.model", problem.model)
+    if set(problem.controls) != _CONTROLS:
+        raise checks.refuse("problem.controls", "infeed_rate and work_rotation", ", ".join(problem.controls))
+    checks.positive('problem.controls["work_rotation"][0]', problem.controls["work_rotation"][0], "rad/s")
+
+
+def _check_process(name: str, process: object) -> Grinding:
+    known = checks.kind(name, process, Grinding, " (see locus.Grinding)")
+    if known.roughness is not None:
+        raise ValueError(f"{name}.roughness must be None: this machine has no gauge of roughness; got {known.roughness!r}")
+    return known

@@ -1,0 +1,1 @@
+"""Centering of `plants`."""

@@ -1,0 +1,240 @@
+"""One part on a centering machine: the compiled core with its random numbers, commands and samples."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from centering import CenteringProblem, PushModel, PushScatter
+from centering.kernels import gauges, slide
+from centering.kernels import machine as kernels
+from centering.kernels import ring as laws
+from hwsim._part.clock import Clock
+from hwsim._processor.scheduler import Scheduler
+from hwsim.plants._centering.tasks import Tasks
+from hwsim.plants._probe.ring import Ring
+from hwsim.protocols import FOREVER
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+
+_NOTHING = np.zeros((0, 3))
+_ROUNDING = 1e-9
+_AWAY = 2.0  # s: a ring lies still long before, once nothing pushes it
+_SHORT = 0.02  # s
+LEAST_FRICTION = 0.1  # of the mean: less is not drawn
+_PROFILE = "rows of duration (s, > 0), velocity (mm/s) and acceleration (mm/s^2)"
+
+
+class Rig(NamedTuple):
+    """What does not change while a part is on the machine."""
+
+    problem: CenteringProblem
+    scatter: PushScatter
+    model: PushModel
+    friction: float  # of this part over that of the model
+    radius: float
+    shape: Floats
+    lobes: Floats
+    gauge: Floats
+    settings: Floats
+    clock: Clock
+    time_max: float
+    scheduler: Scheduler | None
+    control_ticks: int  # between two releases of the controller's task
+
+
+class CenteringPart:
+    """A live part; see `hwsim.protocols.Machine`."""
+
+    def __init__(self, rig: Rig, ring: Ring, gap: float, rngs: Sequence[np.random.Generator]) -> None:
+        self.time, self.done, self.event = 0, False, False
+        self._rig = rig
+        self._of_pushes, self._of_gauges, of_tasks = rngs
+        self._cell, self._state = rig.settings.copy(), np.zeros(slide.STATES)
+        self._most = math.ceil(rig.time_max / float(rig.clock.tick) * (1 - 1e-12))
+        laws.hold(self._cell, rig.friction)
+        self._profile, self._waiting = _NOTHING, _NOTHING
+        self._said = self._timed_out = self._lost = False
+        self._centers: list[tuple[float, float]] = []
+        self._ended: float | None = None
+        self._pending: Mapping[str, Any] = {}
+        state = self._state
+        state[slide.SEGMENT], state[slide.X], state[slide.Y] = -1.0, ring.center_x, ring.center_y
+        state[slide.REFERENCE] = float(kernels.reading(state, rig.shape, rig.lobes)[0]) + gap
+        self._tasks = None if rig.scheduler is None else Tasks(rig.scheduler, of_tasks)
+        if self._tasks:
+            self._tasks.sample(0, self, rig.time_max)
+        self._seen = self._read()
+
+    def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
+        """Take a command, let everything move for some ticks, measure."""
+        if command and not self.done:
+            self._pending = dict(command)
+            if self._tasks is None:
+                self.take_effect()
+        if ticks and not self.done:
+            self._advance(min(self.time + ticks, self._most) if ticks < FOREVER else self._most)
+        return dict(self._seen)
+
+    def _advance(self, until: int) -> None:
+        """Move on to a tick, or to the sample that belongs to it."""
+        if self._tasks is None:
+            self.move_to(self._rig.clock.seconds(until))
+            self.time = until
+        elif not self._next_sample(self._tasks, until):
+            return
+        if until >= self._most:
+            self._timed_out = self.done = True
+        self._check_lost()
+        self._seen = self._read()
+
+    def _next_sample(self, tasks: Tasks, until: int) -> bool:
+        """Move on to the start of the controller's job that is released at a tick; where that one is missed, of the next."""
+        period = self._rig.control_ticks
+        if until % period and until < self._most:
+            rule = f"a whole number of those of the task control, {self._rig.clock.seconds(period):g}"
+            raise checks.refuse("period of the controller", rule, self._rig.clock.seconds(until - self.time), "s")
+        job = tasks.sample(-(-until // period), self, self._rig.clock.seconds(self._most))
+        self.time = self._most if job is None and not self.done else self.time if job is None else min(job * period, self._most)
+        return not self.done
+
+    def move_to(self, seconds: float) -> None:
+        """Let everything move until a time, s; a profile that waits begins inside."""
+        while kernels.advance(self._state, self._cell, self._profile, self._rig.lobes, seconds):
+            self._begin_push()
+
+    def spindle(self) -> tuple[float, float, float, float]:
+        """Angle (rad), speed (rad/s), acceleration (rad/s^2), and how long that acceleration lasts (s)."""
+        angle, speed, wanted = (float(self._state[k]) for k in (slide.ANGLE, slide.SPEED, slide.SPEED_SET))
+        rate = math.copysign(float(self._cell[slide.SPINDLE_ACCELERATION]), wanted - speed) if wanted != speed else 0.0
+        return angle, speed, rate, abs((wanted - speed) / rate) if rate else math.inf
+
+    def take_effect(self) -> bool:
+        """Let the command of the last sample take effect; return whether it changes how the spindle turns."""
+        command, self._pending = self._pending, {}
+        before = self._state[slide.SPEED_SET]
+        if command:
+            self._take(command)
+        return bool(self._state[slide.SPEED_SET] != before)
+
+    @property
+    def _beyond(self) -> bool:
+        """Whether the axis is outside of the ring, which cannot be measured any more."""
+        reach = self._rig.radius - self._rig.shape[2]
+        return bool(math.hypot(self._state[slide.X], self._state[slide.Y]) >= reach)
+
+    def _check_lost(self) -> None:
+        if self._beyond:
+            self._lost = self.done = True
+
+    def _take(self, command: Mapping[str, Any]) -> None:
+        if "spindle_speed" in command:
+            self._set_spindle(command["spindle_speed"])
+        if "velocity" in command:
+            most = self._cell[slide.SPEED_MAX]
+            self._state[slide.VELOCITY_SET] = min(max(checks.number("velocity", command["velocity"], "mm/s"), -most), most)
+        if "profile" in command:
+            self._load(command["profile"], command.get("profile_angle"))
+        if command.get("retract") or command.get("finished"):
+            self._said = bool(command.get("finished"))
+            self._end()
+
+    def _set_spindle(self, speed: object) -> None:
+        most = self._rig.problem.limits.spindle_speed_max
+        wanted = checks.nonnegative("spindle_speed", speed, "rad/s")
+        if wanted > most * (1 + _ROUNDING):
+            raise checks.refuse("spindle_speed", f"<= spindle_speed_max = {most:.6g}; units.rpm(20) for rev/min", wanted, "rad/s")
+        self._state[slide.SPEED_SET] = wanted
+
+    def _load(self, profile: Any, angle: object) -> None:
+        """Have a profile wait for its angle, or begin; one that runs goes on and this one is dropped."""
+        rows = _checked(profile, self._cell)
+        if self._state[slide.SEGMENT] >= 0:
+            return
+        self._waiting = rows
+        self._state[slide.ARMED] = float(len(rows) > 0)
+        if not len(rows):
+            return
+        self._state[slide.START] = self._state[slide.ANGLE]
+        if angle is not None:
+            self._state[slide.START] = checks.number("profile_angle", angle, "rad")
+        if self._state[slide.START] <= self._state[slide.ANGLE]:
+            self._begin_push()
+
+    def _begin_push(self) -> None:
+        """The profile that waits begins now; what scatters from push to push is drawn."""
+        state, cell, rig = self._state, self._cell, self._rig
+        self._profile, self._waiting = self._waiting, _NOTHING
+        slide.begin_segment(state, self._profile, 0)
+        state[slide.ARMED] = state[slide.TOUCHED] = 0.0
+        state[slide.PUSHES] += 1.0
+        self._centers.append((float(state[slide.X]), float(state[slide.Y])))
+        friction, aim, stop = self._of_pushes.standard_normal(3).tolist()
+        of_push = 1.0 + rig.scatter.friction_push_sd * friction
+        laws.hold(cell, max(rig.friction * of_push, LEAST_FRICTION))
+        cell[slide.AIM], cell[slide.STOP] = rig.scatter.direction_sd * aim, rig.scatter.stop_sd * stop
+
+    def _end(self) -> None:
+        """The slide goes away as fast as it can, and the ring comes to rest or is lost; the part is done now."""
+        state = self._state
+        self._ended = until = float(state[slide.TIME])
+        state[slide.SEGMENT], state[slide.ARMED] = -1.0, 0.0
+        state[slide.VELOCITY_SET] = -self._cell[slide.SPEED_MAX]
+        while until < self._ended + _AWAY and (until == self._ended or not (kernels.settled(state) or self._beyond)):
+            until += _SHORT
+            self.move_to(until)
+        self._check_lost()
+        self.done = True
+
+    def _read(self) -> dict[str, float]:
+        rig, shown = self._rig, np.empty(len(gauges.NAMES))
+        normal, (first, second) = self._of_gauges.standard_normal(), self._of_gauges.random(2).tolist()
+        gauges.measure(self._state, self._cell, self._profile, rig.shape, rig.lobes, rig.gauge, normal, first, second, shown)
+        shown[8] = 1.0 if self._tasks is None else float(self._tasks.refreshed)
+        return dict(zip(gauges.NAMES, shown.tolist(), strict=True))
+
+    def outcome(self) -> dict[str, Any]:
+        """What became of the part; see the plant."""
+        state, rig = self._state, self._rig
+        x, y = float(state[slide.X]), float(state[slide.Y])
+        offset = math.hypot(x, y)
+        places = np.array([*self._centers, (x, y)])
+        overruns, response = (0.0, 0.0) if self._tasks is None else self._tasks.report()
+        return {
+            "time": self._ended if self._ended is not None else float(state[slide.TIME]),
+            "pushes": float(state[slide.PUSHES]),
+            "offset": offset,
+            "said_finished": float(self._said),
+            "finished": float(self._said and offset <= rig.problem.tolerance),
+            "timed_out": float(self._timed_out),
+            "slipped": float(state[slide.SLIPPED]),
+            "lost": float(self._lost),
+            "collisions": float(state[slide.COLLISIONS]),
+            "peak_force": float(state[slide.PEAK_EVER]),
+            "true_mu_static": float(rig.model.mu_static * rig.friction),
+            "true_mu_kinetic": float(rig.model.mu_kinetic * rig.friction),
+            "overruns": overruns,
+            "worst_response": response,
+            "center_x": places[:, 0],
+            "center_y": places[:, 1],
+        }
+
+
+def _checked(profile: Any, cell: Floats) -> Floats:
+    """A profile that the slide can do, as rows; it may come as what has them as its ``segments``."""
+    rows = checks.finite_array("profile", getattr(profile, "segments", profile), "s, mm/s, mm/s^2")
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise checks.refuse("profile", f"of shape (n, 3): {_PROFILE}", rows.shape)
+    if not len(rows):
+        return _NOTHING
+    if np.any(rows[:, 0] <= 0):
+        raise checks.refuse("profile[:, 0]", "durations > 0", float(rows[:, 0].min()), "s")
+    fastest = float(np.abs(np.concatenate([rows[:, 1], rows[:, 1] + rows[:, 0] * rows[:, 2]])).max())
+    if fastest > cell[slide.SPEED_MAX] * (1 + _ROUNDING):
+        raise checks.refuse("profile[:, 1]", f"speeds <= slide_speed_max = {cell[slide.SPEED_MAX]:g}", fastest, "mm/s")
+    hardest = float(np.abs(rows[:, 2]).max())
+    if hardest > cell[slide.ACCELERATION_MAX] * (1 + _ROUNDING):
+        rule = f"accelerations <= acceleration_max = {cell[slide.ACCELERATION_MAX]:g}"
+        raise checks.refuse("profile[:, 2]", rule, hardest, "mm/s^2")
+    return np.ascontiguousarray(rows)

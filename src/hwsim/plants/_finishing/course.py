@@ -1,0 +1,88 @@
+"""What is played: a motion as places, normals and directions in the frame of the surface; the loop of the table."""
+
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing import FinishingProblem, PathSamples, TableLoop
+from sdpgrind.finishing.kernels import cell as at
+
+ASTRAY = 1.0  # mm; a motion that is farther from the path is one for another part
+_ROUNDING = 1e-6  # of a joint's range
+
+
+def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: float) -> Floats:
+    """Rows of a motion (m, 8) after a look at them; `weight` is the torque (N m) of what is out of balance, held level."""
+    rows = checks.finite_array("motion", motion, "s, rad, mm")
+    if rows.ndim != 2 or rows.shape[1] != 8 or len(rows) < 2:
+        raise ValueError(f"motion must be an array (m, 8) of times and seven joints, m >= 2; got one of shape {rows.shape}")
+    if rows[0, 0] != 0.0 or not np.all(np.diff(rows[:, 0]) > 0):
+        raise ValueError("times of motion must begin at 0 and rise (s)")
+    _check_joints(problem, rows)
+    course = _course(problem, rows[:, 0], problem.arm.forward_work(rows[:, 1:]), tree.data[0], weight)
+    course[:, at.TABLE : at.TABLE + 2] = rows[:, 6:8]
+    _check_tip(course, tree)
+    return course
+
+
+def standing(problem: FinishingProblem, first: PathSamples, weight: float) -> Floats:
+    """Two rows of a tool that stands at the begin of the path, `first`."""
+    poses = np.repeat(problem.tool_poses(first), 2, axis=0)
+    return _course(problem, np.array([0.0, 1.0]), poses, first.point[0], weight)
+
+
+def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Floats, weight: float) -> Floats:
+    """Tip, normal and azimuth from poses of the tool in a frame with the surface's axes; `start` is where the path begins."""
+    side = 1.0 if problem.pushed else -1.0
+    c, s = np.cos(problem.contact_angle), np.sin(problem.contact_angle)
+    turn, tip = poses[:, :3, :3], poses[:, :3, 3] + problem.lever_arm * poses[:, :3, 2]
+    course = np.zeros((len(time), at.COLUMNS))
+    course[:, at.TIME] = time
+    course[:, at.TIP : at.TIP + 3] = tip - tip[0] + start
+    course[:, at.NORMAL : at.NORMAL + 3] = turn @ np.array([-side * c, 0.0, -s])
+    course[:, at.AZIMUTH : at.AZIMUTH + 3] = turn @ np.array([-s, 0.0, side * c])
+    course[:, at.WEIGHT] = -weight * side * turn[:, 2, 0]
+    course[:, at.AHEAD :] = _directions(tip)
+    return course
+
+
+def _directions(tip: Floats) -> Floats:
+    """Direction from each row to the next one; where nothing moves, that of the row before."""
+    steps = np.diff(tip, axis=0)
+    long = np.linalg.norm(steps, axis=1)
+    moving = np.maximum.accumulate(np.where(long > 0, np.arange(len(steps)), 0))
+    ahead = (steps / np.where(long > 0, long, 1.0)[:, np.newaxis])[moving]
+    return np.concatenate([ahead, ahead[-1:]])
+
+
+def _check_joints(problem: FinishingProblem, rows: Floats) -> None:
+    """Refuse a row that a joint cannot take."""
+    arm = problem.arm
+    low, high = np.array(arm.position_min), np.array(arm.position_max)
+    slack = _ROUNDING * (high - low)
+    beyond = (rows[:, 1:] < low - slack) | (rows[:, 1:] > high + slack)
+    if beyond.any():
+        row, joint = (int(k) for k in np.argwhere(beyond)[0])
+        rule = f"in [{low[joint]:g}, {high[joint]:g}]"
+        raise checks.refuse(
+            f"{arm.names[joint]} in motion at {rows[row, 0]:g} s", rule, float(rows[row, joint + 1]), arm.units[joint]
+        )
+
+
+def _check_tip(course: Floats, tree: cKDTree) -> None:
+    """Refuse a motion that goes elsewhere than the path."""
+    away, _ = tree.query(course[:, at.TIP : at.TIP + 3])
+    spacing = float(np.max(np.linalg.norm(np.diff(tree.data, axis=0), axis=1)))
+    worst = int(np.argmax(away))
+    if away[worst] > ASTRAY + spacing:
+        raise ValueError(
+            f"motion must follow the path of the problem; at {course[worst, at.TIME]:g} s its tip is {away[worst]:.3g} mm away"
+        )
+
+
+def loop_of(table: TableLoop | None, tick: float) -> Floats:
+    """Exact steps of a table loop for commands that are straight lines in a tick; without a loop it is where it shall be."""
+    return np.empty(0) if table is None else table.sampled(tick).parameters

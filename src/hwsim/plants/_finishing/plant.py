@@ -1,0 +1,184 @@
+"""A finishing cell: a robot plays a motion over a surface, a torque-controlled axis presses the tool on it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from hwsim.plants._finishing.machine import FinishingPart, Setup
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.finishing import FinishingProblem, PathSamples, TorqueAxis
+from sdpgrind.finishing.kernels import CellScatter, CellTruth
+
+Truth: TypeAlias = CellTruth | Callable[[np.random.Generator], CellTruth] | None
+
+
+@dataclass(frozen=True)
+class FinishingCell(Frozen):
+    """Robot-assisted finishing of one specimen: Wang and Jan (2001), section 5, with what they leave out.
+
+    It accepts ``current`` of the torque axis (A; in whole steps of the converter, and clipped), a ``motion`` (array (m, 8): time
+    in s, seven joints in rad and mm; once, before it is played) and ``feed_override`` (0 ... 1 of the planned speed at which it
+    is played). It measures ``motor_angle`` (rad, in counts of the encoder) and ``path_time`` (s of the motion played).
+
+    The arm follows its joints, the table follows with the error of its loop, so that the contact leaves the path; the surface is
+    higher than planned by a random field. Both move the angle at which the tool touches, theta_s = -(h - d.n)/(R cos theta_f) for
+    a height h, an error d of the table and a normal n. Curvature over d, at most d^2/2 times it, is left out: 1 µm for 0.2 mm on
+    a radius of 20 mm, 1.3 mN. The axis is advanced exactly over each tick (`sdpgrind.finishing.kernels`), with a contact that
+    only presses and that nothing damps but the controller. The normal force is F = T_f/(R (cos theta - s mu sin theta cos psi)),
+    at the angle theta of the real surface and the direction psi of the real feed; below 0.5 mm/s friction falls with the speed.
+    Between rows a motion is a straight line.
+
+    The tool starts above the surface and is brought down by the controller: from that free motion the load torque can be told,
+    `sdpgrind.finishing.identify`, if the gap is some mm. A part ends when its motion is played.
+
+    Outcome of a part: ``time`` and ``touch_down`` (s); over the motion ``normal_force`` (N, mean) with its ``normal_force_sd``,
+    ``_min`` and ``_max``, ``force_error`` (N, rms off the target force, where there is one), the share of time without contact
+    ``lift_off``, ``feed`` and ``feed_sd`` (mm/s, of the contact, which runs a longer way than planned when the table overshoots);
+    the largest ``path_deviation`` (mm, in the surface, across the planned direction); ``roughness_ra`` (mm, drawn from the model
+    at the mean force), ``extrapolated`` (1: outside the model's range; NaN roughness: a pattern that it does not know),
+    ``timed_out``; the hidden ``true_torque_constant`` (N m/A), ``true_contact_angular_stiffness`` (N m/rad),
+    ``true_friction_ratio`` and ``true_load_torque`` (N m). At no more than 5000 ticks: ``sample_time`` (s), ``true_normal_force``
+    (N, mean of the tick), ``true_feed`` (mm/s), ``height_error`` (mm, what the tool must follow), ``true_x`` and ``true_y`` (mm,
+    of the contact).
+
+    Parameters
+    ----------
+    problem : finishing.FinishingProblem
+        The job as it is believed to be.
+    truth : CellTruth or callable, optional
+        What the cell really is, or a function of a Generator that draws it for each part. None: `CellTruth.nominal`.
+    scatter : CellScatter, optional
+        How parts differ from that; None: not at all, but for roughness and the phase of the encoder.
+    axis : finishing.TorqueAxis, optional
+        The torque axis as it is believed to be; its sample time is the tick (s). None: `TorqueAxis` with the lever arm of the
+        problem.
+    target_force : float, optional
+        Normal force with which specimens are to be pressed, N, as far as the cell knows it: from it ``force_error`` is measured,
+        and a controller that holds another one is refused. None: nobody has told it.
+    gap : float
+        Between tool and planned surface at the start, mm.
+    max_time : float, optional
+        The part is broken off then, s; one minute more than twice the motion by default.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or a command cannot be done.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import finishing
+    >>> problem = finishing.preset("nominal")
+    >>> motion = finishing.plan(problem)
+    >>> controller = finishing.TorqueController(finishing.TorqueAxis(), motion, normal_force=1.11, kind="lqg")
+    >>> log = hwsim.run(hwsim.FinishingCell(problem), controller)
+    >>> bool(abs(log.outcome.normal_force[0] - 1.11) < 0.02), float(log.outcome.lift_off[0])  # N, 1
+    (True, 0.0)
+    """
+
+    problem: FinishingProblem
+    _: KW_ONLY
+    truth: Truth = None
+    scatter: CellScatter | None = None
+    axis: TorqueAxis | None = None
+    target_force: float | None = None
+    gap: float = 0.05
+    max_time: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.kind("problem", self.problem, FinishingProblem, ' (see finishing.preset("nominal"))')
+        if self.axis is not None:
+            checks.kind("axis", self.axis, TorqueAxis, " or None")
+        checks.nonnegative("gap", self.gap, "mm")
+        lever_arm, wanted = self.torque_axis.lever_arm, self.problem.lever_arm
+        if lever_arm != wanted:
+            raise checks.refuse("axis.lever_arm", f"that of the problem, {wanted:g}", lever_arm, "mm")
+        if self.target_force is not None:
+            checks.positive("target_force", self.target_force, "N")
+        if self.max_time is not None:
+            checks.positive("max_time", self.max_time, "s")
+        if self.scatter is not None:
+            checks.kind("scatter", self.scatter, CellScatter, " or None")
+        if self.truth is not None and not callable(self.truth):
+            checks.kind("truth", self.truth, CellTruth, ", a function of rng, or None")
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of what is measured."""
+        return {"motor_angle": "rad", "path_time": "s"}
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of what can be commanded; a motion has columns in s, rad and mm."""
+        return {"current": "A", "feed_override": "", "motion": ""}
+
+    @property
+    def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
+        """Name -> unit of what a part became, and the dimension of what is told sample by sample."""
+        force = {f"normal_force{end}": "N" for end in ("", "_sd", "_min", "_max")}
+        force |= {} if self.target_force is None else {"force_error": "N"}
+        path = {"lift_off": "", "feed": "mm/s", "feed_sd": "mm/s", "path_deviation": "mm"}
+        true = {"torque_constant": "N m/A", "contact_angular_stiffness": "N m/rad", "friction_ratio": "", "load_torque": "N m"}
+        end = {"roughness_ra": "mm", "extrapolated": "", "timed_out": "", **{f"true_{name}": unit for name, unit in true.items()}}
+        place = {"height_error": "mm", "true_x": "mm", "true_y": "mm"}
+        samples = {"sample_time": "s", "true_normal_force": "N", "true_feed": "mm/s", **place}
+        traced = {name: (unit, "sample") for name, unit in samples.items()}
+        return {"time": "s", "touch_down": "s", **force, **path, **end, **traced}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Pattern, feed (mm/s), diameter of the tool (mm), gap (mm) and target force (N), for the log."""
+        problem = self.problem
+        lengths = {"feed_rate": float(problem.feed_rate), "tool_diameter": float(problem.tool_diameter), "gap": float(self.gap)}
+        force = {} if self.target_force is None else {"target_force": float(self.target_force)}
+        return {"pattern": problem.path.pattern, "path_length": float(problem.path.length), **lengths, **force}
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine of the problem (mm, rad, mm/s), and the force (N); `truth` may differ, as nobody knows it."""
+        force = {} if self.target_force is None else {"target_force": (float(self.target_force), "N")}
+        return {**self.problem.job, **force}
+
+    @cached_property
+    def torque_axis(self) -> TorqueAxis:
+        """The torque axis as it is believed to be: `axis`, or by default `TorqueAxis` with the lever arm (mm) of the problem."""
+        return TorqueAxis(lever_arm=self.problem.lever_arm) if self.axis is None else self.axis
+
+    @property
+    def tick(self) -> float:
+        """Sample time of the axis, s."""
+        return float(self.torque_axis.sample_time)
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Points on the path, mm, near which the tip of a motion must be."""
+        return cKDTree(self.problem.path.sample().point)
+
+    @cached_property
+    def first(self) -> PathSamples:
+        """Where the path begins: point (mm), tangent and normal."""
+        return self.problem.path.at(0.0)
+
+    def start(self, rng: np.random.Generator) -> FinishingPart:
+        """Draw the truth of the next part and return it, at time 0.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Random source of this part: truth, scatter and what is left draw from a child each, so that controllers are compared
+            on equal draws (ticks in s are those of ``tick``).
+        """
+        of_truth, of_scatter, of_rest = rng.spawn(3)
+        truth = CellTruth.nominal(self.problem, self.torque_axis) if self.truth is None else self.truth
+        if not isinstance(truth, CellTruth):
+            truth = checks.kind("truth(rng)", truth(of_truth), CellTruth, " (see hwsim.CellTruth)")
+        if self.scatter is not None:
+            truth = self.scatter.drawn(truth, of_scatter)
+        offset = self.torque_axis.angle_step * (float(of_rest.random()) - 0.5)
+        return FinishingPart(Setup(self, truth, offset, float(of_rest.standard_normal())))

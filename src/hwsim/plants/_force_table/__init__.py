@@ -1,0 +1,1 @@
+"""Force table of `plants`."""

@@ -1,0 +1,262 @@
+"""A stand that grinds a weld bead pass by pass under force control: a disc on a compliance, a table that moves the work."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from hwsim.devices import Gauge, Scanner
+from hwsim.plants._force_table.machine import ForceTable, Setup
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.weldbead import SequenceProblem, preset
+from sdpgrind.weldbead.force import SensorChain, TableDrive, table_drive
+from sdpgrind.weldbead.kernels import FINE, SPACING, Bead, CoefficientScatter, Motor, drawn_disc, reach
+from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
+
+Truth: TypeAlias = TiltedDisc | Callable[[np.random.Generator], TiltedDisc] | None
+_KINDS: dict[str, type] = {
+    "pass_scatter": CoefficientScatter,
+    "bead_scatter": CoefficientScatter,
+    "drive": TableDrive,
+    "sensor": SensorChain,
+    "scanner": Scanner,
+}
+_NONNEGATIVE = {"runout": "mm", "grinder_inertia": "N mm s^2", "lead_in": "mm", "lead_out": "mm", "clearance": "mm"}
+
+
+def _drive() -> TableDrive:
+    return table_drive("appendix-b").replace(backlash=0.01)
+
+
+@dataclass(frozen=True)
+class ForceTableStand(Frozen):
+    """Pass by pass under force control: Brown (1988), chapters 6 and 7, with what they leave out.
+
+    A tilted disc on a rotational compliance cuts the bead by volume balance; a motor-driven table with stiction and backlash
+    moves the work up and down; force sensors answer once in a sample. Each pass has its own coefficients.
+
+    Accepts ``start`` (begin a pass) with ``feed_rate`` (mm/s) and, if wanted, ``start_x`` (mm, centre of the disc then);
+    ``platform_command`` (mm, up positive: the disc centre is at ``datum`` less the platform above the work); ``stop``.
+    A pass begins at the lead-in, with the platform drawn back, and ends when the tip has left the bead by the lead-out; then
+    the grinder returns (reset time), the bead is scanned, and that is the event. All of it takes time.
+
+    Measures every sample ``force`` and ``friction_force`` (N; NaN outside a pass), ``disk_speed`` (rad/s), ``center_x`` and
+    ``table_position`` (mm), ``pass_time`` (s from the start of the pass; NaN outside), ``time_left`` (s), ``phase`` (0 idle,
+    1 lead-in, 2 on the bead, 3 lead-out, 4 reset). Only at events (NaN otherwise) the scanned ``profile`` and ``profile_x``
+    (mm), its mean ``height`` (mm) above the parent, and of the last pass, from the sensors while in contact and both scans,
+    ``grinding_power`` (W), ``normal_force``, ``tangential_force`` (N), ``removal_rate`` (mm^3/s), ``feed_rate`` (mm/s) and
+    ``cut_depth`` (mm): what `sdpgrind.weldbead.identify` reads.
+
+    Outcome of a bead: ``penalty`` ($), mean ``height`` (mm), ``overground`` (mm, mean over the bead of what is missing),
+    ``overground_worst`` (mm, deepest place), ``passes``, ``time``, ``lead_time``, ``lateness`` (s), ``stalls``, ``burned``
+    (passes in which the mean force of some sample was beyond the burn limit), ``burn_time`` (s, of such samples), the
+    ``contour`` left (mm), and of each pass ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3), ``true_idle_power``
+    (W), ``true_friction_ratio``, ``true_force`` (N, mean on the bead) and ``true_volume`` (mm^3).
+
+    Parameters
+    ----------
+    problem : PassProblem
+        Disc and bead.
+    truth : TiltedDisc or callable, optional
+        What the disc and its process really are on average, or a function of a Generator that draws it for each bead. None:
+        those of the problem.
+    pass_scatter, bead_scatter : CoefficientScatter
+        How the coefficients differ from pass to pass, and between beads, about that average, dimensionless.
+    sequence : SequenceProblem, optional
+        Charges ($), reset time (s), burn limit; those of the preset P4 when left out.
+    time : float, optional
+        Time until the deadline at the start (s); half the horizon of `sequence` by default, 60 s without one.
+    motor : Motor, optional
+        Motor of the disc; None: as the process says, which is electric where it has no droop. `Motor.air()` is the other.
+    drive : TableDrive
+        The table (mm).
+    sensor : SensorChain
+        Both force sensors; its sample time is the tick (s).
+    delay_samples : int
+        Samples between a command and its effect, a whole number.
+    speed_gauge, feed_gauge, table_gauge : Gauge
+        Tachometer (1 % noise), and the two gauges of position (mm).
+    scanner : Scanner
+        Scans the bead (mm).
+    runout : float
+        Amplitude of the wobble of the face, mm.
+    grinder_inertia : float
+        Moment of inertia of the grinder about its pivot, N mm s^2; 0: massless, as Brown assumes. About 5.4 for 1.5 kg.
+    spring_first : bool
+        Whether the compliance is between grinder and sensor, Brown's advice in 8.3.2: the sensor sees the spring alone.
+        Without inertia both are the same.
+    lead_in, lead_out : float
+        Way of the tip before and behind the bead, mm.
+    clearance : float
+        How far the disc is above the bead when the platform is drawn back, mm.
+    datum : float
+        Height of the disc centre at platform position 0, mm.
+    overload : float
+        Force at which the stand breaks a pass off, N; it counts as a stall.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or a command cannot be done.
+
+    Examples
+    --------
+    >>> import hwsim, numpy as np
+    >>> from sdpgrind import units
+    >>> from sdpgrind.weldbead import GrindingProcess, passes
+    >>> process = GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
+    >>> disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+    >>> bead = passes.Contour([0.0, 20.0], [1.0, 1.0])
+    >>> stand = hwsim.ForceTableStand(passes.PassProblem(disc, bead, mean_cut=0.2, feed_rate=20.0))
+    >>> machine = stand.start(np.random.default_rng(1))
+    >>> round(machine.step({}, 0)["height"], 2)
+    1.0
+    """
+
+    problem: PassProblem
+    _: KW_ONLY
+    truth: Truth = None
+    pass_scatter: CoefficientScatter = field(default_factory=CoefficientScatter)
+    bead_scatter: CoefficientScatter = field(default_factory=lambda: CoefficientScatter(0.0, 0.0, 0.0))
+    sequence: SequenceProblem | None = None
+    time: float | None = None
+    motor: Motor | None = None
+    drive: TableDrive = field(default_factory=_drive)
+    sensor: SensorChain = field(default_factory=SensorChain)
+    delay_samples: int = 1
+    speed_gauge: Gauge = field(default_factory=lambda: Gauge(relative_sd=0.01))
+    feed_gauge: Gauge = field(default_factory=lambda: Gauge(noise_sd=0.01))
+    table_gauge: Gauge = field(default_factory=lambda: Gauge(noise_sd=0.002))
+    scanner: Scanner = field(default_factory=Scanner)
+    runout: float = 0.1
+    grinder_inertia: float = 0.0
+    spring_first: bool = False
+    lead_in: float = 10.0
+    lead_out: float = 5.0
+    clearance: float = 2.0
+    datum: float = 0.0
+    overload: float = 300.0
+
+    def __post_init__(self) -> None:
+        for name, unit in _NONNEGATIVE.items():
+            checks.nonnegative(name, getattr(self, name), unit)
+        checks.positive("overload", self.overload, "N")
+        checks.count("delay_samples", self.delay_samples, at_least=0)
+        checks.number("datum", self.datum, "mm")
+        for name, kind in {"sequence": SequenceProblem, "motor": Motor}.items():
+            if getattr(self, name) is not None:
+                checks.kind(name, getattr(self, name), kind)
+        checks.number("time", self.start_time, "s")
+        checks.kind("problem", self.problem, PassProblem)
+        for name, wanted in _KINDS.items():
+            checks.kind(name, getattr(self, name), wanted)
+        if self.truth is not None and not callable(self.truth):
+            _checked_disc(self.truth)
+        if self.grinder_inertia > 0 and self.problem.disc.rotational_stiffness is None:
+            rule = "0 with a compliance table; a grinder with inertia needs rotational_stiffness"
+            raise checks.refuse("grinder_inertia", rule, self.grinder_inertia, "N mm s^2")
+        if self.bead.length <= self.scanner.spacing:
+            raise checks.refuse("bead", f"longer than the scanner's spacing {self.scanner.spacing:g}", self.bead.length, "mm")
+
+    @cached_property
+    def bead(self) -> Bead:
+        """The bead on the even grid of the stand, mm."""
+        return Bead.of(self.problem, FINE if self.grinder_inertia > 0 else SPACING)
+
+    @property
+    def start_time(self) -> float:
+        """Time until the deadline at the start (s)."""
+        if self.time is not None:
+            return self.time
+        return 60.0 if self.sequence is None else 0.5 * self.sequence.horizon
+
+    @property
+    def charges(self) -> SequenceProblem:
+        """Charges ($), reset time (s) and burn limit."""
+        return preset("P4") if self.sequence is None else self.sequence
+
+    @property
+    def start_x(self) -> float:
+        """Centre of the disc at the start of a pass when nothing else is commanded, mm: the tip at the lead-in."""
+        return float(self.bead.x[0]) - self.lead_in + reach(self.problem.disc)
+
+    @property
+    def tick(self) -> float:
+        """Sample time of the sensors, s."""
+        return self.sensor.sample_time
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of what sensors, gauges and the scanner say."""
+        return {
+            **{"force": "N", "friction_force": "N", "disk_speed": "rad/s", "center_x": "mm", "table_position": "mm"},
+            **{"pass_time": "s", "time_left": "s", "phase": "", "profile": "mm", "profile_x": "mm", "height": "mm"},
+            **{"grinding_power": "W", "normal_force": "N", "tangential_force": "N", "removal_rate": "mm^3/s"},
+            **{"feed_rate": "mm/s", "cut_depth": "mm"},
+        }
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of what begins a pass, moves the platform (mm), and stops."""
+        return {"start": "", "feed_rate": "mm/s", "start_x": "mm", "platform_command": "mm", "stop": ""}
+
+    @property
+    def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
+        """Name -> unit (and dimension of arrays) of what a bead became."""
+        scalars = {"penalty": "$", "height": "mm", "overground": "mm", "overground_worst": "mm", "passes": "", "time": "s"}
+        more = {"lead_time": "s", "lateness": "s", "stalls": "", "burned": "", "burn_time": "s"}
+        of_pass = {"cut_depth": "mm", "specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": "", "force": "N"}
+        arrays = {f"true_{name}": (unit, "pass") for name, unit in {**of_pass, "volume": "mm^3"}.items()}
+        return {**scalars, **more, "contour": ("mm", "x"), **arrays}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Start and size of the bead, in mm and s, for the log."""
+        return {
+            "start_height": self.bead.height(self.bead.z),
+            "start_time": float(self.start_time),
+            "bead_length": self.bead.length,
+            "bead_width": float(self.problem.disc.model.bead_width),
+            "grid_start": float(self.bead.x[0]),
+            "grid_spacing": self.bead.spacing,
+            "reset_time": float(self.charges.reset_time),
+        }
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine (mm, s) that a plan must have been made for; `truth` may differ, as nobody knows it."""
+        model = self.problem.disc.model
+        own: dict[str, object] = {
+            "bead_length": (self.bead.length, "mm"),
+            "bead_width": (float(model.bead_width), "mm"),
+            "disk_radius": (float(model.disk_radius), "mm"),
+            "datum": (self.datum, "mm"),
+            "lead_out": (self.lead_out, "mm"),
+            "parent": self.problem.parent,
+        } | self.problem.disc.job
+        if self.sequence is not None:
+            own |= {"reset_time": (self.sequence.reset_time, "s"), "burn_limit": self.sequence.burn_limit}
+        return own
+
+    def start(self, rng: np.random.Generator) -> ForceTable:
+        """Draw the truth of the next bead and return it, at time 0.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Random source of this bead. The truth of the bead, that of each pass, and the noise draw from a child each, so
+            that controllers are compared on equal draws (ticks in s are those of ``tick``).
+        """
+        of_truth, of_passes, of_noise = rng.spawn(3)
+        disc = self.truth(of_truth) if callable(self.truth) else self.truth
+        disc = drawn_disc(self.bead_scatter, _checked_disc(self.problem.disc if disc is None else disc), of_truth)
+        return ForceTable(Setup(self, self.bead, disc), of_passes, of_noise)
+
+
+def _checked_disc(disc: Any) -> TiltedDisc:
+    if not isinstance(disc, TiltedDisc):
+        raise TypeError(f"truth must be None, a TiltedDisc or a function of rng that gives one; got {checks.shown(disc)}")
+    return disc

@@ -1,0 +1,1 @@
+"""Plunge of `plants`."""

@@ -1,0 +1,216 @@
+"""A plunge grinder: a wheel that is fed into a turning work, a power monitor, a size gauge, a stepper."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from hwsim.plants._plunge.machine import PlungePart
+from sdpgrind.base import checks, stored
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.plunge import CycleProblem, PlungeModel, kernels
+
+Truth: TypeAlias = PlungeModel | Callable[[np.random.Generator], PlungeModel] | None
+_NONNEGATIVE = {"contact_zero_sd": "mm", "power_lag": "s", "command_quantum": "mm"}
+_DYNAMICS = ("nonlinear", "first_order")
+_LONGEST = 10.0  # cycles at the final rate
+
+
+@dataclass(frozen=True)
+class GrinderNoise(Frozen):
+    """Noise of the gauges of a `PlungeGrinder`.
+
+    Parameters
+    ----------
+    size_sd : float
+        Standard deviation of the size gauge, mm.
+    power_sd : float
+        Standard deviation of the power monitor, relative.
+
+    Raises
+    ------
+    ValueError
+        When a value is negative.
+
+    Examples
+    --------
+    >>> GrinderNoise(size_sd=0.001)  # mm
+    GrinderNoise(size_sd=0.001, power_sd=0.01)
+    """
+
+    size_sd: float = 0.0005
+    power_sd: float = 0.01
+
+    def __post_init__(self) -> None:
+        checks.nonnegative("size_sd", self.size_sd, "mm")
+        checks.within("power_sd", self.power_sd, 0.0, 0.5)
+
+
+def _written(problem: CycleProblem) -> dict[str, str]:
+    """The problem as text; a sliding law of one's own may have none."""
+    try:
+        return {"problem": stored.encode(problem)}
+    except TypeError:
+        return {}
+
+
+@dataclass(frozen=True)
+class PlungeGrinder(Frozen):
+    """A bore or a shaft under a plunge grinder: Dong, Danai and Malkin (2004), section 4.
+
+    Once in a sample it reads ``size`` (mm of radial stock that is gone), ``grinding_power`` (W) and ``power_saturated`` (1 where
+    the monitor is at its end), and takes ``command_rate`` (mm/s), ``balancing`` (1 where the controller balances damage and
+    stock: those samples make the ``slack``) and ``retract``.
+
+    Outcome of a part: ``time`` (s); ``slack`` (mm, the least of remaining stock less damage while balancing; NaN: it did not
+    balance, or without damage), ``part_slack`` (mm, the same of all samples with damage; the part is ``burned`` where it is
+    negative, by a nanometre; NaN: no damage),
+    ``roundness`` (mm) and ``out_of_round`` (1: beyond the limit), the stock ``remaining`` (mm), ``unfinished``
+    (1: more than 2 % of it, as the part was broken off by the time or by a gauge that failed), ``timed_out``, and the hidden
+    ``true_wear_flat_area`` at the end and ``true_contact_zero`` (mm).
+
+    Parameters
+    ----------
+    problem : CycleProblem
+        Part and machine, and what they are unless `truth` says otherwise.
+    truth : PlungeModel or callable, optional
+        What they really are, or a function of a Generator that draws it for each part. None: the problem's own model.
+    noise : GrinderNoise, optional
+        Noise of the gauges (mm, relative); None: none.
+    dynamics : {"nonlinear", "first_order"}
+        The machine gives way by the force, or by the time constant of the problem times the infeed rate.
+    contact_zero_sd : float
+        Standard deviation, from part to part, of where the wheel touches, mm.
+    power_gain, power_max, power_lag : float
+        What the monitor shows of a power, unit 1; the greatest that it shows, W; its time constant, s.
+    size_offset : float
+        What the gauge shows too much, mm.
+    size_delay : bool
+        The gauge is late by a sample.
+    command_quantum : float
+        Step of the feed, mm: what is left of a command over whole steps is fed later; 0: none.
+    max_time : float, optional
+        The part is broken off then, s; ten times what the stock takes at the final rate by default.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or a command cannot be done.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import plunge
+    >>> problem = plunge.preset("simulation")
+    >>> log = hwsim.run(hwsim.PlungeGrinder(problem, noise=None), plunge.CycleController(problem))
+    >>> log.outcome.time.values, log.outcome.burned.values  # s; the fastest is 12.02
+    (array([12.08]), array([0.]))
+    """
+
+    problem: CycleProblem
+    _: KW_ONLY
+    truth: Truth = None
+    noise: GrinderNoise | None = field(default_factory=GrinderNoise)
+    dynamics: str = "nonlinear"
+    contact_zero_sd: float = 0.0
+    power_gain: float = 1.0
+    power_max: float = math.inf
+    power_lag: float = 0.0
+    size_offset: float = 0.0
+    size_delay: bool = False
+    command_quantum: float = 0.0
+    max_time: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.kind("problem", self.problem, CycleProblem, " (see plunge.preset)")
+        checks.one_of("dynamics", self.dynamics, _DYNAMICS)
+        for name, unit in _NONNEGATIVE.items():
+            checks.nonnegative(name, getattr(self, name), unit)
+        checks.positive("power_gain", self.power_gain)
+        checks.number("size_offset", self.size_offset, "mm")
+        if self.power_max != math.inf:
+            checks.positive("power_max", self.power_max, "W")
+        if self.max_time is not None:
+            checks.positive("max_time", self.max_time, "s")
+        if self.noise is not None:
+            checks.kind("noise", self.noise, GrinderNoise)
+        if self.truth is not None and not callable(self.truth):
+            checks.kind("truth", self.truth, PlungeModel, ", a function of rng, or None")
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of what the gauges say."""
+        return {"size": "mm", "grinding_power": "W", "power_saturated": ""}
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of what can be commanded."""
+        return {"command_rate": "mm/s", "balancing": "", "retract": ""}
+
+    @property
+    def outcomes(self) -> Mapping[str, str]:
+        """Name -> unit of what a part became."""
+        lengths = {"slack": "mm", "part_slack": "mm", "roundness": "mm", "burned": "", "out_of_round": "", "remaining": "mm"}
+        return {"time": "s", **lengths, "unfinished": "", "timed_out": "", "true_wear_flat_area": "", "true_contact_zero": "mm"}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Stock (mm), limits (mm, mm/s), and the whole problem where it can be written down, for the log."""
+        p = self.problem
+        rates = {"command_rate_max": float(p.command_rate_max), "burn_rate": float(p.model.burn_rate)}
+        return {"stock": float(p.stock), "roundness_max": float(p.roundness_max), **rates, **_written(p)}
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine (mm, mm/s, s) of the problem; `truth` may differ, as nobody knows it."""
+        return self.problem.job
+
+    @property
+    def tick(self) -> float:
+        """Sample time of the gauges, s."""
+        return self.problem.sample_time
+
+    def start(self, rng: np.random.Generator) -> PlungePart:
+        """Draw the truth of the next part and return it, at time 0.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Random source of this part: truth and noise draw from a child each.
+
+        Returns
+        -------
+        Machine
+            See `hwsim.protocols.Machine`; its ticks are samples (s).
+        """
+        of_truth, of_noise = rng.spawn(2)
+        model = self._drawn(of_truth)
+        noise = GrinderNoise(0.0, 0.0) if self.noise is None else self.noise
+        rig = kernels.rig(model, self.problem.stock, self.tick, self._samples_max)._replace(
+            contact_zero=self.contact_zero_sd * float(of_truth.standard_normal()),
+            size_sd=float(noise.size_sd),
+            size_offset=float(self.size_offset),
+            size_delay=bool(self.size_delay),
+            power_sd=float(noise.power_sd),
+            power_gain=float(self.power_gain),
+            power_max=float(self.power_max),
+            power_lag=math.exp(-self.tick / self.power_lag) if self.power_lag else 0.0,
+            command_quantum=float(self.command_quantum),
+        )
+        return PlungePart(self.problem, model, rig, of_noise)
+
+    def _drawn(self, rng: np.random.Generator) -> PlungeModel:
+        truth = self.problem.model if self.truth is None else self.truth
+        model = truth if isinstance(truth, PlungeModel) else checks.kind("truth(rng)", truth(rng), PlungeModel)
+        if self.dynamics == "first_order":
+            return model.replace(linear_time_constant=self.problem.time_constant)
+        return model
+
+    @property
+    def _samples_max(self) -> int:
+        longest = self.max_time
+        if longest is None:
+            longest = _LONGEST * self.problem.stock / min(self.problem.final_rate, self.problem.command_rate_max)
+        return math.ceil(longest / self.tick)

@@ -1,0 +1,243 @@
+"""A measuring head on a turning table: slide, probe and spindle, read together while a ring turns."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+
+from centering.kernels import probe as kernels
+from hwsim._part.clock import Clock, exact
+from hwsim.plants._probe.errors import NO_ERRORS, ProbeErrors
+from hwsim.plants._probe.machine import ProbePart, checked_speed
+from hwsim.plants._probe.ring import Ring, moved_by, shape_of, within_a_turn
+from hwsim.plants._probe.scan import ProbeScan
+from sdpgrind.base import checks, units
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.rng import Seed, children
+
+Truth: TypeAlias = Ring | Callable[[np.random.Generator], Ring] | None
+_LATCH = 1e-6  # s: tick of a table that is triggered by its angle
+_UNEVEN = 1e-9  # of a sample: turns that were meant to be whole
+
+
+@dataclass(frozen=True)
+class Probe(Frozen):
+    """A ring turns on a table, a round tip on a slide follows its rim: Mears (2006), chapters 3 and 4.
+
+    Each sample has the ``angle`` of the spindle (rad, it goes on over turns), what ``slide`` and ``probe`` show (mm, both
+    positive away from the axis) and their sum, the ``reading`` (mm). It takes another ``spindle_speed`` (rad/s, at once) and
+    ``stop``. Each sample is an event; there is one at the start.
+
+    The tip touches where a circle of its radius touches the ring, exactly (`Ring.reading`). The slide goes after what it saw one
+    sample before. Where that leaves the probe beyond its stroke there is no reading (NaN).
+
+    Outcome of a part: ``time`` (s), ``turns``, ``samples`` and how many of them were ``lost``, ``timed_out`` (1: nobody stopped
+    it), and the hidden ``true_radius``, ``true_center_x``, ``true_center_y``, ``true_offset`` and ``true_roundness`` (mm, peak to
+    valley) at the end.
+
+    Parameters
+    ----------
+    ring : Ring
+        The ring, unless `truth` says otherwise.
+    truth : Ring or callable, optional
+        The ring that it really is, or a function of a Generator that draws it for each part. None: `ring`.
+    tip_radius : float
+        Of the tip or roller, mm; 0: a point, without runout.
+    spindle_speed : float
+        At the start, rad/s: units.rpm(20); at least three samples in a turn.
+    start_angle : float
+        Spindle angle of the first sample, rad, within a turn; a table triggered by its angle starts at the nearest edge of the
+        encoder.
+    sample_time : float
+        Between two samples, s.
+    samples_per_turn : int, optional
+        The angle triggers so many samples in each turn, at edges of the encoder, where it shows the angle without error; samples
+        are even in a turn if they divide its counts. None: the clock does, once in each sample time.
+    errors : ProbeErrors, optional
+        What is not told truly (mm, s, rad); None: nothing, not even steps of encoders.
+    follow_time : float
+        Time constant with which the slide follows, s; inf: it stands.
+    stroke : float
+        Of the probe, mm: half of it on either side of where the slide wants it.
+    moved : tuple, optional
+        Time (s) at which the part is moved, and by how much along x and y of the table (mm); the axis stays within the part.
+    turns_max : float
+        The part is broken off after so many turns.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range or smells of another unit, or a command cannot be done.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> probe = hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5))
+    >>> scan = probe.scan(turns=2.0)
+    >>> len(scan.angle), float(scan.reading.max().round(2))  # mm
+    (600, 65.54)
+    """
+
+    ring: Ring
+    _: KW_ONLY
+    truth: Truth = None
+    tip_radius: float = 3.75
+    spindle_speed: float = field(default_factory=lambda: units.rpm(20.0))
+    start_angle: float = 0.0
+    sample_time: float = 0.01
+    samples_per_turn: int | None = None
+    errors: ProbeErrors | None = field(default_factory=ProbeErrors)
+    follow_time: float = 0.03
+    stroke: float = 25.0
+    moved: tuple[float, float, float] | None = None
+    turns_max: float = 100.0
+
+    _inside: ClassVar[str] = "errors"
+
+    def __post_init__(self) -> None:
+        checks.kind("ring", self.ring, Ring)
+        if self.truth is not None and not callable(self.truth):
+            checks.kind("truth", self.truth, Ring, ", a function of rng, or None")
+        for name, unit in {"sample_time": "s", "stroke": "mm", "turns_max": "turns"}.items():
+            checks.positive(name, getattr(self, name), unit)
+        checks.nonnegative("tip_radius", self.tip_radius, "mm")
+        within_a_turn("start_angle", self.start_angle)
+        if self.samples_per_turn is not None:
+            checks.count("samples_per_turn", self.samples_per_turn, 3)
+        checked_speed(self.spindle_speed, self.sample_time if self.samples_per_turn is None else None)
+        if self.errors is not None:
+            checks.kind("errors", self.errors, ProbeErrors, " or None")
+            self._check_edges(self.errors.counts)
+        if self.follow_time != math.inf:
+            checks.positive("follow_time", self.follow_time, "s")
+        if self.moved is not None:
+            self._check_move(self.moved)
+            if not callable(self.truth):
+                moved_by(self.truth or self.ring, *self.moved[1:])
+
+    def _check_edges(self, counts: int) -> None:
+        if counts and self.samples_per_turn is not None and self.samples_per_turn > counts:
+            raise checks.refuse("samples_per_turn", f"<= counts of the spindle's encoder, {counts}", self.samples_per_turn)
+
+    @staticmethod
+    def _check_move(moved: object) -> None:
+        if not isinstance(moved, tuple | list) or len(moved) != 3:
+            raise TypeError(f"moved must be (time in s, x in mm, y in mm) or None; got {checks.shown(moved)}")
+        checks.nonnegative("moved[0]", moved[0], "s")
+        for k in (1, 2):
+            checks.number(f"moved[{k}]", moved[k], "mm")
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of what is read."""
+        return {"angle": "rad", "reading": "mm", "slide": "mm", "probe": "mm"}
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of what can be commanded (rad/s)."""
+        return {"spindle_speed": "rad/s", "stop": ""}
+
+    @property
+    def outcomes(self) -> Mapping[str, str]:
+        """Name -> unit of what became of a part."""
+        true = dict.fromkeys(("radius", "center_x", "center_y", "offset", "roundness"), "mm")
+        told = {"time": "s", "turns": "", "samples": "", "lost": "", "timed_out": ""}
+        return {**told, **{f"true_{name}": unit for name, unit in true.items()}}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Radius of the tip (mm) and speed of the spindle (rad/s), for the log."""
+        return {"tip_radius": float(self.tip_radius), "spindle_speed": float(self.spindle_speed)}
+
+    @property
+    def tick(self) -> float:
+        """Sample time, s; where the angle triggers a microsecond, as samples then come at any time."""
+        return self.sample_time if self.samples_per_turn is None else _LATCH
+
+    def start(self, rng: np.random.Generator) -> ProbePart:
+        """Draw the truth of the next part and return it, at time 0.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Random source of this part: the truth, and what is read, draw from a child each.
+
+        Returns
+        -------
+        Machine
+            See `hwsim.protocols.Machine`; its ticks are those of ``tick`` (s).
+        """
+        of_truth, of_readings = rng.spawn(2)
+        truth = self.ring if self.truth is None else self.truth
+        ring = truth if isinstance(truth, Ring) else checks.kind("truth(rng)", truth(of_truth), Ring)
+        clock = Clock(exact("sample_time", self.tick))
+        cell = self._settings(ring, clock, of_readings)
+        return ProbePart(ring, self._shape(ring), cell, self._begun(ring, cell), float(self.turns_max), clock, of_readings)
+
+    def scan(self, turns: float = 1.0, *, rng: Seed = 0) -> ProbeScan:
+        """Measure at once: the samples of so many turns, the last one not included, that `hwsim.run` would give one by one.
+
+        Parameters
+        ----------
+        turns : float
+            How far the table turns, unit 1.
+        rng : int, Generator or SeedSequence
+            Random source; the scan is that of the first part of a run with it, to the same bits.
+
+        Returns
+        -------
+        ProbeScan
+            Angle (rad), reading, slide, probe (mm), time (s), and the ring that it was.
+
+        Examples
+        --------
+        >>> import centering, hwsim
+        >>> scan = hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5), errors=None).scan()
+        >>> bool(abs(scan.reading - centering.circle_reading(scan.angle, 61.94, 3.6, 0.5, 3.75)).max() < 1e-11)  # mm
+        True
+        """
+        per_turn = (
+            2 * math.pi / (self.spindle_speed * self.sample_time) if self.samples_per_turn is None else self.samples_per_turn
+        )
+        number = math.ceil(checks.positive("turns", turns) * per_turn - _UNEVEN)
+        part = self.start(children(rng, 1)[0])
+        return part.scan(number)
+
+    def _shape(self, ring: Ring) -> Floats:
+        """The ring under the tip, for the compiled core: as it lies, and as it lies once it is moved."""
+        shape = shape_of(ring, self.tip_radius)
+        if self.moved is not None:
+            there = shape_of(moved_by(ring, *self.moved[1:]), self.tip_radius)
+            shape[kernels.SCAN] = max(shape[kernels.SCAN], there[kernels.SCAN])
+        return shape
+
+    def _settings(self, ring: Ring, clock: Clock, rng: np.random.Generator) -> Floats:
+        """Settings of the compiled core."""
+        errors, cell = NO_ERRORS if self.errors is None else self.errors, np.zeros(kernels.SETTINGS)
+        cell[kernels.TICK_ABOVE], cell[kernels.TICK_BELOW] = clock.tick.numerator, clock.tick.denominator
+        cell[kernels.PER_TURN], cell[kernels.COUNTS] = self.samples_per_turn or 0, errors.counts
+        cell[kernels.START] = self.start_angle
+        if errors.counts:
+            cell[kernels.START] = math.floor(self.start_angle * errors.counts / (2 * math.pi) + 0.5)
+        drawn = rng.uniform(-math.pi, math.pi)
+        cell[kernels.RUNOUT_PHASE] = drawn if errors.runout_phase is None else errors.runout_phase
+        if self.tip_radius > 0:
+            cell[kernels.RUNOUT], cell[kernels.ROLL] = errors.runout, ring.radius / self.tip_radius * (1 - errors.slip)
+        cell[kernels.SKEW], cell[kernels.NOISE_SD] = errors.skew, errors.noise_sd
+        cell[kernels.DUST], cell[kernels.DUST_SIZE] = errors.dust, errors.dust_size
+        cell[kernels.PROBE_QUANTUM], cell[kernels.SLIDE_QUANTUM] = errors.probe_quantum, errors.slide_quantum
+        cell[kernels.FOLLOW_TIME], cell[kernels.HALF_STROKE] = self.follow_time, 0.5 * self.stroke
+        moved = (math.inf, 0.0, 0.0) if self.moved is None else self.moved
+        cell[kernels.MOVE_TIME], cell[kernels.MOVE_X], cell[kernels.MOVE_Y] = moved
+        return cell
+
+    def _begun(self, ring: Ring, cell: Floats) -> Floats:
+        """State of the compiled core at the start."""
+        state = np.zeros(kernels.STATES)
+        state[kernels.SPEED] = self.spindle_speed
+        state[kernels.ANGLE] = kernels.edge_angle(cell, 0.0) if self.samples_per_turn else self.start_angle
+        state[kernels.CENTER_X], state[kernels.CENTER_Y] = ring.center_x, ring.center_y
+        return state

@@ -1,0 +1,53 @@
+"""What a probe reads of a ring in some turns, all at once."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from hwsim.plants._probe.ring import Ring
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ProbeScan(ByValue):
+    """Samples of a ring on a turning table; `Probe.scan` makes it.
+
+    Parameters
+    ----------
+    angle : array
+        Spindle angle, rad; it goes on over turns.
+    reading : array
+        Position of the surface on the probe line, mm from the spindle's axis: slide and probe together; NaN: none.
+    slide, probe : array
+        What each of them shows, mm.
+    time : array
+        When, s.
+    ring : Ring
+        The ring that was measured, as it lay at the start.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> scan = hwsim.Probe(hwsim.Ring(61.94, 3.6), errors=None).scan(turns=0.25)
+    >>> scan
+    ProbeScan(75 readings on 0.2467 turns in 0.74 s: radius 61.94 mm, offset 3.6 mm)
+    """
+
+    angle: Floats
+    reading: Floats
+    slide: Floats
+    probe: Floats
+    time: Floats
+    ring: Ring
+
+    def __post_init__(self) -> None:
+        for each in fields(self)[:-1]:
+            object.__setattr__(self, each.name, lasting(getattr(self, each.name)))
+
+    def __repr__(self) -> str:
+        missing = int(np.isnan(self.reading).sum())
+        none = f" ({missing} without the surface)" if missing else ""
+        turns = float(np.ptp(self.angle)) / (2 * np.pi)
+        sampled = f"{self.reading.size} readings{none} on {turns:.4g} turns in {np.ptp(self.time):.4g} s"
+        return f"ProbeScan({sampled}: radius {self.ring.radius:.7g} mm, offset {self.ring.offset:.4g} mm)"

@@ -1,0 +1,205 @@
+"""A stand that grinds a weld bead in whole passes: one draw of the removed depth a pass."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from hwsim._part.clock import Clock, common_tick
+from hwsim.plants._weldbead.machine import Noise, Setup, WeldBead
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
+
+Truth: TypeAlias = GrindingProcess | SequenceProblem | Callable[[np.random.Generator], Any] | None
+_RESOLUTION = 1e-3  # s; passes last a whole number of milliseconds (or of a finer tick that the stage needs)
+
+
+@dataclass(frozen=True)
+class WeldBeadStand(Frozen):
+    """A weld bead under a grinder: each pass removes a random depth of the whole bead, as the sequence planner assumes.
+
+    An event plant: a pass is one event, after which the bead is scanned. Time runs while a pass is ground and while the
+    grinder returns (``reset_time``), never while a controller thinks.
+
+    Measures ``height`` (mm, scanned), ``time_left`` (s, < 0: late), and of the last pass (NaN before the first)
+    ``grinding_power`` (W), ``normal_force`` and ``tangential_force`` (N), ``removal_rate`` (mm^3/s) and ``cut_depth``
+    (mm), both from the two scans, and ``feed_rate`` (mm/s). Accepts ``normal_force`` (N) with ``duration`` (s, reset
+    included), ``feed_rate`` (mm/s) or both, and ``stop``.
+
+    Outcome of a bead: ``penalty`` ($: height, lateness, finish and pass charges), ``height`` left (mm), ``overground``
+    (mm), ``passes``, ``time`` (s), ``lateness`` (s), ``burned`` (passes beyond the burn limit), and the hidden truth of
+    each pass: ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3), ``true_idle_power`` (W) and
+    ``true_friction_ratio``; that is the process with which the static cut is what was removed.
+
+    Parameters
+    ----------
+    problem : SequenceProblem
+        Bead, limits and charges, and what the stand is unless `truth` says otherwise.
+    truth : GrindingProcess, SequenceProblem or callable, optional
+        What the stand really is: another process, a problem of which process and scatter are taken, or a function of a
+        Generator that draws one of these for each bead. None: the problem's own process and scatter, so that its plan
+        is exactly right.
+    height : float, optional
+        Height of the bead at the start (mm); 0.75 ``height_max`` by default.
+    time : float, optional
+        Time until the deadline at the start (s); half the horizon by default.
+    height_noise : float
+        Standard deviation of a scan's mean height (mm).
+    power_noise : float
+        Standard deviation of the measured power (W).
+    force_noise : float
+        Standard deviation of the measured forces (N).
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range; when a command cannot be done (a force above ``force_max``, a pass that is not
+        over by a fixed deadline, a duration that does not fit the feed rate).
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"), height=1.0, time=20.0, height_noise=0.0)
+    >>> bead = stand.start(np.random.default_rng(1))
+    >>> bead.step({}, 0)["height"]
+    1.0
+    >>> scan = bead.step({"duration": 8.0, "normal_force": 30.0}, hwsim.protocols.FOREVER)
+    >>> scan["time_left"], scan["feed_rate"], bead.outcome()["passes"]
+    (12.0, 8.333333333333334, 1)
+    """
+
+    problem: SequenceProblem
+    _: KW_ONLY
+    truth: Truth = None
+    height: float | None = None
+    time: float | None = None
+    height_noise: float = 0.002
+    power_noise: float = 5.0
+    force_noise: float = 0.5
+
+    def __post_init__(self) -> None:
+        checks.kind("problem", self.problem, SequenceProblem)
+        _checked_truth(self.truth)
+        checks.number("height", self.start_height, "mm")
+        if self.problem.lateness_charge is None:
+            checks.nonnegative("time", self.start_time, "s")
+        checks.number("time", self.start_time, "s")
+        for name, unit in (("height_noise", "mm"), ("power_noise", "W"), ("force_noise", "N")):
+            checks.nonnegative(name, getattr(self, name), unit)
+
+    @property
+    def start_height(self) -> float:
+        """Height of the bead at the start (mm)."""
+        return 0.75 * self.problem.height_max if self.height is None else self.height
+
+    @property
+    def start_time(self) -> float:
+        """Time until the deadline at the start (s)."""
+        return 0.5 * self.problem.horizon if self.time is None else self.time
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of what the scanner, the clock, and the sensors of the last pass say."""
+        return {
+            "height": "mm",
+            "time_left": "s",
+            "grinding_power": "W",
+            "normal_force": "N",
+            "tangential_force": "N",
+            "removal_rate": "mm^3/s",
+            "feed_rate": "mm/s",
+            "cut_depth": "mm",
+        }
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of what makes up a pass, and ``stop``."""
+        return {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""}
+
+    @property
+    def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
+        """Name -> unit (and dimension of arrays) of what a bead became."""
+        return {
+            "penalty": "$",
+            "height": "mm",
+            "overground": "mm",
+            "passes": "",
+            "time": "s",
+            "lateness": "s",
+            "burned": "",
+            "true_cut_depth": ("mm", "pass"),
+            "true_specific_energy": ("J/mm^3", "pass"),
+            "true_idle_power": ("W", "pass"),
+            "true_friction_ratio": ("", "pass"),
+        }
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Start and size of the bead, in mm, s, N, for the log."""
+        problem = self.problem
+        return {
+            "start_height": float(self.start_height),
+            "start_time": float(self.start_time),
+            "bead_length": float(problem.bead_length),
+            "bead_width": float(problem.model.bead_width),
+            "reset_time": float(problem.reset_time),
+            "force_max": float(problem.force_max),
+        }
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine (mm, s, N) of the problem; `truth` may differ, as nobody knows it."""
+        return self.problem.job
+
+    @property
+    def tick(self) -> float:
+        """A millisecond, or a finer tick (s) that divides the problem's stage."""
+        return float(self._clock.tick)
+
+    @property
+    def _clock(self) -> Clock:
+        return Clock(common_tick({"stage": self.problem.stage, "resolution": _RESOLUTION}))
+
+    def start(self, rng: np.random.Generator) -> WeldBead:
+        """Draw the truth of the next bead and return it, at time 0.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Random source of this bead. The truth, the cuts and the noise draw from a child each, so that controllers
+            are compared on equal draws.
+
+        Returns
+        -------
+        Machine
+            See `hwsim.protocols.Machine`; its ticks are those of ``tick`` (s).
+        """
+        of_truth, of_cuts, of_noise = rng.spawn(3)
+        setup = Setup(self.problem, *self._drawn(self.truth, of_truth), self.start_height, self.start_time)
+        noise = Noise(self.height_noise, self.power_noise, self.force_noise)
+        return WeldBead(setup, noise, self._clock, of_cuts, of_noise)
+
+    def _drawn(self, truth: Any, rng: np.random.Generator) -> tuple[GrindingProcess, Scatter]:
+        if truth is None:
+            return self.problem.model, self.problem.scatter
+        if isinstance(truth, GrindingProcess):
+            return truth, self.problem.scatter
+        if isinstance(truth, SequenceProblem):
+            return truth.model, truth.scatter
+        return self._drawn(_checked_draw(truth(rng)), rng)
+
+
+def _checked_truth(truth: Any) -> None:
+    if truth is not None and not isinstance(truth, GrindingProcess | SequenceProblem) and not callable(truth):
+        raise TypeError(
+            f"truth must be None, a GrindingProcess, a SequenceProblem or a function of rng; got {checks.shown(truth)}"
+        )
+
+
+def _checked_draw(truth: Any) -> Any:
+    if not isinstance(truth, GrindingProcess | SequenceProblem):
+        raise TypeError(f"truth(rng) must give a GrindingProcess or a SequenceProblem; got {checks.shown(truth)}")
+    return truth

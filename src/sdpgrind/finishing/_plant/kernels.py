@@ -1,0 +1,235 @@
+"""Compiled core of the finishing cell: one tick of arm, table, surface and torque axis, and whole parts of them.
+
+Rows of a course are what is played: its columns are named below. Between rows everything is a straight line. Arrays are changed
+in place; serial. Lengths are mm, times s, angles rad, torques N m.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.finishing._timing.table_kernels import table_step
+from sdpgrind.finishing._torque.axis_kernels import axis_tick, encoder_reading
+from sdpgrind.finishing._torque.controller_kernels import controller_step, feed_override, torque_at
+from sdpgrind.finishing._torque.slots import ANGLE, ESTIMATE, MEAN_TORQUE, REFERENCE
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+# Columns of a course: time, commands of the table, tip, normal, azimuth of the tool, what weight presses, direction to next row.
+TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, COLUMNS = 0, 1, 3, 6, 9, 12, 13, 16
+
+# Settings of a cell.
+TICK, LEVER, CONTACT_ANGLE, SIDE, FRICTION, LOAD, RESOLUTION, OFFSET, CURRENT_STEP, CURRENT_MAX, SETTINGS = range(11)
+
+# State of a cell: what is played and where the tool is, then what came of it.
+PLAYED, LEG, SURFACE, CONTACT, TABLE_X, TABLE_Y = 0, 1, 2, 3, 6, 10  # of each axis of the table three states and the command
+FORCE, FEED, HEIGHT, TICKS, TOUCHED, SAMPLES, EVERY = range(14, 21)
+COUNT, FORCE_MEAN, FORCE_SQUARES, FORCE_MIN, FORCE_MAX, LIFTED, FEED_MEAN, FEED_SQUARES, DEVIATION = range(21, 30)
+STATES = 30
+
+TRACE = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
+ROWS = (
+    "motor_angle",
+    "path_time",
+    "current_command",
+    "feed_override_command",
+    "torque_estimate_planned",
+    "torque_ref_planned",
+)
+
+_STUCK = 0.5  # mm/s: below it friction falls with the speed, as nothing slides where nothing moves
+_LEAST = 0.05  # of the lever arm: on a slope so steep that the tool would lock itself
+_ROUNDING = 1e-3  # of a tick: times that are summed up end where the motion does
+_FLYING = 1e-9  # N m: less is rounding
+
+
+@njit(**_OPTIONS)
+def field(waves, place, along):
+    """Height (mm) of a field at a place, and its slope along a direction; waves have vector, phase and amplitude in a row."""
+    height, slope = 0.0, 0.0
+    for k in range(waves.shape[0]):
+        phase = waves[k, 0] * place[0] + waves[k, 1] * place[1] + waves[k, 2] * place[2] + waves[k, 3]
+        turn = waves[k, 0] * along[0] + waves[k, 1] * along[1] + waves[k, 2] * along[2]
+        height += waves[k, 4] * np.cos(phase)
+        slope -= waves[k, 4] * turn * np.sin(phase)
+    return height, slope
+
+
+@njit(**_OPTIONS)
+def _play(course, state, seconds):
+    """Play on by some seconds; the place in the course is a leg and a share of it."""
+    last = course.shape[0] - 1
+    state[PLAYED] += seconds
+    if state[PLAYED] > course[last, TIME] - _ROUNDING * seconds:
+        state[PLAYED] = course[last, TIME]
+    leg = int(state[LEG])
+    while leg < last - 1 and course[leg + 1, TIME] <= state[PLAYED]:
+        leg += 1
+    state[LEG] = leg
+    return leg, (state[PLAYED] - course[leg, TIME]) / (course[leg + 1, TIME] - course[leg, TIME])
+
+
+@njit(**_OPTIONS)
+def _between(course, leg, share, column):
+    return course[leg, column] + share * (course[leg + 1, column] - course[leg, column])
+
+
+@njit(**_OPTIONS)
+def touch(course, waves, loop, cell, state, seconds):
+    """Play on by some seconds: where the tool touches then, the angle at which it does, and how steep the error is there.
+
+    The tool is off its planned place by the error of the table, d; the surface is higher than planned by the field, h. Along the
+    normal n the surface is then nearer by h - d.n (and d^2/2 times its curvature, which is left out), so that the tool swings
+    back by that over cos(theta_f), and aside along its azimuth by tan(theta_f) of it.
+    """
+    leg, share = _play(course, state, seconds)
+    place, normal, along = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        place[i] = _between(course, leg, share, TIP + i)
+        normal[i] = _between(course, leg, share, NORMAL + i)
+        along[i] = _between(course, leg, share, AZIMUTH + i)
+    x = _between(course, leg, share, TABLE) - course[0, TABLE]
+    y = _between(course, leg, share, TABLE + 1) - course[0, TABLE + 1]
+    off_x = x - table_step(loop, state[TABLE_X:TABLE_Y], x)
+    off_y = y - table_step(loop, state[TABLE_Y:FORCE], y)
+    place[0] += off_x
+    place[1] += off_y
+    height, slope = field(waves, place, along)
+    state[HEIGHT] = height - off_x * normal[0] - off_y * normal[1]
+    aside = cell[SIDE] * np.tan(cell[CONTACT_ANGLE]) * state[HEIGHT]
+    off = np.empty(3)
+    for i in range(3):
+        off[i] = state[HEIGHT] * normal[i] + aside * along[i]
+        place[i] += off[i]
+    off[0] += off_x
+    off[1] += off_y
+    _deviate(course, leg, normal, off, state)
+    weight = _between(course, leg, share, WEIGHT)
+    return place, along, slope, weight
+
+
+@njit(**_OPTIONS)
+def _deviate(course, leg, normal, off, state):
+    """Keep the largest distance from the path, in the surface and across the planned direction."""
+    ahead, up = 0.0, 0.0
+    for i in range(3):
+        ahead += off[i] * course[leg, AHEAD + i]
+        up += off[i] * normal[i]
+    across = 0.0
+    for i in range(3):
+        across += (off[i] - ahead * course[leg, AHEAD + i] - up * normal[i]) ** 2
+    state[DEVIATION] = max(state[DEVIATION], np.sqrt(across))
+
+
+@njit(**_OPTIONS)
+def begin(course, waves, loop, cell, state):
+    """Put the tool where the course begins."""
+    place, _, _, _ = touch(course, waves, loop, cell, state, 0.0)
+    state[CONTACT : CONTACT + 3] = place
+    state[SURFACE] = surface_angle(cell, state)
+
+
+@njit(**_OPTIONS)
+def surface_angle(cell, state):
+    """Motor angle (rad) at which the surface is touched, from that at which the planned one is."""
+    return -state[HEIGHT] / (cell[LEVER] * np.cos(cell[CONTACT_ANGLE]))
+
+
+@njit(**_OPTIONS)
+def _slide(place, along, cell, state):
+    """Feed (mm/s) of the contact since the last tick, and its share along the azimuth of the tool, nothing where it stands."""
+    speed, forward = 0.0, 0.0
+    for i in range(3):
+        rate = (place[i] - state[CONTACT + i]) / cell[TICK]
+        speed += rate * rate
+        forward += rate * along[i]
+        state[CONTACT + i] = place[i]
+    state[FEED] = np.sqrt(speed)
+    return forward / max(state[FEED], _STUCK)
+
+
+@njit(**_OPTIONS)
+def tick(course, waves, loop, cell, axis, state, axis_state, trace, current, override):
+    """Advance by a tick with a current (A) and a share of the planned speed, both held."""
+    before = state[PLAYED]
+    place, along, slope, weight = touch(course, waves, loop, cell, state, override * cell[TICK])
+    forward = _slide(place, along, cell, state)
+    angle = cell[CONTACT_ANGLE] + cell[SIDE] * np.arctan(slope)
+    lever = np.cos(angle) - cell[SIDE] * cell[FRICTION] * np.sin(angle) * forward
+    surface = surface_angle(cell, state)
+    axis_tick(axis_state, _converted(current, cell), cell[LOAD] - weight, state[SURFACE], surface, axis)
+    state[SURFACE] = surface
+    state[FORCE] = max(axis_state[MEAN_TORQUE], 0.0) / (1e-3 * cell[LEVER] * max(lever, _LEAST))
+    state[TICKS] += 1.0
+    if axis_state[MEAN_TORQUE] > _FLYING and state[TOUCHED] < 0.0:
+        state[TOUCHED] = state[TICKS]
+    if state[PLAYED] > before:
+        _count(state, axis_state[MEAN_TORQUE] <= _FLYING)
+    _keep(state, cell, trace)
+
+
+@njit(**_OPTIONS)
+def _converted(current, cell):
+    """What the converter makes of a current: whole steps, clipped."""
+    most, step = cell[CURRENT_MAX], cell[CURRENT_STEP]
+    if step > 0.0:
+        current = step * np.floor(current / step + 0.5)
+        most = step * np.floor(most / step + 1e-9)
+    return min(max(current, -most), most)
+
+
+@njit(**_OPTIONS)
+def _count(state, flying):
+    """Take a tick of the motion into means and sums of squares (Welford)."""
+    state[COUNT] += 1.0
+    for value, mean in ((FORCE, FORCE_MEAN), (FEED, FEED_MEAN)):
+        away = state[value] - state[mean]
+        state[mean] += away / state[COUNT]
+        state[mean + 1] += away * (state[value] - state[mean])
+    state[FORCE_MIN] = min(state[FORCE_MIN], state[FORCE])
+    state[FORCE_MAX] = max(state[FORCE_MAX], state[FORCE])
+    if flying:
+        state[LIFTED] += 1.0
+
+
+@njit(**_OPTIONS)
+def _keep(state, cell, trace):
+    """Keep every so-manieth tick; where there is no more room, every other one of them."""
+    if state[TICKS] % state[EVERY] != 0.0:
+        return
+    row = int(state[SAMPLES])
+    if row == trace.shape[0]:
+        row //= 2
+        for k in range(row):
+            trace[k] = trace[2 * k + 1]
+        state[EVERY] *= 2.0
+        state[SAMPLES] = row
+        if state[TICKS] % state[EVERY] != 0.0:
+            return
+    trace[row, 0] = state[TICKS] * cell[TICK]
+    trace[row, 1], trace[row, 2], trace[row, 3] = state[FORCE], state[FEED], state[HEIGHT]
+    trace[row, 4], trace[row, 5] = state[CONTACT], state[CONTACT + 1]
+    state[SAMPLES] = row + 1
+
+
+@njit(**_OPTIONS)
+def shown(cell, axis_state):
+    """What the encoder says, rad."""
+    return encoder_reading(axis_state[ANGLE] + cell[OFFSET], cell[RESOLUTION])
+
+
+@njit(**_OPTIONS)
+def finish(course, waves, loop, cell, axis, state, axis_state, trace, law, controller, time, torque, known, table, most):
+    """Work on under a controller until the table of rows is full or the part is done; return rows, and whether it is done."""
+    for row in range(table.shape[0]):
+        angle, played = shown(cell, axis_state), state[PLAYED]
+        current = controller_step(law, controller, angle, played, time, torque, 0.0, 0.0)
+        override = feed_override(law, controller)
+        table[row, 0], table[row, 1], table[row, 2], table[row, 3] = angle, played, current, override
+        load = torque_at(time, known, played, controller)
+        table[row, 4], table[row, 5] = controller[ESTIMATE] - load, controller[REFERENCE] - load
+        tick(course, waves, loop, cell, axis, state, axis_state, trace, current, override)
+        if state[PLAYED] >= course[course.shape[0] - 1, TIME] or state[TICKS] >= most:
+            return row + 1, True
+    return table.shape[0], False

@@ -1,0 +1,48 @@
+"""What a grinding process truly is at a wear flat area: power, burning power, the fastest point that does not burn."""
+
+from math import exp, log
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.locus._processes.grinding import Grinding
+
+_LOOKED_AT = 13  # rotations, evenly on a logarithmic scale, from the best of which the search goes on
+_EXACT = 1e-7  # of the logarithm of the rotation; of the rate at its maximum that is some 1e-14
+
+
+class Ranges(NamedTuple):
+    """What a machine can do: greatest infeed rate (mm/s), least and greatest work rotation (rad/s)."""
+
+    infeed_rate_max: float
+    work_rotation_min: float
+    work_rotation_max: float
+
+
+def best_point(process: Grinding, ranges: Ranges, wear_flat_area: float) -> tuple[float, float]:
+    """Greatest infeed rate (mm/s) that does not burn, and its work rotation (rad/s); rate 0 where every one burns."""
+
+    def lost(log_rotation: float) -> float:
+        return -process.burn_free_rates(exp(log_rotation), wear_flat_area)[1]
+
+    places = np.linspace(log(ranges.work_rotation_min), log(ranges.work_rotation_max), _LOOKED_AT)
+    found = [lost(place) for place in places]
+    first = int(np.argmin(found))
+    around = places[max(0, first - 1)], places[min(_LOOKED_AT - 1, first + 1)]
+    peak = minimize_scalar(lost, bounds=around, method="bounded", options={"xatol": _EXACT})
+    value, place = min((float(peak.fun), float(peak.x)), (float(found[first]), float(places[first])))
+    return min(-value, ranges.infeed_rate_max), exp(place)
+
+
+def best_rates(process: Grinding, ranges: Ranges, areas: Floats) -> Floats:
+    """Best infeed rates (mm/s) of areas that lie close together: a parabola of their logarithm; NaN where one burns at any."""
+    low, high = float(areas.min()), float(areas.max())
+    if high - low <= 1e-12 * high:
+        return np.full(areas.shape, best_point(process, ranges, high)[0] or np.nan)
+    nodes = np.array([low, 0.5 * (low + high), high])
+    rates = np.array([best_point(process, ranges, area)[0] or np.nan for area in nodes])
+    if np.isnan(rates).any():
+        return np.full(areas.shape, np.nan)
+    return np.asarray(np.exp(np.polynomial.Polynomial.fit(nodes, np.log(rates), 2)(areas)))

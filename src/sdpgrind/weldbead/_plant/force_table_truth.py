@@ -1,0 +1,135 @@
+"""What nobody tells the planner: how the coefficients of the process differ from pass to pass, and what motor turns the disc."""
+
+from dataclasses import dataclass
+from math import log1p, sqrt
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.units import hz
+from sdpgrind.weldbead._sequence.process import GrindingProcess
+from sdpgrind.weldbead.passes import TiltedDisc
+
+_GUARD_SPEED = 0.7236067977499789  # (1 + sqrt(0.2))/2 of the free speed: 80 % of the greatest power
+
+
+@dataclass(frozen=True)
+class CoefficientScatter(Frozen):
+    """Log-normal coefficients with given means: each pass, or each bead, has its own.
+
+    Parameters
+    ----------
+    specific_energy, idle_power, friction_ratio : float
+        Standard deviation over mean of each, dimensionless.
+
+    Raises
+    ------
+    ValueError
+        When one is negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sdpgrind import weldbead
+    >>> process = weldbead.preset("P1").model
+    >>> CoefficientScatter(0.0, 0.0, 0.0).drawn(process, np.random.default_rng(0)) == process
+    True
+    """
+
+    specific_energy: float = 0.15
+    idle_power: float = 0.20
+    friction_ratio: float = 0.15
+
+    def __post_init__(self) -> None:
+        for name in ("specific_energy", "idle_power", "friction_ratio"):
+            checks.nonnegative(name, getattr(self, name))
+
+    def drawn(self, process: GrindingProcess, rng: np.random.Generator) -> GrindingProcess:
+        """Return the process with coefficients (J/mm^3, W, 1) drawn round its own.
+
+        Parameters
+        ----------
+        process : GrindingProcess
+            Means.
+        rng : numpy.random.Generator
+            Three numbers are drawn whatever the standard deviations are.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from sdpgrind import weldbead
+        >>> process = weldbead.preset("P1").model
+        >>> rng = np.random.default_rng(0)
+        >>> energies = [CoefficientScatter().drawn(process, rng).specific_energy for _ in range(2000)]
+        >>> bool(abs(np.mean(energies) - 10.0) < 0.1), bool(abs(np.std(energies) - 1.5) < 0.1)  # J/mm^3
+        (True, True)
+        """
+        names = ("specific_energy", "idle_power", "friction_ratio")
+        factors = [_lognormal(getattr(self, name), normal) for name, normal in zip(names, rng.standard_normal(3), strict=True)]
+        return process.replace(**{name: getattr(process, name) * f for name, f in zip(names, factors, strict=True)})
+
+
+def drawn_disc(scatter: CoefficientScatter, disc: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:
+    """A disc with the coefficients of its process drawn."""
+    return disc.replace(model=scatter.drawn(disc.model, rng))
+
+
+def _lognormal(relative_sd: float, normal: float) -> float:
+    """Log-normal number of mean 1."""
+    variance = log1p(relative_sd**2)
+    return float(np.exp(sqrt(variance) * normal - variance / 2))
+
+
+@dataclass(frozen=True)
+class Motor(Frozen):
+    """The motor that turns the disc, where it is another one than the process says.
+
+    Parameters
+    ----------
+    free_speed : float
+        Speed without load, rad/s.
+    speed_droop : float
+        Loss of speed with torque, rad/(s N mm).
+    spin_time : float
+        Time constant of the spin, s; 0: it follows its load at once.
+    guard : float
+        The platform does not rise while the spin is below this share of the free speed, dimensionless; 0: no guard.
+    stall : float
+        Below this share of the free speed the motor has stalled, and the pass is broken off, dimensionless.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range.
+
+    Examples
+    --------
+    >>> round(Motor.air().free_speed / 6.283185307179586, 6)  # Hz
+    50.0
+    """
+
+    free_speed: float
+    speed_droop: float = 0.0
+    spin_time: float = 0.05
+    guard: float = 0.0
+    stall: float = 0.3
+
+    def __post_init__(self) -> None:
+        checks.positive("free_speed", self.free_speed, "rad/s")
+        checks.nonnegative("speed_droop", self.speed_droop, "rad/(s N mm)")
+        checks.nonnegative("spin_time", self.spin_time, "s")
+        for name in ("guard", "stall"):
+            checks.within(name, getattr(self, name), 0.0, 1.0)
+
+    @classmethod
+    def air(cls) -> "Motor":
+        """Air motor of 50 Hz free and 20 Hz at 90 N (assumed; rad/s and N mm), guarded at 80 % of its greatest power.
+
+        Examples
+        --------
+        >>> motor = Motor.air()
+        >>> round(motor.free_speed**2 / (4000 * motor.speed_droop), 1)  # greatest power, W
+        300.5
+        """
+        return cls(hz(50.0), 0.0821, guard=_GUARD_SPEED)
