@@ -7,10 +7,10 @@ import numpy as np
 from measure import median
 
 from sdpgrind import units
-from sdpgrind.finishing._arm.arm import Arm
-from sdpgrind.finishing._arm.branches import choose_branches
-from sdpgrind.finishing._arm.tool import tool_poses
-from sdpgrind.finishing._surface.presets import nominal_surface
+from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._branches import choose_branches
+from sdpgrind.finishing.arm._tool import tool_poses
+from sdpgrind.finishing.surface._presets import nominal_surface
 
 BAR = 2.0  # us a pose
 WIDE = 3000.0  # mm

@@ -14,7 +14,7 @@ from measure import median
 from scipy.interpolate import NdBSpline
 
 from sdpgrind.finishing import Path, Surface, hilbert, hilbert_lsystem, hilbert_nodes, nominal_surface, uneven_surfaces
-from sdpgrind.finishing._path.equal_area import equal_area
+from sdpgrind.finishing.path._equal_area import equal_area
 
 SLOW = 1
 """Runs of peers that take seconds."""

@@ -96,8 +96,8 @@ if TYPE_CHECKING:
     from centering.push._profile.gentle import gentle_profile, tap_profile
     from centering.push._profile.profile import TipProfile
     from centering.push._profile.timing import StoppingWay, move_peak, move_time, stopping_way
-    from centering.push._turning.lead import rim_advance
-    from centering.push._turning.limits import (
+    from centering.push.turning._lead import rim_advance
+    from centering.push.turning._limits import (
         RimMotion,
         SpeedLimit,
         closing_distance,
@@ -106,9 +106,9 @@ if TYPE_CHECKING:
         spindle_acceleration_limit,
         spindle_speed_limit,
     )
-    from centering.push._turning.sliding import RingFriction, RingLaunch, RingSlide, launch_for, ring_friction, slide_to_rest
-    from centering.push._turning.turning import TableProfile, turning_profile
-    from centering.push._turning.turning_trace import TablePushTrace, simulate_table_push
+    from centering.push.turning._sliding import RingFriction, RingLaunch, RingSlide, launch_for, ring_friction, slide_to_rest
+    from centering.push.turning._turning import TableProfile, turning_profile
+    from centering.push.turning._turning_trace import TablePushTrace, simulate_table_push
     from centering.roundness._circles import reference_circle
     from centering.roundness._profile import Profile
     from centering.roundness._roundness import Roundness

@@ -6,7 +6,7 @@ import pytest
 from centering.push._machine.presets import preset
 from centering.push._plan.arrival import Arrival
 from centering.push._plan.push import plan_push
-from centering.push._turning import direction_kernels as at
+from centering.push.turning import _direction_kernels as at
 from sdpgrind import units
 
 PRINTED = preset("printed")

@@ -11,12 +11,12 @@ from centering.push._machine.presets import preset
 from centering.push._plan.direction import plan_touch, profile_of
 from centering.push._profile.profile import TipProfile
 from centering.push._profile.rows import after, forward, remaining
-from centering.push._turning import direction_kernels as at
-from centering.push._turning import quasi_static_kernels as back
-from centering.push._turning import slide_kernels as slide
-from centering.push._turning.direction_kernels import push_on_table
-from centering.push._turning.quasi_static_kernels import touch_back
-from centering.push._turning.shooting import landing, ring_state
+from centering.push.turning import _direction_kernels as at
+from centering.push.turning import _quasi_static_kernels as back
+from centering.push.turning import _slide_kernels as slide
+from centering.push.turning._direction_kernels import push_on_table
+from centering.push.turning._quasi_static_kernels import touch_back
+from centering.push.turning._shooting import landing, ring_state
 from sdpgrind import units
 
 PRINTED = preset("printed")

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from centering.push._machine.presets import preset
 from centering.push._plan.push import plan_push
 from centering.push._profile.timing import stopping_way
-from centering.push._turning.lead import rim_advance
-from centering.push._turning.limits import (
+from centering.push.turning._lead import rim_advance
+from centering.push.turning._limits import (
     closing_distance,
     max_rim_slope,
     rim_motion,

@@ -12,8 +12,8 @@ from centering.push._machine.model import Part
 from centering.push._machine.presets import preset
 from centering.push._plan.direction import plan_touch
 from centering.push._plan.push import Push, plan_push
-from centering.push._turning.lead import TooFastError
-from centering.push._turning.shooting import landing, ring_state
+from centering.push.turning._lead import TooFastError
+from centering.push.turning._shooting import landing, ring_state
 from sdpgrind import units
 
 PRINTED = preset("printed")

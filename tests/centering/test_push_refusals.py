@@ -7,9 +7,9 @@ from centering.push._machine.presets import preset
 from centering.push._plan.direction import plan_touch
 from centering.push._plan.push import plan_push
 from centering.push._profile.gentle import gentle_profile
-from centering.push._turning.lead import TooFastError
-from centering.push._turning.limits import spindle_acceleration_limit, spindle_speed_limit
-from centering.push._turning.sliding import launch_for, slide_to_rest
+from centering.push.turning._lead import TooFastError
+from centering.push.turning._limits import spindle_acceleration_limit, spindle_speed_limit
+from centering.push.turning._sliding import launch_for, slide_to_rest
 
 PROBLEMS = [
     lambda: spindle_speed_limit(5, offset=1.0),

@@ -11,10 +11,10 @@ from centering.push._machine.presets import preset
 from centering.push._plan.direction import plan_touch
 from centering.push._plan.push import plan_push
 from centering.push._profile.profile import TipProfile
-from centering.push._turning import direction_kernels as at
-from centering.push._turning.shooting import landing, ring_state
-from centering.push._turning.turning import TableProfile, turning_profile
-from centering.push._turning.turning_trace import TablePushTrace, simulate_table_push
+from centering.push.turning import _direction_kernels as at
+from centering.push.turning._shooting import landing, ring_state
+from centering.push.turning._turning import TableProfile, turning_profile
+from centering.push.turning._turning_trace import TablePushTrace, simulate_table_push
 from sdpgrind import units
 
 PROBLEM = preset("printed")

@@ -19,7 +19,7 @@ from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, plan, prepared, so
 from centering.cycle._strategy.strategy import Strategy
 from centering.cycle._strategy.timing import CycleTiming, table_speeds
 from centering.push._machine.presets import preset
-from centering.push._turning.limits import spindle_speed_limit
+from centering.push.turning._limits import spindle_speed_limit
 from sdpgrind.base.progress import silent
 
 matplotlib.use("Agg")

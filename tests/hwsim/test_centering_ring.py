@@ -25,8 +25,8 @@ from centering._plant import friction_kernels as friction
 from centering._plant import slide_kernels as slots
 from centering.push._contact.reaction import simulate_pushes
 from centering.push._profile.profile import TipProfile
-from centering.push._turning import direction_kernels as plane
-from centering.push._turning.sliding import ring_friction, slide_to_rest
+from centering.push.turning import _direction_kernels as plane
+from centering.push.turning._sliding import ring_friction, slide_to_rest
 from hwsim.plants._probe.ring import Ring
 
 TOUCHING = 1e-9  # mm

@@ -9,7 +9,7 @@ import pytest
 import hwsim
 from sdpgrind import units, weldbead
 from sdpgrind.weldbead import force, passes
-from sdpgrind.weldbead._sequence.controller import SequenceController
+from sdpgrind.weldbead.sequence._controller import SequenceController
 
 P1 = weldbead.preset("P1")
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from koren_stretch import START, koren, loop_slope_of, v_of
 
 from sdpgrind import locus
-from sdpgrind.locus._gains.loops import Lag, Pid, lagged_map, radius, sampled_radius
+from sdpgrind.locus.gains._loops import Lag, Pid, lagged_map, radius, sampled_radius
 
 KOREN = koren()
 WHOLE = locus.design_gain(KOREN, x=(0.5, 20.0))

@@ -19,10 +19,10 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from sdpgrind import physics, units
-from sdpgrind.locus._processes import presets as _presets
-from sdpgrind.locus._processes.dressed_grinding import DressedGrinding
-from sdpgrind.locus._processes.grinding import Grinding
-from sdpgrind.locus._processes.roughness import Roughness
+from sdpgrind.locus.processes import _presets
+from sdpgrind.locus.processes._dressed_grinding import DressedGrinding
+from sdpgrind.locus.processes._grinding import Grinding
+from sdpgrind.locus.processes._roughness import Roughness
 
 PROBLEM = _presets.preset("grinding")
 GRINDING = PROBLEM.model

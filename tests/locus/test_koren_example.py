@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize
 
-from sdpgrind.locus._processes import presets as _presets
-from sdpgrind.locus._processes.koren_example import KorenExample
+from sdpgrind.locus.processes import _presets
+from sdpgrind.locus.processes._koren_example import KorenExample
 
 EXAMPLE = KorenExample()
 X = st.floats(0.5, 20.0)

@@ -6,7 +6,7 @@ import pytest
 from closed_forms import named
 
 from sdpgrind.base import stored
-from sdpgrind.locus._processes import presets as _presets
+from sdpgrind.locus.processes import _presets
 
 NAMES = [info.name for info in _presets.presets()]
 

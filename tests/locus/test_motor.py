@@ -7,8 +7,8 @@ from closed_forms import named, slacks, slsqp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.locus._processes import presets as _presets
-from sdpgrind.locus._processes.motor import MotorAxis
+from sdpgrind.locus.processes import _presets
+from sdpgrind.locus.processes._motor import MotorAxis
 
 PROBLEM = _presets.preset("motor")
 AXIS = PROBLEM.model

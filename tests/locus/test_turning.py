@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
-from sdpgrind.locus._processes import presets as _presets
-from sdpgrind.locus._processes.turning import Turning, tool_change_time
+from sdpgrind.locus.processes import _presets
+from sdpgrind.locus.processes._turning import Turning, tool_change_time
 
 PROBLEM = _presets.preset("turning")
 TURNING = PROBLEM.model

@@ -412,7 +412,7 @@ def test_finish_risk_and_simulation(finish):
 
 
 def test_the_default_tolerance_suits_the_charges():
-    from sdpgrind.weldbead._sequence.plan import default_tolerance
+    from sdpgrind.weldbead.sequence._plan import default_tolerance
 
     for name in (*NAMES, "C0"):
         assert default_tolerance(weldbead.preset(name)) == 1e-5

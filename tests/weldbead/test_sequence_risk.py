@@ -5,7 +5,7 @@ import pytest
 from bead_plans import plain
 
 from sdpgrind import sdp, weldbead
-from sdpgrind.weldbead._sequence.risk import LARGEST
+from sdpgrind.weldbead.sequence._risk import LARGEST
 
 # Risk ----------------------------------------------------------------------------------------------------------------
 

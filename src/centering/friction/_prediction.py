@@ -7,8 +7,8 @@ from centering.friction._prediction_kernels import log_likelihood
 from centering.push._contact.reaction import simulate_pushes
 from centering.push._machine.model import PushModel
 from centering.push._profile.profile import TipProfile
-from centering.push._turning.turning import TableProfile
-from centering.push._turning.turning_trace import simulate_table_pushes
+from centering.push.turning._turning import TableProfile
+from centering.push.turning._turning_trace import simulate_table_pushes
 from sdpgrind.base.checks import Floats
 
 NODES = (21, 9)

@@ -19,10 +19,10 @@ The hidden physics of a simulated cell: `cell`, its compiled steps; `CellTruth` 
 from sdpgrind.finishing._plant import kernels as cell
 from sdpgrind.finishing._plant.height import HeightField
 from sdpgrind.finishing._plant.truth import CellScatter, CellTruth
-from sdpgrind.finishing._timing.table_kernels import TABLE, table_step
-from sdpgrind.finishing._torque.axis_kernels import axis_tick, encoder_reading
-from sdpgrind.finishing._torque.controller_kernels import controller_sample, controller_step, feed_override, torque_at
-from sdpgrind.finishing._torque.slots import (
+from sdpgrind.finishing.timing._table_kernels import TABLE, table_step
+from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
+from sdpgrind.finishing.torque._controller_kernels import controller_sample, controller_step, feed_override, torque_at
+from sdpgrind.finishing.torque._slots import (
     ANGLE,
     CONTROL,
     COUNT,

@@ -10,23 +10,23 @@ from sdpgrind.locus._curve.area import Area
 from sdpgrind.locus._curve.locus import Event, Locus
 from sdpgrind.locus._curve.plan import plan
 from sdpgrind.locus._curve.point import Point
-from sdpgrind.locus._gains.decoupling import decoupling_gains, spectral_radius
-from sdpgrind.locus._gains.design_gain import design_gain
-from sdpgrind.locus._gains.gain_design import GainDesign
-from sdpgrind.locus._gains.gain_schedule import GainSchedule
 from sdpgrind.locus._problem.problem import Problem, Process, Varying
-from sdpgrind.locus._processes.dressed_grinding import DressedGrinding
-from sdpgrind.locus._processes.grinding import Grinding
-from sdpgrind.locus._processes.koren_example import KorenExample
-from sdpgrind.locus._processes.motor import MotorAxis
-from sdpgrind.locus._processes.presets import preset, presets
-from sdpgrind.locus._processes.roughness import Roughness
-from sdpgrind.locus._processes.turning import Turning, tool_change_time
 from sdpgrind.locus._robust.robust import RobustLocus, robust_locus
 from sdpgrind.locus._stretch._stretch_point import StretchPoint
 from sdpgrind.locus._stretch.calibration import Calibration
 from sdpgrind.locus._stretch.stretch import Stretch
 from sdpgrind.locus._trace.pieces import Columns, Piece
+from sdpgrind.locus.gains._decoupling import decoupling_gains, spectral_radius
+from sdpgrind.locus.gains._design_gain import design_gain
+from sdpgrind.locus.gains._gain_design import GainDesign
+from sdpgrind.locus.gains._gain_schedule import GainSchedule
+from sdpgrind.locus.processes._dressed_grinding import DressedGrinding
+from sdpgrind.locus.processes._grinding import Grinding
+from sdpgrind.locus.processes._koren_example import KorenExample
+from sdpgrind.locus.processes._motor import MotorAxis
+from sdpgrind.locus.processes._presets import preset, presets
+from sdpgrind.locus.processes._roughness import Roughness
+from sdpgrind.locus.processes._turning import Turning, tool_change_time
 
 __all__ = [
     "Area",

@@ -11,17 +11,17 @@ from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.weldbead._identify.attribution import ScatterEstimate
 from sdpgrind.weldbead._identify.coefficients import FrictionEstimator, PowerEstimator
 from sdpgrind.weldbead._identify.identify import identify
-from sdpgrind.weldbead._sequence.as_sdp import sdp_problem
-from sdpgrind.weldbead._sequence.burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
-from sdpgrind.weldbead._sequence.controller import SequenceController
-from sdpgrind.weldbead._sequence.plan import plan
-from sdpgrind.weldbead._sequence.policy import SequenceAction, SequencePolicy
-from sdpgrind.weldbead._sequence.presets import preset, presets
-from sdpgrind.weldbead._sequence.problem import FinishCharge, SequenceProblem
-from sdpgrind.weldbead._sequence.process import Coefficients, GrindingProcess
-from sdpgrind.weldbead._sequence.risk import Risk
-from sdpgrind.weldbead._sequence.scatter import Scatter
-from sdpgrind.weldbead._sequence.sweep import Sensitivity, sensitivity, sweep
+from sdpgrind.weldbead.sequence._as_sdp import sdp_problem
+from sdpgrind.weldbead.sequence._burn import BurnLimit, ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
+from sdpgrind.weldbead.sequence._controller import SequenceController
+from sdpgrind.weldbead.sequence._plan import plan
+from sdpgrind.weldbead.sequence._policy import SequenceAction, SequencePolicy
+from sdpgrind.weldbead.sequence._presets import preset, presets
+from sdpgrind.weldbead.sequence._problem import FinishCharge, SequenceProblem
+from sdpgrind.weldbead.sequence._process import Coefficients, GrindingProcess
+from sdpgrind.weldbead.sequence._risk import Risk
+from sdpgrind.weldbead.sequence._scatter import Scatter
+from sdpgrind.weldbead.sequence._sweep import Sensitivity, sensitivity, sweep
 
 if TYPE_CHECKING:
     from sdpgrind.weldbead import force, passes

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.base import stored
-from sdpgrind.finishing._arm import kinematics_kernels as kernels
-from sdpgrind.finishing._arm.arm import Arm
+from sdpgrind.finishing.arm import _kinematics_kernels as kernels
+from sdpgrind.finishing.arm._arm import Arm
 
 LOW, HIGH = np.array(GENERIC.position_min), np.array(GENERIC.position_max)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from arm_twins import GENERIC, WIDE, chain, turned
 
-from sdpgrind.finishing._arm.branches import choose_branches
-from sdpgrind.finishing._arm.heading import check_corners, corner_jumps, pitch_cosine
-from sdpgrind.finishing._arm.tool import tool_poses
+from sdpgrind.finishing.arm._branches import choose_branches
+from sdpgrind.finishing.arm._heading import check_corners, corner_jumps, pitch_cosine
+from sdpgrind.finishing.arm._tool import tool_poses
 
 SPEED = np.array(GENERIC.speed_max)
 HELD = {"contact_angle": np.radians(30), "lever_arm": 95.0}

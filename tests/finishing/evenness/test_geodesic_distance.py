@@ -8,12 +8,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 from scipy.spatial import cKDTree
 
-from sdpgrind.finishing._path.eikonal_kernels import sweep
-from sdpgrind.finishing._path.geodesic import distance_field, solved
-from sdpgrind.finishing._path.square import Square
-from sdpgrind.finishing._path.zigzag import zigzag
-from sdpgrind.finishing._surface.presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
-from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.finishing.path._eikonal_kernels import sweep
+from sdpgrind.finishing.path._geodesic import distance_field, solved
+from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.path._zigzag import zigzag
+from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface._surface import Surface
 
 RADIUS = 50.0
 

@@ -5,11 +5,11 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from sdpgrind.finishing._path import spacing
-from sdpgrind.finishing._path.spacing_kernels import march, value
-from sdpgrind.finishing._path.square import Square
-from sdpgrind.finishing._path.zigzag import zigzag
-from sdpgrind.finishing._surface.presets import cylinder_surface, flat_surface, nominal_surface, uneven_surfaces
+from sdpgrind.finishing.path import _spacing as spacing
+from sdpgrind.finishing.path._spacing_kernels import march, value
+from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.path._zigzag import zigzag
+from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, uneven_surfaces
 
 SURFACES = {"nominal": nominal_surface(), **uneven_surfaces()}
 CASES = [(name, along) for name in SURFACES for along in "uv"]

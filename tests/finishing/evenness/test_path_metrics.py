@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing._path.cells import cell_areas
-from sdpgrind.finishing._path.hilbert import hilbert, hilbert_nodes
-from sdpgrind.finishing._path.metrics import metrics, surface_samples
-from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._path.zigzag import zigzag
-from sdpgrind.finishing._surface.presets import flat_surface, nominal_surface, uneven_surfaces
+from sdpgrind.finishing.path._cells import cell_areas
+from sdpgrind.finishing.path._hilbert import hilbert, hilbert_nodes
+from sdpgrind.finishing.path._metrics import metrics, surface_samples
+from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._zigzag import zigzag
+from sdpgrind.finishing.surface._presets import flat_surface, nominal_surface, uneven_surfaces
 
 MISSED = (1 - np.pi / 4) / 4
 """Of a cell, where a node has no leg on either side of a quarter: a square less a quarter circle."""

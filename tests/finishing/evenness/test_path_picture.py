@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sdpgrind.finishing._path.hilbert import hilbert
-from sdpgrind.finishing._path.zigzag import zigzag
-from sdpgrind.finishing._surface.presets import flat_surface, nominal_surface
+from sdpgrind.finishing.path._hilbert import hilbert
+from sdpgrind.finishing.path._zigzag import zigzag
+from sdpgrind.finishing.surface._presets import flat_surface, nominal_surface
 
 
 @pytest.fixture

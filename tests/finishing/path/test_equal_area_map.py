@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing._path.equal_area import equal_area
-from sdpgrind.finishing._path.hilbert import hilbert
-from sdpgrind.finishing._path.mappings import mapping_of
-from sdpgrind.finishing._surface.presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
-from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.finishing.path._equal_area import equal_area
+from sdpgrind.finishing.path._hilbert import hilbert
+from sdpgrind.finishing.path._mappings import mapping_of
+from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface._surface import Surface
 
 UNEVEN = uneven_surfaces()
 SURFACES = {"nominal": nominal_surface(), **UNEVEN}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sdpgrind.finishing._path import hilbert as module
-from sdpgrind.finishing._path.hilbert import hilbert, hilbert_lsystem, hilbert_nodes
-from sdpgrind.finishing._surface.presets import flat_surface
+from sdpgrind.finishing.path import _hilbert as module
+from sdpgrind.finishing.path._hilbert import hilbert, hilbert_lsystem, hilbert_nodes
+from sdpgrind.finishing.surface._presets import flat_surface
 
 TURNS = {1: 2, 2: 12, 3: 50, 4: 204, 5: 818, 6: 3276, 7: 13106}
 

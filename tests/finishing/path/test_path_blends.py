@@ -5,9 +5,9 @@ import pytest
 from path_surfaces import FLAT, SURFACES
 from scipy.spatial import cKDTree
 
-from sdpgrind.finishing._path.hilbert import hilbert
-from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.finishing.path._hilbert import hilbert
+from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.surface._surface import Surface
 
 SQUARE = [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)]
 

@@ -5,12 +5,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sdpgrind.finishing._path.hilbert import hilbert
-from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._path.zigzag import zigzag
-from sdpgrind.finishing._surface.creases import creases
-from sdpgrind.finishing._surface.presets import flat_surface, uneven_surfaces
-from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.finishing.path._hilbert import hilbert
+from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._zigzag import zigzag
+from sdpgrind.finishing.surface._creases import creases
+from sdpgrind.finishing.surface._presets import flat_surface, uneven_surfaces
+from sdpgrind.finishing.surface._surface import Surface
 
 
 def net(x, z):

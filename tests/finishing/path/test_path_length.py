@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from path_surfaces import FLAT, SURFACES, point_of, sides
 from scipy.integrate import quad
 
-from sdpgrind.finishing._path.arc_kernels import inverted, travelled
-from sdpgrind.finishing._path.hilbert import hilbert
-from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.finishing.path._arc_kernels import inverted, travelled
+from sdpgrind.finishing.path._hilbert import hilbert
+from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.surface._surface import Surface
 
 ACROSS = [(0.05, 0.1), (0.95, 0.83), (0.6, 0.05)]
 

@@ -9,7 +9,7 @@ from scipy import integrate, stats
 from sdpgrind import finishing as fin
 from sdpgrind import sdp, units
 from sdpgrind.base.stored import decode, encode
-from sdpgrind.finishing._roughness.fit import identify_roughness, leave_one_out, left_out
+from sdpgrind.finishing.roughness._fit import identify_roughness, leave_one_out, left_out
 
 STUDY = fin.Study.published("wang-2001")
 MODEL = fin.RoughnessModel.published()

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdpgrind.finishing._study.array_tables import TABLES
-from sdpgrind.finishing._study.arrays import OrthogonalArray, orthogonal_array
-from sdpgrind.finishing._study.confounding import assigned, confounding
+from sdpgrind.finishing.study._array_tables import TABLES
+from sdpgrind.finishing.study._arrays import OrthogonalArray, orthogonal_array
+from sdpgrind.finishing.study._confounding import assigned, confounding
 
 SHORT = ("L4", "L8", "L9", "L12", "L16", "L18", "L27", "L36")
 NAMES = (*TABLES, *SHORT)

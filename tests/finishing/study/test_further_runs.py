@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sdpgrind import finishing as fin
 from sdpgrind import sdp
-from sdpgrind.finishing._study.reading import law_of_a_reading
+from sdpgrind.finishing.study._reading import law_of_a_reading
 
 ARRAY = fin.orthogonal_array("L9")
 

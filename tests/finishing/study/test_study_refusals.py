@@ -5,7 +5,7 @@ import pytest
 
 from sdpgrind import finishing as fin
 from sdpgrind.base import extras
-from sdpgrind.finishing._study import general
+from sdpgrind.finishing.study import _general as general
 
 WANG = fin.Study.published("wang-2001")
 Y = [1.0, 2.0, 3.0, 5.0]

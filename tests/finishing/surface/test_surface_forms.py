@@ -9,8 +9,8 @@ from scipy.integrate import dblquad
 from scipy.interpolate import NdBSpline
 from scipy.spatial.transform import Rotation
 
-from sdpgrind.finishing._surface.area import gauss
-from sdpgrind.finishing._surface.presets import (
+from sdpgrind.finishing.surface._area import gauss
+from sdpgrind.finishing.surface._presets import (
     QUARTER,
     QUARTER_WEIGHTS,
     cylinder_surface,
@@ -19,7 +19,7 @@ from sdpgrind.finishing._surface.presets import (
     sphere_surface,
     uneven_surfaces,
 )
-from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.finishing.surface._surface import Surface
 
 SEEDS = st.integers(0, 2**32 - 1)
 whole = settings(max_examples=25, deadline=None)

@@ -6,8 +6,8 @@ from cox_de_boor import some_surface
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing._surface.presets import QUARTER, QUARTER_WEIGHTS, sphere_surface
-from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.finishing.surface._presets import QUARTER, QUARTER_WEIGHTS, sphere_surface
+from sdpgrind.finishing.surface._surface import Surface
 
 AT = np.array([0.0, 0.2, 0.5, 0.9, 1.0])
 

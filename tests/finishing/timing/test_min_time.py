@@ -7,10 +7,11 @@ import pytest
 from scipy.optimize import linprog
 from timing_paths import ARM, LINE, TABLE, dense, ellipse, line, part, sine, wavy
 
-from sdpgrind.finishing._timing import min_time, toppra_law
-from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.violations import worst_violation
+from sdpgrind.finishing.timing import _min_time as min_time
+from sdpgrind.finishing.timing import _toppra_law as toppra_law
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._laws import time_laws
+from sdpgrind.finishing.timing._violations import worst_violation
 
 FAST = 1e3  # mm/s: a feed that is seldom the limit
 

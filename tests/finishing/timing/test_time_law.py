@@ -6,11 +6,11 @@ from scipy.interpolate import make_interp_spline
 from timing_paths import ARM, line, wavy
 
 from sdpgrind.base import stored
-from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import JointLimits
-from sdpgrind.finishing._timing.time_law import TimeLaw
-from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._laws import time_laws
+from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._time_law import TimeLaw
+from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law
 
 
 @pytest.mark.parametrize("samples", [2, 3, 4, 5, 6, 7, 40])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from timing_paths import LINE, SMOOTH, line, wavy
 
-from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import JointLimits
-from sdpgrind.finishing._timing.table_loop import TableLoop
-from sdpgrind.finishing._timing.time_law import TimeLaw
-from sdpgrind.finishing._timing.trapezoid import Trapezoid
-from sdpgrind.finishing._timing.violations import worst_violation
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._laws import time_laws
+from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._table_loop import TableLoop
+from sdpgrind.finishing.timing._time_law import TimeLaw
+from sdpgrind.finishing.timing._trapezoid import Trapezoid
+from sdpgrind.finishing.timing._violations import worst_violation
 
 LAW = time_laws([line(1.0)], LINE, feed_rate=10.0)[0]
 

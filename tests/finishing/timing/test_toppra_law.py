@@ -5,12 +5,13 @@ import pytest
 from timing_paths import ARM, LINE, TABLE, line, wavy
 
 from sdpgrind import finishing as fin
-from sdpgrind.finishing._timing import min_time, toppra_law
-from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.narrowing import narrowed
-from sdpgrind.finishing._timing.trapezoid import Trapezoid
-from sdpgrind.finishing._timing.violations import worst_violation
+from sdpgrind.finishing.timing import _min_time as min_time
+from sdpgrind.finishing.timing import _toppra_law as toppra_law
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._laws import time_laws
+from sdpgrind.finishing.timing._narrowing import narrowed
+from sdpgrind.finishing.timing._trapezoid import Trapezoid
+from sdpgrind.finishing.timing._violations import worst_violation
 
 PITCHES = [(6.4, 0.2), (8.0, 0.4), (3.0, 1.7)]
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law, trapezoid_law
+from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law, trapezoid_law
 
 rates = st.floats(1e-2, 1e3)
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from timing_paths import ARM, SMOOTH, TABLE, dense, ellipse, line, wavy
 
-from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import JointLimits
-from sdpgrind.finishing._timing.time_law import TimeLaw
-from sdpgrind.finishing._timing.trapezoid import Trapezoid, double_s_law
-from sdpgrind.finishing._timing.violations import closest, worst_violation
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._laws import time_laws
+from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._time_law import TimeLaw
+from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law
+from sdpgrind.finishing.timing._violations import closest, worst_violation
 
 
 @pytest.mark.parametrize("seed", range(4))

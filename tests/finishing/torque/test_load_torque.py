@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.finishing import kernels
-from sdpgrind.finishing._torque.axis import TorqueAxis
-from sdpgrind.finishing._torque.controller import TorqueController
-from sdpgrind.finishing._torque.load_torque import gravity_torque, identify_load_torque
-from sdpgrind.finishing._torque.simulate import simulate_axis
+from sdpgrind.finishing.torque._axis import TorqueAxis
+from sdpgrind.finishing.torque._controller import TorqueController
+from sdpgrind.finishing.torque._load_torque import gravity_torque, identify_load_torque
+from sdpgrind.finishing.torque._simulate import simulate_axis
 
 AXIS = TorqueAxis()
 

@@ -10,7 +10,7 @@ from torque_twins import axis_twin
 
 from sdpgrind.base import stored
 from sdpgrind.finishing import kernels
-from sdpgrind.finishing._torque.axis import TorqueAxis
+from sdpgrind.finishing.torque._axis import TorqueAxis
 
 AXIS = TorqueAxis()
 

@@ -11,12 +11,12 @@ import pytest
 from torque_twins import DampedTwin, LqgTwin, PidffTwin
 
 from sdpgrind.finishing import kernels
-from sdpgrind.finishing._torque import slots as at
-from sdpgrind.finishing._torque.axis import TorqueAxis
-from sdpgrind.finishing._torque.controller import TorqueController
-from sdpgrind.finishing._torque.gains import DampingGains, LqgGains, PidffGains
-from sdpgrind.finishing._torque.simulate import simulate_axis
-from sdpgrind.finishing._torque.tolerance import worst_case
+from sdpgrind.finishing.torque import _slots as at
+from sdpgrind.finishing.torque._axis import TorqueAxis
+from sdpgrind.finishing.torque._controller import TorqueController
+from sdpgrind.finishing.torque._gains import DampingGains, LqgGains, PidffGains
+from sdpgrind.finishing.torque._simulate import simulate_axis
+from sdpgrind.finishing.torque._tolerance import worst_case
 
 AXIS = TorqueAxis()
 COARSE = AXIS.replace(encoder_counts=4000)

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing._torque.axis import TorqueAxis
-from sdpgrind.finishing._torque.controller import TorqueController
-from sdpgrind.finishing._torque.gains import DampingGains, LqgGains, PidffGains
-from sdpgrind.finishing._torque.observer import observed_torque
-from sdpgrind.finishing._torque.simulate import simulate_axis
-from sdpgrind.finishing._torque.step_response import contact_step, step_figures, triple_pole_step
-from sdpgrind.finishing._torque.tolerance import stiffness_range, worst_case
+from sdpgrind.finishing.torque._axis import TorqueAxis
+from sdpgrind.finishing.torque._controller import TorqueController
+from sdpgrind.finishing.torque._gains import DampingGains, LqgGains, PidffGains
+from sdpgrind.finishing.torque._observer import observed_torque
+from sdpgrind.finishing.torque._simulate import simulate_axis
+from sdpgrind.finishing.torque._step_response import contact_step, step_figures, triple_pole_step
+from sdpgrind.finishing.torque._tolerance import stiffness_range, worst_case
 
 AXIS = TorqueAxis()
 # A fine converter and encoder: what is left is the linear loop.

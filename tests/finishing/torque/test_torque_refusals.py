@@ -5,15 +5,15 @@ import types
 import numpy as np
 import pytest
 
-from sdpgrind.finishing._torque.axis import TorqueAxis
-from sdpgrind.finishing._torque.controller import TorqueController
-from sdpgrind.finishing._torque.gains import DampingGains, LqgGains, PidffGains
-from sdpgrind.finishing._torque.load_torque import gravity_torque, identify_load_torque
-from sdpgrind.finishing._torque.loop import AxisLoop
-from sdpgrind.finishing._torque.observer import observed_torque
-from sdpgrind.finishing._torque.simulate import simulate_axis
-from sdpgrind.finishing._torque.step_response import step_figures, triple_pole_step
-from sdpgrind.finishing._torque.tolerance import stiffness_range, worst_case
+from sdpgrind.finishing.torque._axis import TorqueAxis
+from sdpgrind.finishing.torque._controller import TorqueController
+from sdpgrind.finishing.torque._gains import DampingGains, LqgGains, PidffGains
+from sdpgrind.finishing.torque._load_torque import gravity_torque, identify_load_torque
+from sdpgrind.finishing.torque._loop import AxisLoop
+from sdpgrind.finishing.torque._observer import observed_torque
+from sdpgrind.finishing.torque._simulate import simulate_axis
+from sdpgrind.finishing.torque._step_response import step_figures, triple_pole_step
+from sdpgrind.finishing.torque._tolerance import stiffness_range, worst_case
 
 AXIS = TorqueAxis()
 

@@ -6,7 +6,7 @@ from centering.push._contact.impact import energy_balance_speed
 from centering.push._machine.problem import CenteringProblem
 from centering.push._plan.push import Push, plan_push
 from centering.push._profile.timing import move_time
-from centering.push._turning.lead import TooFastError, rim_advance
+from centering.push.turning._lead import TooFastError, rim_advance
 
 _LEAST_SHARE = 0.1  # of the offset: least stroke that is left when free sliding is taken off
 _SLOWER = 0.9  # of the table speed, where the rim would arrive before the push

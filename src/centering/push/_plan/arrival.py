@@ -10,8 +10,8 @@ from scipy.special import ndtr
 from centering.push._machine.model import PushModel
 from centering.push._machine.problem import PushScatter
 from centering.push._plan.direction import Touch
-from centering.push._turning import direction_kernels as at
-from centering.push._turning.shooting import landing, ring_state
+from centering.push.turning import _direction_kernels as at
+from centering.push.turning._shooting import landing, ring_state
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats

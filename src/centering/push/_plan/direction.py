@@ -20,11 +20,11 @@ from centering.push._profile.gentle import gentle_limits
 from centering.push._profile.profile import TipProfile
 from centering.push._profile.row_kernels import ROWS, push_rows
 from centering.push._profile.rows import after, forward, lasting_rows, remaining, trapezoid
-from centering.push._turning import quasi_static_kernels as at
-from centering.push._turning.lead import too_fast
-from centering.push._turning.quasi_static_kernels import touch_back
-from centering.push._turning.rim_kernels import ahead, reach
-from centering.push._turning.shooting import Aim, aimed
+from centering.push.turning import _quasi_static_kernels as at
+from centering.push.turning._lead import too_fast
+from centering.push.turning._quasi_static_kernels import touch_back
+from centering.push.turning._rim_kernels import ahead, reach
+from centering.push.turning._shooting import Aim, aimed
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats

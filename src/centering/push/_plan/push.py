@@ -15,10 +15,10 @@ from centering.push._plan.direction import Touch, plan_touch, profile_of
 from centering.push._profile.profile import TipProfile
 from centering.push._profile.rows import trapezoid
 from centering.push._profile.timing import printed_time, rest_to_rest
-from centering.push._turning.lead import Lead, find_lead
-from centering.push._turning.limits import check_speed
-from centering.push._turning.turning import turning_profile
-from centering.push._turning.turning_trace import TablePushTrace, simulate_table_push
+from centering.push.turning._lead import Lead, find_lead
+from centering.push.turning._limits import check_speed
+from centering.push.turning._turning import turning_profile
+from centering.push.turning._turning_trace import TablePushTrace, simulate_table_push
 from sdpgrind.base import checks, records
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.stored import decode, stored

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from sdpgrind.finishing._timing.table_kernels import table_step
-from sdpgrind.finishing._torque.axis_kernels import axis_tick, encoder_reading
-from sdpgrind.finishing._torque.controller_kernels import controller_step, feed_override, torque_at
-from sdpgrind.finishing._torque.slots import ANGLE, ESTIMATE, MEAN_TORQUE, REFERENCE
+from sdpgrind.finishing.timing._table_kernels import table_step
+from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
+from sdpgrind.finishing.torque._controller_kernels import controller_step, feed_override, torque_at
+from sdpgrind.finishing.torque._slots import ANGLE, ESTIMATE, MEAN_TORQUE, REFERENCE
 
 _OPTIONS: Any = {"cache": True, "nogil": True}
 

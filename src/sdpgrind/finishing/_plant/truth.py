@@ -8,8 +8,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.finishing._plant.height import HeightField
 from sdpgrind.finishing._problem.problem import FinishingProblem
-from sdpgrind.finishing._timing.table_loop import TableLoop
-from sdpgrind.finishing._torque.axis import TorqueAxis
+from sdpgrind.finishing.timing._table_loop import TableLoop
+from sdpgrind.finishing.torque._axis import TorqueAxis
 
 _RELATIVE = ("inertia", "contact_angular_stiffness", "torque_constant", "friction_ratio")
 

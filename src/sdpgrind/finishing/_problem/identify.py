@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from sdpgrind.base import checks
-from sdpgrind.finishing._roughness.fit import identify_roughness
-from sdpgrind.finishing._torque.axis import TorqueAxis
-from sdpgrind.finishing._torque.load_torque import identify_load_torque
+from sdpgrind.finishing.roughness._fit import identify_roughness
+from sdpgrind.finishing.torque._axis import TorqueAxis
+from sdpgrind.finishing.torque._load_torque import identify_load_torque
 from sdpgrind.identify import Estimate
 
 

@@ -13,9 +13,9 @@ from scipy.interpolate import CubicHermiteSpline
 from sdpgrind.base import checks, records, stored
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._arm.heading import pitch_cosine
 from sdpgrind.finishing._problem.problem import FinishingProblem
-from sdpgrind.finishing._timing.violations import Violation
+from sdpgrind.finishing.arm._heading import pitch_cosine
+from sdpgrind.finishing.timing._violations import Violation
 
 EXCEEDED = 1e-3
 """Of a limit: what is beyond it by more is an error."""

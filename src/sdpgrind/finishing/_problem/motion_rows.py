@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._arm.arm import Arm
 from sdpgrind.finishing._problem.problem import FinishingProblem
-from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.time_law import TimeLaw
+from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._time_law import TimeLaw
 
 SAMPLE_TIME = 0.004
 """Longest time (s) between two rows of a motion; where a law changes there is a row in any case."""

@@ -8,18 +8,18 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, TerminalLine
-from sdpgrind.finishing._arm.arm import Arm
-from sdpgrind.finishing._arm.branches import ArmChoice, choose_branches
-from sdpgrind.finishing._arm.heading import check_corners, corner_jumps
-from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._path.samples import PathSamples
 from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError, Posture
 from sdpgrind.finishing._problem.motion_rows import rows
 from sdpgrind.finishing._problem.problem import TABLE_HEIGHT, FinishingProblem
-from sdpgrind.finishing._timing.joint_path import JointPath
-from sdpgrind.finishing._timing.laws import time_laws
-from sdpgrind.finishing._timing.limits import JointLimits
-from sdpgrind.finishing._timing.violations import worst_violation
+from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._branches import ArmChoice, choose_branches
+from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
+from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._samples import PathSamples
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._laws import time_laws
+from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._violations import worst_violation
 
 METHODS = ("trapezoid", "toppra", "min_time")
 ENDLESS = 1e6  # mm

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 from sdpgrind.base import checks
 from sdpgrind.base.preset_info import PresetInfo
-from sdpgrind.finishing._path.hilbert import hilbert
 from sdpgrind.finishing._problem.problem import FinishingProblem
-from sdpgrind.finishing._surface.presets import flat_surface, nominal_surface
+from sdpgrind.finishing.path._hilbert import hilbert
+from sdpgrind.finishing.surface._presets import flat_surface, nominal_surface
 
 SPECIMEN = 6.4
 """Side (mm) of a specimen on which a Hilbert path of order 5 and a zigzag of 0.2 mm have the same pitch."""

@@ -12,13 +12,13 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import encode, stored
-from sdpgrind.finishing._arm.arm import Arm
-from sdpgrind.finishing._arm.lever import feed_angle, torque_per_force
-from sdpgrind.finishing._arm.tool import HEADINGS, checked_hold, tool_poses
-from sdpgrind.finishing._path.path import Path
-from sdpgrind.finishing._path.samples import PathSamples
-from sdpgrind.finishing._roughness.model import RoughnessModel
-from sdpgrind.finishing._surface.surface import Surface
+from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._lever import feed_angle, torque_per_force
+from sdpgrind.finishing.arm._tool import HEADINGS, checked_hold, tool_poses
+from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._samples import PathSamples
+from sdpgrind.finishing.roughness._model import RoughnessModel
+from sdpgrind.finishing.surface._surface import Surface
 from sdpgrind.identify import Estimate
 
 TABLE_HEIGHT = 100.0  # mm above the base: where the generic arm has its wrist well inside its reach

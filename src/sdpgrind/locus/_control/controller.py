@@ -12,12 +12,12 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.locus._control.batch import LoopRecord, simulate
 from sdpgrind.locus._control.walking import Walking
-from sdpgrind.locus._gains.design_gain import declared_range, design_gain, stretch_of
-from sdpgrind.locus._gains.gain_design import GainDesign
-from sdpgrind.locus._gains.gain_schedule import GainSchedule
 from sdpgrind.locus._stretch import law_kernels as core
 from sdpgrind.locus._stretch.single_valued import placed
 from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus.gains._design_gain import declared_range, design_gain, stretch_of
+from sdpgrind.locus.gains._gain_design import GainDesign
+from sdpgrind.locus.gains._gain_schedule import GainSchedule
 
 METHODS, PLACES, HOLDS, STARTS = ("feedback", "inversion"), ("command", "actual"), ("none", "settled"), ("feasible", "learned")
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._processes.grinding import Grinding
+from sdpgrind.locus.processes._grinding import Grinding
 
 _LOOKED_AT = 13  # rotations, evenly on a logarithmic scale, from the best of which the search goes on
 _EXACT = 1e-7  # of the logarithm of the rotation; of the rate at its maximum that is some 1e-14

@@ -13,13 +13,13 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.identify import RecursiveLeastSquares
-from sdpgrind.weldbead._sequence.controller import SequenceController
-from sdpgrind.weldbead._sequence.plan import plan as plan_sequence
-from sdpgrind.weldbead._sequence.policy import SequencePolicy
-from sdpgrind.weldbead._sequence.process import GrindingProcess
 from sdpgrind.weldbead.force import ForceController, ForceLoop
 from sdpgrind.weldbead.passes import Contour, PassPlan, PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes import plan as plan_pass
+from sdpgrind.weldbead.sequence._controller import SequenceController
+from sdpgrind.weldbead.sequence._plan import plan as plan_sequence
+from sdpgrind.weldbead.sequence._policy import SequencePolicy
+from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 PRIOR = 0.15
 """Relative standard deviation that the coefficients of a bead are believed to have before its first pass, and of a pass."""

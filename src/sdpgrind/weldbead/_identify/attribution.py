@@ -16,8 +16,8 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.weldbead._sequence.process import GrindingProcess
-from sdpgrind.weldbead._sequence.scatter import ATTRIBUTIONS, Scatter
+from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._scatter import ATTRIBUTIONS, Scatter
 
 SCATTER_METHODS = ("fit", "model")
 LAW_METHODS = ("kernel", "sample")

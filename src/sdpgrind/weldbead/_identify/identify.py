@@ -17,8 +17,8 @@ from sdpgrind.weldbead._identify.coefficients import (
     estimate_friction,
     estimate_power,
 )
-from sdpgrind.weldbead._sequence.process import GrindingProcess
-from sdpgrind.weldbead._sequence.scatter import Scatter
+from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._scatter import Scatter
 
 _METHODS = {
     "power": POWER_METHODS,

@@ -8,8 +8,8 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.units import hz
-from sdpgrind.weldbead._sequence.process import GrindingProcess
 from sdpgrind.weldbead.passes import TiltedDisc
+from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 _GUARD_SPEED = 0.7236067977499789  # (1 + sqrt(0.2))/2 of the free speed: 80 % of the greatest power
 

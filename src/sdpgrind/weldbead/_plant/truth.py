@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from sdpgrind.weldbead._sequence.process import GrindingProcess
-from sdpgrind.weldbead._sequence.scatter import Scatter
+from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._scatter import Scatter
 
 
 class Coefficients(NamedTuple):

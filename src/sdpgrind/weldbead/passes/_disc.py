@@ -10,8 +10,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import N_MM_S_PER_W
-from sdpgrind.weldbead._sequence.process import GrindingProcess
 from sdpgrind.weldbead.passes._kernels import Core
+from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 STEEPEST = 1.3
 """Relaxed angle (rad) above which degrees are suspected."""

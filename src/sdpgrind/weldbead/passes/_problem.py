@@ -12,9 +12,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.warned import warn
-from sdpgrind.weldbead._sequence.burn import BurnLimit
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
+from sdpgrind.weldbead.sequence._burn import BurnLimit
 
 
 @stored("weldbead.pass_problem")

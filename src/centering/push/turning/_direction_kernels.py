@@ -1,0 +1,231 @@
+"""Compiled core of a push on a turning table: where the ring goes, in the plane.
+
+Lengths mm, times s, forces N. The tip moves on the x axis toward the table's axis; its profile is rows of duration, velocity at
+the start and acceleration. The table turns by a constant speed w (rad/s, from x to y). The ring's centre is c, the tip's face at
+p x^, the normal n = (c - p x^)/|c - p x^|. All positions are in the frame of the ground. Arrays are changed in place; serial.
+"""
+
+from math import cos, pi, sin, sqrt
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.push.turning._slide_kernels import (
+    MOTION,
+    STAGES,
+    contact,
+    creep,
+    crest,
+    gain,
+    slope,
+    stride,
+    time_left,
+    tip_after,
+    to_event,
+)
+
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+
+# State of a ring under a tip: centre, its velocity, its way over the table; distance of the tip from the axis, 1 where the ring
+# rests on the table; contact force now and at most; time since the start, of the first touch (< 0: none yet); way of the slide
+# without contact now, and the longest.
+X, Y, V_X, V_Y, WAY, TIP, RESTS, FORCE, PEAK_FORCE, CLOCK, TOUCH, FREE, FREE_MAX, STATES = range(14)
+
+_M, _K, _B, _FS, _FK, _KV = range(6)  # of the law
+
+_GROWTH, _SHRINK, _SAFETY, _ORDER = 4.0, 0.2, 0.9, 5.0  # of steps
+_BRAKED = 0.8  # of the time in which a slide would stop: there the direction of friction is not smooth
+_SHORT = 2e-6  # s: a step that begins or ends a slide; a ring that stops goes mu g/2 times its square, 3e-9 mm
+_PER_SWING = 4.0  # steps at least in a swing of the ring on the contact while it does not touch
+_EXACT = 1e-11  # s: so exactly an event is met
+_SLIVER = 1e-12  # s
+_EDGE, _GOLDEN, _CREST = 0.02, (sqrt(5.0) - 1.0) / 2.0, 1e-6  # of a rest: where its load is looked at; how closely
+_PARTS = 4  # in which a slide that goes on after the stroke is followed
+_HELD = 1.0 / 16.0  # of mu_k g: what is left of it at least, for a bound of the time
+
+
+@njit(**_OPTIONS)
+def place(offset, angle, radius, w, state):
+    """Put a ring that rests on the table at a polar angle (rad), with the tip at its rim."""
+    state[:] = 0.0
+    state[X], state[Y] = offset * cos(angle), offset * sin(angle)
+    state[V_X], state[V_Y] = -w * state[Y], w * state[X]
+    state[TIP], state[RESTS], state[TOUCH] = state[X] + sqrt(radius * radius - state[Y] * state[Y]), 1.0, -1.0
+
+
+@njit(**_OPTIONS)
+def _carry(ring, h, state, out):
+    """Centre and velocity of a ring that rests, after the table has turned for a time h."""
+    w = ring[2]
+    c, s = cos(w * h), sin(w * h)
+    out[X], out[Y], out[WAY] = c * state[X] - s * state[Y], s * state[X] + c * state[Y], state[WAY]
+    out[V_X], out[V_Y] = -w * out[Y], w * out[X]
+
+
+@njit(**_OPTIONS)
+def _held(ring, tip, h, state, out):
+    """Contact force after a rest of h, what friction holds over what it can (> 1: it gives way), whether there is contact."""
+    law, _, w = ring
+    _carry(ring, h, state, out)
+    force, pushes, n_x, n_y = contact(ring, tip_after(tip, h), out)
+    force = force if pushes > 0.0 else 0.0
+    thrown = law[_M] * w * w
+    l_x, l_y = thrown * out[X] + force * n_x, thrown * out[Y] + force * n_y
+    return force, sqrt(l_x * l_x + l_y * l_y) / law[_FS], pushes > 0.0
+
+
+@njit(**_OPTIONS)
+def _to_crest(ring, tip, h, state, out):
+    """The time of the greatest load in a rest, where that rises at first and falls at the end; else h."""
+    if _held(ring, tip, h - _EDGE * h, state, out)[1] <= _held(ring, tip, h, state, out)[1]:
+        return h
+    if _held(ring, tip, _EDGE * h, state, out)[1] <= _held(ring, tip, 0.0, state, out)[1]:
+        return h
+    low, high = 0.0, h
+    while high - low > _CREST * h:
+        one, other = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        if _held(ring, tip, one, state, out)[1] < _held(ring, tip, other, state, out)[1]:
+            low = one
+        else:
+            high = other
+    return high
+
+
+@njit(**_OPTIONS)
+def _to_change(ring, tip, h, pushes, state, out):
+    """The time at which a rest ends or the contact begins or ends, at most h; by halving."""
+    _, load, pushed = _held(ring, tip, h, state, out)
+    if load <= 1.0 and pushed == pushes:
+        return h
+    low, high = 0.0, h
+    while high - low > _EXACT:
+        middle = 0.5 * (low + high)
+        _, load, pushed = _held(ring, tip, middle, state, out)
+        if load > 1.0 or pushed != pushes:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@njit(**_OPTIONS)
+def _out_of_reach(ring, tip, left, state):
+    """A time in which tip and ring cannot meet, s."""
+    gap = sqrt((state[X] - tip[0]) ** 2 + state[Y] ** 2) - ring[1]
+    fastest = max(tip[1], tip[1] + tip[2] * left, 0.0) + abs(ring[2]) * sqrt(state[X] ** 2 + state[Y] ** 2)
+    return min(gap / fastest, left) if fastest > 0.0 else left
+
+
+@njit(**_OPTIONS)
+def _rest(ring, tip, longest, left, state, out):
+    """Let a ring rest until something happens, at most for `left`; return for how long."""
+    _, load, pushes = _held(ring, tip, 0.0, state, out)
+    if load > 1.0:
+        state[RESTS] = 0.0
+        return 0.0
+    h = min(longest, left)
+    h = _to_crest(ring, tip, h, state, out) if pushes else max(h, _out_of_reach(ring, tip, left, state))
+    h = _to_change(ring, tip, h, pushes, state, out)
+    force, load, pushes = _held(ring, tip, h, state, out)
+    state[RESTS], state[FREE] = 0.0 if load > 1.0 else 1.0, 0.0
+    _note(h, force, force, pushes, state, out)
+    return h
+
+
+@njit(**_OPTIONS)
+def _note(h, force, most, pushes, state, out):
+    """Where the ring is, what pushes it, at most, and since when."""
+    for i in range(MOTION):
+        state[i] = out[i]
+    state[FORCE], state[PEAK_FORCE] = force, max(state[PEAK_FORCE], most)
+    if pushes and state[TOUCH] < 0.0:
+        state[TOUCH] = state[CLOCK] + h
+
+
+@njit(**_OPTIONS)
+def _step(ring, tip, touching, h, tolerance, state, k, end):
+    """One smooth step of a slide, at most h and as the error allows: how long it is, and the next may be; 0: it must creep."""
+    while h > _SHORT:
+        error = stride(ring, tip, touching, h, state, k, end)
+        longer = max(_SAFETY * (tolerance / max(error, 1e-300)) ** (1.0 / _ORDER), _SHRINK)
+        if error <= tolerance:
+            return h, h * min(longer, _GROWTH)
+        h *= longer
+    return 0.0, 2.0 * _SHORT
+
+
+@njit(**_OPTIONS)
+def _advance(ring, tip, touching, h, left, tolerance, state, k, end):
+    """One step of a slide, up to an event: its length, that of the next, whether what acts has changed."""
+    h = min(h, _BRAKED * time_left(ring, state, k[0]))
+    h, following = _step(ring, tip, touching, h, tolerance, state, k, end)
+    if h == 0.0:
+        h = min(_SHORT, left)
+        state[RESTS] = 1.0 if creep(ring, tip, h, state, end) else 0.0
+        return h, following, True
+    changed = (contact(ring, tip_after(tip, h), end)[1] > 0.0) != touching
+    return to_event(ring, tip, touching, h, state, k, end) if changed else h, following, changed
+
+
+@njit(**_OPTIONS)
+def _slide(ring, tip, h, longest, left, tolerance, fresh, state, k, end):
+    """Let a ring slide for one step: its length, that of the next, whether what acts must be looked at anew."""
+    touching = contact(ring, tip, state)[1] > 0.0 if fresh else state[FORCE] > 0.0
+    if fresh:
+        slope(ring, tip, touching, state, k[0])
+    first, rise = gain(ring, tip, state, k[0])
+    h = min(h, left if touching else min(longest, left))  # a contact that begins is not passed over
+    h, following, changed = _advance(ring, tip, touching, h, left, tolerance, state, k, end)
+    after = tip_after(tip, h)
+    last, fall = gain(ring, after, end, k[STAGES - 1])
+    pushes = contact(ring, after, end)[1] > 0.0
+    force = last if pushes else 0.0
+    state[FREE] = 0.0 if touching else state[FREE] + end[WAY] - state[WAY]
+    state[FREE_MAX] = max(state[FREE_MAX], state[FREE])
+    _note(h, force, crest(h, first, rise, last, fall) if touching else force, pushes, state, end)
+    for i in range(MOTION):
+        k[0, i] = k[STAGES - 1, i]
+    return h, following, changed
+
+
+@njit(**_OPTIONS)
+def push_on_table(parameters, radius, spindle_speed, segments, tolerance, state):
+    """Move the tip by a profile and the ring by what acts on it: contact along the normal, friction against the slip, inertia.
+
+    From event to event (contact begins or ends, friction gives way or stops the ring) by steps of fifth order that err by
+    `tolerance` (mm) at most; a ring that rests is turned exactly. Called again, it goes on from `state`.
+    """
+    ring = (parameters, radius, spindle_speed)
+    end, k = np.empty(MOTION), np.empty((STAGES, MOTION))
+    longest = 2.0 * pi * sqrt(parameters[_M] / parameters[_K]) / _PER_SWING
+    step = longest
+    for row in range(segments.shape[0]):
+        left, v, a, fresh = segments[row, 0], segments[row, 1], segments[row, 2], True
+        while left > _SLIVER:
+            tip = (state[TIP], v, a)
+            if state[RESTS] > 0.5:
+                h, step, fresh = _rest(ring, tip, longest, left, state, end), _SHORT, True
+            else:
+                h, step, fresh = _slide(ring, tip, step, longest, left, tolerance, fresh, state, k, end)
+            state[TIP], v, _ = tip_after(tip, h)
+            state[CLOCK] += h
+            left -= h
+
+
+@njit(**_OPTIONS)
+def land(parameters, radius, spindle_speed, segments, tolerance, state):
+    """`push_on_table`, and on with a tip that stays where it is until the ring rests; RESTS is 0 where it goes on sliding.
+
+    A ring that leaves the tip at twice its speed u is stopped in 2 u/(mu_k g - w^2 r), r the offset at most; one that is pressed
+    swings before it is free. It is given twice that: what slides for longer leans on the tip while the table turns below it, or
+    is thrown off.
+    """
+    off = parameters[_M] * spindle_speed**2 * sqrt(state[X] ** 2 + state[Y] ** 2) / parameters[_FK]
+    push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
+    wait, swing = np.zeros((1, 3)), 2.0 * pi * sqrt(parameters[_M] / parameters[_K])
+    slide = 2.0 * (np.abs(segments[:, 1]).max() + 1.0) * parameters[_M] / parameters[_FK]
+    wait[0, 0] = (slide + swing) / (max(1.0 - off, _HELD) * _PARTS)
+    for _ in range(2 * _PARTS):
+        if state[RESTS] < 0.5:
+            push_on_table(parameters, radius, spindle_speed, wait, tolerance, state)

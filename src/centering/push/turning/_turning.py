@@ -1,0 +1,167 @@
+"""A push on a turning table as a push along a line: the tip's speed along the contact normal, the rim's own advance included."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from centering.push._machine.model import GRAVITY, PushModel
+from centering.push._profile.profile import TipProfile
+from centering.push.turning import _direction_kernels as at
+from centering.push.turning._shooting import ring_state
+from centering.push.turning._turning_kernels import PIECE_COLUMNS, follow
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import lasting
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.stored import stored
+
+_TURN = 0.02  # rad of the table in a piece
+_PIECES = 25  # of a push at least
+_STANDS = 1e-9  # s: after the end the tip stands against the part, or goes on leaving it
+_ERROR = 1e-8  # mm: of a step of the way in the plane
+_PARTS = 16  # in which a slide that goes on after the stroke is followed
+
+
+@stored("centering.table_profile")
+@dataclass(frozen=True, eq=False, repr=False)
+class TableProfile(TipProfile):
+    """Motion of a tip along the contact normal, against a turning table, with what the turning adds to friction.
+
+    `turning_profile` makes it; see there. Segments are those of `TipProfile`.
+
+    Parameters
+    ----------
+    duration : array, (n,)
+        Of each segment, s.
+    velocity : array, (n,)
+        Of the tip along the contact normal against the table, at the begin of each segment, mm/s.
+    acceleration : array, (n,)
+        In each segment, mm/s^2.
+    start : float
+        Position at the begin, mm.
+    held, slid : array, (n,)
+        Added to the friction that holds the part, and to that of a part in motion, N.
+
+    Raises
+    ------
+    ValueError
+        When a value is not finite or the lengths differ.
+
+    Examples
+    --------
+    >>> profile = TableProfile([0.1], [10.0], [0.0], held=[3.0], slid=[2.0])
+    >>> profile.pieces
+    array([[ 0.1, 10. ,  0. ,  3. ,  2. ]])
+    """
+
+    held: Floats | tuple[float, ...] = ()
+    slid: Floats | tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("held", "slid"):
+            given = getattr(self, name)
+            loads = lasting(np.atleast_1d(checks.finite_array(name, given, "N")) if len(given) else np.zeros(self.duration.size))
+            if loads.shape != self.duration.shape:
+                raise checks.refuse(name, f"of the {self.duration.size} segments", loads.shape)
+            object.__setattr__(self, name, loads)
+
+    @property
+    def pieces(self) -> Floats:
+        """Duration (s), speed (mm/s), acceleration (mm/s^2), both loads (N) of each segment, (n, 5)."""
+        return np.column_stack((self.duration, self.velocity, self.acceleration, self.held, self.slid))
+
+    def then(self, other: TipProfile) -> Self:
+        """Return this profile and after it another one; without loads where that has none.
+
+        Parameters
+        ----------
+        other : TipProfile
+            What comes after; its `start` does not matter.
+
+        Examples
+        --------
+        >>> profile = TableProfile([0.1], [10.0], [0.0], held=[3.0], slid=[2.0])
+        >>> profile.then(TipProfile.constant_speed(5.0, 0.1)).held  # N
+        array([3., 0.])
+        """
+        whole = super().then(other)
+        nothing = np.zeros(other.duration.size)
+        loads = {name: np.concatenate((getattr(self, name), getattr(other, name, nothing))) for name in ("held", "slid")}
+        return whole.replace(**loads)
+
+
+def turning_profile(
+    profile: TipProfile, model: PushModel, *, offset: float, touch_angle: float, spindle_speed: float
+) -> TableProfile:
+    """Return how a tip moves against a part on a turning table, along the contact normal and in the table's frame.
+
+    What `simulate_table_push` and `FrictionEstimator` must be given of a push on a table that turns. The table carries the part
+    against the tip, so that it is pushed farther and faster than the slide moves, and throws it outward. Mears has neither. With
+    c the centre, n the contact normal from the tip to it, J a quarter turn, u the slip on the table and u_n, u_t its shares along
+    n and across: the contact closes by s - u_n, s = -n . w J c - v n_x, and ``M du_n/dt = F_c - F_k u_n/|u| - k_v u_n``
+    + M w^2 c . n + M (w + dbeta/dt) u_t. Speed and loads are those along the way that the model goes in the plane, taken as
+    linear and as constant over pieces of 0.02 rad or less. Left out: the part's way across the normal; the way along it is what
+    is told. After the profile the tip stays where it is, or goes on leaving, until the part rests.
+
+    Parameters
+    ----------
+    profile : TipProfile
+        The slide from first touch on, positive toward the axis (mm, s), as `Push.push_profile`.
+    model : PushModel
+        What is pushed.
+    offset : float
+        Distance of the part's centre from the axis at first touch, mm.
+    touch_angle : float
+        Angle by which the centre is before the line of push at first touch, rad, as `Touch.angle`.
+    spindle_speed : float
+        rad/s.
+
+    Raises
+    ------
+    ValueError, TypeError
+        When a value is out of range, or the profile does not begin at first touch.
+
+    Examples
+    --------
+    >>> from centering.push._machine.presets import preset
+    >>> push, model = TipProfile.move(1.0, 10.0, 2560.0), preset("printed").model
+    >>> still = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=0.0)
+    >>> turning = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0)
+    >>> round(still.end, 3), round(turning.end, 3)  # mm: the rim comes against the tip before alignment, and recedes behind it
+    (1.0, 1.005)
+    """
+    checks.kind("profile", profile, TipProfile)
+    checks.kind("model", model, PushModel)
+    if profile.start != 0:
+        raise checks.refuse("profile.start", "0: it begins at first touch", profile.start, "mm")
+    w, angle = checks.number("spindle_speed", spindle_speed, "rad/s"), checks.number("touch_angle", touch_angle, "rad")
+    d = checks.nonnegative("offset", offset, "mm")
+    if d >= model.part.radius:
+        raise checks.refuse("offset", f"< the radius of the part = {model.part.radius:g}", d, "mm")
+    return _followed(profile, model, w, ring_state(d, -angle, model.part.radius, w))
+
+
+def _followed(profile: TipProfile, model: PushModel, w: float, state: Floats) -> TableProfile:
+    """The profile along the way of a ring in a state, until it rests."""
+    rows = profile.segments
+    longest = min(profile.total_time / _PIECES, _TURN / max(abs(w), 1e-9))
+    speed = min(profile.final_velocity, 0.0)
+    slide = 2.0 * (float(np.abs(rows[:, 1]).max()) + 1.0) / (model.mu_kinetic * GRAVITY)
+    wait = np.array([[slide / _PARTS, speed, 0.0]])
+    pieces = [_pieces(rows, model, w, longest, state)]
+    for _ in range(2 * _PARTS):
+        if state[at.RESTS] > 0.5:
+            break
+        pieces.append(_pieces(wait, model, w, longest, state))
+    last = pieces[-1][-1]
+    pieces.append(np.array([[_STANDS, min(last[1] + last[2] * last[0], 0.0), 0.0, *last[3:]]]))
+    duration, velocity, acceleration, held, slid = np.vstack(pieces).T
+    return TableProfile(duration, velocity, acceleration, held=held, slid=slid)
+
+
+def _pieces(rows: Floats, model: PushModel, w: float, longest: float, state: Floats) -> Floats:
+    """The pieces of rows of a profile."""
+    out = np.empty((int(np.ceil(rows[:, 0] / longest).sum()) + len(rows), PIECE_COLUMNS))
+    count = follow(model.parameters, model.part.radius, w, rows, _ERROR, longest, state, out)
+    return np.asarray(out[:count])

@@ -1,0 +1,119 @@
+"""Compiled core of a push on a turning table as a push along the contact normal: the tip's speed against the table, the loads.
+
+A load is added to the friction that holds the part (before it breaks away) or slows it (while it slides): centrifugal force along
+the normal, and what the part's sideways slip takes from the friction and gives by Coriolis' force. Lengths mm, times s, forces N.
+"""
+
+from math import ceil, hypot, sqrt
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from centering.push._contact.reaction_kernels import BREAKAWAY_TIME, COLUMNS, DONE, _finish, _segment, end_speed
+from centering.push._contact.sample_kernels import state_in
+from centering.push.turning._direction_kernels import RESTS, TIP, V_X, V_Y, X, Y, push_on_table
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+
+DURATION, VELOCITY, ACCELERATION, HELD, SLID, PIECE_COLUMNS = range(6)
+"""Columns of a piece: s, mm/s, mm/s^2 of the tip along the normal; loads of friction at rest and in motion, N."""
+
+_LEAST = 0.05  # of the friction in motion: loads leave as much
+_SHORTEST = 1e-9  # s
+
+
+@njit(**_OPTIONS)
+def _seen(parameters, w, v, state):
+    """Speed of the tip along the normal against the table (mm/s), load on the friction at rest, and in motion (N)."""
+    m, f_s, f_k = parameters[0], parameters[3], parameters[4]
+    x, y = state[X] - state[TIP], state[Y]
+    away = hypot(x, y)
+    n_x, n_y = x / away, y / away
+    closing = -w * (n_y * state[X] - n_x * state[Y]) - v * n_x
+    outward = m * w * w * (state[X] * n_x + state[Y] * n_y)
+    across = m * w * w * (state[Y] * n_x - state[X] * n_y)
+    held = sqrt(max(f_s * f_s - across * across, 0.0)) - outward - f_s
+    u_x, u_y = state[V_X] + w * state[Y], state[V_Y] - w * state[X]
+    along, side, slip = u_x * n_x + u_y * n_y, u_y * n_x - u_x * n_y, hypot(u_x, u_y)
+    if state[RESTS] > 0.5 or slip < 1e-9:
+        return closing, held, -outward
+    turn = ((state[V_Y]) * n_x - (state[V_X] + v) * n_y) / away
+    share = max(along, 0.0) / slip
+    return closing, held, -f_k * (1.0 - share) - outward - m * (w + turn) * side
+
+
+@njit(**_OPTIONS)
+def follow(parameters, radius, w, segments, tolerance, longest, state, out):
+    """Push the ring of `state` by the rows of `segments` on the table, in pieces of at most `longest` (s); return how many.
+
+    Each piece is written into a row of `out`, as far as there are any: the tip's motion along the normal, the mean loads.
+    """
+    row, count = np.empty((1, 3)), 0
+    for k in range(segments.shape[0]):
+        pieces = max(ceil(segments[k, 0] / longest - 1e-9), 1)
+        length = segments[k, 0] / pieces
+        for j in range(pieces):
+            v = segments[k, 1] + segments[k, 2] * length * j
+            first, held, slid = _seen(parameters, w, v, state)
+            row[0, 0], row[0, 1], row[0, 2] = length, v, segments[k, 2]
+            push_on_table(parameters, radius, w, row, tolerance, state)
+            last, held_after, slid_after = _seen(parameters, w, v + segments[k, 2] * length, state)
+            if count < out.shape[0]:
+                out[count, 0], out[count, 1], out[count, 2] = length, first, (last - first) / length
+                out[count, 3], out[count, 4] = 0.5 * (held + held_after), 0.5 * (slid + slid_after)
+            count += 1
+    return count
+
+
+@njit(**_OPTIONS)
+def _law(parameters, held, slid):
+    """The reaction model's parameters under loads."""
+    slows = max(parameters[4] + slid, _LEAST * parameters[4])
+    return parameters[0], parameters[1], parameters[2], max(parameters[3] + held, slows), slows, parameters[5]
+
+
+@njit(**_OPTIONS)
+def loaded_push(parameters, pieces, start, out, log):
+    """Simulate a push as `reaction_kernels.push` does, with loads on the friction that change from piece to piece."""
+    out[:COLUMNS] = 0.0
+    out[BREAKAWAY_TIME] = np.nan
+    sums = np.zeros(4)
+    law = _law(parameters, 0.0, 0.0)
+    tip, gap, speed, tip_speed, status = start, start, 0.0, 0.0, DONE
+    for k in range(pieces.shape[0]):
+        law = _law(parameters, pieces[k, HELD], pieces[k, SLID])
+        tip_speed = pieces[k, VELOCITY]
+        tip, gap, speed, status = _segment(
+            law, pieces[k, DURATION], tip, tip_speed, pieces[k, ACCELERATION], gap, speed, out, log, sums
+        )
+        tip_speed += pieces[k, ACCELERATION] * pieces[k, DURATION]
+        if status != DONE:
+            return status
+    tip_speed = end_speed(pieces, tip_speed)
+    if tip_speed <= 0.0:
+        tip, gap, speed, status = _segment(law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums)
+        speed = 0.0 if status == DONE else speed
+    _finish(law, tip, tip_speed, gap, speed, out, log, sums)
+    return status
+
+
+@njit(**_OPTIONS)
+def loaded_pushes(parameters, pieces, start, out, status):
+    """Simulate the same push with each row of parameters."""
+    nothing = np.empty((0, 7))
+    for i in range(parameters.shape[0]):
+        status[i] = loaded_push(parameters[i], pieces, start, out[i], nothing)
+
+
+@njit(**_OPTIONS)
+def loaded_sample(parameters, pieces, log, times, out):
+    """Write tip position (mm), part position (mm), part speed (mm/s) and contact force (N) at times (s, increasing)."""
+    row, last, piece, until = 0, log.shape[0] - 1, 0, pieces[0, DURATION]
+    for i in range(times.size):
+        while row < last and log[row + 1, 0] <= times[i]:
+            row += 1
+            while piece < pieces.shape[0] - 1 and until <= log[row, 0] + _SHORTEST:
+                piece += 1
+                until += pieces[piece, DURATION]
+        out[i] = state_in(_law(parameters, pieces[piece, HELD], pieces[piece, SLID]), log[row], times[i] - log[row, 0])

@@ -1,0 +1,101 @@
+"""What happens in a push on a turning table, exact between its events, along the contact normal."""
+
+import dataclasses
+import os
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from centering.push._contact.reaction import Pushable, parameter_rows, refuse_unfinished
+from centering.push._contact.reaction_kernels import COLUMNS, LOG_COLUMNS
+from centering.push._contact.trace import PushTrace
+from centering.push.turning._turning import TableProfile
+from centering.push.turning._turning_kernels import loaded_push, loaded_pushes, loaded_sample
+from sdpgrind.base import checks, records
+from sdpgrind.base.checks import Floats
+
+_KIND = "centering.table_push_trace"
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class TablePushTrace(PushTrace):
+    """A simulated push on a turning table; `Push.simulate` and `simulate_table_push` make it.
+
+    Positions are those along the contact normal, over the table; what the part slips across it is left out.
+
+    Parameters
+    ----------
+    profile : TableProfile
+        What the tip did against the table, and the loads on friction.
+    parameters, phases, summary : array
+        As those of `PushTrace`, friction without its loads.
+
+    Examples
+    --------
+    >>> from centering.push._machine.presets import preset
+    >>> from centering.push._profile.profile import TipProfile
+    >>> from centering.push.turning._turning import turning_profile
+    >>> model, push = preset("printed").model, TipProfile.move(1.0, 10.0, 2560.0)  # mm, mm/s, mm/s^2
+    >>> trace = simulate_table_push(model, turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0))
+    >>> round(trace.peak_force, 1), trace.energy_balance < 1e-9  # N
+    (70.4, True)
+    """
+
+    profile: TableProfile
+    _rests: ClassVar[str] = "slides over the table by"
+
+    def _states(self, times: Floats) -> Floats:
+        out = np.empty((times.size, 4))
+        loaded_sample(self.parameters, self.profile.pieces, self.phases, times, out)
+        return out
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the trace to a NetCDF file that `sdpgrind.load` opens.
+
+        Parameters
+        ----------
+        path : str or path
+            Where.
+        """
+        records.write(self.dataset, path, _KIND)
+
+
+def simulate_table_push(model: "Pushable | npt.ArrayLike", profile: TableProfile) -> TablePushTrace:
+    """Simulate a push on a turning table along the contact normal, with exact events.
+
+    Parameters
+    ----------
+    model : PushModel or array, (6,)
+        As `simulate_push` takes it.
+    profile : TableProfile
+        See `turning_profile`.
+
+    Raises
+    ------
+    ValueError
+        When a parameter is out of range or the push has more than 200 000 phases.
+
+    Examples
+    --------
+    >>> from centering.push._machine.presets import preset
+    >>> model = preset("printed").model
+    >>> loaded = TableProfile([0.4], [10.0], [0.0], held=[3.0], slid=[3.0])
+    >>> round(simulate_table_push(model, loaded).peak_force, 2)  # N; 69.6 without loads
+    72.6
+    """
+    law = parameter_rows(model)[0]
+    pieces = checks.kind("profile", profile, TableProfile).pieces
+    summary, nothing = np.empty(COLUMNS), np.empty((0, LOG_COLUMNS))
+    refuse_unfinished(np.array([loaded_push(law, pieces, profile.start, summary, nothing)]))
+    phases = np.empty((int(summary[4]) + 1, LOG_COLUMNS))
+    loaded_push(law, pieces, profile.start, summary, phases)
+    return TablePushTrace(profile, law, phases, summary)
+
+
+def simulate_table_pushes(parameters: Floats, profile: TableProfile) -> Floats:
+    """Return of a push with each of (m, 6) parameters what `simulate_pushes` gives of one, (m, 8)."""
+    out, status = np.empty((len(parameters), COLUMNS)), np.empty(len(parameters), dtype=np.int64)
+    loaded_pushes(parameters, profile.pieces, profile.start, out, status)
+    refuse_unfinished(status)
+    return out

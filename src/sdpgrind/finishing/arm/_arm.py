@@ -1,0 +1,299 @@
+"""A robot of five joints over a table of two: lengths, limits, poses, joints."""
+
+import math
+from dataclasses import KW_ONLY, dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.base.units import deg
+from sdpgrind.finishing.arm import _forward as chain
+from sdpgrind.finishing.arm import _inverse as closed_form
+from sdpgrind.finishing.arm._damped import damped
+
+NAMES = ("q1", "q2", "q3", "q4", "q5", "X", "Y")
+UNITS = ("rad",) * 5 + ("mm",) * 2
+RISE = 0.1  # s: time to full acceleration, by which the generic arm's jerk is limited
+
+
+@stored("finishing.arm")
+@dataclass(frozen=True)
+class Arm(Frozen):
+    """A 5-axis arm without wrist yaw, and an xy table that carries the work.
+
+    Standard Denavit-Hartenberg links (theta, d, a, alpha), mm and degrees: (q1, d1, 0, 90), (q2, 0, a2, 0), (q3, 0, a3, 0),
+    (q4 + 90, 0, 0, 90), (q5, d5, 0, 0). The last frame is that of the tool, P: its z axis is that of the fifth joint, its y axis
+    the shaft of the torque motor, which is the eighth joint and stands at its zero in all poses here. The table's axes X and Y
+    are those of the base; it carries the work's frame from where it is at X = Y = 0.
+
+    The arm alone cannot choose the tool's axis at a point: of the six freedoms of a pose it has five, of position and axis only
+    four, as the axis stays in the arm's vertical plane. With the table it takes any pose in its range, with one freedom in
+    excess: the distance of the wrist from the first axis (``wrist_radius``).
+
+    Parameters
+    ----------
+    d1, a2, a3, d5 : float
+        Height of the shoulder, upper arm, forearm, wrist to P, mm.
+    position_min, position_max : tuple of float
+        Limits of q1 to q5 (rad) and of the table's X and Y (mm).
+    speed_max, acceleration_max, jerk_max : tuple of float
+        Per s, s^2 and s^3; jerk_max None: the accelerations may jump.
+
+    Raises
+    ------
+    ValueError
+        When a length or a limit is not positive, a range empty, or there are not seven limits.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> arm = finishing.Arm.generic()
+    >>> pose = arm.forward([0.0, 0.8, -1.5, 0.0, 0.0, 0.0, 0.0])
+    >>> pose[:3, 3].round(3)  # mm
+    array([476.707,   0.   , 389.731])
+    """
+
+    d1: float
+    a2: float
+    a3: float
+    d5: float
+    _: KW_ONLY
+    position_min: tuple[float, ...]
+    position_max: tuple[float, ...]
+    speed_max: tuple[float, ...]
+    acceleration_max: tuple[float, ...]
+    jerk_max: tuple[float, ...] | None
+
+    names: ClassVar[tuple[str, ...]] = NAMES
+    units: ClassVar[tuple[str, ...]] = UNITS
+
+    def __post_init__(self) -> None:
+        for name in ("d1", "d5"):
+            checks.nonnegative(name, getattr(self, name), "mm")
+        for name in ("a2", "a3"):
+            checks.positive(name, getattr(self, name), "mm")
+        for name in ("position_min", "position_max", "speed_max", "acceleration_max", "jerk_max"):
+            if name == "jerk_max" and self.jerk_max is None:
+                continue
+            object.__setattr__(self, name, _seven(name, getattr(self, name), positive=not name.startswith("position")))
+        for joint, unit, low, high in zip(NAMES, UNITS, self.position_min, self.position_max, strict=True):
+            if low >= high:
+                raise ValueError(f"position_max of {joint} must be > position_min ({unit}); got {high!r} and {low!r}")
+
+    @classmethod
+    def generic(cls) -> Self:
+        """Return an arm of common size; all its numbers (mm, rad, s) are assumptions, to be replaced by those of a real one.
+
+        Limits of jerk are such that full acceleration is reached in 0.1 s.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing
+        >>> finishing.Arm.generic().replace(d5=120.0).d5
+        120.0
+        """
+        acceleration = (8.0,) * 5 + (2000.0,) * 2
+        return cls(
+            400.0, 300.0, 250.0, 100.0,
+            position_min=(*(deg(float(a)) for a in (-165, -30, -150, -150, -180)), -200.0, -200.0),
+            position_max=(*(deg(float(a)) for a in (165, 110, 0, 150, 180)), 200.0, 200.0),
+            speed_max=(1.5,) * 5 + (200.0,) * 2,
+            acceleration_max=acceleration,
+            jerk_max=tuple(a / RISE for a in acceleration),
+        )  # fmt: skip
+
+    @property
+    def lengths(self) -> tuple[float, float, float, float]:
+        """Lengths d1, a2, a3, d5, mm."""
+        return float(self.d1), float(self.a2), float(self.a3), float(self.d5)
+
+    def forward(self, joints: npt.ArrayLike) -> Floats:
+        """Return the pose of P in the base.
+
+        Parameters
+        ----------
+        joints : array_like (..., 7) or (..., 5)
+            Joints, rad, and table, mm; the table plays no part.
+
+        Returns
+        -------
+        array (..., 4, 4)
+            Positions in mm.
+        """
+        return chain.forward(_joints(joints, (5, 7)), self.lengths)
+
+    def forward_work(self, joints: npt.ArrayLike) -> Floats:
+        """Return the pose of P as the work sees it: in the base, moved back by the table.
+
+        Parameters
+        ----------
+        joints : array_like (..., 7)
+            Joints, rad, and table, mm.
+
+        Returns
+        -------
+        array (..., 4, 4)
+            Positions in mm.
+        """
+        array = _joints(joints, (7,))
+        poses = chain.forward(array, self.lengths)
+        poses[..., :2, 3] -= array[..., 5:]
+        return poses
+
+    def jacobian(self, joints: npt.ArrayLike, *, motor: bool = False) -> Floats:
+        """Return the Jacobian of the pose of P in the work's frame.
+
+        Parameters
+        ----------
+        joints : array_like (..., 7)
+            Joints, rad, and table, mm.
+        motor : bool
+            Whether to add a column for the torque motor, which turns the tool about y_P.
+
+        Returns
+        -------
+        array (..., 6, 7) or (..., 6, 8)
+            Velocity of P (mm/s), then angular velocity (rad/s), both in the base's axes, for each rad/s or mm/s of a joint.
+        """
+        full = chain.jacobian(_joints(joints, (7,)), self.lengths)
+        return full if motor else full[..., :7]
+
+    def inverse(self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, branch: int = 0, continuous: bool = True) -> Floats:
+        """Return the joints that take poses, in closed form.
+
+        With phi the tool's pitch (sin(phi) = a_z, a = z_P) and q1 its azimuth, the wrist is ``wrist_radius`` from the first axis
+        and p_z - d1 - d5 sin(phi) above the shoulder; q2 and q3 by the law of cosines, q4 = phi - q2 - q3, q5 by what is left of
+        the rotation, and the table moves the work below the tool. Where the tool is vertical q1 and q5 turn about one axis: q1
+        stays as in the pose before, and q5 does the rest.
+
+        Parameters
+        ----------
+        poses : array_like (m, 4, 4)
+            Of P in the work's frame where it is with the table at zero, mm.
+        wrist_radius : float
+            Distance of the wrist from the first axis, mm.
+        branch : {0, 1, 2, 3}
+            0, 1: q1 along the tool's azimuth, 2, 3: half a turn further, the arm reaching over; elbow up (q3 <= 0) for 0 and 2.
+        continuous : bool
+            Whether the poses are points of one path: angles then go on from pose to pose and do not jump by whole turns.
+            False: each pose by itself.
+
+        Returns
+        -------
+        array (m, 7)
+            Joints, rad, and table, mm.
+
+        Raises
+        ------
+        ValueError
+            When a pose is out of reach, or a joint beyond its limit: with index, joint and amount.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing
+        >>> arm = finishing.Arm.generic()
+        >>> pose = arm.forward([0.0, 0.2, -1.0, 0.3, 0.1])
+        >>> arm.forward_work(arm.inverse([pose]))[0].round(6).tolist() == pose.round(6).tolist()
+        True
+        """
+        checks.one_of("branch", branch, range(4))
+        radius, array = checks.positive("wrist_radius", wrist_radius, "mm"), closed_form.checked_poses(poses)
+        joints, reached = closed_form.joints_of(self, array, radius, branch, continuous)
+        found = closed_form.excess(self, array, radius, joints, reached)
+        if found is not None:
+            raise ValueError(found.text)
+        return joints
+
+    def branches(self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, continuous: bool = True) -> tuple[Floats, Bools]:
+        """Return the joints of all four branches, whether or not they are possible; see `inverse`.
+
+        Parameters
+        ----------
+        poses : array_like (m, 4, 4)
+            Of P in the work's frame where it is with the table at zero, mm.
+        wrist_radius : float
+            Distance of the wrist from the first axis, mm.
+        continuous : bool
+            Whether the poses are points of one path.
+
+        Returns
+        -------
+        joints : array (4, m, 7)
+            rad, and table, mm; where a pose is out of reach, those of the arm stretched (or folded) towards it.
+        reachable : array of bool (4, m)
+            Where the pose is within reach and all joints within their limits.
+        """
+        radius, array = checks.positive("wrist_radius", wrist_radius, "mm"), closed_form.checked_poses(poses)
+        found = [closed_form.joints_of(self, array, radius, branch, continuous) for branch in range(4)]
+        reachable = [reached & closed_form.within_limits(self, joints) for joints, reached in found]
+        return np.stack([joints for joints, _ in found]), np.stack(reachable)
+
+    def solve(self, pose: npt.ArrayLike, start: npt.ArrayLike) -> Floats:
+        """Return joints near a start that take one pose, by damped least squares.
+
+        For what the closed form leaves out: the wrist's radius is free here, so that the way from the start is short; limits are
+        kept by the search; and beside a singular pose the damping holds the joints where `inverse` would turn them fast.
+
+        Parameters
+        ----------
+        pose : array_like (4, 4)
+            Of P in the work's frame where it is with the table at zero, mm.
+        start : array_like (7,)
+            Joints, rad, and table, mm, within their limits.
+
+        Returns
+        -------
+        array (7,)
+            Joints, rad, and table, mm: the pose to 1e-9 mm and 1e-11 rad.
+
+        Raises
+        ------
+        ValueError
+            When no joints within the limits are found, with what is left (mm, rad).
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing
+        >>> arm = finishing.Arm.generic()
+        >>> start = [0.1, 0.2, -1.1, 0.3, 0.0, 10.0, 0.0]
+        >>> pose = arm.forward_work([0.0, 0.2, -1.0, 0.3, 0.1, 0.0, 0.0])
+        >>> joints = arm.solve(pose, start)
+        >>> bool(abs(arm.forward_work(joints) - pose).max() < 1e-9)
+        True
+        """
+        target = closed_form.checked_poses(np.asarray(pose)[None])[0]
+        begin = _joints(start, (7,))
+        if begin.shape != (7,):
+            raise ValueError(f"start must be of shape (7,); got {begin.shape}")
+        found = closed_form.excess(self, target[None], 1.0, begin[None], np.array([True]))
+        if found is not None:
+            raise ValueError(f"start: {found.text}")
+        return damped(self, target, begin)
+
+
+def _joints(joints: npt.ArrayLike, widths: tuple[int, ...]) -> Floats:
+    array = checks.finite_array("joints", joints, "rad, mm")
+    if array.ndim == 0 or array.shape[-1] not in widths:
+        wanted = " or ".join(f"(..., {width})" for width in widths)
+        raise ValueError(f"joints must be of shape {wanted} (rad, mm); got {array.shape}")
+    return array
+
+
+def _seven(name: str, values: npt.ArrayLike, positive: bool) -> tuple[float, ...]:
+    """Seven numbers, one for each joint."""
+    array = checks.finite_array(name, values, "rad, mm")
+    if array.shape != (7,):
+        raise ValueError(f"{name} must be seven numbers, of {', '.join(NAMES)} (rad, mm); got {checks.shown(values)}")
+    if positive:
+        for joint, unit, value in zip(NAMES, UNITS, array, strict=True):
+            checks.positive(f"{name} of {joint}", float(value), unit)
+    else:
+        for joint, value in zip(NAMES[:5], array, strict=False):
+            if abs(value) > 4 * math.pi:
+                raise checks.refuse(f"{name} of {joint}", "within two turns; units.deg(90) for degrees", float(value), "rad")
+    return tuple(array.tolist())

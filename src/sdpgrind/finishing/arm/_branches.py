@@ -1,0 +1,182 @@
+"""Which branch of the arm, and how far out the wrist, on every run of a path: dynamic programming over both."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.arm import _kinematics_kernels as kernels
+from sdpgrind.finishing.arm._inverse import BRANCHES, Excess, checked_runs, excess, joints_of
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing.arm._arm import Arm
+
+TURN = 1.0
+"""Of an angle between neighbouring poses of a run, rad: beyond, the arm does not follow the tool in between."""
+
+
+class ArmChoice(NamedTuple):
+    """How the arm takes one run.
+
+    Attributes
+    ----------
+    branch : int
+        0 to 3, see `Arm.inverse`.
+    wrist_radius : float
+        Distance of the wrist from the first axis, mm.
+    joints : array (m, 7)
+        rad, and table, mm.
+    """
+
+    branch: int
+    wrist_radius: float
+    joints: Floats
+
+
+class _Way(NamedTuple):
+    """One candidate on one run: joints at both ends, and the time of what lies between."""
+
+    first: Floats
+    last: Floats
+    time: float
+    wrong: Excess | None
+
+
+def choose_branches(
+    arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radii: float | Sequence[float] = 350.0
+) -> tuple[ArmChoice, ...]:
+    """Choose branch and wrist radius for every run in contact, so that the joints travel least.
+
+    Neither ever changes inside a run. Travel is measured by the time that the joint with the longest way needs at its
+    greatest speed, from pose to pose and between runs. The choice is a decision process of modes alone, solved by
+    `sdpgrind.sdp`: a mode for every pair of branch and radius, a stage for every run. Where limits leave room for whole
+    turns, each run lies as near to the middle of the limits as it can.
+
+    Parameters
+    ----------
+    arm : Arm
+        With limits in rad, mm and s.
+    runs : sequence of array_like (m, 4, 4)
+        Poses of P in the work's frame where it is with the table at zero, mm; each run one smooth path.
+    wrist_radii : float or sequence of float
+        Distances of the wrist from the first axis to choose from, mm.
+
+    Returns
+    -------
+    tuple of ArmChoice
+        One for each run: branch, wrist radius (mm), joints (rad, mm).
+
+    Raises
+    ------
+    ValueError
+        When no pair takes a run within the limits; it tells index, joint and amount of that which comes nearest.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> arm = finishing.Arm.generic()
+    >>> poses = arm.forward_work([[0.0, 0.2, -1.0, -0.5, 0.1, 0.0, y] for y in (0.0, 5.0, 10.0)])
+    >>> [chosen] = finishing.choose_branches(arm, [poses], wrist_radii=[300.0, 400.0])
+    >>> chosen.branch, chosen.wrist_radius
+    (0, 300.0)
+    """
+    checked = checked_runs(runs)
+    if not checked:
+        raise ValueError("runs must be at least one; got none")
+    pairs = [(branch, radius) for radius in _radii(wrist_radii) for branch in range(4)]
+    ways = [[_way(arm, poses, *pair) for pair in pairs] for poses in checked]
+    for k, row in enumerate(ways):
+        _refuse_impossible(k, row, pairs)
+    picked = [pairs[p] for p in _least_travel(arm, ways, [f"{BRANCHES[b]} at {r!r} mm" for b, r in pairs])]
+    taken = [joints_of(arm, poses, radius, branch, True)[0] for poses, (branch, radius) in zip(checked, picked, strict=True)]
+    return tuple(ArmChoice(branch, radius, joints) for (branch, radius), joints in zip(picked, taken, strict=True))
+
+
+def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
+    """Radii as asked for, mm."""
+    array = np.atleast_1d(checks.finite_array("wrist_radii", wrist_radii, "mm"))
+    if array.ndim != 1 or not array.size:
+        raise ValueError(f"wrist_radii must be one number or a list of them (mm); got {checks.shown(wrist_radii)}")
+    return [checks.positive(f"wrist_radii[{k}]", value, "mm") for k, value in enumerate(array.tolist())]
+
+
+def _way(arm: "Arm", poses: Floats, branch: int, radius: float) -> _Way:
+    """One branch at one radius on one run."""
+    joints, reached = joints_of(arm, poses, radius, branch, True)
+    time, at = kernels.travel(joints, np.array(arm.speed_max), TURN)
+    # What jumps breaks limits too, but not because of them.
+    wrong = _jump(arm, joints, int(at)) if at >= 0 else excess(arm, poses, radius, joints, reached)
+    return _Way(joints[0], joints[-1], float(time), wrong)
+
+
+def _jump(arm: "Arm", joints: Floats, at: int) -> Excess:
+    """Say which angle turns too far from one pose to the next."""
+    turns = np.abs(joints[at + 1, :5] - joints[at, :5])
+    j = int(np.argmax(turns))
+    text = (
+        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a run; got {turns[j]:.4g} between"
+        f" poses[{at}] and poses[{at + 1}], where the heading has a corner, or the tool comes through the vertical"
+    )
+    return Excess(at, text, float(turns[j] / TURN))
+
+
+def _refuse_impossible(k: int, row: list[_Way], pairs: list[tuple[int, float]]) -> None:
+    wrong = [(way.wrong, pair) for way, pair in zip(row, pairs, strict=True) if way.wrong is not None]
+    if len(wrong) < len(row):
+        return
+    found, (branch, radius) = min(wrong, key=lambda each: each[0].share)
+    raise ValueError(
+        f"runs[{k}] has no branch within limits; nearest comes branch {branch} ({BRANCHES[branch]}) at wrist radius"
+        f" {radius:g} mm: {found.text}"
+    )
+
+
+def _least_travel(arm: "Arm", ways: list[list[_Way]], names: list[str]) -> list[int]:
+    """Pair taken on every run."""
+    count, size = len(ways), len(names)
+    cost = _costs(arm, ways)
+    problem = sdp.Problem(
+        axes=(),
+        moves=(
+            sdp.Move(
+                "take",
+                {"pair": np.arange(size)},
+                sdp.Stay(),
+                into=names,
+                timed=True,
+                charge=lambda s, c: np.nan_to_num(cost[count - _whole(s.left), s.mode, c.pair], posinf=0.0),
+                allowed=lambda s, c: np.isfinite(cost[count - _whole(s.left), s.mode, c.pair]),
+            ),
+        ),
+        stops=(sdp.Stop("end", lambda s: 0.0 * s.mode, allowed=lambda s: s.left == 0),),
+        stages=sdp.Stages(count, 1.0, "left", ""),
+        modes=(*names, "start"),
+    )
+    policy = sdp.plan(problem)
+    left, mode = np.meshgrid(np.arange(1.0, count + 1), np.arange(size + 1), indexing="ij")
+    best = np.asarray(policy.action(left=left, mode=mode).pair).astype(int)
+    taken = [size]
+    for k in range(count):
+        taken.append(int(best[count - 1 - k, taken[-1]]))
+    return taken[1:]
+
+
+def _whole(left: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    return np.rint(left).astype(np.int64)
+
+
+def _costs(arm: "Arm", ways: list[list[_Way]]) -> Floats:
+    """Time (s) of coming from a pair, or from the start, and taking a run in a pair: [run, from, to], inf: impossible."""
+    count, size = len(ways), len(ways[0])
+    inside = np.array([[np.inf if way.wrong is not None else way.time for way in row] for row in ways])
+    cost = np.repeat(inside[:, None, :], size + 1, axis=1)
+    if count > 1:
+        last = np.array([[way.last for way in row] for row in ways[:-1]])
+        first = np.array([[way.first for way in row] for row in ways[1:]])
+        way = np.abs(first[:, None, :, :] - last[:, :, None, :])
+        cost[1:, :size] += np.max(way / np.array(arm.speed_max), axis=-1)
+    return cost

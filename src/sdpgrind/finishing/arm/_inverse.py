@@ -1,0 +1,108 @@
+"""Joints of poses: what a user hands over, the kernel, and what is said where the arm cannot."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.finishing.arm import _kinematics_kernels as kernels
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing.arm._arm import Arm
+
+BRANCHES = ("forward, elbow up", "forward, elbow down", "backward, elbow up", "backward, elbow down")
+"""Forward: phi in [-90, 90] deg, q1 is the azimuth of the tool; backward: phi' = 180 deg - phi and q1 half a turn further.
+Elbow up: q3 <= 0."""
+SLACK = 1e-9
+"""Of a limit, rad or mm: what rounding may take."""
+
+
+class Excess(NamedTuple):
+    """The first joint beyond its limit, or the first wrist out of reach."""
+
+    at: int
+    text: str
+    share: float
+    """How far beyond, as a part of the joint's range or of the arm's reach."""
+
+
+def checked_poses(poses: npt.ArrayLike) -> Floats:
+    """Poses (m, 4, 4) of the tool, positions in mm."""
+    try:
+        array = np.ascontiguousarray(poses, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"poses must be numbers (mm); got {checks.shown(poses)}") from None
+    if array.ndim != 3 or array.shape[1:] != (4, 4):
+        raise ValueError(f"poses must be of shape (m, 4, 4); got {array.shape}")
+    fault = int(kernels.first_fault(array))
+    if fault >= 0:
+        finite = bool(np.isfinite(array[fault]).all())
+        rule = "a right-handed rotation and a place (mm) above 0, 0, 0, 1" if finite else "finite (mm)"
+        raise ValueError(f"poses[{fault}] must be {rule}; got {array[fault].round(6).tolist()}")
+    return array
+
+
+def checked_runs(runs: Sequence[npt.ArrayLike]) -> list[Floats]:
+    """Runs of poses (m, 4, 4), none of them empty; errors tell which."""
+    out = []
+    for k, poses in enumerate(runs):
+        try:
+            out.append(checked_poses(poses))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"runs[{k}]: {error}") from None
+        if not len(out[-1]):
+            raise ValueError(f"runs[{k}] must have at least one pose; got none")
+    return out
+
+
+def joints_of(arm: "Arm", poses: Floats, radius: float, branch: int, continuous: bool) -> tuple[Floats, Bools]:
+    """Joints (m, 7) of checked poses in one branch, and where the wrist is within reach (m,)."""
+    joints, reached = np.empty((len(poses), 7)), np.empty(len(poses), dtype=np.bool_)
+    middle = 0.5 * (np.array(arm.position_min) + np.array(arm.position_max))
+    pitch, elbow = (-1.0 if branch >= 2 else 1.0), (1.0 if branch % 2 else -1.0)
+    kernels.inverse(poses, arm.lengths, radius, pitch, elbow, middle, continuous, joints, reached)
+    return joints, reached
+
+
+def within_limits(arm: "Arm", joints: Floats) -> Bools:
+    """Where all joints keep their limits, (m,)."""
+    low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
+    out: Bools = np.all((joints >= low) & (joints <= high), axis=1)
+    return out
+
+
+def excess(arm: "Arm", poses: Floats, radius: float, joints: Floats, reached: Bools) -> Excess | None:
+    """Say what is beyond a limit first, or None."""
+    low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
+    index = int(kernels.first_beyond(joints, reached, low, high))
+    if index < 0:
+        return None
+    if not reached[index]:
+        return _beyond_reach(arm, poses[index], radius, index)
+    return _beyond_limit(arm, joints[index], index)
+
+
+def _beyond_reach(arm: "Arm", pose: Floats, radius: float, index: int) -> Excess:
+    distance = float(np.hypot(radius, pose[2, 3] - arm.d1 - arm.d5 * pose[2, 2]))
+    longest, shortest = arm.a2 + arm.a3, abs(arm.a2 - arm.a3)
+    beyond = max(distance - longest, shortest - distance)
+    text = (
+        f"poses[{index}] is out of reach by {beyond:.4g} mm: its wrist is {distance:.6g} mm from the shoulder,"
+        f" where q2 and q3 span {shortest:g} to {longest:g} mm (wrist_radius {radius:g} mm)"
+    )
+    return Excess(index, text, 1 + beyond / longest)
+
+
+def _beyond_limit(arm: "Arm", joints: Floats, index: int) -> Excess:
+    low, high = np.array(arm.position_min), np.array(arm.position_max)
+    beyond = np.maximum(low - joints, joints - high)
+    j = int(np.argmax(beyond / (high - low)))
+    unit = arm.units[j]
+    text = (
+        f"{arm.names[j]} must be in [{low[j]:.6g}, {high[j]:.6g}] ({unit}); got {joints[j]:.6g} at poses[{index}],"
+        f" beyond by {beyond[j]:.4g} {unit}"
+    )
+    return Excess(index, text, float(beyond[j] / (high[j] - low[j])))

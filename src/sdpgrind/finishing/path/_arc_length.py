@@ -1,0 +1,93 @@
+"""Length along a path: Gauss points in each leg and each knot span, with as many intervals as the speed asks for."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.path._arc_kernels import inverted, travelled
+from sdpgrind.finishing.path._samples import Ints
+
+POINTS = {True: 8, False: 16}
+"""Gauss points of an interval on a straight leg, and on a curved one: their Legendre series tells speed and length within it."""
+TOLERANCE = 1e-9
+"""Of a piece's length: what the last two terms may be in an interval. The length itself is closer by orders."""
+NOTHING = 1e-14
+"""Of the length of a path or the size of its surface: no shorter interval is halved."""
+HALVINGS = 40
+
+Speed = Callable[[Ints, Floats], Floats]
+
+
+@dataclass(frozen=True)
+class ArcLength:
+    """Intervals of a path by piece and t (`first`, `last`), the Legendre series of length by each, and the length before each."""
+
+    piece: Ints
+    first: Floats
+    last: Floats
+    series: Floats
+    before: Floats
+
+    @property
+    def total(self) -> float:
+        """Length of the whole, mm."""
+        return float(self.before[-1])
+
+    def pieces(self, count: int) -> Floats:
+        """Length of each of `count` pieces, mm."""
+        return np.asarray(np.bincount(self.piece, weights=np.diff(self.before), minlength=count), dtype=float)
+
+    def at(self, piece: Ints, t: Floats) -> Floats:
+        """Length up to t on a piece, mm."""
+        interval = np.searchsorted(self.piece + self.first, piece + np.minimum(t, 1 - 1e-15), side="right") - 1
+        interval = np.clip(interval, *np.searchsorted(self.piece, [piece, piece + 1]) - np.array([[0], [1]]))
+        width = self.last[interval] - self.first[interval]
+        out = np.empty(len(interval))
+        travelled(self.series, interval, np.clip(2.0 * (t - self.first[interval]) / width - 1.0, -1.0, 1.0), out)
+        return np.asarray(self.before[interval] + out)
+
+    def places(self, length: Floats) -> tuple[Ints, Floats]:
+        """Piece and t where the path is so long; where a piece ends, the next one begins."""
+        interval = np.clip(np.searchsorted(self.before, length, side="right") - 1, 0, len(self.piece) - 1)
+        out = np.empty(len(interval))
+        inverted(self.series, interval, length - self.before[interval], out)
+        width = self.last[interval] - self.first[interval]
+        return self.piece[interval], np.asarray(self.first[interval] + 0.5 * (out + 1.0) * width)
+
+
+def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int, size: float) -> ArcLength:
+    """Measure intervals, halving those whose series has not come to an end, on a surface of `size` mm."""
+    whole = np.zeros(piece.max() + 1)
+    done: list[tuple[Ints, Floats, Floats, Floats]] = []
+    for halvings in range(HALVINGS + 1):
+        series = _series(speed, piece, first, last, points)
+        if halvings == 0:
+            np.add.at(whole, piece, 2.0 * series[:, 0])
+        tail = np.abs(series[:, -1]) + np.abs(series[:, -2])
+        good = (tail <= TOLERANCE * whole[piece]) | (series[:, 0] <= NOTHING * max(whole.sum(), size)) | (halvings == HALVINGS)
+        done.append((piece[good], first[good], last[good], series[good]))
+        if good.all():
+            break
+        piece, first, last = piece[~good], first[~good], last[~good]
+        middle = 0.5 * (first + last)
+        piece, first, last = np.tile(piece, 2), np.concatenate([first, middle]), np.concatenate([middle, last])
+    return _sorted(*map(np.concatenate, zip(*done, strict=True)))
+
+
+def _series(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int) -> Floats:
+    """Legendre series of the speed by x in [-1, 1], mm."""
+    x, weights = legendre.leggauss(points)
+    terms = legendre.legvander(x, points - 1) * weights[:, None] * (np.arange(points) + 0.5)
+    half = 0.5 * (last - first)
+    t = 0.5 * (first + last)[:, None] + half[:, None] * x
+    found = speed(np.repeat(piece, points), t.ravel()).reshape(t.shape)
+    return np.asarray((found * half[:, None]) @ terms)
+
+
+def _sorted(piece: Ints, first: Floats, last: Floats, series: Floats) -> ArcLength:
+    order = np.lexsort((first, piece))
+    before = np.concatenate([[0.0], np.cumsum(2.0 * series[order, 0])])
+    return ArcLength(piece[order], first[order], last[order], series[order], before)

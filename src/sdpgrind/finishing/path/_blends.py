@@ -1,0 +1,119 @@
+"""Sharp corners rounded by curves with continuous curvature, which leave the sharp path by a stated deviation at most.
+
+In the unit square a blend is the quintic that takes over place, velocity and acceleration of both legs, at arms of the same
+length l on the surface, from each of which it starts as fast as it would pass two arms in its own time. Between straight legs
+with unit tangents s and t that is the quartic with its control points at the ends, in the middle of the arms and on the corner,
+whose middle is 3/16 l ``|t - s|`` away from the corner: no point of either path is further from the other.
+"""
+
+import numpy as np
+
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.finishing.path import _contact as contact
+from sdpgrind.finishing.path import _departure as departure
+from sdpgrind.finishing.path._legs import Legs, part
+from sdpgrind.finishing.path._mappings import Mapping
+from sdpgrind.finishing.path._samples import Ints
+from sdpgrind.finishing.surface._surface import Surface
+
+DEGREE = 5
+PACE = 2.0
+"""Arms that a blend would pass in its own time as fast as it starts."""
+MIDDLE = 0.1875
+"""Distance of a blend's middle from the corner, of an arm by the change of the unit tangent."""
+HALF, WHOLE = 0.49, 0.98
+"""Shares of a leg that an arm may take, where there is another blend at its other end and where not."""
+BACK = 1e-3
+"""Sum of unit tangents of a corner that turns back on itself."""
+STRAIGHT = 1e-9
+"""Change of the unit tangent at a corner that is none."""
+LOOKS = np.linspace(0.3, 0.7, 9)
+"""Where on a blend its distance from the corner is measured."""
+ROUNDS, SHRINKS = 4, 60
+"""Rounds in which arms are made longer or shorter, and rounds at most in which they are only made shorter."""
+HELD = 1e-3
+"""Share by which the deviation may be exceeded."""
+LEAST, MOST = 0.2, 0.999
+"""What may be left of an arm after a round in which it is made shorter."""
+
+
+def rounded(surface: Surface, mapping: Mapping, sharp: Legs, corners: Bools, deviation: float) -> Legs:
+    """Return the pieces of a path with all its corners rounded, as one run."""
+    at = np.flatnonzero(corners)
+    arms = _arms(surface, mapping, sharp, at, deviation)
+    count = len(corners) - 1
+    begin, end = np.zeros(count), np.ones(count)
+    begin[at], end[at - 1] = arms[1], 1.0 - arms[0]
+    straight = part(_raised(sharp.coefficients), begin, end)
+    place = np.arange(count) + np.cumsum(corners[:-1])
+    pieces = np.empty((count + len(at), DEGREE + 1, 2))
+    pieces[place], pieces[place[at] - 1] = straight, _blends(sharp.coefficients, at, arms)
+    node_piece, node_t = np.append(place, count + len(at) - 1), np.zeros(count + 1)
+    node_piece[at], node_t[at], node_t[-1] = place[at] - 1, 0.5, 1.0
+    return Legs(pieces, np.zeros(len(pieces), np.intp), np.arange(count + 1), node_piece, node_t)
+
+
+def _arms(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints, deviation: float) -> Floats:
+    """Shares (2, c) of the legs before and after each corner that its blend takes."""
+    pace, turn = _turns(surface, mapping, sharp, at)
+    busy = np.isin(np.stack([at - 1, at + 1]), at)
+    room = (np.where(busy, HALF, WHOLE) * pace).min(axis=0)
+    arm = np.minimum(deviation / (MIDDLE * np.maximum(turn, STRAIGHT)), room)
+    corner = _points(surface, mapping, sharp.coefficients, at, np.zeros(len(at)))
+    for _ in range(ROUNDS):
+        blends = _blends(sharp.coefficients, at, arm / pace)
+        piece = np.repeat(np.arange(len(at)), len(LOOKS))
+        points = _points(surface, mapping, blends, piece, np.tile(LOOKS, len(at)))
+        squares = ((points.reshape(len(at), -1, 3) - corner[:, None]) ** 2).sum(axis=-1)
+        arm = np.minimum(arm * deviation / np.maximum(np.sqrt(departure.least(squares)), STRAIGHT * deviation), room)
+    return _shortened(surface, mapping, sharp.coefficients, at, arm / pace, deviation)
+
+
+def _shortened(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, deviation: float) -> Floats:
+    """Arms (2, c) of blends that hold the deviation all along."""
+    todo = np.arange(len(at))
+    for _ in range(SHRINKS):
+        blends = _blends(legs, at[todo], arms[:, todo])
+        off = departure.departures(surface, mapping, legs, at[todo], arms[:, todo], blends)
+        over = off > deviation * (1 + HELD)
+        todo = todo[over]
+        if not len(todo):
+            return arms
+        arms[:, todo] *= np.clip(deviation / off[over], LEAST, MOST)
+    raise ValueError(f"deviation must be larger: the corner at nodes[{at[todo[0]]}] cannot be rounded within {deviation:g} mm")
+
+
+def _turns(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints) -> tuple[Floats, Floats]:
+    """Speeds (2, c) before and after each corner, mm, and the change of the unit tangent."""
+    piece, t = np.concatenate([at - 1, at]), np.repeat([1.0, 0.0], len(at))
+    moved = mapping.carried(contact.jets(sharp.coefficients, piece, t))
+    there = surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
+    found = contact.contact(surface, moved, there, np.arange(len(t)))
+    before, after = found.tangent[: len(at)], found.tangent[len(at) :]
+    back = at[np.linalg.norm(before + after, axis=1) < BACK]
+    if len(back):
+        raise ValueError(f"a corner that turns back on itself cannot be rounded; the path does at nodes[{back[0]}]")
+    return found.speed.reshape(2, -1), np.linalg.norm(after - before, axis=1)
+
+
+def _points(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats) -> Floats:
+    uv = mapping.carried(contact.jets(coefficients, piece, t))[:, 0]
+    return surface.point(uv[:, 0], uv[:, 1])
+
+
+def _blends(coefficients: Floats, at: Ints, arms: Floats) -> Floats:
+    """Quintics (c, 6, 2) around the corners `at`."""
+    before = contact.jets(coefficients, at - 1, 1.0 - arms[0])
+    after = contact.jets(coefficients, at, arms[1])
+    scale = (PACE * arms[..., None]) ** np.arange(3)  # (2, c, 3)
+    p, v, a = np.moveaxis(before * scale[0, ..., None], 1, 0)
+    q, w, b = np.moveaxis(after * scale[1, ..., None], 1, 0)
+    d, e, f = q - p - v - 0.5 * a, w - v - a, b - a
+    found = [p, v, 0.5 * a, 10 * d - 4 * e + 0.5 * f, -15 * d + 7 * e - f, 6 * d - 3 * e + 0.5 * f]
+    return np.stack(found, axis=1)
+
+
+def _raised(coefficients: Floats) -> Floats:
+    found = np.zeros((len(coefficients), DEGREE + 1, 2))
+    found[:, : coefficients.shape[1]] = coefficients
+    return found

@@ -1,0 +1,90 @@
+"""Areas on the surface of what belongs to each node or pass of a path."""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._spacing import graded, with_middles
+from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.surface._area import gauss
+from sdpgrind.finishing.surface._forms import area_between
+
+GAUSS = 4
+"""Points on a side of a cell, as long as there are no more than `SIDE` on a side of the surface."""
+SIDE = 1024
+COLUMNS, INTERVALS = 64, 512
+"""Places along passes at which strips are cut, and intervals across them."""
+SAME = 1e-9
+SLANT = 0.5
+"""Way across by the way along a side, in the square, from which on a part of a path is no pass."""
+
+
+def cell_areas(path: Path) -> Floats | None:
+    """Areas (mm^2) of the strips of a zigzag or of the cells of a lattice; None where the path is neither."""
+    if path.pattern.startswith("zigzag"):
+        return _strips(path)
+    sides = [_sides(path.nodes[:, k]) for k in (0, 1)]
+    places = np.stack([np.searchsorted(side + SAME, path.nodes[:, k]) for k, side in enumerate(sides)])
+    count = sides[0].size * sides[1].size
+    if len(path.nodes) != count or np.unique(places, axis=1).shape[1] != count:
+        return None
+    return _cells(Square(path.surface, path.mapping, "u"), *sides)
+
+
+def _sides(places: Floats) -> Floats:
+    """Values that occur, without those that rounding made."""
+    sorted_places = np.unique(places)
+    return np.asarray(sorted_places[np.concatenate([[True], np.diff(sorted_places) > SAME])])
+
+
+def _cells(square: Square, a: Floats, b: Floats) -> Floats:
+    """Area of each cell of a lattice, column by column: Gauss in each."""
+    per_cell = int(np.clip(SIDE // max(a.size, b.size), 1, GAUSS))
+    (pa, wa), (pb, wb) = (gauss(_edges(side), per_cell) for side in (a, b))
+    areas = np.empty((a.size, b.size))
+    for k in range(a.size):
+        here = slice(k * per_cell, (k + 1) * per_cell)
+        by_a, by_b = square.tangents(pa[here, None], pb)
+        density = area_between(by_a, by_b) * wa[here, None] * wb
+        areas[k] = density.sum(axis=0).reshape(-1, per_cell).sum(axis=1)
+    return areas.ravel()
+
+
+def _edges(places: Floats) -> Floats:
+    """Edges in [0, 1] of the cells around places."""
+    return np.concatenate([[0.0], (places[1:] + places[:-1]) / 2, [1.0]])
+
+
+def _strips(path: Path) -> Floats | None:
+    """Area of each pass's strip; None where there are no two passes along one side."""
+    move = np.abs(np.diff(path.nodes, axis=0)).sum(axis=0)
+    along = "u" if move[0] >= move[1] else "v"
+    square = Square(path.surface, path.mapping, along)
+    s, weight = gauss(np.array([0.0, 1.0]), COLUMNS)
+    found = _passes(path.nodes if along == "u" else path.nodes[:, ::-1], s)
+    if found is None:
+        return None
+    passes = np.sort(found, axis=0)
+    edges = np.concatenate([np.zeros((1, s.size)), (passes[1:] + passes[:-1]) / 2, np.ones((1, s.size))])
+    c = with_middles(graded(square.breaks(1), INTERVALS))
+    by_s, by_c = square.tangents(s[:, None], c)
+    density = area_between(by_s, by_c)
+    below = [CubicSpline(c, row).antiderivative()(edge) for row, edge in zip(density, edges.T, strict=True)]
+    return np.asarray(np.diff(weight @ np.array(below)))
+
+
+def _passes(nodes: Floats, s: Floats) -> Floats | None:
+    """Places across (passes, k) at `s` (k,) of the parts of a path that run one way for more than half of the longest.
+
+    None where there are fewer than two, or one runs as far across.
+    """
+    way = np.sign(np.where(np.abs(np.diff(nodes[:, 0])) > SAME, np.diff(nodes[:, 0]), 0.0))
+    legs = np.flatnonzero(way)
+    parts = np.split(legs, np.flatnonzero(np.diff(way[legs])) + 1)
+    runs = [nodes[np.append(part, part[-1] + 1)] for part in parts]
+    longest = max(np.ptp(run[:, 0]) for run in runs)
+    found = [run[np.argsort(run[:, 0])] for run in runs if np.ptp(run[:, 0]) > longest / 2]
+    if len(found) < 2 or any(abs(run[-1, 1] - run[0, 1]) > SLANT * np.ptp(run[:, 0]) for run in found):
+        return None
+    return np.array([np.interp(s, run[:, 0], run[:, 1]) for run in found])

@@ -1,0 +1,60 @@
+"""Where a path crosses the knots of its surface: there its speed is not smooth, and integration is to begin anew."""
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.path._contact import jets
+from sdpgrind.finishing.path._mappings import Mapping
+from sdpgrind.finishing.path._samples import Ints
+from sdpgrind.finishing.surface._surface import Surface
+
+PLACES = np.linspace(0.0, 1.0, 5)
+"""Where on each piece the knot spans are looked up; two crossings between are left to finer intervals."""
+HALVINGS = 50
+LEAST = 1e-9
+"""Of a piece: no shorter interval."""
+
+
+def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple[Ints, Floats, Floats]:
+    """Cut the pieces at knots: number of the piece, first and last t of each interval."""
+    count = len(coefficients)
+    piece, t = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
+    uv = mapping.carried(jets(coefficients, piece, t))[:, 0].reshape(count, len(PLACES), 2)
+    found = [_crossed(mapping, coefficients, uv[..., axis], surface.breaks[axis][1:-1], axis) for axis in (0, 1)]
+    every = np.arange(count)
+    piece = np.concatenate([every, *(pieces for pieces, _ in found)])
+    first = np.concatenate([np.zeros(count), *(places for _, places in found)])
+    order = np.lexsort((first, piece))
+    piece, first = piece[order], first[order]
+    last = np.where(np.append(np.diff(piece) > 0, True), 1.0, np.append(first[1:], 1.0))
+    wide = last - first > LEAST
+    return piece[wide], first[wide], last[wide]
+
+
+def crossed(mapping: Mapping, coefficients: Floats, knots: Floats, axis: int) -> tuple[Ints, Floats]:
+    """Pieces and t at which a path goes through knots of u (axis 0) or v (1)."""
+    count = len(coefficients)
+    piece, t = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
+    places = mapping.carried(jets(coefficients, piece, t))[:, 0, axis].reshape(count, len(PLACES))
+    return _crossed(mapping, coefficients, places, knots, axis)
+
+
+def _crossed(mapping: Mapping, coefficients: Floats, places: Floats, knots: Floats, axis: int) -> tuple[Ints, Floats]:
+    """Pieces and t at which one parameter, (k, 5) at `PLACES`, goes through a knot."""
+    span = np.searchsorted(knots, places, side="right")
+    crossed = np.abs(np.diff(span, axis=1))
+    piece, interval = (np.repeat(index, crossed[crossed > 0]) for index in np.nonzero(crossed))
+    which = np.arange(len(piece)) - np.searchsorted(piece * len(PLACES) + interval, piece * len(PLACES) + interval)
+    knot = knots[np.minimum(span[piece, interval], span[piece, interval + 1]) + which]
+    return piece, _halved(mapping, coefficients, piece, PLACES[interval], knot, axis)
+
+
+def _halved(mapping: Mapping, coefficients: Floats, piece: Ints, begin: Floats, knot: Floats, axis: int) -> Floats:
+    """Where from `begin` on, within a quarter of a piece, a parameter is on the other side of its knot."""
+    low, high = begin, begin + PLACES[1]
+    side = mapping.carried(jets(coefficients, piece, low))[:, 0, axis] < knot
+    for _ in range(HALVINGS if len(piece) else 0):
+        middle = 0.5 * (low + high)
+        same = (mapping.carried(jets(coefficients, piece, middle))[:, 0, axis] < knot) == side
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return np.asarray(0.5 * (low + high))

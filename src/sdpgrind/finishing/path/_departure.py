@@ -1,0 +1,62 @@
+"""How far a blend and the corner that it rounds are apart."""
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.path import _contact as contact
+from sdpgrind.finishing.path._mappings import Mapping
+from sdpgrind.finishing.path._samples import Ints
+from sdpgrind.finishing.surface._surface import Surface
+
+NEAR = np.linspace(0.1, 0.9, 41)
+"""Where on a blend its distance from the corner is measured."""
+ON_BLEND, ON_ARM = np.linspace(0.0, 1.0, 21), np.linspace(0.0, 1.0, 17)
+"""Places on a blend and on an arm between which they count as straight."""
+BLOCK = 512
+"""Corners that are measured at once."""
+
+
+def departures(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, blends: Floats) -> Floats:
+    """Greatest distances (c,) between blends (c, 6, 2) and the arms (2, c), shares of the legs at corners `at`, mm."""
+    out = np.empty(len(at))
+    for first in range(0, len(at), BLOCK):
+        here = slice(first, first + BLOCK)
+        out[here] = _block(surface, mapping, legs, at[here], arms[:, here], blends[here])
+    return out
+
+
+def _block(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, blends: Floats) -> Floats:
+    every = np.arange(len(at))
+    before = points(surface, mapping, legs, at - 1, 1.0 - arms[0][:, None] * ON_ARM[::-1])
+    after = points(surface, mapping, legs, at, arms[1][:, None] * ON_ARM)
+    blend = points(surface, mapping, blends, every, np.tile(ON_BLEND, (len(at), 1)))
+    near = points(surface, mapping, blends, every, np.tile(NEAR, (len(at), 1)))
+    corner = np.sqrt(least(((near - after[:, :1]) ** 2).sum(axis=-1)))
+    sharp = np.concatenate([before, after[:, 1:]], axis=1)
+    beside = np.delete(sharp, len(ON_ARM) - 1, axis=1)  # the corner is measured more finely
+    return np.asarray(np.maximum(corner, np.maximum(_furthest(blend, sharp), _furthest(beside, blend))))
+
+
+def points(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats) -> Floats:
+    """Points (c, m, 3) of pieces (c,) at t (c, m), mm."""
+    uv = mapping.carried(contact.jets(coefficients, np.repeat(piece, t.shape[1]), t.ravel()))[:, 0]
+    return surface.point(uv[:, 0], uv[:, 1]).reshape(*t.shape, 3)
+
+
+def _furthest(point: Floats, line: Floats) -> Floats:
+    """Greatest distance (c,) of points (c, m, 3) from polylines (c, k, 3)."""
+    start, leg = line[:, :-1], np.diff(line, axis=1)
+    offset = point[:, :, None] - start[:, None]
+    square = np.maximum((leg**2).sum(axis=-1), np.finfo(float).tiny)[:, None]
+    share = np.clip((offset * leg[:, None]).sum(axis=-1) / square, 0.0, 1.0)
+    rest = ((offset - share[..., None] * leg[:, None]) ** 2).sum(axis=-1)
+    return np.asarray(np.sqrt(rest.min(axis=2).max(axis=1)))
+
+
+def least(squares: Floats) -> Floats:
+    """Least of each row (c, m), by the parabola through it and its neighbours."""
+    row, at = np.arange(len(squares)), np.clip(squares.argmin(axis=1), 1, squares.shape[1] - 2)
+    low, middle, high = (squares[row, at + k] for k in (-1, 0, 1))
+    bend = np.maximum(low - 2 * middle + high, np.finfo(float).tiny)
+    least = np.minimum(squares.min(axis=1), middle - (high - low) ** 2 / (8 * bend))
+    return np.asarray(np.maximum(least, 0.0))

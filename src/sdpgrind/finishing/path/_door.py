@@ -1,0 +1,47 @@
+"""What a path may be made of, checked once."""
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.finishing.path._legs import turning
+
+
+def square_nodes(value: npt.ArrayLike) -> Floats:
+    """Nodes in the unit square, (n, 2), read-only, no two in a row the same."""
+    nodes = np.array(checks.finite_array("nodes", value))
+    if nodes.ndim != 2 or nodes.shape[1] != 2 or len(nodes) < 2:
+        raise ValueError(f"nodes must be of shape (n, 2) with n >= 2; got shape {nodes.shape}")
+    outside = np.flatnonzero(((nodes < 0) | (nodes > 1)).any(axis=1))
+    if len(outside):
+        raise checks.refuse(f"nodes[{outside[0]}]", "in the unit square", tuple(nodes[outside[0]].tolist()))
+    same = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1))
+    if len(same):
+        raise checks.refuse(f"nodes[{same[0] + 1}]", f"apart from nodes[{same[0]}]", tuple(nodes[same[0]].tolist()))
+    nodes.flags.writeable = False
+    return nodes
+
+
+def sharp_corners(value: npt.ArrayLike | None, nodes: Floats, smooth: bool) -> Bools | None:
+    """Which nodes are sharp, (n,), read-only; the ends are none. Straight legs must not turn elsewhere."""
+    if value is None:
+        return None
+    corners = np.array(value)
+    if corners.shape != (len(nodes),) or corners.dtype != bool:
+        raise ValueError(f"corners must be of shape ({len(nodes)},), true or false; got shape {corners.shape}, {corners.dtype}")
+    corners[[0, -1]] = False
+    missed = np.flatnonzero(turning(nodes) & ~corners)
+    if len(missed) and not smooth:
+        raise ValueError(f"corners[{missed[0]}] must be True, as straight legs turn there; or ask for smooth=True")
+    corners.flags.writeable = False
+    return corners
+
+
+def reached(value: npt.ArrayLike, total: float) -> Floats:
+    """Lengths (m,) from the start of a path, mm; rounding may step over its ends."""
+    lengths = np.atleast_1d(checks.finite_array("length", value, "mm"))
+    beyond = np.flatnonzero((lengths < -1e-9 * total) | (lengths > (1.0 + 1e-9) * total))
+    if len(beyond):
+        raise checks.refuse(f"length[{beyond[0]}]", f"in [0, {total:g}]", float(lengths[beyond[0]]), "mm")
+    return np.clip(lengths, 0.0, total)

@@ -1,0 +1,132 @@
+"""Hilbert curves: by the index of a node, by the strings of an L-system, and over a surface."""
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.finishing.path._hilbert_kernels import nodes_by_index
+from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.surface._surface import Surface
+
+Nodes = npt.NDArray[np.int32]
+ORDER_MAX = 12
+LONGEST = 8
+"""Order of the longest string, of 10^5 symbols."""
+_RULES = str.maketrans({"L": "+RF-LFL-FR+", "R": "-LF+RFR+FL-"})
+_PRINTED = str.maketrans({"L": "+F-F-F+", "R": "-F+F-F-"})
+_DRAWN = str.maketrans({"L": "", "R": ""})
+
+
+def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: bool = False) -> Path:
+    """Lay a Hilbert curve over a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        What is to be covered.
+    order : int
+        n, from 1 to 12: 2^n by 2^n nodes. The source counts from 0, a curve of 4 nodes: its order is one less.
+    mapping : {"equal_area", "parametric"}
+        How the unit square is laid on the surface: all cells of the same area, or by the parameters as they are (the source).
+    edge : bool
+        True: the outer nodes lie on the edge of the surface. False: each node lies in the middle of its cell.
+
+    Returns
+    -------
+    Path
+        Of pattern ``"hilbert<n>"``.
+
+    Raises
+    ------
+    ValueError
+        When the order is out of range.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> path = finishing.hilbert(finishing.flat_surface(8.0), 3, mapping="parametric")
+    >>> path.points[:3]  # mm
+    array([[0.5, 0.5, 0. ],
+           [0.5, 1.5, 0. ],
+           [1.5, 1.5, 0. ]])
+    >>> round(path.length, 9)  # mm: (2^3 - 2^-3) 8
+    63.0
+    """
+    places = hilbert_nodes(order)
+    cells = 2**order
+    nodes = places / (cells - 1.0) if edge else (places + 0.5) / cells
+    return Path(surface, nodes, mapping=mapping, pattern=f"hilbert{order}")
+
+
+def hilbert_nodes(order: int) -> Nodes:
+    """Return the nodes (4^n, 2) of a Hilbert curve, as whole number pairs from (0, 0) to (2^n - 1, 0), by their index.
+
+    Parameters
+    ----------
+    order : int
+        n, from 1 to 12.
+
+    Raises
+    ------
+    ValueError
+        When the order is out of range.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> finishing.hilbert_nodes(1).tolist()
+    [[0, 0], [0, 1], [1, 1], [1, 0]]
+    """
+    nodes = np.empty((4 ** _order(order, ORDER_MAX), 2), dtype=np.int32)
+    nodes_by_index(order, nodes)
+    return nodes
+
+
+def hilbert_lsystem(order: int, *, printed: bool = False) -> Nodes:
+    """Return the nodes (4^n, 2) of a Hilbert curve, steps of one unit, by the strings of an L-system, after Wang, section 3.
+
+    L becomes +RF-LFL-FR+, R becomes -LF+RFR+FL-; F is a step, - a quarter turn counter-clockwise, + clockwise; the first string
+    is L, which runs below the x axis and is mirrored here. L and R themselves draw nothing.
+
+    Parameters
+    ----------
+    order : int
+        n, from 1 to 8.
+    printed : bool
+        True: L and R draw +F-F-F+ and -F+F-F- after n - 1 substitutions, as the source has it. R is misprinted (-F+F+F- would
+        do), and the curve runs over itself.
+
+    Raises
+    ------
+    ValueError
+        When the order is out of range.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> finishing.hilbert_lsystem(1).tolist() == finishing.hilbert_nodes(1).tolist()
+    True
+    >>> nodes = finishing.hilbert_lsystem(2, printed=True).tolist()
+    >>> len(nodes), len(set(map(tuple, nodes)))
+    (16, 14)
+    """
+    text = "L"
+    for _ in range(_order(order, LONGEST) - printed):
+        text = text.translate(_RULES)
+    return _drawn(text.translate(_PRINTED if printed else _DRAWN))
+
+
+def _drawn(text: str) -> Nodes:
+    """Where the steps of a string lead, with y mirrored."""
+    symbols = np.frombuffer(text.encode(), dtype=np.uint8)
+    turns = np.cumsum((symbols == ord("+")).astype(int) - (symbols == ord("-")))  # + is clockwise, and mirrored it is not
+    heading = turns[symbols == ord("F")] % 4
+    steps = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])[heading]
+    return np.concatenate([np.zeros((1, 2), np.int32), np.cumsum(steps, axis=0, dtype=np.int32)])
+
+
+def _order(order: int, largest: int) -> int:
+    """Return the order of a curve, which must be in range."""
+    if checks.count("order", order) > largest:
+        raise checks.refuse("order", f"<= {largest}", order)
+    return order

@@ -1,0 +1,43 @@
+"""Maps of the unit square onto the parameters of a surface, for curves with their first two derivatives."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.path._equal_area import equal_area
+from sdpgrind.finishing.surface._creases import refuse_creases
+from sdpgrind.finishing.surface._surface import Surface
+
+MAPPINGS = ("parametric", "equal_area")
+
+
+class Mapping(Protocol):
+    """From curves in the unit square to curves in the parameters."""
+
+    def carried(self, jets: Floats) -> Floats:
+        """Places (a, b) with first and second derivatives by a curve's t, (m, 3, 2), as such of (u, v)."""
+
+
+@dataclass(frozen=True)
+class Parametric:
+    """The square is stretched onto the domain: the source's way."""
+
+    low: Floats
+    high: Floats
+
+    def carried(self, jets: Floats) -> Floats:
+        """Carry jets of (a, b) over into jets of (u, v)."""
+        image = jets * (self.high - self.low)
+        image[:, 0] = np.minimum(image[:, 0] + self.low, self.high)  # rounding may step over the end
+        return image
+
+
+def mapping_of(name: str, surface: Surface) -> Mapping:
+    """Return a mapping by its name."""
+    if name == "equal_area":
+        refuse_creases(surface, name)
+        return equal_area(surface)
+    low, high = np.transpose(surface.domain)
+    return Parametric(low, high)

@@ -1,0 +1,319 @@
+"""A tool path over a surface: nodes in the unit square, the legs between them, and what follows on the surface."""
+
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.finishing.path import _contact as contact
+from sdpgrind.finishing.path import _crossed_creases as crossed_creases
+from sdpgrind.finishing.path import _door as door
+from sdpgrind.finishing.path import _places as places
+from sdpgrind.finishing.path._arc_length import POINTS, ArcLength, arc_length
+from sdpgrind.finishing.path._blends import rounded
+from sdpgrind.finishing.path._crossings import intervals
+from sdpgrind.finishing.path._legs import Legs, legs, turning
+from sdpgrind.finishing.path._mappings import MAPPINGS, Mapping, mapping_of
+from sdpgrind.finishing.path._samples import Ints, PathSamples
+from sdpgrind.finishing.surface._creases import creases
+from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
+from sdpgrind.finishing.surface._surface import Surface
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing.path._metrics import PathMetrics
+
+STILL = 1e-12
+"""Share of the length of a path, or of the size of its surface, that is no leg."""
+BLEND = 0.05
+"""Deviation of a rounded corner, pitches, where none is given."""
+
+
+@stored("finishing.path")
+@dataclass(frozen=True, eq=False, repr=False)
+class Path(Frozen):
+    """A tool path over a surface, through nodes in the unit square: Wang, section 3.
+
+    Between its nodes the path is straight in the square, or a spline; the square is laid on the surface by a mapping, so that
+    direction and curvature along the path follow by the chain rule. At a sharp corner the direction of feed has two values:
+    both are kept, and never their mean. So it has wherever the path crosses a crease of the surface, where its tangents jump.
+
+    Parameters
+    ----------
+    surface : Surface
+        What the path lies on.
+    nodes : array (n, 2)
+        Places (a, b) in the unit square, no two in a row the same.
+    mapping : {"parametric", "equal_area"}
+        The square on the surface: a and b are u and v, stretched onto the domain; or u by the share of area up to it, and v by
+        the share along the line of that u, so that what is equal in the square is of equal area. Then no area may be zero inside.
+    pattern : str
+        Name of the pattern, ``"hilbert5"`` or ``"zigzag"``, of which a roughness model may know.
+    corners : array (n,) of bool, optional
+        Sharp nodes; the ends do not count. None: wherever straight legs turn, and nowhere on a smooth path.
+    smooth : bool
+        True: nodes between sharp corners are joined by a cubic spline in the square, with two continuous derivatives. False:
+        legs are straight there.
+    deviation : float
+        Where > 0, sharp corners are rounded by blends of continuous curvature, from which no point of the sharp path is further
+        than that, nor they from it, mm. A blend takes no more than about half of a leg between two corners, and then leaves the
+        corner by less. See `blended`.
+
+    Raises
+    ------
+    ValueError
+        When nodes are outside of the unit square or coincide, or a corner is missing. Later, when two nodes in a row coincide on
+        the surface, a spline leaves the square, the path comes to where the surface is torn, areas are to be equal on a surface
+        with a crease, or a corner is to be rounded that turns right back, or on a path that crosses a crease.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> path = finishing.Path(finishing.flat_surface(10.0), [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)])
+    >>> round(path.length, 9)  # mm
+    16.0
+    >>> path.sample(per_leg=1).tangent.round(9) + 0.0  # one before, one after the corner
+    array([[1., 0., 0.],
+           [1., 0., 0.],
+           [0., 1., 0.],
+           [0., 1., 0.]])
+    """
+
+    surface: Surface
+    nodes: Floats
+    _: KW_ONLY
+    mapping: str = "parametric"
+    pattern: str = "path"
+    corners: Bools | None = None
+    smooth: bool = False
+    deviation: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.kind("surface", self.surface, Surface)
+        checks.one_of("mapping", self.mapping, MAPPINGS)
+        checks.kind("pattern", self.pattern, str)
+        nodes = door.square_nodes(self.nodes)
+        object.__setattr__(self, "nodes", nodes)
+        object.__setattr__(self, "corners", door.sharp_corners(self.corners, nodes, self.smooth))
+        object.__setattr__(self, "deviation", checks.nonnegative("deviation", self.deviation, "mm"))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Path) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __repr__(self) -> str:
+        rounded = f", corners rounded by {self.deviation:.3g} mm" if self.deviation else ""
+        even = ", equal areas" if self.mapping == "equal_area" else ""
+        return f"Path({self.pattern}{even}, {len(self.nodes)} nodes, {self.length:.4g} mm{rounded}, on {self.surface!r})"
+
+    @property
+    def _key(self) -> tuple[Any, ...]:
+        corners = None if self.corners is None else self.corners.tobytes()
+        return self.surface, self.nodes.tobytes(), self.mapping, self.pattern, corners, self.smooth, self.deviation
+
+    @cached_property
+    def _turns(self) -> Bools:
+        """Which nodes are corners before any is rounded."""
+        own = self.corners
+        if own is None:
+            own = np.zeros(len(self.nodes), bool) if self.smooth else turning(self.nodes)
+        if not creases(self.surface):
+            return own
+        return own | crossed_creases.corners(self.surface, self._mapping, legs(self.nodes, own, self.smooth))
+
+    @cached_property
+    def _legs(self) -> Legs:
+        """Pieces of the path in the square."""
+        sharp = legs(self.nodes, self._turns, self.smooth)
+        if creases(self.surface):
+            crossed_creases.refuse_rounding(self.surface, self._mapping, sharp, self.deviation)
+            sharp = crossed_creases.cut(self.surface, self._mapping, sharp)
+        if self.deviation == 0 or not self._turns.any():
+            return sharp
+        return rounded(self.surface, self._mapping, sharp, self._turns, self.deviation)
+
+    @cached_property
+    def _mapping(self) -> Mapping:
+        return mapping_of(self.mapping, self.surface)
+
+    @cached_property
+    def _moved(self) -> Floats:
+        """Parameters at the nodes with their derivatives by t, (k, 3, 2); both at a sharp corner."""
+        own = self._legs
+        return self._mapping.carried(contact.jets(own.coefficients, own.at_piece, own.at_t))
+
+    @cached_property
+    def _there(self) -> SurfaceDerivatives:
+        """The surface at the nodes."""
+        uv = self.uv
+        return self.surface.derivatives(uv[:, 0], uv[:, 1])
+
+    @cached_property
+    def _arc(self) -> ArcLength:
+        """Length by piece and t."""
+        own = self._legs
+        cut = intervals(self.surface, self._mapping, own.coefficients)
+        found = arc_length(self._speed, *cut, POINTS[own.coefficients.shape[1] == 2], self.surface.size)
+        still = np.flatnonzero(found.pieces(len(own.run)) <= STILL * max(found.total, self.surface.size))
+        if len(still):
+            u, v = self._mapping.carried(contact.jets(own.coefficients, still[:1], np.zeros(1)))[0, 0]
+            raise ValueError(
+                f"nodes must be apart on the surface; leg {still[0]}, from (u, v) = ({u:.6g}, {v:.6g}), has no length"
+            )
+        return found
+
+    def _speed(self, piece: Ints, t: Floats) -> Floats:
+        return contact.speed(self.surface, self._mapping, self._legs.coefficients, piece, t)
+
+    @property
+    def uv(self) -> Floats:
+        """Parameters at the nodes, (n, 2), in units of the surface; a rounded corner counts at the middle of its blend."""
+        first = np.searchsorted(self._legs.at_node, np.arange(len(self.nodes)))
+        return np.ascontiguousarray(self._moved[first, 0])
+
+    @property
+    def points(self) -> Floats:
+        """Nodes on the surface, (n, 3), mm."""
+        return self._there.point
+
+    @property
+    def length(self) -> float:
+        """Length on the surface, mm."""
+        return self._arc.total
+
+    @property
+    def pitch(self) -> float:
+        """Mean distance of neighbouring passes: area over length, mm. The source gives that of its zigzag alone, 0.2 mm."""
+        return self.surface.area / self.length
+
+    @property
+    def runs(self) -> Ints:
+        """First and last node of each smooth run between sharp corners, (r, 2); creases crossed between nodes do not count."""
+        sharp = np.flatnonzero(np.diff(self._legs.at_node) == 0)
+        ends = np.concatenate([[0], self._legs.at_node[sharp], [len(self.nodes) - 1]])
+        return np.stack([ends[:-1], ends[1:]], axis=1)
+
+    def derivatives(self) -> SurfaceDerivatives:
+        """Return the surface's points with derivatives by u and v at the nodes, each (n, 3), mm a unit of the parameters."""
+        return self._there
+
+    def frames(self) -> Floats:
+        """Return contact frames (k, 4, 4) at the nodes, in the surface's frame, mm.
+
+        x is the direction of feed t, z the outward normal n, y = n x t. There are two at a sharp corner: before and after.
+        """
+        at_node = self._legs.at_node
+        there, place = self._there, at_node
+        if creases(self.surface):  # both sides of one
+            there, place = self.surface.derivatives(*self._moved[:, 0].T), np.arange(len(at_node))
+        found = contact.contact(self.surface, self._moved, there, place)
+        return contact.frames(self.points, at_node, found.tangent, found.normal)
+
+    def sample(self, step: float | None = None, per_leg: int = 8) -> PathSamples:
+        """Return what is known of the path at places along it, both sides of a sharp corner among them.
+
+        Parameters
+        ----------
+        step : float, optional
+            Greatest length between neighbours, mm: each run is cut evenly. None: by legs.
+        per_leg : int
+            Parts into which each leg and each blend is cut.
+
+        Raises
+        ------
+        ValueError
+            When one is not > 0.
+        """
+        if step is None:
+            return self._sampled(*places.by_legs(self._legs.run, checks.count("per_leg", per_leg)))
+        return self._sampled(*places.by_length(self._legs.run, self._arc, checks.positive("step", step, "mm")))
+
+    def at(self, length: npt.ArrayLike) -> PathSamples:
+        """Return what is known of the path at lengths (m,) from its start, mm; at a sharp corner, of what follows it.
+
+        Raises
+        ------
+        ValueError
+            When a length is not on the path.
+        """
+        return self._sampled(*self._arc.places(door.reached(length, self.length)))
+
+    def _sampled(self, piece: Ints, t: Floats) -> PathSamples:
+        moved = self._mapping.carried(contact.jets(self._legs.coefficients, piece, t))
+        there = self.surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
+        found = contact.contact(self.surface, moved, there, np.arange(len(t)))
+        length, uv = self._arc.at(piece, t), np.ascontiguousarray(moved[:, 0])
+        return PathSamples(self._legs.run[piece], length, uv, there.point, found.tangent, found.curvature_vector, found.normal)
+
+    def resampled(self, step: float) -> Self:
+        """Return the path with nodes at even distances of at most `step` (mm) in each run; its sharp corners stay nodes.
+
+        Straight legs stay where they are. A smooth path, and one with rounded corners, becomes a spline through nodes on it.
+
+        Raises
+        ------
+        ValueError
+            When the step is not > 0.
+        """
+        run = self._legs.run
+        piece, t = places.by_length(run, self._arc, checks.positive("step", step, "mm"))
+        first = np.append(True, np.diff(run[piece]) == 0)
+        nodes = contact.jets(self._legs.coefficients, piece[first], t[first])[:, 0]
+        corners = np.append(np.diff(run[piece]) > 0, False)[first]
+        return self.replace(nodes=nodes, corners=corners, smooth=self.smooth or self.deviation > 0, deviation=0.0)
+
+    def reversed(self) -> Self:
+        """Return the path with its nodes in the unit square from its end to its start."""
+        return self.replace(nodes=self.nodes[::-1], corners=None if self.corners is None else self.corners[::-1])
+
+    def blended(self, deviation: float | None = None) -> Self:
+        """Return the path with its corners rounded, so that it is left by at most `deviation`, mm; None: 0.05 pitch.
+
+        Raises
+        ------
+        ValueError
+            When the deviation is not > 0. Later, when a corner cannot be rounded so, or the path crosses a crease.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing
+        >>> path = finishing.hilbert(finishing.flat_surface(8.0), 3)
+        >>> len(path.runs), len(path.blended().runs)
+        (51, 1)
+        """
+        return self.replace(deviation=BLEND * self.pitch if deviation is None else checks.positive("deviation", deviation, "mm"))
+
+    def metrics(
+        self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None
+    ) -> "PathMetrics":
+        """Return what the path is worth: lengths, steps, areas, coverage and gaps, with the sampling used.
+
+        Parameters
+        ----------
+        footprint_radius : float
+            Straight-line distance from the path up to which the tool works, mm; see `ball_footprint`.
+        surface_step, path_step : float, optional
+            Sampling of surface and path, mm; None: 1/10 and 1/20 of the radius. Both are no more than 1/4 and 1/20 of the
+            pitch; those used are told.
+
+        Raises
+        ------
+        ValueError
+            When one is not > 0, or asks for more than 30 million samples.
+        """
+        from sdpgrind.finishing.path._metrics import metrics
+
+        return metrics(self, footprint_radius, surface_step, path_step)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the path on its surface in three dimensions, mm, in the axes `ax` if they are given."""
+        from sdpgrind.finishing.path._picture import plot
+
+        return plot(self, ax)

@@ -1,0 +1,72 @@
+"""The unit square seen along its passes: s along them, c across."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.path._mappings import Mapping, mapping_of
+from sdpgrind.finishing.path._spacing import INTERVALS, ROWS, Gaps, gaps_of, graded, with_middles
+from sdpgrind.finishing.surface._creases import creases
+from sdpgrind.finishing.surface._surface import Surface
+
+BEFORE = 1e-12
+"""A crease, in the square."""
+
+
+@dataclass(frozen=True)
+class Square:
+    """A surface over the unit square by a `mapping`, with passes `along` u or v."""
+
+    surface: Surface
+    mapping: str
+    along: str
+
+    @cached_property
+    def _mapping(self) -> Mapping:
+        return mapping_of(self.mapping, self.surface)
+
+    def nodes(self, s: Floats, c: Floats) -> Floats:
+        """Places (..., 2) in the square."""
+        pair = np.broadcast_arrays(s, c)
+        return np.stack(pair if self.along == "u" else pair[::-1], axis=-1)
+
+    def tangents(self, s: Floats, c: Floats) -> tuple[Floats, Floats]:
+        """Derivatives Q_s, Q_c (..., 3) on the surface, mm."""
+        places = self.nodes(s, c)
+        by_s, by_c = (self._derivatives(places, 0 if (self.along == "u") == first else 1) for first in (True, False))
+        return by_s, by_c
+
+    def _derivatives(self, places: Floats, which: int) -> Floats:
+        """Derivative of the surface's points by a (0) or b (1)."""
+        flat = places.reshape(-1, 2)
+        jets = np.zeros((flat.shape[0], 3, 2))
+        jets[:, 0], jets[:, 1, which] = flat, 1.0
+        carried = self._mapping.carried(jets)
+        there = self.surface.derivatives(carried[:, 0, 0], carried[:, 0, 1])
+        found = carried[:, 1, :1] * there.u + carried[:, 1, 1:] * there.v
+        return np.asarray(found.reshape(*places.shape[:-1], 3))
+
+    def gaps(self, across: bool = True) -> Gaps:
+        """Gaps of lines of constant c, or of those of constant s."""
+        first, second = (self._both_sides(side) for side in ((0, 1) if across else (1, 0)))
+        rows, places = graded(first, ROWS - 1), with_middles(graded(second, INTERVALS))
+        if across:
+            return gaps_of(*self.tangents(rows[:, None], places), places)
+        by_s, by_c = self.tangents(places, rows[:, None])
+        return gaps_of(by_c, by_s, places)
+
+    def _both_sides(self, side: int) -> Floats:
+        """The same with a place just before each crease: derivatives at a knot are those behind it."""
+        axis = side if self.along == "u" else 1 - side
+        low, high = self.surface.domain[axis]
+        places = [(each.place - low) / (high - low) - BEFORE for each in creases(self.surface) if each.axis == axis]
+        return np.sort(np.concatenate([self.breaks(side), places]))
+
+    def breaks(self, side: int) -> Floats:
+        """Knots on the side of s (0) or of c (1), scaled to the unit square; of equal_area just its ends."""
+        if self.mapping != "parametric":
+            return np.array([0.0, 1.0])
+        knots = self.surface.breaks[side if self.along == "u" else 1 - side]
+        return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))

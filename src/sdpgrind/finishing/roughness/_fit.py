@@ -1,0 +1,171 @@
+"""From readings of roughness back to the model, and how well it predicts runs that it has not seen."""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind import identify
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.roughness._terms import NAMES, checked_patterns, design
+from sdpgrind.finishing.study._study import Study
+from sdpgrind.identify import Estimate
+
+_SETTINGS = {"tool_diameter": "mm", "normal_force": "N"}
+
+
+def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -> Estimate:
+    """Estimate the coefficients of `RoughnessModel` from finished parts.
+
+    Parameters
+    ----------
+    data : Study or mapping of arrays
+        A study with the factors pattern, tool_diameter (mm) and normal_force (N), its readings in mm; or these factors and
+        roughness_ra (mm) as arrays of one length.
+    throw : bool
+        Raise when the data do not determine the coefficients; else the status says so.
+
+    Returns
+    -------
+    Estimate
+        The six coefficients and residual_sd, unit 1: what `RoughnessModel.updated` takes.
+
+    Raises
+    ------
+    ValueError
+        For missing or bad readings, fewer than 7, or (with `throw`) readings that do not determine all coefficients.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> estimate = identify_roughness(fin.Study.published("wang-2001"))
+    >>> round(estimate["tool_exponent"], 4), round(estimate["residual_sd"], 5)
+    (-0.902, 0.06737)
+    """
+    rows, target = _system(data)
+    if target.size <= len(NAMES):
+        raise ValueError(f"data must hold {len(NAMES) + 1} readings or more for {len(NAMES)} coefficients; got {target.size}")
+    found = identify.least_squares(rows, target, names=NAMES, throw=throw)
+    left = target - rows @ found.value
+    sd = float(np.sqrt(left @ left / found.freedom))
+    covariance = np.zeros((len(NAMES) + 1, len(NAMES) + 1))
+    covariance[:-1, :-1] = found.covariance
+    covariance[-1, -1] = sd**2 / (2 * found.freedom)  # of large samples of normal scatter
+    message = f"from {target.size} readings" if found.ok else found.message
+    return Estimate((*NAMES, "residual_sd"), np.append(found.value, sd), covariance, found.status, message, (), found.freedom)
+
+
+@cache
+def published_estimate() -> Estimate:
+    """The coefficients of the published experiment."""
+    return identify_roughness(Study.published("wang-2001"))
+
+
+def _system(data: Any) -> tuple[Floats, Floats]:
+    """Rows of the model and ln(R_a/µm)."""
+    arrays = _of_study(data) if isinstance(data, Study) else _of_mapping(data)
+    rough = arrays["roughness_ra"]
+    if np.any(rough <= 0) or np.any(rough >= 1):
+        worst = rough[(rough <= 0) | (rough >= 1)][0]
+        raise checks.refuse("roughness_ra", "in (0, 1); units.um(...) for micrometres", float(worst), "mm")
+    return design(arrays["pattern"], arrays["tool_diameter"], arrays["normal_force"]), np.log(1e3 * rough)
+
+
+def _of_study(study: Study) -> dict[str, npt.NDArray[Any]]:
+    if study.unit != "mm":
+        raise ValueError(f"the study must be of readings in mm; got the unit {study.unit!r}")
+    readings, repeats = study.readings.ravel(), study.readings.shape[1]
+    there = ~np.isnan(readings)
+    settings = {name: np.repeat(values, repeats)[there] for name, values in study.settings.items()}
+    return _of_mapping(settings | {"roughness_ra": readings[there]})
+
+
+def _of_mapping(data: Any) -> dict[str, npt.NDArray[Any]]:
+    if not isinstance(data, Mapping):
+        raise TypeError(f"data must be a Study or a mapping of arrays; got {checks.shown(data)}")
+    for name in ("pattern", *_SETTINGS, "roughness_ra"):
+        if name not in data:
+            raise ValueError(f"data must hold {name}; got {', '.join(map(str, data))}")
+    patterns = np.ravel(checked_patterns(data["pattern"]))
+    arrays: dict[str, npt.NDArray[Any]] = {"pattern": patterns}
+    for name, unit in (*_SETTINGS.items(), ("roughness_ra", "mm")):
+        arrays[name] = np.ravel(checks.finite_array(name, data[name], unit))
+        if arrays[name].size != patterns.size:
+            raise ValueError(f"{name} must have {patterns.size} entries, as pattern has; got {arrays[name].size}")
+    for name, unit in _SETTINGS.items():
+        if np.any(arrays[name] <= 0):
+            raise checks.refuse(name, "> 0", float(arrays[name].min()), unit)
+    return arrays
+
+
+class LeaveOneOut(NamedTuple):
+    """How well a model predicts each run from the others.
+
+    Attributes
+    ----------
+    q_squared : float
+        Share of the variance of ln R_a that is predicted, unit 1.
+    rms_log : float
+        Root mean square error of ln R_a, unit 1.
+    rms : float
+        Root mean square error of R_a, mm.
+    mean_error, worst_error : float
+        Mean and greatest error over the prediction, unit 1.
+    worst_of_reading : float
+        Greatest error over the reading, unit 1.
+    """
+
+    q_squared: float
+    rms_log: float
+    rms: float
+    mean_error: float
+    worst_error: float
+    worst_of_reading: float
+
+
+def leave_one_out(data: Study | Mapping[str, Any]) -> LeaveOneOut:
+    """Predict each reading (its median, mm) from all others by a model fitted without it.
+
+    Parameters
+    ----------
+    data : Study or mapping of arrays
+        As for `identify_roughness`; at least 8 readings.
+
+    Returns
+    -------
+    LeaveOneOut
+        Errors in unit 1 and mm.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> found = fin.leave_one_out(fin.Study.published("wang-2001"))
+    >>> round(found.q_squared, 3), round(1e3 * found.rms, 3)  # 1, µm
+    (0.918, 0.481)
+    """
+    return left_out(*_system(data))
+
+
+def left_out(rows: Floats, target: Floats) -> LeaveOneOut:
+    """Errors of leaving out one row at a time, from the residuals and the leverages; target ln(R_a/µm)."""
+    q, _ = np.linalg.qr(rows)
+    residual, leverage = target - q @ (q.T @ target), np.sum(q**2, axis=1)
+    if np.any(leverage > 1 - 1e-9):
+        raise ValueError(
+            f"data must determine the model without each reading; not so without reading {int(np.argmax(leverage)) + 1}"
+        )
+    error = residual / (1 - leverage)
+    q_squared = 1 - float(error @ error) / float(np.sum((target - target.mean()) ** 2))
+    read, predicted = 1e-3 * np.exp(target), 1e-3 * np.exp(target - error)
+    off = np.abs(read - predicted)
+    return LeaveOneOut(
+        q_squared,
+        float(np.sqrt(np.mean(error**2))),
+        float(np.sqrt(np.mean(off**2))),
+        float(np.mean(off / predicted)),
+        float(np.max(off / predicted)),
+        float(np.max(off / read)),
+    )

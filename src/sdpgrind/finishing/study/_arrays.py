@@ -1,0 +1,132 @@
+"""Orthogonal arrays: in any two columns, each pair of levels comes equally often."""
+
+import dataclasses
+from functools import cached_property
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.stored import stored
+from sdpgrind.finishing.study._array_tables import TABLES, Table
+
+
+@stored("finishing.array")
+@dataclasses.dataclass(frozen=True, repr=False)
+class OrthogonalArray:
+    """An orthogonal array of strength 2: which level each column has in each run.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    table : array_like of whole numbers, shape (runs, columns)
+        Levels, counted from 0 in each column; whole numbers, no unit.
+
+    Raises
+    ------
+    ValueError
+        When a column has one level only or leaves one out, or two columns are not balanced against each other.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> array = fin.orthogonal_array("L18")
+    >>> array.runs, array.levels
+    (18, (2, 3, 3, 3, 3, 3, 3, 3))
+    >>> array
+    OrthogonalArray(L18(2^1 3^7): 18 runs, 8 columns)
+    """
+
+    name: str
+    table: npt.ArrayLike
+
+    def __post_init__(self) -> None:
+        table = _whole_numbers(self.table)
+        object.__setattr__(self, "table", tuple(map(tuple, table.tolist())))
+        for k, column in enumerate(table.T, start=1):
+            if column.min() != 0 or set(column.tolist()) != set(range(max(2, int(column.max()) + 1))):
+                raise ValueError(
+                    f"column {k} must have two or more levels, 0, 1, ... in full; got {sorted(set(column.tolist()))}"
+                )
+        pairs = unbalanced(table)
+        if pairs:
+            raise ValueError(
+                f"the array must be orthogonal, each pair of levels of two columns equally often; {self.name!r} is not in"
+                f" columns {pairs[0][0]} and {pairs[0][1]}, one of {len(pairs)} pairs: Study.of_runs takes any runs"
+            )
+
+    @cached_property
+    def matrix(self) -> Table:
+        """The table as an array, shape (runs, columns), each entry a whole number."""
+        matrix = np.array(self.table)
+        matrix.flags.writeable = False
+        return matrix
+
+    @property
+    def runs(self) -> int:
+        """Number of runs, a whole number."""
+        return int(self.matrix.shape[0])
+
+    @property
+    def levels(self) -> tuple[int, ...]:
+        """Number of levels of each column, each a whole number."""
+        return tuple(int(n) + 1 for n in self.matrix.max(axis=0))
+
+    def __repr__(self) -> str:
+        return f"OrthogonalArray({self.name}: {self.runs} runs, {len(self.levels)} columns)"
+
+
+def orthogonal_array(name: str) -> OrthogonalArray:
+    """Return a well-known orthogonal array, its runs and columns in Taguchi's order.
+
+    Parameters
+    ----------
+    name : str
+        Of: L4, L8, L9, L12, L16, L18, L27, L36; or in full: "L16(2^15)" (what "L16" means), "L16(4^5)", "L36(2^11 3^12)"
+        (what "L36" means), "L36(2^3 3^13)", and so on. The number is that of the runs, a whole number.
+
+    Returns
+    -------
+    OrthogonalArray
+        L4 to L9, L16 and L27 have columns that interactions of two others fall into whole; L12, L18 and L36 spread them over
+        many, but for columns 2, 4 and 5 of the L18, each of which the interaction of the other two makes whole.
+
+    Raises
+    ------
+    ValueError
+        When there is no such array.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> fin.orthogonal_array("L4").matrix.tolist()
+    [[0, 0, 0], [0, 1, 1], [1, 0, 1], [1, 1, 0]]
+    """
+    known: dict[str, str] = {}
+    for full in TABLES:
+        known.setdefault(full.partition("(")[0], full)
+    known |= {full: full for full in TABLES}
+    full = known[checks.one_of("name", name, known)]
+    return OrthogonalArray(full, TABLES[full]())
+
+
+def unbalanced(table: Table) -> list[tuple[int, int]]:
+    """Pairs of columns (from 1) in which some pair of levels comes more often than another."""
+    return [(i + 1, j + 1) for i, j in combinations(range(table.shape[1]), 2) if not _balanced(table[:, i], table[:, j])]
+
+
+def _balanced(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> bool:
+    cells = np.bincount(one * (other.max() + 1) + other, minlength=int((one.max() + 1) * (other.max() + 1)))
+    return bool(np.all(cells == cells[0]))
+
+
+def _whole_numbers(table: Any) -> Table:
+    array = checks.finite_array("table", table)
+    if array.ndim != 2 or array.shape[0] < 2 or array.shape[1] < 1:
+        raise ValueError(f"table must be of shape (runs, columns) with two runs or more; got {array.shape}")
+    if np.any(array != np.round(array)) or np.any(array < 0):
+        raise ValueError("table must hold levels counted from 0, whole numbers; got others")
+    return array.astype(np.int64)

@@ -1,0 +1,220 @@
+"""Further runs worth making: where, between and at the ends of the levels, the best may lie.
+
+On a quadratic b x + c x^2 with c < 0 the best is at x = -b/(2c): below any place where the slope b + 2 c x is negative. So
+Student's law of the slope tells with which probability the best lies below a place (Fieller); n further runs are put at the
+middles of n parts that are equally likely to hold it. Levels that the data cannot tell from the best are tried in its place.
+"""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from itertools import combinations, islice, product
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import stdtrit
+
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.finishing.study._best import Best, best
+from sdpgrind.finishing.study._pooling import Pool
+from sdpgrind.finishing.study._reading import law_of_a_reading
+from sdpgrind.finishing.study._settings import Level
+from sdpgrind.finishing.study._surface_fit import Axis, SurfaceFit, surface_fit
+from sdpgrind.finishing.study._texts import amount, level
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing.study._observations import Observations
+
+
+@dataclasses.dataclass(frozen=True)
+class NextRun:
+    """One further run.
+
+    Attributes
+    ----------
+    settings : mapping of str to level
+        Each factor's level, in its own unit; factors without an effect are left out.
+    mean, sd : float
+        Of its ratio over as many readings as each run of the study has, dB, the uncertainty of the surface included.
+    law : sdp.Law
+        What one reading should be: log-normal in the unit of the response where smaller or larger is better, its scatter that of
+        readings within runs too. For other ratios normal, of the ratio in dB.
+    why : str
+        What it is for.
+    """
+
+    settings: dict[str, Level]
+    mean: float
+    sd: float
+    law: sdp.Law
+    why: str
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class NextRuns(Sequence[NextRun]):
+    """Further runs, and what the surface says besides.
+
+    Attributes
+    ----------
+    runs : tuple of NextRun
+        The runs; each mean in dB.
+    gain : float
+        By how much the best of the surface is above the best combination of levels, dB.
+    notes : tuple of str
+        What else there is to know: factors that are best at an end of their range; why there are fewer runs than asked for.
+    unit : str
+        That of the response.
+    """
+
+    runs: tuple[NextRun, ...]
+    gain: float
+    notes: tuple[str, ...]
+    unit: str
+
+    @overload
+    def __getitem__(self, index: int) -> NextRun: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[NextRun]: ...
+    def __getitem__(self, index: int | slice) -> NextRun | Sequence[NextRun]:
+        """Return a run (its mean in dB), or some."""
+        return self.runs[index]
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    def __iter__(self) -> Iterator[NextRun]:
+        return iter(self.runs)
+
+    def __repr__(self) -> str:
+        lines = []
+        for run in self.runs:
+            where = ", ".join(f"{name} {_short(value)}" for name, value in run.settings.items())
+            unit = self.unit if isinstance(run.law, sdp.LogNormal) else "dB"
+            lines.append(f"{where}: {amount(float(run.law.mean), unit)} +- {amount(float(run.law.sd), unit)}; {run.why}")
+        promise = [f"the surface promises {self.gain:.2f} dB over the best levels"] if lines else []
+        return "\n".join([*lines, *promise, *self.notes])
+
+
+def _short(value: Level) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else level(value)
+
+
+def next_runs(study: "Observations", number: int, pool: Pool) -> NextRuns:
+    """Further runs of a study; see `Study.next_runs`."""
+    number = checks.count("number", number)
+    if study.interactions:
+        raise ValueError("next_runs must be asked of a study without interactions: its surface has none")
+    found, fit = best(study, pool, 0.05), surface_fit(study, pool)
+    inside = [axis for axis in fit.axes if _peak(fit, axis) is not None]
+    tops = {axis.factor: _top(fit, axis, found[axis.factor]) for axis in fit.axes}
+    if not fit.axes:
+        return NextRuns((), 0.0, ("no factor shows an effect: no further run is worth more than another",), study.unit)
+    swaps = [swap for axis in fit.axes if axis not in inside for swap in _swaps(study, fit, axis, tops, found)]
+    settings = _settings(fit, inside, list(islice(_tried(tops, swaps), number)), number)
+    runs = [_run(study, fit, at, inside, tops) for at in settings]
+    gain = fit.law(tops)[0] - fit.law({axis.factor: found[axis.factor] for axis in fit.axes})[0]
+    notes = tuple(note for axis in fit.axes if axis not in inside for note in _at_the_end(axis, tops[axis.factor]))
+    if len(runs) < number:
+        notes = (*notes, f"{len(runs)} of {number} runs: no other levels are as good, as far as the data say")
+    return NextRuns(tuple(runs), gain, notes, study.unit)
+
+
+def _swaps(study: "Observations", fit: SurfaceFit, axis: Axis, tops: dict[str, Level], found: Best) -> list[tuple[str, Level]]:
+    """Other levels of a factor that may be as good as its best, the most promising first."""
+    name = axis.factor
+    ties = {found[name], *(tie.level for tie in found.ties if tie.factor == name)}
+    levels = [at for at in study.levels(name) if at != tops[name] and (name in found.arbitrary or at in ties)]
+    return [(name, at) for at in sorted(levels, key=lambda at: -fit.law({**tops, name: at})[0])]
+
+
+def _tried(tops: dict[str, Level], swaps: list[tuple[str, Level]]) -> Iterator[dict[str, Level]]:
+    """The best levels, then with one of them swapped, then with two, and so on."""
+    for count in range(len(tops) + 1):
+        for chosen in combinations(swaps, count):
+            if len(dict(chosen)) == count:
+                yield tops | dict(chosen)
+
+
+def _settings(fit: SurfaceFit, inside: list[Axis], tried: list[dict[str, Level]], number: int) -> list[dict[str, Level]]:
+    """At most so many settings, no two alike: first each part of a peak once, then other pairs of levels and parts."""
+    found: list[dict[str, Level]] = []
+    for k, part in [(k % len(tried), k) for k in range(number)] + list(product(range(len(tried)), range(number))):
+        peaks: dict[str, Level] = {axis.factor: _placed(fit, axis, _part(part, j, number)) for j, axis in enumerate(inside)}
+        if len(found) < number and tried[k] | peaks not in found:
+            found.append(tried[k] | peaks)
+    return found
+
+
+def _peak(fit: SurfaceFit, axis: Axis) -> float | None:
+    """Where a quadratic is highest between the ends (coordinate); None without."""
+    if axis.degree < 2:
+        return None
+    k = fit.position(axis)
+    b, c = fit.estimate.value[k : k + 2]
+    return None if c >= 0 or abs(b) >= -2 * c else float(-b / (2 * c))
+
+
+def _top(fit: SurfaceFit, axis: Axis, best_level: Level) -> Level:
+    """The best level of names; of numbers the peak, or the better end."""
+    if not axis.numeric:
+        return best_level
+    peak = _peak(fit, axis)
+    if peak is not None:
+        return axis.value(peak)
+    k = fit.position(axis)
+    slopes = fit.estimate.value[k : k + axis.degree]
+    ends = [float(sum(s * x ** (n + 1) for n, s in enumerate(slopes))) for x in (-1.0, 1.0)]
+    return axis.ends[int(np.argmax(ends))]
+
+
+def _part(run: int, axis: int, number: int) -> float:
+    """Middle of the part (1) that a run has of an axis; each part once, in another order on each axis."""
+    order = np.argsort((0.381966 * axis * np.arange(number)) % 1.0, kind="stable")
+    return (float(order[run]) + 0.5) / number
+
+
+def _placed(fit: SurfaceFit, axis: Axis, share: float) -> float:
+    """Below which place within the range the peak lies with this probability (1)."""
+    k = fit.position(axis)
+    value, covariance = fit.estimate.value[k : k + 2], fit.estimate.covariance[k : k + 2, k : k + 2]
+    reach = float(stdtrit(fit.estimate.freedom, share))
+
+    def excess(x: float) -> float:
+        row = np.array([1.0, 2 * x])
+        return float(-row @ value - reach * np.sqrt(row @ covariance @ row))
+
+    if excess(-1.0) >= 0:
+        return axis.value(-1.0)
+    return axis.value(1.0) if excess(1.0) <= 0 else axis.value(float(brentq(excess, -1.0, 1.0, xtol=1e-13)))
+
+
+def _run(
+    study: "Observations", fit: SurfaceFit, settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level]
+) -> NextRun:
+    mean, sd = fit.law(settings)
+    return NextRun(settings, mean, sd, law_of_a_reading(study, mean, sd), _why(settings, inside, tops))
+
+
+def _why(settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level]) -> str:
+    parts, peaks = [], {axis.factor for axis in inside}
+    for axis in inside:
+        value, top = float(settings[axis.factor]), float(tops[axis.factor])
+        if abs(value - top) <= 1e-9 * abs(top):
+            parts.append(f"{axis.factor} at the top of the surface: confirms it")
+        else:
+            parts.append(f"{axis.factor} {'below' if value < top else 'above'} the top {top:.4g}: where else the best may lie")
+    swapped = [
+        f"{name} {level(value)}: as good, as far as the data say"
+        for name, value in settings.items()
+        if name not in peaks and value != tops[name]
+    ]
+    return "; ".join([*parts, *swapped]) or "at the best levels: confirms them"
+
+
+def _at_the_end(axis: Axis, value: Level) -> list[str]:
+    """A number that is best where its range ends may be better beyond."""
+    if not axis.numeric:
+        return []
+    side = "greatest" if value == axis.ends[1] else "least"
+    return [f"{axis.factor} is best at {level(value)}, the {side} level tried: beyond it nothing is known"]

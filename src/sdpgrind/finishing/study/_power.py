@@ -1,0 +1,181 @@
+"""What a repetition of the whole study would find, how often: many are simulated and analysed at once."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import fdtri
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed, generator
+from sdpgrind.finishing.study._analysed import Analysed, analysed, present
+from sdpgrind.finishing.study._anova import anova, error_variance
+from sdpgrind.finishing.study._means import mean_rows
+from sdpgrind.finishing.study._pooling import Pool
+from sdpgrind.finishing.study._ratios import sn_ratio
+from sdpgrind.finishing.study._settings import Level, which
+from sdpgrind.finishing.study._texts import level, percent
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing.study._observations import Observations
+
+OFTEN = 0.05
+"""Share from which on it is worth telling that two levels change places."""
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Power:
+    """What repetitions of a study would find; shares of the simulated studies, unit 1.
+
+    Attributes
+    ----------
+    runs : int
+        Number of simulated studies.
+    significant : mapping of str to float
+        Share in which each effect has p < alpha.
+    without_effect : tuple of str
+        Effects that the simulated truth does not have: what is found of them is found wrongly. Empty with a model of one's own.
+    ranking : tuple of str
+        Effects by the sums of squares of the study itself, the greatest first.
+    ranking_returned : float
+        Share in which they come in this order again.
+    levels : mapping of str to tuple
+        Levels of each factor, in its own unit.
+    wins : mapping of str to array, (levels, levels)
+        Share in which the level of the row has a higher mean than that of the column.
+    best_returned : mapping of str to float
+        Share in which each factor's best level is that of the study.
+    alpha : float
+        Probability below which an effect counts as significant.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> found = fin.Study.published("wang-2001").power(rng=0)
+    >>> 0.25 < found.beats("normal_force", 1.667, 1.111) < 0.45
+    True
+    """
+
+    runs: int
+    significant: dict[str, float]
+    without_effect: tuple[str, ...]
+    ranking: tuple[str, ...]
+    ranking_returned: float
+    levels: dict[str, tuple[Level, ...]]
+    wins: dict[str, Floats]
+    best_returned: dict[str, float]
+    alpha: float
+
+    def beats(self, factor: str, one: Level, other: Level) -> float:
+        """Return the share (unit 1) in which level `one` of a `factor` has a higher mean than level `other`."""
+        levels = self.levels[checks.one_of("factor", factor, self.levels)]
+        i, j = (self._position(levels, value) for value in (one, other))
+        return float(self.wins[factor][i, j])
+
+    @staticmethod
+    def _position(levels: tuple[Level, ...], value: Level) -> int:
+        found = which(levels, value)
+        if found is None:
+            raise checks.refuse("level", f"one of {', '.join(map(str, levels))}", value)
+        return found
+
+    def standard_error(self, share: float) -> float:
+        """Return the standard error (unit 1) that a `share` (unit 1) of so many simulated studies has."""
+        return float(np.sqrt(share * (1 - share) / self.runs))
+
+    def __repr__(self) -> str:
+        lines = [f"of {self.runs} simulated repetitions of the study:"]
+        for name, share in self.significant.items():
+            wrongly = " wrongly: the simulated truth has no such effect" if name in self.without_effect else ""
+            lines.append(f"  {name} is significant (p < {self.alpha:g}) in {percent(share)}{wrongly}")
+        lines.append(f"  the ranking {' > '.join(self.ranking)} returns in {percent(self.ranking_returned)}")
+        return "\n".join([*lines, *self._changes()])
+
+    def _changes(self) -> list[str]:
+        """What else comes out best, and how often."""
+        found = []
+        for name, share in self.best_returned.items():
+            if self.significant[name] > 0.5 and share < 1 - OFTEN:
+                rows = self.wins[name]
+                best = int(np.argmax(rows.sum(axis=1)))
+                others = [k for k in range(len(rows)) if k != best and rows[k, best] > OFTEN]
+                told = [
+                    f"{level(self.levels[name][k])} beats {level(self.levels[name][best])} in {percent(rows[k, best])}"
+                    for k in others
+                ]
+                found.append(f"  {name}: {', '.join(told)}" if told else f"  {name}: the best level returns in {percent(share)}")
+        return found
+
+
+def power(study: "Observations", rng: Seed, runs: int, model: Any, pool: Pool, alpha: float) -> Power:
+    """Power of a study; see `Study.power`."""
+    runs = checks.count("runs", runs)
+    checks.probability("alpha", alpha)
+    found, random = analysed(study), generator(rng)
+    linear = found.model
+    if linear.error_df == 0:
+        raise ValueError("the study must leave an error to test with; it is saturated: fewer factors, or pool some for `anova`")
+    without: tuple[str, ...] = ()
+    if model is None:
+        drawn, without = _of_its_own(study, found, random, runs, pool)
+    else:
+        drawn = _of_a_model(study, random, runs, model)
+    squares, rest = linear.squares(drawn), np.sum(linear.residuals(drawn) ** 2, axis=-1)
+    df, names = np.array(linear.df), [found.named(term) for term in linear.terms]
+    least = np.array([fdtri(n, linear.error_df, 1 - alpha) for n in df])
+    seen = np.mean(squares * linear.error_df > least * df * rest[:, None], axis=0)
+    order = np.argsort([-row.ss for row in anova(study, None).effects], kind="stable")
+    returned = np.all(np.diff(squares[:, order], axis=1) < 0, axis=1)
+    wins, kept = _levels(found, drawn)
+    return Power(
+        runs, dict(zip(names, seen.tolist(), strict=True)), without, tuple(names[k] for k in order), float(np.mean(returned)),
+        {name: study.levels(name) for name in study.factors}, wins, kept, alpha,
+    )  # fmt: skip
+
+
+def _of_its_own(
+    study: "Observations", found: Analysed, rng: np.random.Generator, runs: int, pool: Pool
+) -> tuple[Floats, tuple[str, ...]]:
+    """Ratios (runs, observations) of the study's own model without the pooled effects."""
+    pooling = anova(study, pool).pooling
+    without = pooling.names if pooling else ()
+    y, kept, *_ = found.without(set(without))
+    variance = error_variance(kept, y)
+    if variance is None:
+        raise ValueError("the study must leave an error to simulate with; nothing is left: give a model")
+    noise = rng.standard_normal((runs, y.size))
+    return kept.design @ kept.effects(y) + np.sqrt(variance) * noise, without
+
+
+def _of_a_model(study: "Observations", rng: np.random.Generator, runs: int, model: Any) -> Floats:
+    """Ratios (runs, observations) of readings that a model draws."""
+    draw: Callable[..., npt.ArrayLike] = getattr(model, "responses", model)
+    if not callable(draw):
+        raise TypeError(f"model must be a RoughnessModel or a function of settings, rng= and runs=; got {checks.shown(model)}")
+    there = present(study)
+    settings = {name: values[there] for name, values in study.settings.items()}
+    readings = checks.finite_array("readings of the model", draw(settings, rng=rng, runs=runs), study.unit)
+    count, repeats = int(np.sum(there)), study.readings.shape[1]
+    if readings.shape == (runs, count) and repeats == 1:
+        readings = readings[..., None]
+    if readings.shape != (runs, count, repeats):
+        raise ValueError(f"readings of the model must be of shape {(runs, count, repeats)}; got {readings.shape}")
+    if study.ratio == "none":
+        return readings.reshape(runs, -1)
+    return sn_ratio(readings, study.ratio, reference=study.reference)
+
+
+def _levels(found: Analysed, drawn: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
+    """How often each level of a factor is above each other one, and how often the study's best level is best again."""
+    linear = found.model
+    effects, own = linear.effects(drawn), linear.effects(found.y)
+    wins, kept = {}, {}
+    for k, name in enumerate(found.factors):
+        rows = mean_rows(linear, k)
+        means = effects @ rows.T
+        wins[name] = np.mean(means[:, :, None] > means[:, None, :], axis=0)
+        kept[name] = float(np.mean(np.argmax(means, axis=1) == int(np.argmax(rows @ own))))
+    return wins, kept

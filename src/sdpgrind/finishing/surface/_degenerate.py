@@ -1,0 +1,125 @@
+"""Where Qu x Qv vanishes, as at the pole of a sphere patch: the limit from the interior, or a refusal; never NaN."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.finishing.surface import _forms as forms
+from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing.surface._surface import Surface
+
+THIN = 1e-9
+"""Least ``|Qu x Qv|`` that counts, of size^2 over the widths of the domain; least speed ``|dQ|``, of size over them."""
+ROUGH = 1e-4
+"""The same where curvatures are to be told: their rounding errors grow as its square falls."""
+NEAR = 1e-3
+"""Share of the domain by which a place is not apart from a knot, where the limit of a curvature is sought."""
+NODES = 12
+"""Points on a ray from which a limit is extrapolated: Chebyshev's, so that rounding is not amplified."""
+REACH = 0.25
+"""Length of a ray, in knot spans."""
+AGREE = 1e-6
+"""How far limits along different rays may lie apart, relative to the greatest, or to what a surface of this size has."""
+SLOPES = ((1.0, 1.0), (1.0, 0.5), (0.5, 1.0))
+"""Rays of each quadrant, in spans."""
+
+
+class Quantity(NamedTuple):
+    """What has a limit: of the derivatives, by its name, in 1/mm to a power; taken where ``|Qu x Qv|`` is `thin`, see `THIN`."""
+
+    function: Callable[[SurfaceDerivatives], Floats]
+    name: str
+    power: int
+    thin: float
+
+
+NORMAL = Quantity(forms.unit_cross, "normal", 0, THIN)
+GAUSSIAN = Quantity(forms.gaussian, "Gaussian curvature", 2, ROUGH)
+MEAN = Quantity(forms.mean, "mean curvature", 1, ROUGH)
+PRINCIPAL = Quantity(forms.principal, "principal curvatures", 1, ROUGH)
+
+
+def regular(surface: "Surface", quantity: Quantity, d: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+    """A quantity of the derivatives, and its limit wherever the surface is degenerate."""
+    bad = _thin(surface, d, quantity.thin)
+    if not bad.any():
+        return quantity.function(d)
+    lost = _thin(surface, d, THIN)
+    places = np.stack([np.broadcast_to(x, bad.shape)[bad] for x in (u, v)], axis=-1)
+    known = quantity.function(SurfaceDerivatives(*(x[~lost] for x in d)))
+    out = np.full(bad.shape + known.shape[1:], np.nan)
+    out[~lost] = known
+    limits = [_limit(surface, quantity, *place) for place in places]
+    out[bad] = [own if limit is None else limit for limit, own in zip(limits, out[bad], strict=True)]
+    for limit, gone, (at_u, at_v) in zip(limits, lost[bad], places, strict=True):
+        if limit is None and gone:
+            raise ValueError(
+                f"the surface has no {quantity.name} at (u, v) = ({at_u:g}, {at_v:g}): |Qu x Qv| vanishes there, and the"
+                " interior gives no limit"
+            )
+    return out
+
+
+def squared_length(
+    surface: "Surface", d: SurfaceDerivatives, du: Floats, dv: Floats, u: npt.ArrayLike, v: npt.ArrayLike
+) -> Floats:
+    """First form of a direction; one without length on the surface is refused."""
+    (u0, u1), (v0, v1) = surface.domain
+    length = forms.along(forms.first_form(d), du, dv)
+    least = THIN * surface.size * (np.abs(du) / (u1 - u0) + np.abs(dv) / (v1 - v0))
+    bad = np.broadcast_to(length <= least**2, length.shape)
+    if bad.any():
+        at_u, at_v, step_u, step_v = (np.broadcast_to(x, bad.shape)[bad][0] for x in (u, v, du, dv))
+        raise ValueError(
+            f"(du, dv) must have a length on the surface; got ({step_u:g}, {step_v:g}) at (u, v) = ({at_u:g}, {at_v:g})"
+        )
+    return length
+
+
+def _thin(surface: "Surface", d: SurfaceDerivatives, thin: float) -> Bools:
+    """Where ``|Qu x Qv|`` is less than a share of what a surface of this size has."""
+    (u0, u1), (v0, v1) = surface.domain
+    return np.asarray(forms.area_density(d) < thin * surface.size**2 / ((u1 - u0) * (v1 - v0)))
+
+
+def _limit(surface: "Surface", quantity: Quantity, u: float, v: float) -> Floats | None:
+    """Limit at (u, v) from the interior of the domain, if it is the same along every ray."""
+    rays = _rays(surface, u, v, max(THIN, NEAR * (quantity.thin > THIN)))
+    nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    near = surface.derivatives(u + nodes * rays[:, :1], v + nodes * rays[:, 1:])
+    if forms.area_density(near).all() and not _folded(near):
+        limits = np.einsum("k,rk...->r...", _to_the_end(nodes), quantity.function(near))
+        usual = max(float(np.abs(limits).max()), surface.size**-quantity.power)
+        if np.ptp(limits, axis=0).max() <= AGREE * usual:
+            return np.asarray(limits.mean(axis=0))
+    return None
+
+
+def _folded(near: SurfaceDerivatives) -> bool:
+    """Whether the normal turns over on a ray (r, k): nothing can be extrapolated across a fold."""
+    normal = forms.unit_cross(near)
+    return bool((forms.dot(normal[:, 1:], normal[:, :-1]) <= 0).any())
+
+
+def _to_the_end(nodes: Floats) -> Floats:
+    """Weights of values at `nodes` for the value at 0 of the polynomial through them."""
+    own = np.eye(len(nodes))
+    return np.asarray(((nodes - own * nodes + own) / (nodes - nodes[:, None] + own)).prod(axis=1))
+
+
+def _rays(surface: "Surface", u: float, v: float, near: float) -> Floats:
+    """Steps (r, 2) from (u, v) into the interior, none across a knot."""
+    sides = [_sides(breaks, x, near) for breaks, x in zip(surface.breaks, (u, v), strict=True)]
+    return np.array([(p * du, q * dv) for du in sides[0] for dv in sides[1] for p, q in SLOPES])
+
+
+def _sides(places: Floats, x: float, near: float) -> list[float]:
+    """Steps along one parameter that stay in the span before x and in that behind it, where there is one further than `near`."""
+    margin = near * (places[-1] - places[0])
+    behind, before = places[places > x + margin], places[places < x - margin]
+    return [REACH * (place - x) for place in (*behind[:1], *before[-1:])]

@@ -1,0 +1,68 @@
+"""Points and derivatives of a surface: at scattered parameters by a kernel, on a tensor grid by two contractions."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.surface._bspline_kernels import evaluate
+from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
+
+ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+"""Derivatives by u and v, in the order of `SurfaceDerivatives`."""
+
+
+class Net(NamedTuple):
+    """What is evaluated: control points (nu, nv, 4) as (w x, w y, w z, w), or as (x, y, z, 0); knots and degrees."""
+
+    points: Floats
+    rational: bool
+    knots: tuple[Floats, Floats]
+    degree: tuple[int, int]
+
+
+def homogeneous(points: Floats, weights: Floats | None) -> Floats:
+    """Control points with a fourth column: weighted, or zero."""
+    if weights is None:
+        return np.concatenate([points, np.zeros((*points.shape[:2], 1))], axis=-1)
+    return np.concatenate([points * weights[..., None], weights[..., None]], axis=-1)
+
+
+def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
+    """At each pair (u, v), of any shape that fits together."""
+    u, v = np.broadcast_arrays(u, v)
+    out = np.empty((6, u.size, 3))
+    evaluate(net.points, net.rational, *net.knots, *net.degree, u.ravel(), v.ravel(), out)
+    return SurfaceDerivatives(*out.reshape(6, *u.shape, 3))
+
+
+def on_grid(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
+    """At each u with each v: A_u P A_v^T, with the basis of each direction evaluated once."""
+    bases_u, bases_v = (bases(*direction) for direction in zip(net.knots, net.degree, (u, v), strict=True))
+    points = net.points if net.rational else net.points[..., :3]
+    nu, nv, columns = points.shape
+    lines = [(basis @ points.reshape(nu, -1)).reshape(len(u), nv, columns) for basis in bases_u]
+    flat = np.stack([bases_v[b] @ lines[a] for a, b in ORDERS])
+    return SurfaceDerivatives(*(_divided(flat) if net.rational else flat))
+
+
+def bases(knots: Floats, degree: int, x: Floats) -> list[Floats]:
+    """Basis functions at `x` as a matrix (m, n), with their first and second derivatives."""
+    n = len(knots) - degree - 1
+    if knots[n - 1] == knots[n]:  # scipy then takes the empty span at the right end, where nothing is left
+        x = np.minimum(x, np.nextafter(knots[n], -np.inf))
+    spline = BSpline(knots, np.eye(n), degree)
+    return [np.ascontiguousarray(spline(x, nu=order)) for order in range(3)]
+
+
+def _divided(flat: Floats) -> Floats:
+    """Quotient rule: (w Q, w) with its derivatives becomes Q with its own."""
+    (a, au, av, auu, auv, avv), weights = flat[..., :3], flat[..., 3:]
+    w, wu, wv, wuu, wuv, wvv = weights
+    q = a / w
+    qu, qv = (au - wu * q) / w, (av - wv * q) / w
+    quu = (auu - 2.0 * wu * qu - wuu * q) / w
+    quv = (auv - wu * qv - wv * qu - wuv * q) / w
+    qvv = (avv - 2.0 * wv * qv - wvv * q) / w
+    return np.stack([q, qu, qv, quu, quv, qvv])

@@ -1,0 +1,308 @@
+"""A die surface: B-spline or rational B-spline patch."""
+
+import dataclasses
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.finishing.surface import _area as area
+from sdpgrind.finishing.surface import _degenerate as degenerate
+from sdpgrind.finishing.surface import _door as door
+from sdpgrind.finishing.surface import _evaluation as evaluation
+from sdpgrind.finishing.surface import _forms as forms
+from sdpgrind.finishing.surface import _picture as picture
+from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
+
+Pair = tuple[int, int]
+NOT_GIVEN: Any = ()
+KnotPair = tuple[npt.ArrayLike, npt.ArrayLike]
+
+
+@stored("finishing.surface")
+@dataclasses.dataclass(frozen=True, eq=False)
+class Surface(Frozen):
+    """A surface Q(u, v) of control points and basis functions, rational where it has weights (Wang, section 3).
+
+    The source's sum runs to n + m + 1 in both directions; each index must run over its own control points, and k and l are
+    orders, degree + 1. The right end of the domain belongs to the last knot span that is not empty.
+
+    Parameters
+    ----------
+    control_points : array (nu, nv, 3)
+        B_ij, mm.
+    degree : (int, int)
+        Of the polynomials along u and v, whole numbers >= 1.
+    knots : (array, array)
+        Along u and v, nu + degree + 1 and nv + degree + 1 numbers that do not decrease, no number more than degree + 1 times.
+    weights : array (nu, nv), optional
+        w_ij > 0 (dimensionless); None for a surface that is not rational.
+    outward : {1, -1}
+        Side of Qu x Qv that the tool is on: 1, its own; -1, the other.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or shapes do not fit together.
+
+    Examples
+    --------
+    A saddle, z = 0.008 x y (mm):
+
+    >>> saddle = Surface.bspline([[[0, 0, 0], [0, 50, 0]], [[50, 0, 0], [50, 50, 20]]], degree=(1, 1))
+    >>> saddle.point(0.5, 0.5)
+    array([25., 25.,  5.])
+    >>> round(float(saddle.gaussian_curvature(0.0, 0.0)), 12)
+    -6.4e-05
+    >>> round(saddle.area, 6)
+    2628.747347
+    """
+
+    control_points: Floats
+    degree: Pair = NOT_GIVEN
+    knots: tuple[Floats, Floats] = NOT_GIVEN
+    weights: Floats | None = None
+    outward: int = 1
+
+    def __post_init__(self) -> None:
+        if self.degree is NOT_GIVEN or self.knots is NOT_GIVEN:
+            raise TypeError("degree and knots must be given; Surface.bspline(control_points) gives what is usual for both")
+        net = door.control_net(self.control_points)
+        degree = door.degrees(self.degree, net)
+        knots = door.knot_vectors(self.knots, degree, net)
+        checked = {"control_points": net, "degree": degree, "knots": knots, "weights": door.weight_net(self.weights, net)}
+        for name, value in {**checked, "outward": door.side(self.outward)}.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def bspline(
+        cls, control_points: npt.ArrayLike, degree: Pair = (3, 3), knots: KnotPair | None = None, outward: int = 1
+    ) -> Self:
+        """Return a B-spline surface.
+
+        Parameters
+        ----------
+        control_points, degree, knots, outward
+            As of `Surface`, control points in mm; knots are clamped and uniform on [0, 1] when left out.
+
+        Examples
+        --------
+        >>> Surface.bspline([[[i, j, i * j] for j in range(4)] for i in range(5)]).knots[0]
+        array([0. , 0. , 0. , 0. , 0.5, 1. , 1. , 1. , 1. ])
+        """
+        return cls._made(control_points, None, degree, knots, outward)
+
+    @classmethod
+    def nurbs(
+        cls,
+        control_points: npt.ArrayLike,
+        weights: npt.ArrayLike,
+        degree: Pair = (3, 3),
+        knots: KnotPair | None = None,
+        outward: int = 1,
+    ) -> Self:
+        """Return a rational B-spline surface.
+
+        Parameters
+        ----------
+        control_points, weights, degree, knots, outward
+            As of `Surface`, control points in mm; knots are clamped and uniform on [0, 1] when left out.
+
+        Examples
+        --------
+        A quarter of a cylinder of radius 20 mm, exactly:
+
+        >>> arc = [[20.0, 0.0], [20.0, 20.0], [0.0, 20.0]]
+        >>> net = [[[x, y, z] for z in (0.0, 50.0)] for x, y in arc]
+        >>> quarter = Surface.nurbs(net, [[1, 1], [0.5**0.5, 0.5**0.5], [1, 1]], degree=(2, 1))
+        >>> round(float(np.hypot(*quarter.point(0.3, 0.7)[:2])), 12)
+        20.0
+        """
+        if weights is None:
+            raise checks.refuse("weights", "given; Surface.bspline makes a surface without", None)
+        return cls._made(control_points, weights, degree, knots, outward)
+
+    @classmethod
+    def _made(cls, control_points: Any, weights: Any, degree: Pair, knots: Any, outward: int) -> Self:
+        """Return the surface of what is still to be checked."""
+        return cls(control_points, degree, knots, weights, outward)
+
+    def __eq__(self, other: object) -> bool:
+        return self._key == other._key if isinstance(other, Surface) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __repr__(self) -> str:
+        nu, nv = self.control_points.shape[:2]
+        kind = "B-spline" if self.weights is None else "rational"
+        size = " x ".join(f"{side:.4g}" for side in np.ptp(self.control_points, axis=(0, 1)))
+        return f"Surface({kind}, {nu} x {nv} control points over {size} mm, degree {self.degree})"
+
+    @cached_property
+    def _key(self) -> tuple[Any, ...]:
+        weights = None if self.weights is None else self.weights.tobytes()
+        ends = (self.knots[0].tobytes(), self.knots[1].tobytes(), weights)
+        return (self.control_points.shape, self.control_points.tobytes(), self.degree, *ends, self.outward)
+
+    @cached_property
+    def _net(self) -> evaluation.Net:
+        points = evaluation.homogeneous(self.control_points, self.weights)
+        return evaluation.Net(points, self.weights is not None, self.knots, self.degree)
+
+    @property
+    def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Least and greatest u, least and greatest v (dimensionless)."""
+        (ku, kv), (p, q) = self.knots, self.degree
+        return (float(ku[p]), float(ku[-p - 1])), (float(kv[q]), float(kv[-q - 1]))
+
+    @cached_property
+    def breaks(self) -> tuple[Floats, Floats]:
+        """Distinct knots of the domain along u and v (dimensionless), its ends included."""
+        u, v = (door.frozen(np.unique(np.clip(knots, *ends))) for knots, ends in zip(self.knots, self.domain, strict=True))
+        return u, v
+
+    def derivatives(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
+        """Return points and derivatives to second order (mm) at each pair of parameters `u` and `v`.
+
+        At a knot where a derivative jumps it is that of the span behind it.
+
+        Raises
+        ------
+        ValueError
+            When a parameter is NaN or outside the domain.
+
+        Examples
+        --------
+        >>> bilinear = Surface.bspline([[[0, 0, 0], [0, 9, 0]], [[9, 0, 0], [9, 9, 9]]], degree=(1, 1))
+        >>> bilinear.derivatives([0.0, 1.0], 1.0).u
+        array([[9., 0., 9.],
+               [9., 0., 9.]])
+        """
+        at_u, at_v = self._parameters(u, v)
+        door.fitting(u=at_u, v=at_v)
+        return evaluation.scattered(self._net, at_u, at_v)
+
+    def point(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+        """Return points Q(u, v) (..., 3) in mm at each pair of parameters `u` and `v`."""
+        return self.derivatives(u, v).point
+
+    def grid(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
+        """Return points and derivatives (n, m, 3) in mm at each of `u` (n,) with each of `v` (m,): two contractions."""
+        columns = [checks.finite_array(name, values) for name, values in (("u", u), ("v", v))]
+        for name, values in zip("uv", columns, strict=True):
+            if values.ndim != 1:
+                raise checks.refuse(name, "one-dimensional", values.shape)
+        return evaluation.on_grid(self._net, *self._parameters(*columns))
+
+    def _parameters(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
+        return door.parameter("u", u, *self.domain[0]), door.parameter("v", v, *self.domain[1])
+
+    def normal(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+        """Return unit normals (..., 3) (dimensionless) at `u` and `v`, on the outward side.
+
+        Where ``|Qu x Qv|`` vanishes, as at the pole of a sphere patch, it is the limit from the interior.
+
+        Raises
+        ------
+        ValueError
+            When there is no such limit; the message names the point.
+        """
+        return self.normal_of(self.derivatives(u, v), u, v)
+
+    def normal_of(self, derivatives: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+        """Return unit normals (dimensionless) where the `derivatives` at `u` and `v` are known already; see `normal`."""
+        return self.outward * degenerate.regular(self, degenerate.NORMAL, derivatives, u, v)
+
+    def first_form(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
+        """Return E, F, G of the first fundamental form at `u` and `v`, mm^2."""
+        return forms.first_form(self.derivatives(u, v))
+
+    def second_form(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
+        """Return e, f, g of the second fundamental form at `u` and `v`, mm, for the outward normal."""
+        d = self.derivatives(u, v)
+        return forms.second_form(d, self.normal_of(d, u, v))
+
+    def gaussian_curvature(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+        """Return K at `u` and `v`, 1/mm^2; a limit where ``|Qu x Qv|`` vanishes, see `normal`."""
+        return degenerate.regular(self, degenerate.GAUSSIAN, self.derivatives(u, v), u, v)
+
+    def mean_curvature(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+        """Return H at `u` and `v`, 1/mm, > 0 where the surface curves towards the tool; see `normal`."""
+        return self.outward * degenerate.regular(self, degenerate.MEAN, self.derivatives(u, v), u, v)
+
+    def principal_curvatures(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Return k1 >= k2 at `u` and `v`, 1/mm, > 0 where the surface curves towards the tool; see `normal`."""
+        both = self.outward * degenerate.regular(self, degenerate.PRINCIPAL, self.derivatives(u, v), u, v)
+        return both.max(axis=-1), both.min(axis=-1)
+
+    def normal_curvature(self, u: npt.ArrayLike, v: npt.ArrayLike, du: npt.ArrayLike, dv: npt.ArrayLike) -> Floats:
+        """Return the normal curvature (1/mm) along a direction: > 0 where the surface curves towards the tool (concave).
+
+        Parameters
+        ----------
+        u, v : array-like
+            Where (dimensionless).
+        du, dv : array-like
+            Which way (dimensionless), of any length but zero.
+
+        Raises
+        ------
+        ValueError
+            When a direction has no length on the surface.
+
+        Examples
+        --------
+        The inside of a cylinder of radius 20 mm curves towards the tool, around it:
+
+        >>> arc = [[20.0, 0.0], [20.0, 20.0], [0.0, 20.0]]
+        >>> net = [[[x, y, z] for z in (0.0, 50.0)] for x, y in arc]
+        >>> inside = Surface.nurbs(net, [[1, 1], [0.5**0.5, 0.5**0.5], [1, 1]], degree=(2, 1), outward=-1)
+        >>> round(float(inside.normal_curvature(0.5, 0.5, 1.0, 0.0)), 12)
+        0.05
+        """
+        d = self.derivatives(u, v)
+        step = checks.finite_array("du", du), checks.finite_array("dv", dv)
+        door.fitting(points=d.point[..., 0], du=step[0], dv=step[1])
+        length = degenerate.squared_length(self, d, *step, u, v)
+        e, f, g = forms.second_form(d, self.normal_of(d, u, v))
+        return np.asarray(forms.along((e, f, g), *step) / length)
+
+    def area_density(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+        """Return sqrt(EG - F^2) at `u` and `v`: mm^2 of surface in a unit square of the parameters."""
+        return forms.area_density(self.derivatives(u, v))
+
+    @cached_property
+    def _area(self) -> area.Area:
+        return area.area(self)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the box around the control points, mm."""
+        return float(np.linalg.norm(np.ptp(self.control_points.reshape(-1, 3), axis=0)))
+
+    @property
+    def area(self) -> float:
+        """Area, mm^2: Gauss in each knot span, with twice the points until nothing changes."""
+        return self._area.value
+
+    @property
+    def area_error(self) -> float:
+        """By how much the last doubling of points changed the area, mm^2."""
+        return self._area.change
+
+    def moved(self, translation: npt.ArrayLike) -> Self:
+        """Return the surface moved by `translation` (3,), mm."""
+        step = checks.finite_array("translation", translation, "mm")
+        if step.shape != (3,):
+            raise checks.refuse("translation", "of three numbers (mm)", step.shape)
+        return self.replace(control_points=self.control_points + step)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the surface with its knot lines in mm, into 3-D axes `ax` or a new figure; return the figure."""
+        return picture.surface(self, ax)

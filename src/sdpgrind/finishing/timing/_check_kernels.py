@@ -1,0 +1,48 @@
+"""How much of the limits a time law uses, at many places between its knots."""
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.finishing.timing._cubic import advanced
+from sdpgrind.finishing.timing._path_kernels import derivatives, piece_at
+
+_advanced = njit(cache=True, nogil=True)(advanced)
+QUANTITIES = 4  # speed, acceleration, jerk of the joints; feed
+
+
+@njit(cache=True, nogil=True)
+def note(time, law, path, joints, limits, feed_max, found):
+    """Note in found (4, 4) = (ratio, joint, time, length) what the law uses of each limit at one time within its piece."""
+    start, s, v, a, j = law
+    length, feed, bend = _advanced(time, s, v, a, j)
+    derivatives(path[0], length - path[1], joints)
+    _greater(found[3], feed / feed_max, -1, start + time, length)
+    for i in range(joints.shape[1]):
+        q1, q2, q3 = joints[1, i], joints[2, i], joints[3, i]
+        _greater(found[0], abs(q1 * feed) / limits[0, i], i, start + time, length)
+        _greater(found[1], abs(q1 * bend + q2 * feed * feed) / limits[1, i], i, start + time, length)
+        if limits[2, i] < np.inf:
+            jerk = q1 * j + 3.0 * q2 * feed * bend + q3 * feed**3
+            _greater(found[2], abs(jerk) / limits[2, i], i, start + time, length)
+
+
+@njit(cache=True, nogil=True)
+def _greater(row, ratio, joint, time, length):
+    """Keep the greatest ratio and where it was."""
+    if ratio > row[0]:
+        row[0], row[1], row[2], row[3] = ratio, joint, time, length
+
+
+@njit(cache=True, nogil=True)
+def worst(breaks, polynomials, law, limits, feed_max, refine, found):
+    """Greatest share of each limit over a law (5, k + 1) = (knots, length, feed, acceleration, jerk) into found (k, 4, 4)."""
+    joints, piece = np.empty((4, polynomials.shape[2])), 0
+    spacing = (breaks[-1] - breaks[0]) / (breaks.size - 1)
+    for k in range(law.shape[1] - 1):
+        span, row = law[0, k + 1] - law[0, k], (law[0, k], law[1, k], law[2, k], law[3, k], law[4, k])
+        # a piece of the law may run over many pieces of the path: at least `refine` places in each of them
+        parts = refine * max(1, int(np.ceil(2.0 * (law[1, k + 1] - law[1, k]) / spacing)))
+        for i in range(parts + 1):
+            time = span * i / parts
+            piece = piece_at(breaks, _advanced(time, *row[1:])[0], piece)
+            note(time, row, (polynomials[piece], breaks[piece]), joints, limits, feed_max, found[k])

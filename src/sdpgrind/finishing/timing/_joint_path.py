@@ -1,0 +1,119 @@
+"""One smooth run: the joints as a spline over arc length."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import make_interp_spline
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.finishing.timing import _path_kernels as path_kernels
+
+DEGREE = 5
+"""Of the spline: four continuous derivatives, so that the jerk of a joint exists and is continuous."""
+
+
+class Pieces(NamedTuple):
+    """The polynomials of a spline: where they begin (k + 1,), mm, and their coefficients (k, 6, n), lowest power first."""
+
+    breaks: Floats
+    polynomials: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class JointPath(Frozen):
+    """One smooth run: a quintic spline over arc length through samples of the joints.
+
+    Between two samples every joint is a polynomial; four derivatives are continuous. Fewer than six samples are joined by one
+    polynomial.
+
+    Parameters
+    ----------
+    length : array, (m,)
+        Arc length of the contact point at each sample, mm, rising; it need not begin at 0.
+    joints : array, (m, n)
+        The joints there, rad or mm.
+
+    Raises
+    ------
+    ValueError
+        When there are fewer than two samples, or the length does not rise (coincident points); the message names the sample.
+
+    Examples
+    --------
+    >>> x = np.linspace(0, 10, 21)
+    >>> run = JointPath(x, np.stack([np.sin(x), x**2], axis=1))
+    >>> run.at(5.0, derivative=1).round(3).tolist()
+    [0.284, 10.0]
+    """
+
+    length: Floats
+    joints: Floats
+
+    def __post_init__(self) -> None:
+        length = checks.finite_array("length", self.length, "mm")
+        joints = checks.finite_array("joints", self.joints, "rad or mm")
+        if length.ndim != 1 or length.size < 2:
+            raise checks.refuse("length", "of shape (m,) with m >= 2", length.shape, "mm")
+        if joints.ndim != 2 or len(joints) != length.size:
+            raise checks.refuse("joints", f"of shape ({length.size}, n), as many as lengths", joints.shape, "rad or mm")
+        flat = np.flatnonzero(np.diff(length) <= 0)
+        if flat.size:
+            k = int(flat[0])
+            rule = f"rising: points {k} and {k + 1} coincide or go back"
+            raise checks.refuse("length", rule, (float(length[k]), float(length[k + 1])), "mm")
+        object.__setattr__(self, "length", length)
+        object.__setattr__(self, "joints", joints)
+
+    @property
+    def span(self) -> float:
+        """Arc length of the run, mm."""
+        return float(self.length[-1] - self.length[0])
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The polynomials of the spline, in mm and rad or mm."""
+        degree = min(DEGREE, self.length.size - 1)
+        spline = make_interp_spline(self.length, self.joints, k=degree)
+        breaks = np.unique(spline.t)
+        polynomials = np.zeros((breaks.size - 1, DEGREE + 1, self.joints.shape[1]))
+        for power in range(degree + 1):
+            polynomials[:, power] = spline(breaks[:-1], power) / factorial(power)
+        return Pieces(breaks, polynomials)
+
+    def at(self, length: npt.ArrayLike, derivative: int = 0) -> Floats:
+        """Return the joints at arc lengths, or a derivative of them over arc length.
+
+        Parameters
+        ----------
+        length : array, (...)
+            Where, mm, on the run.
+        derivative : int
+            0 to 3: joints in rad or mm, per mm, per mm^2, per mm^3.
+
+        Returns
+        -------
+        array, (..., n)
+
+        Raises
+        ------
+        ValueError
+            When a length is not on the run, or there is no such derivative.
+        """
+        order = checks.one_of("derivative", derivative, range(4))
+        where = checks.finite_array("length", length, "mm")
+        slack = 1e-9 * self.span
+        for value in where.ravel()[(where.ravel() < self.length[0] - slack) | (where.ravel() > self.length[-1] + slack)][:1]:
+            raise checks.refuse("length", f"in [{self.length[0]:g}, {self.length[-1]:g}]", float(value), "mm")
+        return self.derivatives(where.ravel())[:, order].reshape(*where.shape, -1)
+
+    def derivatives(self, length: Floats) -> Floats:
+        """Return the joints and three derivatives, (m, 4, n), in rad or mm and per mm; lengths (m,) in mm are trusted."""
+        out = np.empty((length.size, 4, self.joints.shape[1]))
+        path_kernels.evaluate(*self.pieces, np.ascontiguousarray(length), out)
+        return out

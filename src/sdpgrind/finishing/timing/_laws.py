@@ -1,0 +1,140 @@
+"""Time laws of all runs, each from rest to rest."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.progress import Progress, silent
+from sdpgrind.finishing.timing._jerk_limited import LawError, jerk_limited_law
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._min_time import fastest_law
+from sdpgrind.finishing.timing._time_law import TimeLaw
+from sdpgrind.finishing.timing._toppra_law import ToppraError, toppra_law
+from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law, trapezoid_law
+from sdpgrind.finishing.timing._violations import closest, slowing
+
+ACCELERATION = 1000.0
+"""Of the contact point along its path where none is given, mm/s^2."""
+REFINE = 20
+"""Places in a piece of a law in which its limits are checked."""
+
+
+def time_laws(
+    runs: Sequence[JointPath],
+    limits: JointLimits,
+    *,
+    feed_rate: float,
+    acceleration: float | None = None,
+    method: str = "trapezoid",
+    progress: Progress = silent,
+) -> tuple[TimeLaw, ...]:
+    """Return how each run is played, from rest to rest.
+
+    Parameters
+    ----------
+    runs : sequence of JointPath
+        The runs, mm and rad or mm.
+    limits : JointLimits
+        Of the joints.
+    feed_rate : float
+        Greatest feed of the process along the path, mm/s.
+    acceleration : float, optional
+        Greatest acceleration of the contact point along its path, mm/s^2; 1000 for "trapezoid" when left out, none otherwise.
+    method : str
+        "trapezoid": speed trapezoid of the path, played more slowly where a joint asks for it (``TimeLaw.slowed`` says by how
+        much). Where jerk has a limit, its corners are rounded by pieces of constant jerk (seven pieces).
+        "toppra": the fastest law by the package of that name (an extra); its acceleration jumps, so limits of jerk are refused.
+        "min_time": the fastest law of the contact point within ``feed_rate`` and of the joints within all their limits. Without
+        limits of jerk it is swept over a grid, which is made finer until that saves less than 0.02 % of the time; with them it
+        is a nonlinear program (CasADi), no slower than the trapezoid of seven pieces.
+    progress : callable
+        Told the share that is done (0..1).
+
+    Raises
+    ------
+    ValueError
+        When the runs do not have the joints of the limits, a rate is not > 0, jerk has limits that a method cannot keep, or no
+        law is found; the message names the run.
+    ImportError
+        When `toppra` is asked for and missing.
+
+    Examples
+    --------
+    >>> run = JointPath([0.0, 100.0], [[0.0], [200.0]])
+    >>> limits = JointLimits(["X"], speed_max=[50.0], acceleration_max=[2000.0])
+    >>> (law,) = time_laws([run], limits, feed_rate=40.0)
+    >>> round(law.duration, 4), round(law.slowed, 4)
+    (4.025, 1.5846)
+    """
+    checks.one_of("method", method, tuple(_MAKERS))
+    if method == "toppra" and limits.jerk_max is not None:
+        raise checks.refuse("limits.jerk_max", "None for method='toppra', whose acceleration jumps", limits.jerk_max)
+    feed = checks.positive("feed_rate", feed_rate, "mm/s")
+    along = checks.positive("acceleration", acceleration, "mm/s^2") if acceleration is not None else None
+    for k, run in enumerate(runs):
+        if run.joints.shape[1] != len(limits.names):
+            raise checks.refuse(f"runs[{k}]", f"of the {len(limits.names)} joints {', '.join(limits.names)}", run.joints.shape[1])
+    out = []
+    for k, run in enumerate(runs):
+        out.append(_named(k, run, limits, feed, along, method))
+        progress((k + 1) / len(runs), "time laws")
+    return tuple(out)
+
+
+def _named(number: int, run: JointPath, limits: JointLimits, feed: float, along: float | None, method: str) -> TimeLaw:
+    """Law of one run, told how much slower it is than without joints; errors name the run."""
+    try:
+        law = _MAKERS[method](run, limits, feed, along)
+    except (LawError, ToppraError) as error:
+        raise type(error)(f"run {number}: {error}") from error
+    asked = run.span / feed
+    if along is not None or method == "trapezoid":
+        asked = Trapezoid(run.span, feed, along or ACCELERATION).duration
+    return TimeLaw(law.knots, law.length, law.feed, law.acceleration, law.jerk, slowed=law.duration / asked)
+
+
+def min_time_of(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+    """Fastest law of one run; with limits of jerk seven pieces are that, too, where a run is straight for all its joints."""
+    if limits.jerk_max is None:
+        return fastest_law(run, limits, feed_rate, acceleration)
+    both = jerk_limited_law(run, limits, feed_rate, acceleration), _seven_pieces(run, limits, feed_rate, acceleration)
+    return min(both, key=lambda law: law.duration)
+
+
+def _seven_pieces(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+    """Seven pieces at the acceleration that the joints allow where they move straight."""
+    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
+    joints = float(np.min(limits.table[1] / np.maximum(steepest, 1e-9)))
+    return trapezoid_of(run, limits, feed_rate, min(joints, acceleration or np.inf))
+
+
+def trapezoid_of(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+    """Trapezoid of one run (rounded where jerk has a limit), at a speed all joints can follow, and slowed for the rest."""
+    shape = _shape(run, limits, min(feed_rate, _speed_of(run, limits)), acceleration or ACCELERATION)
+    return shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))
+
+
+def _shape(run: JointPath, limits: JointLimits, speed: float, acceleration: float) -> TimeLaw:
+    """Law along the path; the jerk of the path is what the joints allow where they move straight."""
+    shape = Trapezoid(run.span, speed, acceleration)
+    start = float(run.length[0])
+    if limits.jerk_max is None:
+        return trapezoid_law(start, shape)
+    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
+    return double_s_law(start, shape, float(np.min(limits.table[2] / np.maximum(steepest, 1e-9))))
+
+
+def _speed_of(run: JointPath, limits: JointLimits) -> float:
+    """Greatest feed that the speeds of the joints allow everywhere on the run, mm/s."""
+    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
+    return float(np.min(limits.table[0] / np.maximum(steepest, 1e-9)))
+
+
+_MAKERS: Mapping[str, Callable[[JointPath, JointLimits, float, float | None], TimeLaw]] = {
+    "trapezoid": trapezoid_of,
+    "toppra": toppra_law,
+    "min_time": min_time_of,
+}
+"""Makers of one run's law, by the name of the method."""

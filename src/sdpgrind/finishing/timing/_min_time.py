@@ -1,0 +1,96 @@
+"""The fastest law of a run within the limits of its joints, where the acceleration may jump: swept over a grid of its own.
+
+The square of the feed is linear over arc length between points of the grid. Backward, the greatest feed from which rest can still
+be reached; forward, as fast as that allows. The grid is made finer until that no longer saves time; where limits are exceeded
+between its points (in proportion to the square of its step) they are narrowed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.timing import _sweep_kernels as sweep_kernels
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._narrowing import Narrowed, narrowed
+from sdpgrind.finishing.timing._time_law import TimeLaw
+
+LEAST, MOST = 64, 1 << 17
+"""Least and greatest number of intervals on a run."""
+GAIN = 2e-4
+"""Share of the duration that half the step must save to be taken; the duration is then known to about as much."""
+
+
+def fastest_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, gain: float = GAIN) -> TimeLaw:
+    """Fastest law of a run; jerk is not limited."""
+    parts = -(-LEAST // (run.pieces.breaks.size - 1))
+    before = _duration(run, limits, feed_rate, acceleration, parts)
+    while parts * (run.pieces.breaks.size - 1) < MOST:
+        parts *= 2
+        after = _duration(run, limits, feed_rate, acceleration, parts)
+        if after >= (1 - gain) * before:
+            break
+        before = after
+    return kept_on(run, limits, feed_rate, acceleration, grid_of(run, parts)).law
+
+
+def kept_on(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats) -> Narrowed:
+    """Fastest law on a grid that keeps the limits between its points too."""
+
+    def solve(factors: Floats) -> TimeLaw:
+        return law_of(grid, swept(run, limits, feed_rate, acceleration, grid, factors))
+
+    return narrowed(run, limits, feed_rate, grid.size, solve)
+
+
+def _duration(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, parts: int) -> float:
+    """Time that a run takes on a grid of so many parts in each piece of the path, s."""
+    grid = grid_of(run, parts)
+    return law_of(grid, swept(run, limits, feed_rate, acceleration, grid)).duration
+
+
+class Rows(NamedTuple):
+    """Limits at the m points of a grid: greatest squared feed x (m,), mm^2/s^2, and ``|p u + c x|`` <= 1, (m, r) of all rows."""
+
+    cap: Floats
+    p: Floats
+    c: Floats
+
+
+def rows_of(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats, factors: Floats | None = None
+) -> Rows:
+    """Limits at the points of a grid (mm); those of speed and acceleration are narrowed by factors (2, m)."""
+    joints, narrow = run.derivatives(grid), np.ones((2, grid.size)) if factors is None else factors
+    speed, most, _ = limits.table
+    p, c = (joints[:, order] / most * narrow[1][:, None] for order in (1, 2))
+    if acceleration is not None:
+        p = np.column_stack([p, np.full(grid.size, 1 / acceleration)])
+        c = np.column_stack([c, np.zeros(grid.size)])
+    fastest = 1 / np.maximum(np.abs(joints[:, 1] / speed).max(axis=1) * narrow[0], 1e-12)
+    return Rows(np.minimum(feed_rate, fastest) ** 2, np.ascontiguousarray(p), np.ascontiguousarray(c))
+
+
+def swept(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats, factors: Floats | None = None
+) -> Floats:
+    """Square of the feed (mm^2/s^2) at the points of a grid (mm)."""
+    rows = rows_of(run, limits, feed_rate, acceleration, grid, factors)
+    x = np.zeros(grid.size)
+    sweep_kernels.fastest(np.diff(grid), rows.p, rows.c, rows.cap, x)
+    return x
+
+
+def law_of(grid: Floats, x: Floats) -> TimeLaw:
+    """Law whose squared feed is linear over arc length between points: constant acceleration in each piece."""
+    feed, step = np.sqrt(x), np.diff(grid)
+    durations = 2 * step / (feed[1:] + feed[:-1])
+    knots = np.concatenate([[0.0], np.cumsum(durations)])
+    return TimeLaw(knots, grid[:-1], feed[:-1], np.diff(x) / (2 * step), np.zeros(step.size))
+
+
+def grid_of(run: JointPath, parts: int) -> Floats:
+    """The breaks of the path (mm), each piece cut alike into so many parts."""
+    breaks = run.pieces.breaks
+    return np.interp(np.arange((breaks.size - 1) * parts + 1) / parts, np.arange(breaks.size), breaks)

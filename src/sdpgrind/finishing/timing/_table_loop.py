@@ -1,0 +1,180 @@
+"""The position loop of one axis of the xy table."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind import control
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Complex, Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.finishing.timing import _table_kernels as table_kernels
+
+
+class SampledTable(NamedTuple):
+    """One sample of the loop: x' = transition x + old u + new u', position = output x, for a command u in mm.
+
+    Attributes
+    ----------
+    transition : array, (3, 3)
+        Of the state over a sample, dimensionless.
+    old, new : array, (3,)
+        Weights of the command (mm) before and after it.
+    output : array, (3,)
+        The position (mm) from the state.
+    """
+
+    transition: Floats
+    old: Floats
+    new: Floats
+    output: Floats
+
+    @property
+    def parameters(self) -> Floats:
+        """All of it in one array (18,) for `kernels.table_step`; weights of a command in mm."""
+        return np.concatenate([np.ravel(each) for each in self])
+
+
+@stored("finishing.table_loop")
+@dataclass(frozen=True)
+class TableLoop(Frozen):
+    """Position loop of one axis of the xy table: a motor with friction under a PID law on the position error (Wang, Sec. 3).
+
+    ``J P'' + B P' = Kt (Kp e + Ki int e + Kd e')`` with e = P* - P, so that
+    P/P* = (Kt Kd s^2 + Kt Kp s + Kt Ki)/(J s^3 + (B + Kt Kd) s^2 + Kt Kp s + Kt Ki), as printed. Positions are of the motor, rad,
+    or of the table, mm: the loop is linear, so its answer is in the unit of its command. The source gives no values; these are
+    ours.
+
+    Parameters
+    ----------
+    inertia : float
+        J, kg m^2.
+    damping : float
+        B, N m s.
+    torque_constant : float
+        Kt, N m/A.
+    kp, ki, kd : float
+        Gains of the law, A/rad, A/(rad s), A s/rad.
+
+    Raises
+    ------
+    ValueError
+        When a value is not > 0 (damping and kd: < 0), or the loop is unstable; the message names its poles.
+
+    Examples
+    --------
+    >>> loop = TableLoop()
+    >>> loop.poles.round(2).tolist()
+    [(-49.69+44.41j), (-49.69-44.41j), (-5.63+0j)]
+    >>> round(loop.parabola_error(1000.0), 3)
+    0.2
+    """
+
+    inertia: float = 0.002
+    damping: float = 0.01
+    torque_constant: float = 0.5
+    kp: float = 20.0
+    ki: float = 100.0
+    kd: float = 0.4
+
+    def __post_init__(self) -> None:
+        for name, unit in (("inertia", "kg m^2"), ("torque_constant", "N m/A"), ("kp", "A/rad"), ("ki", "A/(rad s)")):
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
+        for name, unit in (("damping", "N m s"), ("kd", "A s/rad")):
+            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), unit))
+        if not (self.damping + self.torque_constant * self.kd) * self.kp > self.inertia * self.ki:
+            poles = ", ".join(f"{pole:.4g}" for pole in self.poles)
+            raise ValueError(
+                f"(damping + torque_constant*kd)*kp must be > inertia*ki, else the loop is unstable; its poles are {poles} (1/s)"
+            )
+
+    @property
+    def numerator(self) -> Floats:
+        """Of P/P*, highest power of s first; s in 1/s, coefficients in N m and s."""
+        return self.torque_constant * np.array([self.kd, self.kp, self.ki])
+
+    @property
+    def denominator(self) -> Floats:
+        """Of P/P*, highest power of s first; s in 1/s, coefficients in kg m^2, N m and s."""
+        kt = self.torque_constant
+        return np.array([self.inertia, self.damping + kt * self.kd, kt * self.kp, kt * self.ki])
+
+    @property
+    def poles(self) -> Complex:
+        """Of the closed loop, 1/s."""
+        return np.asarray(np.roots(self.denominator), dtype=complex)
+
+    def response(self, frequency: npt.ArrayLike) -> Complex:
+        """Return the complex gain P/P*, dimensionless.
+
+        Parameters
+        ----------
+        frequency : array
+            Angular frequencies, rad/s.
+        """
+        s = 1j * checks.finite_array("frequency", frequency, "rad/s")
+        return np.asarray(np.polyval(self.numerator, s) / np.polyval(self.denominator, s), dtype=complex)
+
+    def parabola_error(self, acceleration: float) -> float:
+        """Return the error that is left behind a command of constant acceleration, B a/(Kt Ki), in mm; a ramp leaves none.
+
+        Parameters
+        ----------
+        acceleration : float
+            Of the command, mm/s^2.
+        """
+        return self.damping * checks.number("acceleration", acceleration, "mm/s^2") / (self.torque_constant * self.ki)
+
+    def sampled(self, period: float) -> SampledTable:
+        """Return the loop over a sample, exact for commands that are straight lines between samples.
+
+        Parameters
+        ----------
+        period : float
+            Time between two samples, s.
+
+        Raises
+        ------
+        ValueError
+            When it is not > 0.
+
+        Examples
+        --------
+        >>> TableLoop().sampled(1e-3).transition.shape
+        (3, 3)
+        """
+        A, B, C, _ = control.continuous(self.numerator, self.denominator)
+        transition, old, new = control.ramped(A, B, checks.positive("period", period, "s"))
+        return SampledTable(transition, old, new, C)
+
+    def follow(self, command: npt.ArrayLike, period: float) -> Floats:
+        """Return where the table is when it is told where to be; it stands still at the first command before.
+
+        Parameters
+        ----------
+        command : array, (m,)
+            Position commanded at each sample, mm, a straight line in between.
+        period : float
+            Time between two samples, s.
+
+        Returns
+        -------
+        array, (m,)
+            Position at each sample, mm.
+
+        Examples
+        --------
+        >>> table = TableLoop()
+        >>> ramp = 25.0 * np.arange(4001) * 1e-3
+        >>> bool(abs(table.follow(ramp, 1e-3)[-1] - ramp[-1]) < 1e-9)
+        True
+        """
+        told = checks.finite_array("command", command, "mm")
+        if told.ndim != 1 or not told.size:
+            raise checks.refuse("command", "of shape (m,) with m >= 1", told.shape, "mm")
+        position = np.empty(told.size)
+        table_kernels.follow(self.sampled(period).parameters, np.zeros(table_kernels.TABLE), told - told[0], position)
+        return np.asarray(position + told[0])

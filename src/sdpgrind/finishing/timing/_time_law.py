@@ -1,0 +1,194 @@
+"""A time law: arc length over time, in pieces of constant jerk."""
+
+from dataclasses import KW_ONLY, dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.finishing.timing._cubic import advanced
+
+FIELDS = {"knots": "s", "length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
+JOINED = 1e-6
+"""Of a law's length and of its greatest feed: by how much less a piece may end beside where the next begins."""
+
+
+class Course(NamedTuple):
+    """Where the contact point is on its path, and how it moves: mm, mm/s, mm/s^2, mm/s^3."""
+
+    length: Floats
+    feed: Floats
+    acceleration: Floats
+    jerk: Floats
+
+
+@stored("finishing.time_law")
+@dataclass(frozen=True, eq=False)
+class TimeLaw(Frozen):
+    """Arc length over time from rest to rest, in pieces of constant jerk: cubic polynomials, without any further approximation.
+
+    A piece with jerk 0 has constant acceleration: the square of the feed is then a straight line over arc length.
+
+    Parameters
+    ----------
+    knots : array, (k + 1,)
+        Times at which pieces begin, and the end, s, from 0.
+    length : array, (k,)
+        Arc length at the begin of each piece, mm.
+    feed : array, (k,)
+        Feed there, mm/s.
+    acceleration : array, (k,)
+        Acceleration along the path just after it, mm/s^2.
+    jerk : array, (k,)
+        Jerk along the path during the piece, mm/s^3.
+    slowed : float
+        By how much slower than asked: duration over that without limits of the joints, unit 1; 1 where it is not known.
+
+    Raises
+    ------
+    ValueError
+        When shapes do not fit together, times do not rise from 0, or a piece does not begin where the one before it ends.
+
+    Examples
+    --------
+    >>> law = TimeLaw(knots=[0.0, 0.1, 0.2], length=[0.0, 5.0], feed=[0.0, 100.0], acceleration=[1e3, -1e3], jerk=[0.0, 0.0])
+    >>> law.duration, [round(float(value), 6) for value in law.at(0.15)]
+    (0.2, [8.75, 50.0, -1000.0, 0.0])
+    """
+
+    knots: Floats
+    length: Floats
+    feed: Floats
+    acceleration: Floats
+    jerk: Floats
+    _: KW_ONLY
+    slowed: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, unit in FIELDS.items():
+            object.__setattr__(self, name, np.ascontiguousarray(checks.finite_array(name, getattr(self, name), unit)))
+        object.__setattr__(self, "slowed", checks.positive("slowed", self.slowed))
+        self._check_shapes()
+        self._check_jumps()
+
+    def _check_shapes(self) -> None:
+        """Refuse times that do not rise from 0, and pieces that do not lie between them."""
+        if self.knots.ndim != 1 or self.knots.size < 2:
+            raise checks.refuse("knots", "of shape (k + 1,) with k >= 1", self.knots.shape, "s")
+        if self.knots[0] != 0:
+            raise checks.refuse("knots[0]", "0", float(self.knots[0]), "s")
+        for k in np.flatnonzero(np.diff(self.knots) < 0)[:1]:
+            pair = float(self.knots[k]), float(self.knots[k + 1])
+            raise checks.refuse("knots", f"rising: knots {k} and {k + 1} go back", pair, "s")
+        count = self.knots.size - 1
+        for name in list(FIELDS)[1:]:
+            if getattr(self, name).shape != (count,):
+                rule = f"of shape ({count},), a piece between each two knots"
+                raise checks.refuse(name, rule, getattr(self, name).shape, FIELDS[name])
+
+    def _check_jumps(self) -> None:
+        """Refuse a piece that does not begin where the one before it ends."""
+        ends = moved(np.diff(self.knots), self.length, self.feed, self.acceleration, self.jerk)
+        way = max(float(np.ptp(self.length)), float(abs(ends.length[-1] - self.length[0])))
+        for name, scale in (("length", way), ("feed", float(np.abs(self.feed).max()))):
+            begin, end = getattr(self, name)[1:], getattr(ends, name)[:-1]
+            for k in np.flatnonzero(np.abs(begin - end) > JOINED * scale)[:1]:
+                raise checks.refuse(f"{name}[{k + 1}]", f"where piece {k} ends, at {end[k]:.6g}", float(begin[k]), FIELDS[name])
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, TimeLaw) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def _key(self) -> tuple[object, ...]:
+        return (*(getattr(self, name).tobytes() for name in FIELDS), self.slowed)
+
+    @property
+    def duration(self) -> float:
+        """Time from rest to rest, s."""
+        return float(self.knots[-1])
+
+    @property
+    def end(self) -> float:
+        """Arc length at the end, mm."""
+        return float(self._within(self.knots[-1:]).length[0])
+
+    def at(self, time: npt.ArrayLike) -> Course:
+        """Return length (mm), feed (mm/s), acceleration (mm/s^2) and jerk (mm/s^3) at times.
+
+        Parameters
+        ----------
+        time : array, (...)
+            Times from the begin of the law, s. At a knot the later piece counts.
+
+        Raises
+        ------
+        ValueError
+            When a time is before the begin or after the end.
+        """
+        when = checks.finite_array("time", time, "s")
+        slack = 1e-9 * self.duration
+        for value in when.ravel()[(when.ravel() < -slack) | (when.ravel() > self.duration + slack)][:1]:
+            raise checks.refuse("time", f"in [0, {self.duration:g}]", float(value), "s")
+        return self._within(np.clip(when, 0.0, self.duration))
+
+    def _within(self, time: Floats) -> Course:
+        """Course at times that are on the law."""
+        k = np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, self.length.size - 1)
+        t, s, v, a, j = time - self.knots[k], self.length[k], self.feed[k], self.acceleration[k], self.jerk[k]
+        return moved(t, s, v, a, j)
+
+    def time_at(self, length: npt.ArrayLike) -> Floats:
+        """Return the times (s) at which the contact point is at arc lengths (mm).
+
+        Parameters
+        ----------
+        length : array, (...)
+            Arc lengths on the law, mm.
+        """
+        where = np.clip(checks.finite_array("length", length, "mm"), self.length[0], self.end)
+        k = np.clip(np.searchsorted(self.length, where, side="right") - 1, 0, self.length.size - 1)
+        low, high = self.knots[k], self.knots[k + 1]
+        for _ in range(60):  # the length never falls: halving finds the time to the last digits
+            middle = (low + high) / 2
+            before = self._within(middle).length < where
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        return np.asarray((low + high) / 2)
+
+    def slower(self, factor: float) -> "TimeLaw":
+        """Return the same course played more slowly: speeds fall by the factor, accelerations by its square, jerks by its cube.
+
+        Parameters
+        ----------
+        factor : float
+            >= 1, dimensionless; the duration (s) grows by it.
+
+        Raises
+        ------
+        ValueError
+            When it is less.
+        """
+        f = checks.number("factor", factor)
+        if f < 1:
+            raise checks.refuse("factor", ">= 1", f)
+        scaled = (self.knots * f, self.length, self.feed / f, self.acceleration / f**2, self.jerk / f**3)
+        return TimeLaw(*scaled, slowed=self.slowed * f)
+
+
+def moved(t: Floats, s: Floats, v: Floats, a: Floats, j: Floats) -> Course:
+    """Course after times `t` (s) at constant jerk `j`, begun at length `s` with feed `v` and acceleration `a`."""
+    return Course(*advanced(t, s, v, a, j), j)
+
+
+def integrated(start: float, durations: Floats, accelerations: Floats, jerks: Floats) -> TimeLaw:
+    """Law from rest at `start` (mm) in pieces of given durations, first accelerations and jerks."""
+    t, a, j = durations, accelerations, jerks
+    feed = np.concatenate([[0.0], np.cumsum(advanced(t, 0.0, 0.0, a, j)[1])])[:-1]
+    length = start + np.concatenate([[0.0], np.cumsum(advanced(t, 0.0, feed, a, j)[0])])[:-1]
+    return TimeLaw(np.concatenate([[0.0], np.cumsum(t)]), length, feed, a, j)

@@ -1,0 +1,148 @@
+"""Whether the limits are held, everywhere: on a grid finer than any law was made on."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.timing import _check_kernels as check_kernels
+from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._time_law import TimeLaw, moved
+
+QUANTITIES = ("speed", "acceleration", "jerk", "feed")
+SLACK = 1e-9
+"""What rounding may add to a ratio of 1."""
+
+
+class Violation(NamedTuple):
+    """Where a motion comes closest to a limit, or goes beyond it.
+
+    Attributes
+    ----------
+    quantity : str
+        "speed", "acceleration" or "jerk" of a joint, or "feed".
+    joint : str
+        Its name; empty for the feed.
+    ratio : float
+        Value over limit, dimensionless: <= 1 where every limit is held.
+    run : int
+        Index of the run.
+    time : float
+        From the begin of that run, s.
+    length : float
+        Arc length there, mm.
+    """
+
+    quantity: str
+    joint: str
+    ratio: float
+    run: int
+    time: float
+    length: float
+
+    @property
+    def held(self) -> bool:
+        """Whether no limit is exceeded: a ratio <= 1, dimensionless."""
+        return self.ratio <= 1 + SLACK
+
+    def __str__(self) -> str:
+        what = f"{self.quantity} of {self.joint}" if self.joint else self.quantity
+        place = f"in run {self.run} at {self.length:.4g} mm, {self.time:.4g} s"
+        return f"{what} at {100 * self.ratio:.4g} % of its limit {place}"
+
+
+def worst_violation(
+    runs: Sequence[JointPath], laws: Sequence[TimeLaw], *, limits: JointLimits, feed_rate: float, refine: int = 20
+) -> Violation:
+    """Return where the motion comes closest to a limit, or goes beyond it.
+
+    Every piece of a law is looked at in `refine` places for each piece of the path it runs over, both ends included, and the
+    closest place is then sought between them.
+
+    Parameters
+    ----------
+    runs : sequence of JointPath
+        The joints of each run, mm and rad or mm.
+    laws : sequence of TimeLaw
+        How each is played, s.
+    limits : JointLimits
+        Of the joints; jerk is looked at where it has a limit.
+    feed_rate : float
+        Greatest feed of the process, mm/s.
+    refine : int
+        Places in a piece, a whole number.
+
+    Raises
+    ------
+    ValueError
+        When there are not as many laws as runs, or none.
+
+    Examples
+    --------
+    >>> run = JointPath([0.0, 100.0], [[0.0], [100.0]])
+    >>> limits = JointLimits(["X"], speed_max=[200.0], acceleration_max=[2000.0])
+    >>> law = TimeLaw([0.0, 2.0, 4.0], [0.0, 50.0], [0.0, 50.0], [25.0, -25.0], [0.0, 0.0])
+    >>> print(worst_violation([run], [law], limits=limits, feed_rate=40.0))
+    feed at 125 % of its limit in run 0 at 50 mm, 2 s
+    """
+    if len(runs) != len(laws) or not runs:
+        raise checks.refuse("laws", f"one for each of the {len(runs)} runs (at least one)", len(laws))
+    checks.positive("feed_rate", feed_rate, "mm/s")
+    checks.count("refine", refine)
+    found = [closest(run, law, limits, feed_rate, refine) for run, law in zip(runs, laws, strict=True)]
+    ratios = np.array([each[:, 0] for each in found])
+    run, quantity = np.unravel_index(np.argmax(ratios), ratios.shape)
+    ratio, joint, time, length = found[run][quantity]
+    name = limits.names[int(joint)] if joint >= 0 else ""
+    return Violation(QUANTITIES[quantity], name, float(ratio), int(run), float(time), float(length))
+
+
+def closest(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
+    """Greatest share of each limit over one run: (4, 4) = quantities by (ratio, joint, time, length)."""
+    rows = _rows(law)
+    each = _shares(run, rows, limits, feed_rate, refine)
+    found = np.empty((len(QUANTITIES), 4))
+    for quantity, piece in enumerate(np.argmax(each[:, :, 0], axis=0)):
+        near, begin = _around(rows[:, piece : piece + 2], each[piece, quantity, 2], refine)
+        closer = _shares(run, near, limits, feed_rate, 20)[0, quantity] + [0.0, 0.0, begin, 0.0]
+        found[quantity] = max(each[piece, quantity], closer, key=lambda row: row[0])
+    return found
+
+
+def shares(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
+    """Greatest share of each limit in every piece of a law: (k, 4, 4)."""
+    return _shares(run, _rows(law), limits, feed_rate, refine)
+
+
+def _shares(run: JointPath, rows: Floats, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
+    """The same of a law's rows (5, k + 1)."""
+    found = np.zeros((rows.shape[1] - 1, len(QUANTITIES), 4))
+    found[:, :, 1] = -1
+    check_kernels.worst(*run.pieces, rows, limits.table, feed_rate, refine, found)
+    return found
+
+
+def _rows(law: TimeLaw) -> Floats:
+    """The law as one array (5, k + 1), its end in the last column."""
+    end = law.at(law.duration)
+    columns = zip((law.length, law.feed, law.acceleration, law.jerk), end, strict=True)
+    return np.stack([law.knots, *(np.append(row, last) for row, last in columns)])
+
+
+def _around(piece: Floats, time: float, refine: int) -> tuple[Floats, float]:
+    """A short part of a piece (5, 2) about a time, in rows of its own from time 0, and when it begins."""
+    begin, end = piece[0]
+    step = (end - begin) / refine
+    first = float(max(begin, min(time - step, end - 2 * step)))
+    width = min(2 * step, end - begin)
+    there = moved(first - begin, *piece[1:, 0])
+    return np.array([[0.0, *there], [width, *moved(width, *there)]]).T.copy(), first
+
+
+def slowing(ratios: Floats) -> float:
+    """By how much a law must be slower so that speed, acceleration, jerk and feed keep their limits; 1 where they do."""
+    speed, acceleration, jerk, feed = ratios
+    return float(max(1.0, speed, acceleration**0.5, jerk ** (1 / 3), feed))

@@ -1,0 +1,98 @@
+"""The torque axis over a tick, exactly: it swings in contact, flies without, touches and lifts in between."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.finishing.torque import _slots as at
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+_EVENTS = 100
+"""Touches and lifts within a piece of a tick; a contact lasts half a period, so that there are never more than a few."""
+
+
+@njit(**_OPTIONS)
+def encoder_reading(angle, resolution):
+    """Angle (rad) that an encoder of a resolution (rad) shows; the angle itself where the resolution is 0."""
+    if resolution <= 0.0:
+        return angle
+    return resolution * np.floor(angle / resolution + 0.5)
+
+
+@njit(**_OPTIONS)
+def axis_tick(state, current, load_torque, surface, next_surface, axis):
+    """Advance the axis exactly over a tick and return the contact torque at its end, N m.
+
+    J theta'' = k_t i - T_f - T_L, Wang (3) as it must be, with T_f = max(0, k_e (theta - theta_s)).
+
+    Parameters
+    ----------
+    state : array, (STATES,)
+        Motor angle (rad) and speed (rad/s); at `MEAN_TORQUE` the mean contact torque of the tick (N m) is written.
+    current, load_torque : float
+        Held over the tick, A and N m.
+    surface, next_surface : float
+        Angle at which the surface is touched at the begin and the end of the tick, rad; a straight line between.
+    axis : array, (AXIS,)
+        J (kg m^2), k_e (N m/rad), k_t (N m/A) and the length of a tick (s).
+    """
+    inertia, stiffness, tick = axis[at.INERTIA], axis[at.STIFFNESS], axis[at.TICK]
+    drive = axis[at.TORQUE_CONSTANT] * current - load_torque
+    slope = (next_surface - surface) / tick
+    frequency = np.sqrt(stiffness / inertia)
+    pieces = int(np.ceil(frequency * tick))  # of less than 1 rad each, far from half a period
+    gap, speed = state[at.ANGLE] - surface, state[at.SPEED] - slope
+    for _ in range(pieces):
+        gap, speed = _piece(gap, speed, tick / pieces, drive / inertia, drive / stiffness, frequency)
+    before = state[at.SPEED]
+    state[at.ANGLE], state[at.SPEED] = next_surface + gap, speed + slope
+    state[at.MEAN_TORQUE] = drive - inertia * (state[at.SPEED] - before) / tick
+    return stiffness * max(gap, 0.0)
+
+
+@njit(**_OPTIONS)
+def _piece(gap, speed, left, push, depth, frequency):
+    """Gap (rad, positive in contact) and speed after a time, through touches and lifts; push (rad/s^2), depth at rest (rad)."""
+    for _ in range(_EVENTS):
+        if gap > 0.0 or (gap == 0.0 and (speed > 0.0 or (speed == 0.0 and push > 0.0))):
+            gap, speed, left = _in_contact(gap, speed, left, depth, frequency)
+        else:
+            gap, speed, left = _in_flight(gap, speed, left, push)
+        if left <= 0.0:
+            break
+    return gap, speed
+
+
+@njit(**_OPTIONS)
+def _first(a, b, c):
+    """First x > 0 at which a x^2 + 2 b x + c, with c >= 0, turns negative; infinite where it never does."""
+    root = b * b - a * c
+    if b < 0.0:
+        return c / (np.sqrt(root) - b) if root >= 0.0 else np.inf
+    return (b + np.sqrt(root)) / -a if a < 0.0 else np.inf
+
+
+@njit(**_OPTIONS)
+def _in_contact(gap, speed, left, depth, frequency):
+    """Swing about the depth at rest until the end or until it lifts: a quadratic in the tangent of half the phase."""
+    rate = speed / frequency
+    c, s = np.cos(0.5 * frequency * left), np.sin(0.5 * frequency * left)
+    half = _first(2.0 * depth - gap, rate, gap)
+    if half > s / c:
+        rise, turn = 2.0 * s * s, 2.0 * s * c  # 1 - cos and sin of the phase: a change that is small stays exact
+        ahead = depth - gap
+        return gap + ahead * rise + rate * turn, speed - speed * rise + frequency * ahead * turn, 0.0
+    c = 1.0 / (1.0 + half * half)
+    rise, turn = 2.0 * half * half * c, 2.0 * half * c
+    lifting = speed - speed * rise + frequency * (depth - gap) * turn
+    return 0.0, min(lifting, 0.0), left - 2.0 * np.arctan(half) / frequency
+
+
+@njit(**_OPTIONS)
+def _in_flight(gap, speed, left, push):
+    """Fall towards or away from the surface until the end or until it touches."""
+    time = _first(-0.5 * push, -0.5 * speed, -gap)
+    if time > left:
+        return gap + left * (speed + 0.5 * push * left), speed + push * left, 0.0
+    return 0.0, max(speed + push * time, 0.0), left - time

@@ -1,0 +1,245 @@
+"""The controller of the contact torque: constant current, PID plus feedforward with an observer, damped, or LQG."""
+
+import copy
+import hashlib
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from math import nan
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.finishing.torque import _slots as at
+from sdpgrind.finishing.torque._axis import TorqueAxis, true_axis
+from sdpgrind.finishing.torque._controller_kernels import controller_step, torque_at
+from sdpgrind.finishing.torque._gains import Gains
+from sdpgrind.finishing.torque._law import Setting, TorqueLaw, setting
+from sdpgrind.finishing.torque._loop import AxisLoop
+from sdpgrind.finishing.torque._model import continuous, sampled
+from sdpgrind.finishing.torque._poles import AxisPoles, check_stable, poles_of
+from sdpgrind.finishing.torque._reference import Reference, reference
+
+_UNDAMPED = 0.5  # s: how long to wait for a contact that nothing damps
+_DIGEST = 12  # hexadecimal digits
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueController(Frozen):
+    """Hold the contact torque by the motor's current, knowing only that current and the motor's angle.
+
+    ========== ============================================================================================================
+    `kind`     law
+    ========== ============================================================================================================
+    "constant" current T*/k_t: no loop, and a contact that nothing damps
+    "pidff"    PID plus feedforward of Wang and Jan (2001) (6) with the torque observer (9), errata put right
+    "damped"   T* less damping by the motor's speed (`DampingGains`): what all others must be compared with
+    "lqg"      Kalman filter and state feedback (`LqgGains`): fastest, and least tolerant of a stiffer contact
+    ========== ============================================================================================================
+
+    None of them can tell a load torque from the contact torque: with an estimate that is right to the last digit, the contact is
+    off by all of the load torque that is not known. So measure that before touch-down (`identify_load_torque`) and give it as
+    `load_torque`. An error of k_t is an error of the force, by as much.
+
+    While the contact settles the motion waits (feed override 0); then it is played, and the torque follows `torque_per_force`.
+
+    Parameters
+    ----------
+    axis : TorqueAxis
+        As it is believed to be.
+    motion : Motion, optional
+        What is played, with arrays ``time`` (s), ``torque_per_force`` (N m/N) and ``profile``; None: the tool stands still,
+        F = T/R.
+    normal_force : float
+        To be held, N.
+    kind : {"pidff", "constant", "damped", "lqg"}
+        Law.
+    gains : PidffGains, DampingGains or LqgGains, optional
+        Of that law; by default what its class has. For "pidff" these are the source's, whose observer is slower than its loop (so
+        that the slowest poles are at -16.5 1/s, not at -61): ``PidffGains.of_poles(axis)`` designs others.
+    observer : {"pid", "state", "ideal"}
+        Of "pidff": (9), corrected; its state form, which with the gains of the source hardly decays and is unstable on a contact
+        half as stiff; or "ideal", the true contact torque, which is known in a simulation only.
+    prefilter : bool
+        Of "pidff": filter T* by p/(3s + p), which takes the overshoot of (8) away. At 1.667 N that overshoot needs more than the
+        current limit of 1 A.
+    load_torque : float or array (m,)
+        Load torque that is known, N m, all along or at the times of the motion.
+    settle_time : float, optional
+        How long the motion waits, s; by default four time constants of the slowest pole.
+
+    Raises
+    ------
+    ValueError
+        When the loop is not stable (the message has its poles), the sample time is too long for it, the motor cannot press so
+        hard, or a value is out of range.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> controller = fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg")
+    >>> controller.step(motor_angle=0.0)
+    {'current': 0.3369140625}
+    >>> print(controller.poles)
+    -42.08±142.80j, -72.00±34.87j, -105.02±57.21j 1/s; slowest sampled 0.949034±0.136j
+    """
+
+    axis: TorqueAxis
+    motion: Any = None
+    _: KW_ONLY
+    normal_force: float
+    kind: str = "pidff"
+    gains: Gains | None = None
+    observer: str = "pid"
+    prefilter: bool = False
+    load_torque: npt.ArrayLike = 0.0
+    settle_time: float | None = None
+
+    reports: ClassVar[Mapping[str, str]] = {"torque_estimate": "N m", "torque_ref": "N m"}
+
+    def __post_init__(self) -> None:
+        self.setting.check_sampling()
+        check_stable(self.setting)
+        if self.settle_time is not None:
+            checks.nonnegative("settle_time", self.settle_time, "s")
+        _ = self.reference
+
+    @cached_property
+    def setting(self) -> Setting:
+        """What the loop is made of: kind, gains and observer, dimensionless names and their own units."""
+        return setting(self.axis, self.kind, self.gains, self.observer, self.prefilter)
+
+    @cached_property
+    def reference(self) -> Reference:
+        """Torque to be held along the motion, s and N m."""
+        return reference(self.axis, self.motion, self.normal_force, self.load_torque)
+
+    @property
+    def period(self) -> float:
+        """Time between two samples, s."""
+        return self.axis.sample_time
+
+    @property
+    def reads(self) -> Mapping[str, str]:
+        """What it must be told, with units."""
+        return {"motor_angle": "rad"} if self.motion is None else {"motor_angle": "rad", "path_time": "s"}
+
+    @property
+    def commands(self) -> Mapping[str, str]:
+        """What it commands, with units (A)."""
+        return {"current": "A"} if self.motion is None else {"current": "A", "feed_override": "", "motion": ""}
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """What the motion is made for, and the normal force that is held (N): `hwsim` refuses to run it for anything else."""
+        planned = getattr(getattr(self.motion, "problem", None), "job", None) or {}
+        return {**planned, "target_force": (float(self.normal_force), "N")}
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Which motion is played, for the log: its time law, its duration (s), and a digest of what the robot is given."""
+        if self.motion is None:
+            return {}
+        digest = hashlib.sha256(np.ascontiguousarray(self.motion.profile).tobytes()).hexdigest()[:_DIGEST]
+        law, duration = str(getattr(self.motion, "method", "")), float(self.reference.time[-1])
+        return {"motion_method": law, "motion_duration": duration, "motion_digest": digest}
+
+    @cached_property
+    def poles(self) -> AxisPoles:
+        """Poles of axis, law and observer together, 1/s, and those of the sampled loop."""
+        return poles_of(self.setting)
+
+    @cached_property
+    def settling(self) -> float:
+        """How long the motion waits, s."""
+        if self.settle_time is not None:
+            return float(self.settle_time)
+        return _UNDAMPED if self.setting.gains is None else 4.0 / self.poles.slowest
+
+    @cached_property
+    def law(self) -> TorqueLaw:
+        """Arrays for compiled loops, in N m, A, rad and s."""
+        known = self.reference
+        start = np.zeros(at.CONTROL)
+        return TorqueLaw(self.setting.parameters(self.settling), start, known.time, known.torque + known.load, known.load)
+
+    @cached_property
+    def state(self) -> Floats:
+        """State of the compiled law, in N m, A, rad and s."""
+        return self.law.start.copy()
+
+    def loop(self, truth: TorqueAxis | None = None, *, sampled_time: bool = False) -> AxisLoop:
+        """Return the closed loop as a linear system, in rad, s and N m; without prefilter, rounding, limits and lifting.
+
+        Parameters
+        ----------
+        truth : TorqueAxis, optional
+            The axis as it is; by default as it is believed.
+        sampled_time : bool
+            The loop as it is sampled, else that in continuous time.
+        """
+        real = true_axis(self.axis, truth)
+        return sampled(self.setting, real) if sampled_time else continuous(self.setting, real)
+
+    def poles_at(self, truth: TorqueAxis) -> AxisPoles:
+        """Return the poles (1/s) on an axis that is not as it is believed.
+
+        Parameters
+        ----------
+        truth : TorqueAxis
+            The axis as it is.
+        """
+        return poles_of(self.setting, true_axis(self.axis, truth))
+
+    def reset(self) -> None:
+        """Forget the part before."""
+        self.state[:] = self.law.start
+
+    def step(self, *, motor_angle: float, path_time: float = nan, **others: Any) -> dict[str, Any]:
+        """Return the current (A) until the next sample; and, where there is a motion, how fast it is to be played.
+
+        Parameters
+        ----------
+        motor_angle : float
+            Reading of the encoder, rad; NaN: none.
+        path_time : float
+            How far the motion has been played, s; NaN: as far as a sample before.
+        **others
+            Whatever else the plant measures; not used.
+
+        Returns
+        -------
+        dict
+            ``current`` (A); with a motion ``feed_override`` (0 until the contact has settled, then 1), and in the first sample
+            ``motion``, the profile to be played.
+
+        Raises
+        ------
+        ValueError
+            With the observer "ideal", which needs to know the true torque (N m).
+        """
+        law, state = self.law, self.state
+        if law.parameters[at.KIND] == at.PIDFF and law.parameters[at.OBSERVER] == at.IDEAL:
+            raise checks.refuse("observer", "'pid' or 'state' on a machine: no sensor has the true contact torque", "ideal")
+        current = controller_step(law.parameters, state, float(motor_angle), float(path_time), law.time, law.torque, 0.0, 0.0)
+        if self.motion is None:
+            return {"current": current}
+        count = state[at.COUNT]
+        command = {"current": current, "feed_override": 1.0 if count > law.parameters[at.SETTLE_STEPS] else 0.0}
+        return {**command, "motion": self.motion.profile} if count == 1.0 else command
+
+    def report(self) -> dict[str, float]:
+        """Return what it takes the contact torque to be, and what it is to be (N m)."""
+        law, state = self.law, self.state
+        load = float(torque_at(law.time, law.load, state[at.PATH_TIME], state))
+        return {"torque_estimate": float(state[at.ESTIMATE]) - load, "torque_ref": float(state[at.REFERENCE]) - load}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """A controller with a state of its own; axis and motion never change and are shared."""
+        twin = copy.copy(self)
+        twin.__dict__["state"] = self.state.copy()
+        return twin

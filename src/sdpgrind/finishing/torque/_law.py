@@ -1,0 +1,128 @@
+"""What a controller is made of, as the plain arrays that compiled code takes."""
+
+import dataclasses
+from functools import cached_property
+from math import ceil, exp
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.torque import _slots as at
+from sdpgrind.finishing.torque._axis import TorqueAxis
+from sdpgrind.finishing.torque._gains import DampingGains, Gains, LqgGains, PidffGains
+
+KINDS = {"constant": at.CONSTANT, "pidff": at.PIDFF, "damped": at.DAMPED, "lqg": at.LQG}
+OBSERVERS = {"pid": at.PID_OBSERVER, "state": at.STATE_OBSERVER, "ideal": at.IDEAL}
+_GAINS = {"pidff": PidffGains, "damped": DampingGains, "lqg": LqgGains}
+
+
+class TorqueLaw(NamedTuple):
+    """Arrays of a controller for compiled loops; see `sdpgrind.finishing.kernels`.
+
+    Attributes
+    ----------
+    parameters : array
+        What `kernels.controller_step` takes as its law, in N m, A, rad and s.
+    start : array
+        State at the start of a part; loops work on a copy.
+    time : array, shape (m,)
+        Times of the motion, s; one time where there is none.
+    torque : array, shape (m,)
+        Torque reference there with the load torque that is known, N m.
+    load : array, shape (m,)
+        The load torque that is known, N m.
+    """
+
+    parameters: Floats
+    start: Floats
+    time: Floats
+    torque: Floats
+    load: Floats
+
+
+@dataclasses.dataclass(frozen=True)
+class Setting:
+    """What a loop is made of: axis as it is believed, kind, gains, and where the torque is known from."""
+
+    axis: TorqueAxis
+    kind: str
+    gains: Gains | None
+    observer: str
+    prefilter: bool
+
+    @property
+    def speed(self) -> float | None:
+        """Pole (1/s) that the sample time must be short for; None: there is no loop."""
+        if isinstance(self.gains, PidffGains):
+            return self.gains.pole
+        if isinstance(self.gains, LqgGains):
+            return self.gains.bandwidth
+        return None if self.gains is None else self.axis.natural_frequency
+
+    def check_sampling(self) -> None:
+        """Refuse a sample time that is too long."""
+        speed, axis = self.speed, self.axis
+        if speed is not None and axis.sample_time > 1.0 / (5.0 * speed):
+            raise checks.refuse(
+                "sample_time", f"<= 1/(5 p) = {1 / (5 * speed):.3g} for p = {speed:.4g} 1/s", axis.sample_time, "s"
+            )
+
+    @cached_property
+    def linear(self) -> Floats:
+        """Array for compiled code of the loop alone: nothing is rounded, clipped or filtered before it."""
+        found = self.parameters(digital=False)
+        found[at.PREFILTER] = 0.0
+        return found
+
+    def parameters(self, settle_time: float = 0.0, digital: bool = True) -> Floats:
+        """Array for compiled code; without `digital` currents are neither rounded nor clipped."""
+        axis, p = self.axis, np.zeros(at.LAW)
+        p[at.KIND], p[at.OBSERVER] = KINDS[self.kind], OBSERVERS[self.observer]
+        p[at.SAMPLE_TIME], p[at.MOTOR_CONSTANT] = axis.sample_time, axis.torque_constant
+        p[at.CURRENT_MAX], p[at.CURRENT_STEP] = (axis.current_limit, axis.current_step) if digital else (np.inf, 0.0)
+        p[at.SETTLE_STEPS] = ceil(settle_time / axis.sample_time - 1e-9)
+        p[at.LAW_INERTIA], p[at.LAW_STIFFNESS] = axis.inertia, axis.contact_angular_stiffness
+        if isinstance(self.gains, PidffGains):
+            self._pidff(p, self.gains)
+        elif isinstance(self.gains, DampingGains):
+            p[at.SPEED_GAIN] = self.gains.speed_gain(axis)
+            p[at.SPEED_POLE] = exp(-axis.sample_time / self.gains.highpass_time)
+        elif self.gains is not None:
+            self._lqg(p, self.gains)
+        return p
+
+    def _pidff(self, p: Floats, gains: PidffGains) -> None:
+        p[at.KP], p[at.KI], p[at.KD] = gains.kp, gains.ki, gains.kd
+        p[at.OBS_KP], p[at.OBS_KI], p[at.OBS_KD] = gains.obs_kp, gains.obs_ki, gains.obs_kd
+        if self.prefilter:
+            p[at.PREFILTER] = exp(-gains.prefilter_rate(self.axis) * self.axis.sample_time)
+
+    def _lqg(self, p: Floats, gains: LqgGains) -> None:
+        A, B, _ = gains.sampled(self.axis)
+        p[at.LQG_TORQUE], p[at.LQG_SPEED] = gains.feedback(self.axis)
+        p[at.LQG_GAIN : at.LQG_INPUT] = gains.kalman(self.axis)
+        p[at.LQG_INPUT : at.LQG_MATRIX] = B
+        p[at.LQG_MATRIX :] = A.ravel()
+
+
+def setting(axis: TorqueAxis, kind: str, gains: object, observer: str, prefilter: bool) -> Setting:
+    """Check what a controller is to be made of."""
+    checks.kind("axis", axis, TorqueAxis)
+    checks.one_of("kind", kind, KINDS)
+    observer = checks.one_of("observer", observer, OBSERVERS)
+    if kind != "pidff" and (observer != "pid" or prefilter):
+        raise ValueError(f"observer and prefilter must be left as they are with kind {kind!r}; got {observer!r} and {prefilter}")
+    return Setting(axis, kind, _gains(kind, gains), observer, bool(prefilter))
+
+
+def _gains(kind: str, gains: object) -> Gains | None:
+    if kind == "constant":
+        if gains is not None:
+            raise checks.refuse("gains", "left out with kind 'constant', which has no loop", gains)
+        return None
+    wanted: type[Gains] = _GAINS[kind]
+    if gains is None:
+        return wanted()
+    return checks.kind("gains", gains, wanted, f", for kind {kind!r}")

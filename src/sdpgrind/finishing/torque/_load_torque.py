@@ -1,0 +1,169 @@
+"""The load torque, which no controller can tell from the contact torque: by weight, and measured before touch-down."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sdpgrind import identify as idf
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.torque._axis import GRAVITY, TorqueAxis
+
+_QUANTITIES = {"motor_angle": "rad", "current": "A"}
+_LEAST = 8
+_FREE = 1.75  # rms of readings over that of rounding: rounding, half a count at most, never gives more than its root of 3
+_PLACES, _NEAR = 64, 9
+
+
+def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
+    """Return the torque of the weight of a tool about the motor's axis, N m: m g d cos(angle), part of the load torque.
+
+    The source is silent about it. Its inertia would be that of 0.44 kg at 50 mm, which weighs more than its motor can hold:
+    balance the tool. What is left changes with the pose; give it to the controller as `load_torque`.
+
+    Parameters
+    ----------
+    mass : float
+        kg.
+    centre_distance : float
+        From the motor's axis to the centre of mass, mm.
+    angle : float or array
+        Of the centre of mass above the horizontal plane through the axis, rad; the axis is horizontal. Where the axis itself is
+        tilted, multiply by the cosine of its tilt.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> round(fin.gravity_torque(0.44, 50.0, 0.0), 3)  # more than the motor's 0.185 N m
+    0.216
+    """
+    checks.nonnegative("mass", mass, "kg")
+    checks.nonnegative("centre_distance", centre_distance, "mm")
+    lever = 1e-3 * centre_distance * np.cos(checks.finite_array("angle", angle, "rad"))
+    return mass * GRAVITY * lever if np.ndim(angle) else float(mass * GRAVITY * lever)
+
+
+def identify_load_torque(
+    data: Any, axis: TorqueAxis, *, part: int | Sequence[int] | None = None, until: float | None = None, throw: bool = True
+) -> idf.Estimate:
+    """Estimate the load torque T_L from free motion before touch-down: least squares of J theta'' = k_t i - T_L.
+
+    The motor's angle is a parabola plus what the current has done, twice integrated exactly; readings are off by rounding to
+    counts. Where the motor turns slowly or evenly those errors are not independent: the covariance is what rounding does to this
+    motion, over all places where the counts may begin, and larger where the readings fit worse than rounding explains.
+
+    Parameters
+    ----------
+    data : mapping of arrays, or log
+        Arrays by name: time (s), motor_angle (rad; NaN: no reading), current (A, from that time on); or a log whose table
+        "controller" has them.
+    axis : TorqueAxis
+        J and k_t as they are believed: an error of J is one of T_L less the torque of the current, one of k_t of that.
+    part : int or sequence of int, optional
+        Which parts of a log, dimensionless; all by default, pooled by their variances.
+    until : float, optional
+        Use what was before, s: free motion ends at touch-down.
+    throw : bool
+        Raise where the readings do not identify it; else the status says so.
+
+    Returns
+    -------
+    Estimate
+        ``load_torque`` (N m) with its variance; with ``throw=False`` also the status "not identified" with the reason: fewer
+        than 8 readings, or a motion that is not free.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For missing or bad data; with `throw`, where it is not identified.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> axis = fin.TorqueAxis()
+    >>> time = np.arange(100) * axis.sample_time
+    >>> angle = 0.5 * (0.185 * 0.05 - 0.02) / 0.0011 * time**2  # 50 mA against 20 mN m
+    >>> shown = np.round(angle / axis.angle_step) * axis.angle_step
+    >>> data = {"time": time, "motor_angle": shown, "current": np.full(100, 0.05)}
+    >>> found = fin.identify(data, "load_torque", axis=axis)
+    >>> round(found["load_torque"], 4), bool(found.sd[0] < 1e-4)  # N m
+    (0.02, True)
+    """
+    checks.kind("axis", axis, TorqueAxis)
+    each = idf.series(data, _QUANTITIES, tier="controller", commands=("current",), part=part)
+    end = np.inf if until is None else checks.positive("until", until, "s")
+    found = [_of_part(one, axis, end) for one in each]
+    good = [one for one in found if one.ok]
+    result = _pooled(good) if good else found[0] if found else _not_identified("there is no part")
+    if throw and not result.ok:
+        raise ValueError(result.message)
+    return result
+
+
+def _of_part(one: idf.Series, axis: TorqueAxis, end: float) -> idf.Estimate:
+    rows = one.time < end
+    time, shown = one.time[rows], one["motor_angle"][rows]
+    read = np.isfinite(shown)
+    if read.sum() < _LEAST:
+        return _not_identified(f"{read.sum()} readings of the angle are too few: at least {_LEAST} are needed")
+    time, driven = (time - time[0])[read], _driven(time, one["current"][rows], axis)[read]
+    shown = shown[read]
+    matrix = np.stack([np.ones_like(time), time, -0.5 * time**2 / axis.inertia], axis=1)
+    rounding = axis.angle_step / np.sqrt(12.0)
+    fit = idf.least_squares(matrix, shown - driven, noise_sd=rounding, throw=False)
+    rms = float(np.sqrt(np.mean((shown - driven - matrix @ fit.value) ** 2)))
+    if not fit.ok:
+        return _not_identified("the readings are all at one time")
+    worst = float(np.abs(shown - driven - matrix @ fit.value).max())
+    if rms > _FREE * rounding or worst > axis.angle_step:
+        told = f"readings are off by {rms:.2g} rad, rounding explains {rounding:.2g}"
+        return _not_identified(f"the motion is not free ({told}): end it before touch-down, or look at the current")
+    variance = _variance(matrix, driven + matrix @ fit.value, axis) * max(1.0, (rms / rounding) ** 2)
+    return _estimate(float(fit.value[2]), max(variance, float(fit.covariance[2, 2])), "from free motion")
+
+
+def _driven(time: Floats, current: Floats, axis: TorqueAxis) -> Floats:
+    """Angle that the current alone would have given, rad; it is held from time to time."""
+    step, gain = np.diff(time), axis.torque_constant / axis.inertia * current[:-1]
+    speed = np.concatenate([[0.0], np.cumsum(gain * step)])
+    return np.concatenate([[0.0], np.cumsum(speed[:-1] * step + 0.5 * gain * step**2)])
+
+
+def _variance(matrix: Floats, angle: Floats, axis: TorqueAxis) -> float:
+    """Of the estimate: rounding is far from random where the motor turns evenly.
+
+    The mean over all places where the counts may begin, for the course near the one found that is worst: within a count of it,
+    as no readings tell those apart.
+    """
+    share = np.linspace(0.0, 1.0, angle.size)
+    weights = np.linalg.pinv(matrix)[2]
+    begin = ((np.arange(_PLACES) + 0.5) / _PLACES)[:, np.newaxis]
+    found = 0.0
+    for turned in np.linspace(-1.0, 1.0, _NEAR):
+        for bent in np.linspace(-1.0, 1.0, _NEAR):
+            places = angle / axis.angle_step + begin + turned * share + bent * 4 * share * (1 - share)
+            rounding = (np.rint(places) - places) * axis.angle_step
+            found = max(found, float(np.mean((rounding @ weights) ** 2)))
+    return found
+
+
+def _estimate(value: float, variance: float, message: str) -> idf.Estimate:
+    return idf.Estimate(("load_torque",), np.array([value]), np.array([[variance]]), message=message, units=("N m",))
+
+
+def _not_identified(reason: str) -> idf.Estimate:
+    status = idf.Status.NOT_IDENTIFIED
+    return idf.Estimate(
+        ("load_torque",), np.zeros(1), np.full((1, 1), np.inf), status, f"{status}: {reason}", ("N m",)
+    )  # fmt: skip
+
+
+def _pooled(each: list[idf.Estimate]) -> idf.Estimate:
+    """Mean by inverse variances; no surer than the scatter of the parts lets it be."""
+    if len(each) == 1:
+        return each[0]
+    values, weights = np.array([one.value[0] for one in each]), np.array([1 / one.covariance[0, 0] for one in each])
+    mean = float(weights @ values / weights.sum())
+    scatter = float(weights @ (values - mean) ** 2) / (len(each) - 1)
+    return _estimate(mean, max(scatter, 1.0) / float(weights.sum()), f"from free motion of {len(each)} parts")

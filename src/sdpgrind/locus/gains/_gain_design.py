@@ -1,0 +1,303 @@
+"""What gains do on a stretch: stability, violation, noise, drift."""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus.gains._drift import ROOM, Drift
+from sdpgrind.locus.gains._gain_schedule import GainSchedule
+from sdpgrind.locus.gains._least_value import least
+from sdpgrind.locus.gains._loops import Lag, Pid, radius, sampled_radius
+
+FACTOR = 0.9
+"""Share of the largest gain without violation that is recommended: the rest is for a model that is a little wrong."""
+ROUNDING = 1e-6
+"""Share by which a gain may be above what is free of violation."""
+
+
+@dataclass(frozen=True, eq=False)
+class GainDesign(Frozen):
+    """What gains do on a stretch of the locus, over a declared range of the hidden state; `design_gain` makes it.
+
+    A gain k is >= 0 and in units of the coordinate over those of the response; the controller moves the coordinate by k (limit -
+    response), the way in which the slack falls.
+
+    Attributes
+    ----------
+    gain : float
+        Recommended: `FACTOR` times `violation_free`, and stable.
+    stable : float
+        Gains below it are stable at every hidden state of the range: ``2/max|e_s|``.
+    violation_free : float
+        Up to it no step goes beyond the optimum of a hidden state that stands still: least (s* - s)/e on the way from the start.
+    deadbeat : float
+        ``1/max|e_s|``: no overshoot near the optimum up to it.
+    theta : float
+        The same share of `theta_free`, dimensionless.
+    theta_free : float
+        Up to it no step of a `schedule` goes beyond the optimum of a hidden state that stands still, dimensionless.
+    start : float
+        Coordinate of the start, which has slack for every hidden state of the range.
+    x : (float, float)
+        Range of the hidden state.
+
+    Examples
+    --------
+    >>> from sdpgrind import locus
+    >>> curve = locus.plan(locus.preset("koren-example"))
+    >>> design = locus.design_gain(curve, along="v", x=(0.5, 20.0))
+    >>> [round(k, 4) for k in (design.stable, design.violation_free, design.gain)]  # dimensionless here
+    [0.1086, 0.0543, 0.0489]
+    >>> [(round(a, 3), round(b, 3)) for a, b in design.stable_range(0.6)]  # where Koren's gain is stable
+    [(0.5, 4.052)]
+    >>> round(design.drift_margin(0.01), 2)
+    0.43
+    """
+
+    stretch: Stretch
+    x: tuple[float, float]
+    start: float
+    stable: float
+    violation_free: float
+    theta_free: float
+
+    @property
+    def gain(self) -> float:
+        """Recommended gain, in units of the coordinate over those of the response."""
+        return FACTOR * min(self.violation_free, self.deadbeat)
+
+    @property
+    def theta(self) -> float:
+        """Recommended share of deadbeat of a schedule, dimensionless."""
+        return FACTOR * self.theta_free
+
+    @property
+    def deadbeat(self) -> float:
+        """Gain that corrects in one step where the loop slope is steepest, in units of the coordinate over the response's."""
+        return 0.5 * self.stable
+
+    @cached_property
+    def noise_gain(self) -> float:
+        """std(s)/std(reading) with `gain`, at the worst hidden state: units of the coordinate over those of the response."""
+        return self.noise_gain_at(self.gain)
+
+    def noise_gain_at(self, gain: float, *, x: float | None = None) -> float:
+        """Return k / sqrt(1 - (1 + k e_s)^2): standard deviation of the coordinate for white noise of 1 on the reading.
+
+        Parameters
+        ----------
+        gain : float
+            k, in units of the coordinate over those of the response.
+        x : float, optional
+            One hidden state; else the worst of the range.
+
+        Raises
+        ------
+        ValueError
+            When the gain is not stable.
+        """
+        k = checks.positive("gain", gain)
+        place = None if x is None else self.stretch.coordinate_of(x)
+        steepest = self.slope_at(place) if place is not None else 2 / self.stable
+        if k * steepest >= 2:
+            raise checks.refuse("gain", f"< {2 / steepest:.6g}, where it is stable", k)
+
+        def noise(s: Floats) -> Floats:
+            return np.asarray(k / np.sqrt(1 - (1 - k * self.slope_at(s)) ** 2))
+
+        return float(noise(np.asarray(place))) if place is not None else -least(lambda s: -noise(s), self._places)[0]
+
+    def slope_at(self, s: Any) -> Any:
+        """Return ``|e_s|`` at a coordinate, in units of the response over those of the coordinate.
+
+        Parameters
+        ----------
+        s : float or array
+            Coordinate.
+        """
+        return np.abs(self.stretch.rows(s)[..., -1])
+
+    def stable_range(self, gain: float, *, kp: float = 0.0, kd: float = 0.0) -> tuple[tuple[float, float], ...]:
+        """Return the hidden states of the range for which a gain is stable, as ranges in its unit.
+
+        Parameters
+        ----------
+        gain, kp, kd : float
+            Integral, proportional and derivative gain, in units of the coordinate over those of the response.
+        """
+        pid = Pid(gain, kp, kd)
+        low, high = self._places
+        s = np.linspace(low, high, 513)
+        inside = self._radius(s, pid) < 1
+        turns = np.flatnonzero(np.diff(inside))
+        a, b, first = s[turns], s[turns + 1], inside[turns]
+        for _ in range(50 if turns.size else 0):
+            middle = 0.5 * (a + b)
+            same = (self._radius(middle, pid) < 1) == first
+            a, b = np.where(same, middle, a), np.where(same, b, middle)
+        cuts = np.array([low, *(0.5 * (a + b)), high])
+        kept = [sorted(self._hidden(cuts[k : k + 2])) for k in range(len(cuts) - 1) if inside[0] == (k % 2 == 0)]
+        return tuple((a, b) for a, b in sorted(kept))
+
+    def radius(
+        self,
+        gain: float,
+        *,
+        kp: float = 0.0,
+        kd: float = 0.0,
+        lag: float = 0.0,
+        sensor_lag: float = 0.0,
+        period: float = 0.5,
+        at: str = "command",
+        x: float | None = None,
+    ) -> float:
+        """Return the largest modulus of the loop's poles, dimensionless; it is stable below 1.
+
+        Parameters
+        ----------
+        gain, kp, kd : float
+            Integral, proportional and derivative gain, in units of the coordinate over those of the response.
+        lag, sensor_lag : float
+            Time constants of the coordinate behind its command, and of the reading, s. What else is commanded follows at once.
+        period : float
+            Between two samples, s; of no matter without lag.
+        at : {"command", "actual"}
+            Where the limit is taken.
+        x : float, optional
+            One hidden state; else the worst of the range.
+        """
+        for name, time in (("lag", lag), ("sensor_lag", sensor_lag)):
+            checks.nonnegative(name, time, "s")
+        pid, delays = Pid(gain, kp, kd), Lag(lag, sensor_lag, checks.positive("period", period, "s"))
+        checks.one_of("at", at, ("command", "actual"))
+        s = np.linspace(*self._places, 33 if lag else 513) if x is None else np.array([self.stretch.coordinate_of(x)])
+        if not lag:
+            return float(self._radius(s, pid).max())
+        return max(sampled_radius(self.stretch, float(place), pid, delays, at) for place in s)
+
+    def _radius(self, s: Floats, pid: Pid) -> Floats:
+        return radius(self.slope_at(s), pid)
+
+    def _hidden(self, s: Floats) -> list[float]:
+        return [float(x) for x in self.stretch.rows(s)[:, len(self.stretch.names)]]
+
+    @property
+    def _places(self) -> tuple[float, float]:
+        low, high = sorted(self.stretch.coordinate_of(np.array(self.x), clamp=True).tolist())
+        return low, high
+
+    def schedule(self, theta: float | None = None) -> GainSchedule:
+        """Return ``k(s) = theta/|e_s(s)|``, in units of the coordinate over those of the response.
+
+        Parameters
+        ----------
+        theta : float, optional
+            Share of deadbeat, in (0, 1], dimensionless; else the recommended one.
+        """
+        return GainSchedule(self.stretch, self.theta if theta is None else theta)
+
+    def drift_margin(self, rate: float, *, gain: float | GainSchedule | None = None) -> float:
+        """Return by how much to back the limit off, in its unit, so that a hidden state that drifts violates nothing.
+
+        It bounds two things for every sequence of hidden states in the range with steps up to `rate`, tightening and relaxing,
+        from a start with slack: the violation of a controller that is not backed off, and what one that is backed off by it
+        needs. To first order it is ``|ds*/dx| rate/k``, and at least the first step of a sudden onset, P_x rate.
+
+        Parameters
+        ----------
+        rate : float
+            Largest change of the hidden state from one reading to the next, in its unit.
+        gain : float or GainSchedule, optional
+            Integral gain; else the recommended one. Of one that overshoots, the overshoot is in the margin. Proportional and
+            derivative gains are not in it.
+
+        Raises
+        ------
+        ValueError
+            When the gain is not stable, or nothing bounds what the drift does.
+        """
+        checks.positive("rate", rate)
+        if not isinstance(gain, GainSchedule):
+            self.check(self.gain if gain is None else gain, warn=False)
+        drift = Drift(self.stretch, self.loose, self.tight, rate, self._by_place(gain), self.start)
+        margin = max(drift.worst(0.0), 0.0)
+        for _ in range(20):
+            left = drift.worst(margin)
+            if left <= 0 or not np.isfinite(margin):
+                break
+            margin += 1.02 * left
+        if not np.isfinite(margin):
+            raise ValueError(f"rate must be so small that the loop keeps up with it; got {rate:g}")
+        return ROOM * margin
+
+    def _by_place(self, gain: float | GainSchedule | None) -> Callable[[Floats], Floats]:
+        if isinstance(gain, GainSchedule):
+            return gain
+        fixed = self.gain if gain is None else float(gain)
+        return lambda s: np.full(np.shape(s), fixed)
+
+    @property
+    def loose(self) -> float:
+        """End of the range, in the unit of the hidden state, at which the constraint leaves most room."""
+        return self.x[1] if self.tight == self.x[0] else self.x[0]
+
+    @property
+    def tight(self) -> float:
+        """End of the range, in the unit of the hidden state, at which the constraint leaves least room."""
+        return tight_end(self.stretch, self.x)
+
+    def check(self, gain: float, *, kp: float = 0.0, kd: float = 0.0, warn: bool = True) -> None:
+        """Refuse gains that are not stable at every hidden state of the range; warn of those that may violate the limit.
+
+        Parameters
+        ----------
+        gain, kp, kd : float
+            Integral, proportional and derivative gain, in units of the coordinate over those of the response.
+        warn : bool
+            Whether to warn.
+
+        Raises
+        ------
+        ValueError
+            When they are not stable.
+        """
+        checks.positive("gain", gain)
+        low, high = self._places
+        if float(np.max(self._radius(np.linspace(low, high, 513), Pid(gain, kp, kd)))) >= 1:
+            name, (a, b) = self.stretch.hidden_name, self.x
+            ranges = " and ".join(f"{c:.4g}..{d:.4g}" for c, d in self.stable_range(gain, kp=kp, kd=kd)) or "nothing of it"
+            rule = f"< {self.stable:.4g}" if kp == kd == 0 else "smaller with these kp and kd"
+            raise ValueError(f"gain must be {rule} to be stable for {name} in {a:g}..{b:g}; got {gain:g}, stable for {ranges}")
+        if warn and gain + kp > self.violation_free * (1 + ROUNDING):
+            self._warn(f"gain {gain + kp:g}", self.violation_free)
+        elif warn and kd > 0:
+            told = f"kd = {kd:g} may step beyond the limit: what is known of that holds for integral and proportional gains"
+            warnings.warn(told, stacklevel=4)
+
+    def check_schedule(self, schedule: GainSchedule) -> None:
+        """Warn of a schedule that may violate the limit on its way from the start.
+
+        Parameters
+        ----------
+        schedule : GainSchedule
+            Its share `theta` counts, dimensionless.
+        """
+        if checks.kind("schedule", schedule, GainSchedule).theta > self.theta_free * (1 + ROUNDING):
+            self._warn(f"theta {schedule.theta:g}", self.theta_free)
+
+    def _warn(self, what: str, most: float) -> None:
+        where = f"the start at {self.stretch.along} = {self.start:.6g}"
+        warnings.warn(f"{what} may step beyond the limit from {where}: it never does up to {most:.4g}", stacklevel=5)
+
+
+def tight_end(stretch: Stretch, x: tuple[float, float]) -> float:
+    """P_x = e_s ds/dx, so that its sign is that of the two slopes."""
+    return x[1] if stretch.loop_slope[0] * (stretch.hidden[-1] - stretch.hidden[0]) > 0 else x[0]

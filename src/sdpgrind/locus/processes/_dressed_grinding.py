@@ -1,0 +1,110 @@
+"""Grinding with the dressing lead as a third control: as rough as allowed, and as near to burning."""
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+from sdpgrind.base import checks
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.locus._problem.problem import Varying
+from sdpgrind.locus.processes._grinding import Grinding
+from sdpgrind.locus.processes._roughness import Roughness
+
+
+@stored("locus.dressed_grinding")
+@dataclass(frozen=True)
+class DressedGrinding(Frozen):
+    """Grind off most without burning and within a roughness, with a wheel that is dressed to suit; after Malkin and Koren (1980).
+
+    Controls are ``infeed_rate`` (mm/s), ``work_rotation`` (rad/s) and ``dressing_lead`` s_d (mm). A fine lead leaves a smooth
+    work, but large wear flats: A = A_ref (s_d/s_ref)^-y x. Hidden are ``dullness`` x and ``dressing_state`` rho (both unit 1). At
+    the optimum both limits are active, which fixes Z' and s_d; the work speed is that of the locus of `Grinding` at that Z'.
+
+    Parameters
+    ----------
+    grinding : Grinding
+        Wheel, work, power and burning, and the roughness.
+    area : float
+        A_ref, wear flat area at the reference lead of the roughness and dullness 1, 0..1.
+    area_exponent : float
+        y, unit 1.
+
+    Raises
+    ------
+    ValueError
+        When the grinding has no roughness, or a value is out of range.
+
+    Examples
+    --------
+    >>> from sdpgrind import units
+    >>> roughness = Roughness(roughness_max=units.um(0.8), base=units.um(0.5), exponent=0.4)
+    >>> wheel = Grinding(
+    ...     wheel_diameter=300.0, work_diameter=60.0, width=9.3, wheel_speed=units.m_per_s(30), roughness=roughness)
+    >>> process = DressedGrinding(grinding=wheel, area=0.006, area_exponent=0.35)
+    >>> [varying.name for varying in process.constraints], round(process.wear_flat_area(dressing_lead=0.2, dullness=1.5), 6)
+    (['grinding_power', 'roughness'], 0.007061)
+    """
+
+    _inside: ClassVar[str] = "grinding"
+    _: KW_ONLY
+    grinding: Grinding
+    area: float
+    area_exponent: float
+
+    def __post_init__(self) -> None:
+        checks.kind("grinding", self.grinding, Grinding, " (see locus.Grinding)")
+        if self.grinding.roughness is None:
+            raise ValueError("grinding must have a roughness (see locus.Roughness): the coarsest lead is best without; got none")
+        checks.share("area", self.area)
+        checks.positive("area_exponent", self.area_exponent)
+
+    def check(self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]) -> None:
+        """Refuse ranges (low, high) of controls and hidden states that smell of another unit (rad/s): see `Grinding`."""
+        self.grinding.check(controls, hidden)
+
+    @property
+    def constraints(self) -> tuple[Varying, ...]:
+        """Grinding power under burning power (W), and roughness under its greatest value (mm)."""
+        burning = Varying(response=self._power, limit=self._burning, name="grinding_power", unit="W")
+        return burning, Varying(response=self._roughness, limit=self._roughness_limit, name="roughness", unit="mm")
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of controls, hidden states and cost."""
+        return {
+            "infeed_rate": "mm/s", "work_rotation": "rad/s", "dressing_lead": "mm", "dullness": "1", "dressing_state": "1",
+            "cost": "mm^2/s",
+        }  # fmt: skip
+
+    def cost(self, s: Any, c: Any) -> Any:
+        """Return -Z' (mm^2/s) by the controls ``c``, the removal rate with its sign changed; no hidden state ``s`` is in it."""
+        return self.grinding.cost(s, c)
+
+    def wear_flat_area(self, dressing_lead: Any, dullness: Any) -> Any:
+        """Return A = A_ref (s_d/s_ref)^-y x (0..1) of a dressing lead (mm) and a dullness (unit 1)."""
+        return self.area * (dressing_lead / self._law.lead_reference) ** -self.area_exponent * dullness
+
+    def lead_at_roughness(self, infeed_rate: Any, dressing_state: Any) -> Any:
+        """Return the dressing lead (mm) of the greatest roughness, at an infeed rate (mm/s) and dressing state (unit 1)."""
+        law, reference = self._law, self._law.lead_reference
+        chip = self.grinding.specific_removal_rate(infeed_rate) / self.grinding.wheel_speed
+        return reference * (law.roughness_max / law.roughness(chip, reference, dressing_state)) ** 2
+
+    @property
+    def _law(self) -> Roughness:
+        return checks.kind("grinding.roughness", self.grinding.roughness, Roughness)
+
+    def _power(self, s: Any, c: Any) -> Any:
+        area = self.wear_flat_area(c.dressing_lead, s.dullness)
+        return self.grinding.grinding_power(c.infeed_rate, c.work_rotation, area)
+
+    def _burning(self, s: Any, c: Any) -> Any:
+        return self.grinding.burning_power(c.infeed_rate, c.work_rotation)
+
+    def _roughness(self, s: Any, c: Any) -> Any:
+        chip = self.grinding.specific_removal_rate(c.infeed_rate) / self.grinding.wheel_speed
+        return self._law.roughness(chip, c.dressing_lead, s.dressing_state)
+
+    def _roughness_limit(self, s: Any, c: Any) -> Any:
+        return self._law.roughness_max

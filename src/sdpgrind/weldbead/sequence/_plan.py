@@ -1,0 +1,126 @@
+"""The sequence planner: a weld-bead problem written as a problem of `sdp`, and solved."""
+
+import warnings
+from concurrent.futures import Executor
+from typing import Literal
+
+import numpy as np
+
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.base.progress import Progress
+from sdpgrind.weldbead.sequence._as_sdp import sdp_problem
+from sdpgrind.weldbead.sequence._policy import SequencePolicy
+from sdpgrind.weldbead.sequence._problem import SequenceProblem
+
+_WHY = "a charge that jumps, or a law too narrow for the grid; see policy.error"
+START_NODES = 101
+"""Grid from which a plan to a tolerance is refined."""
+HALVINGS = 6
+"""Largest number of times that the stage is halved for a continuous feed."""
+
+
+def plan(
+    problem: SequenceProblem,
+    *,
+    tolerance: float | Literal["auto"] | None = "auto",
+    nodes: int | None = None,
+    feed: str = "lattice",
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    throw: bool = True,
+) -> SequencePolicy:
+    """Plan a grinding sequence: Brown (1988), chapter 5.
+
+    Parameters
+    ----------
+    problem : SequenceProblem
+        What to plan.
+    tolerance : float, optional
+        Largest estimated error of the expected penalty ($) at any height, see the words of warning. "auto": 1e-5 $, or one
+        millionth of what the whole bead left is charged, where that is more than 10 $; where that is out of reach, as with
+        charges that jump, the best that was reached, with a warning. None: one solve on `nodes` nodes.
+    nodes : int, optional
+        Height nodes of that single grid (401 by default), or the first grid of the refinement.
+    feed : {"lattice", "continuous"}
+        The durations of the problem; or any feed between the slowest and the fastest of them: the stage is halved, all its
+        multiples being durations, until the expected penalty changes by at most `tolerance` at the states of the coarser.
+    executor : concurrent.futures.Executor, optional
+        Passed on to `sdp.plan`, which ignores it on one axis.
+    progress : callable(share, text), optional
+        By default one line on a terminal when it takes long.
+    throw : bool
+        Whether a tolerance that cannot be reached is an error; False: the best that was reached, its ``error`` above it.
+
+    Returns
+    -------
+    SequencePolicy
+        Expected penalty ($) and best pass for every height (mm) and time left (s).
+
+    Raises
+    ------
+    sdp.ToleranceError
+        When a tolerance ($) is given that cannot be reached.
+
+    Examples
+    --------
+    >>> from sdpgrind import weldbead
+    >>> policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-3)
+    >>> round(policy.value(height=1.0, time_left=10.0), 3)
+    0.634
+    """
+    checks.kind("problem", problem, SequenceProblem, " (see weldbead.preset)")
+    checks.one_of("feed", feed, ("lattice", "continuous"))
+    if isinstance(tolerance, str):
+        checks.one_of("tolerance", tolerance, ("auto",))
+        if feed == "lattice":
+            return _plan_as_well_as_can_be(problem, nodes, executor, progress)
+        tolerance = default_tolerance(problem)
+    if feed == "continuous":
+        return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)
+    start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
+    table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress, throw=throw)
+    return SequencePolicy(problem, table)
+
+
+def _plan_as_well_as_can_be(
+    problem: SequenceProblem, nodes: int | None, executor: Executor | None, progress: Progress | None
+) -> SequencePolicy:
+    """To the default tolerance, or to what is in reach."""
+    wanted = default_tolerance(problem)
+    try:
+        return plan(problem, tolerance=wanted, nodes=nodes, executor=executor, progress=progress)
+    except sdp.ToleranceError as best:
+        warnings.warn(f"the expected penalty is known to {best.policy.error:.1g} $, not to {wanted:g} $: {_WHY}", stacklevel=3)
+        return SequencePolicy(problem, best.policy)
+
+
+def default_tolerance(problem: SequenceProblem) -> float:
+    """Return the tolerance ($) that suits the size of the charges: 1e-5 $, more where a bead left whole costs more than 10 $."""
+    return max(1e-5, 1e-6 * float(problem.height_charge(problem.height_max)))
+
+
+def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progress | None) -> SequencePolicy:
+    policy = plan(with_stage(problem, problem.stage), tolerance=tolerance / 4, progress=progress)
+    for _ in range(HALVINGS):
+        finer = plan(with_stage(problem, policy.problem.stage / 2), tolerance=tolerance / 4, progress=progress)
+        change = _largest_change(policy, finer)
+        policy = finer
+        if change <= tolerance:
+            return policy
+    raise ValueError(
+        f"tolerance must be reachable within {HALVINGS} halvings of the stage ($); got {tolerance:g}, last change {change:.2g}"
+    )
+
+
+def with_stage(problem: SequenceProblem, stage: float) -> SequenceProblem:
+    """Return the problem with another stage (s), every multiple of it from the fastest to the slowest pass being a duration."""
+    low, high = problem.durations[0], problem.durations[-1]
+    durations = np.arange(round(low / stage), round(high / stage) + 1) * stage
+    return problem.replace(stage=stage, durations=tuple(float(t) for t in durations))
+
+
+def _largest_change(coarse: SequencePolicy, fine: SequencePolicy) -> float:
+    height = np.linspace(0.0, coarse.problem.height_max, 201)[:, None]
+    time = np.arange(0.0, coarse.problem.horizon + coarse.problem.stage / 2, coarse.problem.stage)
+    return float(np.max(np.abs(coarse.value(height=height, time_left=time) - fine.value(height=height, time_left=time))))

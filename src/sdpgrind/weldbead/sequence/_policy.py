@@ -1,0 +1,334 @@
+"""The planned sequence: look it up again after each pass."""
+
+import os
+from concurrent.futures import Executor
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sdpgrind import sdp
+from sdpgrind.base import checks, records, stored
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.rng import Seed
+from sdpgrind.weldbead.sequence._as_sdp import sdp_problem, true_problem
+from sdpgrind.weldbead.sequence._pictures import plot_policy
+from sdpgrind.weldbead.sequence._problem import SequenceProblem
+from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._risk import Risk, risk_of
+
+
+class SequenceAction:
+    """What to do next; always of this type, fields are arrays where states were.
+
+    Attributes
+    ----------
+    stop : bool
+        Stop grinding.
+    duration : float
+        Duration of the pass, reset included, s (0 when stopping).
+    feed_rate : float
+        Feed of the pass, mm/s (NaN when stopping).
+    normal_force : float
+        Normal force, N (NaN when stopping).
+    gap : float
+        How much ($) the best other duration, or stopping, would cost more.
+    """
+
+    __slots__ = ("_problem", "duration", "feed_rate", "gap", "normal_force", "stop")
+
+    def __init__(self, stop: Any, duration: Any, feed_rate: Any, normal_force: Any, gap: Any, problem: SequenceProblem) -> None:
+        self.stop, self.duration, self.feed_rate = stop, duration, feed_rate
+        self.normal_force, self.gap, self._problem = normal_force, gap, problem
+
+    @property
+    def mean_cut(self) -> Any:
+        """Mean depth that the pass removes, mm (0 when stopping)."""
+        problem = self._problem
+        going = ~np.asarray(self.stop)
+        mean = problem.scatter.moments(
+            problem.model, np.where(going, self.normal_force, 0.0), np.where(going, self.feed_rate, 1.0)
+        )[0]
+        found = np.where(going, mean, 0.0)
+        return float(found) if found.ndim == 0 else found
+
+    def __repr__(self) -> str:
+        if np.ndim(self.stop):
+            return f"SequenceAction({np.size(self.stop)} states, {int(np.sum(self.stop))} of them stop)"
+        if self.stop:
+            return f"SequenceAction(stop, gap={self.gap:.4g} $)"
+        return (
+            f"SequenceAction(duration={self.duration:g} s, feed_rate={self.feed_rate:.4g} mm/s,"
+            f" normal_force={self.normal_force:.4g} N, mean_cut={self.mean_cut:.4g} mm, gap={self.gap:.4g} $)"
+        )
+
+
+class SequencePolicy:
+    """A planned grinding sequence: expected penalty ($) and next pass for heights (mm) and times left (s); immutable.
+
+    Attributes
+    ----------
+    problem : SequenceProblem
+        What was planned.
+    table : sdp.Policy
+        The solver's table.
+    """
+
+    def __init__(self, problem: SequenceProblem, table: sdp.Policy) -> None:
+        self.problem, self.table = problem, table
+        axis = table.layout.axes[0]
+        self._modes = table.layout.modes
+        self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
+        self._height_max, self._per_stage = axis.high, 1.0 / table.layout.step
+        self._last, self._origin = table.layout.count + 2e-9, -table.countdown.first
+        self._values = memoryview(table.table.value)
+        self._feeds = [problem.feed_rate(move.duration * problem.stage) for move in table.layout.moves]
+        self._durations = [move.duration * problem.stage for move in table.layout.moves]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Go to another process without the views on the tables."""
+        return type(self), (self.problem, self.table)
+
+    @property
+    def error(self) -> float | None:
+        """Estimated distance of the expected penalty from the converged one, $; None where a single grid was solved."""
+        return self.table.error
+
+    # -- looking up ------------------------------------------------------------------------------------------------
+
+    def value(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
+        """Return the expected penalty ($) from a height and a time left on.
+
+        Parameters
+        ----------
+        height : float or array
+            Mean bead height left, mm; below 0 the bead is overground.
+        time_left : float or array
+            Time to the deadline, s; below 0 it is late. Between stages the answer is that of the stage below.
+        last_duration : float or array, optional
+            Duration (s) of the last pass, one of the plan's; None: no pass yet. It counts where the finish is charged.
+
+        Raises
+        ------
+        ValueError
+            Above the greatest height or the horizon of the plan, late off the stages where the table has to be read, or for a
+            last duration that is none of the plan's.
+        """
+        if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
+            stage = time_left * self._per_stage + 1e-9
+            if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
+                cell = height * self._per_height
+                k = int(cell)
+                if k == self._cells:
+                    k -= 1
+                row = int(stage) + self._origin
+                part, low, high = cell - k, self._values[row, 0, k], self._values[row, 0, k + 1]
+                at, start, cost, *_ = self._kinks
+                number = at[row, 0, k]
+                if number == -1 or part == 0 or part == 1:
+                    return low + part * (high - low)
+                if number >= 0:  # the action changes in this cell
+                    lines = range(start[number], start[number + 1])
+                    return min([cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines])
+        return self.table.value(**self._state(height, time_left, last_duration))
+
+    def action(self, height: Any, time_left: Any, *, last_duration: Any = None) -> SequenceAction:
+        """Return what to do at a height (mm) and a time left (s); see `value` for the arguments.
+
+        Inside one duration the force is interpolated between nodes; where neighbouring nodes differ in what to do, that
+        of the side on which the state lies, both having been compared one step ahead.
+        """
+        if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
+            stage = time_left * self._per_stage + 1e-9
+            if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
+                found = self._scalar_action(height * self._per_height, int(stage) + self._origin)
+                if found is not None:
+                    return found
+        place = self.table.locate(self._state(height, time_left, last_duration))
+        best, _, force, gap = self.table.act(place)
+        which, stop = np.maximum(best, 0), best < 0
+        duration = np.where(stop, 0.0, np.asarray(self._durations)[which])
+        feed = np.where(stop, np.nan, np.asarray(self._feeds)[which])
+        fields: list[Any] = [stop, duration, feed, np.where(stop, np.nan, force), gap]
+        shaped = [x.reshape(place.shape) if place.shape else x.item() for x in fields]
+        return SequenceAction(shaped[0], shaped[1], shaped[2], shaped[3], shaped[4], self.problem)
+
+    @cached_property
+    def _kinks(self) -> tuple[Any, ...]:
+        """Lines for single states; -2 where a stop's charge is bent, which only the table knows."""
+        kinks = self.table.kinks._replace(at=np.where(self.table.bent, np.int32(-2), self.table.kinks.at))
+        return tuple(memoryview(np.ascontiguousarray(x)) for x in kinks)
+
+    @cached_property
+    def _tables(self) -> tuple[Any, ...]:
+        t = self.table.table
+        return *(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap)), *self._kinks
+
+    def _scalar_action(self, cell: float, row: int) -> SequenceAction | None:
+        """What to do at one state; None where the table has to be asked."""
+        best, force, gap, at, start, cost, line_force, act, _ = self._tables
+        k = int(cell)
+        if k == self._cells:
+            k -= 1
+        part = cell - k
+        if part == 0 or part == 1:
+            k += int(part)
+            chosen, g, f = best[row, 0, k], gap[row, 0, k], force[row, 0, k]
+        else:
+            number, chosen = at[row, 0, k], best[row, 0, k]
+            low, high = gap[row, 0, k], gap[row, 0, k + 1]
+            g = (1 - part) * low + part * high
+            if number == -2:
+                return None
+            if number < 0:
+                f = (1 - part) * force[row, 0, k] + part * force[row, 0, k + 1]
+            else:  # the action changes in this cell
+                least = other = np.inf
+                for i in range(start[number], start[number + 1]):
+                    height = cost[i, 0] + part * (cost[i, 1] - cost[i, 0])
+                    if height < least:
+                        other = other if act[i] == chosen else least
+                        least, line, chosen = height, i, act[i]
+                    elif height < other and act[i] != chosen:
+                        other = height
+                f = (1 - part) * line_force[line, 0] + part * line_force[line, 1]
+                g = other - least if other < np.inf else g
+        if chosen < 0:
+            return SequenceAction(True, 0.0, np.nan, np.nan, g, self.problem)
+        return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)
+
+    def gradient(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
+        """Return the derivative of the expected penalty with respect to height, $/mm; see `value` for the arguments."""
+        return self.table.gradient(height=height, time_left=time_left, **self._mode(last_duration))["height"]
+
+    def alternatives(
+        self, height: float, time_left: float, *, within: float, last_duration: float | None = None
+    ) -> dict[str, float]:
+        """Return every duration (or "stop") that costs at most `within` $ more than the best, with its expected penalty ($).
+
+        Parameters are one height (mm), one time left (s) and the duration (s) of the last pass, as in `value`.
+        """
+        return self.table.alternatives(within, **self._state(height, time_left, last_duration))
+
+    def _state(self, height: Any, time_left: Any, last_duration: Any) -> dict[str, Any]:
+        """A state for the table. Where the finish is charged, a bead that is just ground down gets no further pass: a rule.
+
+        The table holds at 0 what holds just above, where one more pass may be worth it; so 0 counts as beyond the end.
+        """
+        mode = self._mode(last_duration)
+        if self.problem.finish_charge is not None:
+            height = np.where(np.equal(height, 0.0), -np.finfo(float).tiny, height)
+        return {"height": height, "time_left": time_left} | mode
+
+    def _mode(self, last_duration: Any) -> dict[str, Any]:
+        if last_duration is None:
+            return {}
+        durations = np.asarray(self._durations)
+        given = np.asarray(last_duration, dtype=float)
+        mode = np.argmin(np.abs(durations - given[..., None]), axis=-1)
+        for k in np.flatnonzero(np.abs(durations[np.ravel(mode)] - np.ravel(given)) > 1e-9):
+            raise checks.refuse(
+                "last_duration", "one of " + ", ".join(f"{t:g}" for t in durations), float(np.ravel(given)[k]), "s"
+            )
+        return {} if self.problem.finish_charge is None else {"mode": mode + 1}
+
+    # -- predicting ------------------------------------------------------------------------------------------------
+
+    def simulate(
+        self,
+        model: GrindingProcess | SequenceProblem | None = None,
+        *,
+        runs: int = 10_000,
+        height: float,
+        time_left: float,
+        last_duration: float | None = None,
+        rng: Seed = 0,
+        snap: bool = False,
+        height_noise: float = 0.0,
+        executor: Executor | None = None,
+    ) -> sdp.Runs:
+        """Follow the policy on the model, by Monte-Carlo (no machine, no sensor).
+
+        Parameters
+        ----------
+        model : GrindingProcess or SequenceProblem, optional
+            Another truth than the one that was planned for: process, scatter, charges. Forces and feeds are the policy's.
+        runs : int
+            Number of sequences.
+        height, time_left : float
+            Where they start, mm and s.
+        last_duration : float, optional
+            Duration (s) of the last pass, as in `value`.
+        rng : int, SeedSequence or Generator
+            Source of randomness.
+        snap : bool
+            Put outcomes on neighbour nodes at random, as the table does (the mean is then the table's value).
+        height_noise : float
+            Standard deviation of a scan (mm), by which the policy decides; the plan takes a scan for the truth.
+        executor : concurrent.futures.Executor, optional
+            Where to run blocks of sequences; results do not depend on it.
+
+        Returns
+        -------
+        sdp.Runs
+            Penalty ($), passes (`moves`), final height (mm) and time left (s) of each sequence.
+
+        Raises
+        ------
+        ValueError
+            When the truth is another job: other lengths, durations or stages, or a charge that the plan knows nothing of.
+        """
+        truth = (
+            model if isinstance(model, SequenceProblem) else self.problem if model is None else self.problem.replace(model=model)
+        )
+        problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
+        start = self._state(height, time_left, last_duration)
+        noise = {"height": checks.nonnegative("height_noise", height_noise, "mm")}
+        found: sdp.Runs = self.table.simulate(
+            runs=runs, rng=rng, problem=problem, snap=snap, noise=noise, executor=executor, **start
+        )
+        return found
+
+    def risk(self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95) -> Risk:
+        """Return risk figures from a height (mm), a time left (s) and the duration (s) of the last pass, as in `value`.
+
+        `confidence` is the probability of the CVaR. The figures tell how far they are known (`Risk.error`).
+
+        Warns
+        -----
+        UserWarning
+            Where a figure is unsure by more than 5 % of itself and 1e-4 (1 or $).
+        """
+        return risk_of(self.table, self._state(height, time_left, last_duration), confidence)
+
+    # -- keeping ---------------------------------------------------------------------------------------------------
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The table with labels and units, and the problem as JSON."""
+        return self.table.dataset.assign_attrs(problem=stored.encode(self.problem))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write policy and problem to a NetCDF file at `path`, which `sdpgrind.load` opens."""
+        records.write(self.dataset, path, "weldbead.sequence")
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> "SequencePolicy":
+        """Read the policy that `save` wrote to `path`; everything works again, for the problem is data."""
+        dataset = records.read(path)
+        problem: SequenceProblem = stored.decode(dataset.attrs["problem"])
+        return cls(problem, sdp.Policy.from_dataset(dataset, sdp_problem(problem, dataset.sizes["height"])))
+
+    def plot(self) -> Any:
+        """Draw expected penalty, duration and force over time left and height; return the figure."""
+        return plot_policy(self, *self.states())
+
+    def states(self) -> tuple[Floats, Floats]:
+        """Return the heights (mm) and times left (s) of the table's nodes, on time."""
+        count = self.table.layout.count
+        return self.table.grid.coordinates[0], np.arange(float(count + 1)) * self.problem.stage
+
+    def __repr__(self) -> str:
+        error = "not estimated" if self.error is None else f"{self.error:.2g} $"
+        return f"SequencePolicy({self._cells + 1} heights to {self._height_max:g} mm, {self.problem.horizon:g} s, error {error})"

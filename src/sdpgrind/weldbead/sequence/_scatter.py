@@ -1,0 +1,186 @@
+"""How much the depth of a pass scatters, and by which law, when one coefficient of the process is random."""
+
+import dataclasses
+from functools import lru_cache
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq
+
+from sdpgrind import sdp
+from sdpgrind.base import checks
+from sdpgrind.base.brief import brief
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.stored import stored
+from sdpgrind.base.units import N_MM_S_PER_W
+from sdpgrind.weldbead.sequence._process import GrindingProcess
+
+ATTRIBUTIONS = ("C1", "K1", "K2", "mu")
+LAWS = ("rayleigh", "lognormal", "normal", "empirical")
+
+
+@stored("weldbead.scatter")
+@dataclasses.dataclass(frozen=True, repr=False)
+class Scatter(Frozen):
+    """Random depth of a pass: which coefficient is random, by how much, and the law of the depth.
+
+    Standard deviation of the depth, with r the relative one of the coefficient, m the mean depth, Pi the power and b
+    the loss of speed beta mu R F: Brown (1988), (4.9).
+
+    ========= ====================================================================================================
+    "C1"      r Pi/(K1 w V): 1/K1 random, C2 not, as Brown (4.9a) has it
+    "K1"      r m: the specific energy random, in both C1 and C2; faster passes are not more accurate then
+    "K2"      r K2/(K1 w V), Brown (4.9b)
+    "mu"      1e-3 mu R F sqrt((omega0 - 2 b)^2 r^2 + 2 b^2 r^4)/(K1 w V), exact for a normal mu; without droop (4.9c)
+    ========= ====================================================================================================
+
+    Parameters
+    ----------
+    attribution : str or tuple of str
+        "C1", "K1", "K2", "mu", or several of them, independent: their variances add.
+    relative_sd : float or tuple of float
+        Standard deviation over mean of the coefficient, >= 0, unit 1; one for each attribution.
+    law : {"rayleigh", "lognormal", "normal", "empirical"}
+        Law of the depth with that mean and standard deviation: `sdp.Rayleigh`, `sdp.LogNormal`, `sdp.RectifiedNormal`,
+        `sdp.Empirical`.
+    sample : sequence of float, optional
+        Sample (unit 1: only its shape counts) of the empirical law, and of no other.
+    bandwidth : float
+        Kernel of the empirical law, in standard deviations of the sample (unit 1); 0 or in [0.01, 10].
+
+    Raises
+    ------
+    ValueError
+        For an unknown attribution or law, a relative sd < 0, a normal law with > 1/2 in all (too much of it lies below 0),
+        or a sample that is missing or of no use.
+
+    Examples
+    --------
+    >>> process = GrindingProcess(10.0, 100.0, 0.3, 85.0, 500.0, 0.0, 12.5)
+    >>> mean, sd = Scatter("C1", 0.15).moments(process, normal_force=50.0, feed_rate=12.5)
+    >>> float(mean), float(sd.round(6))
+    (0.344, 0.0612)
+    """
+
+    attribution: str | tuple[str, ...]
+    relative_sd: float | tuple[float, ...]
+    law: str = "rayleigh"
+    sample: tuple[float, ...] | None = None
+    bandwidth: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.one_of("law", self.law, LAWS)
+        names = checks.unique("attribution", self._sources)
+        for name in names:
+            checks.one_of("attribution", name, ATTRIBUTIONS)
+        several = not isinstance(self.attribution, str)
+        given = self.relative_sd if several else (self.relative_sd,)
+        if not isinstance(given, tuple | list) or len(given) != len(names) or not names:
+            raise ValueError(f"relative_sd must be one number (1) for each of {self.attribution!r}; got {self.relative_sd!r}")
+        values = tuple(checks.nonnegative("relative_sd", value, "1") for value in given)
+        object.__setattr__(self, "attribution", names if several else self.attribution)
+        object.__setattr__(self, "relative_sd", values if several else values[0])
+        if self.law == "normal" and self.total > 0.5:
+            together = ", the root of the sum of squares" if several else ""
+            raise checks.refuse("relative_sd", f"<= 0.5 with a normal law{together}", self.total, "1")
+        self._check_sample()
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+    def _check_sample(self) -> None:
+        if self.law != "empirical":
+            if self.sample is not None or self.bandwidth:
+                raise ValueError(f"sample and bandwidth must be left out unless law is 'empirical'; got law {self.law!r}")
+            return
+        if self.sample is None:
+            raise ValueError("sample must be given with law 'empirical'; got None")
+        sdp.Empirical(1.0, 1.0, self.sample, self.bandwidth)
+        object.__setattr__(self, "sample", tuple(float(value) for value in self.sample))
+
+    @property
+    def _sources(self) -> tuple[str, ...]:
+        return (self.attribution,) if isinstance(self.attribution, str) else tuple(self.attribution)
+
+    def _relative(self, name: str) -> float:
+        values = self.relative_sd if isinstance(self.relative_sd, tuple) else (self.relative_sd,)
+        return dict(zip(self._sources, values, strict=True)).get(name, 0.0)
+
+    def expected(self, process: GrindingProcess) -> GrindingProcess:
+        """Return the process of the mean cut: with mu random, mu^2 has the mean mu^2 (1 + r^2), so the droop grows.
+
+        Mean power, threshold and peak force (N), and mean cut (mm) of the returned process are those that a random mu
+        leaves on average; other attributions change nothing.
+        """
+        factor = 1 + self._relative("mu") ** 2
+        return process if factor == 1 or not process.speed_droop else process.replace(speed_droop=factor * process.speed_droop)
+
+    def power_moments(self, process: GrindingProcess, normal_force: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Return mean and sd (W) of the power by which a process removes, K1 w V times the depth, at a force (N)."""
+        force = np.asarray(normal_force, dtype=float)
+        power = self.expected(process).grinding_power(force)
+        mean = np.maximum(power - process.idle_power, 0.0)
+        torque_power = process.friction_ratio * process.disk_radius * force / N_MM_S_PER_W
+        loss = process.speed_droop * process.friction_ratio * process.disk_radius * force
+        r = self._relative("mu")
+        variance = (
+            (self._relative("C1") * power) ** 2
+            + (self._relative("K1") * mean) ** 2
+            + (self._relative("K2") * process.idle_power) ** 2
+            + torque_power**2 * ((process.free_speed - 2 * loss) ** 2 * r**2 + 2 * loss**2 * r**4)
+        )
+        return mean, np.where(mean > 0, np.sqrt(variance), 0.0)
+
+    def moments(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Return mean and sd (mm) of the depth of a process at a normal force (N) and a feed (mm/s), Brown (4.9)."""
+        mean, sd = self.power_moments(process, normal_force)
+        whole = process.specific_energy * process.bead_width * np.asarray(feed_rate, dtype=float)
+        return mean / whole, sd / whole
+
+    def cut(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> sdp.Law:
+        """Return the law of the depth (mm) of a process at a force (N) and a feed (mm/s), broadcast with each other."""
+        mean, sd = self.moments(process, normal_force, feed_rate)
+        if self.law == "rayleigh":
+            return sdp.Rayleigh(mean, sd)
+        if self.law == "lognormal":
+            return sdp.LogNormal(mean, sd)
+        if self.law == "normal":
+            return sdp.RectifiedNormal(mean, sd)
+        return sdp.Empirical(mean, sd, () if self.sample is None else self.sample, self.bandwidth)
+
+    def peak_force(self, process: GrindingProcess) -> float:
+        """Return the normal force (N) of greatest mean cut: with mu random, the process's own over 1 + r^2."""
+        return self.expected(process).peak_force
+
+    def switch_force(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> Floats:
+        """Return the normal force (N) of a process at which the Rayleigh law turns from scaled to translated.
+
+        It is the same at every feed (mm/s). NaN where the law is another one or stays what it is.
+        """
+        return np.full(np.shape(feed_rate), _switch(self, process) if self.law == "rayleigh" else np.nan)
+
+    @property
+    def total(self) -> float:
+        """Root of the sum of squares of the relative standard deviations, unit 1."""
+        return sqrt(sum(self._relative(name) ** 2 for name in self._sources))
+
+
+@lru_cache(maxsize=64)
+def _switch(scatter: Scatter, process: GrindingProcess) -> float:
+    """The force at which the mean is `sdp.Rayleigh.SWITCH` standard deviations; the same at every feed."""
+
+    def surplus(force: float) -> float:
+        mean, sd = scatter.power_moments(process, force)
+        return float(mean - sdp.Rayleigh.SWITCH * sd)
+
+    expected = scatter.expected(process)
+    low = expected.threshold_force * (1 + 1e-9) or 1e-9 * expected.peak_force
+    if not low < expected.peak_force or surplus(low) >= 0:
+        return np.nan
+    # Far above the threshold the ratio of mean and sd has reached its limit: no switch there, no switch at all.
+    high = min(expected.peak_force, 1e6 * low)
+    if surplus(high) <= 0:
+        return np.nan
+    return float(brentq(surplus, low, high, xtol=1e-14 * low, rtol=4 * np.finfo(float).eps))
