@@ -40,7 +40,7 @@ def told(took: dict[str, float], first: str, unit: float, name: str) -> None:
 
 
 def ring(mass: float, preset: str = "printed") -> centering.CenteringProblem:
-    return centering.preset(preset).replace(part=centering.Part(mass, MASSES[mass]))
+    return centering.preset(preset).replace(part=centering.push.Part(mass, MASSES[mass]))
 
 
 # Pushes ---------------------------------------------------------------------------------------------------------------
@@ -67,18 +67,18 @@ def pushes() -> None:
     speeds = units.mm_per_min(np.linspace(100.0, 5000.0, count))
     anywhere = [centering.TipProfile.constant_speed(float(speed), 0.4) for speed in speeds]
     runs = {
-        "600 mm/min": lambda: centering.simulate_pushes(model, at_600),
-        "100 to 5000 mm/min": lambda: centering.simulate_pushes(model, anywhere),
+        "600 mm/min": lambda: centering.push.simulate_pushes(model, at_600),
+        "100 to 5000 mm/min": lambda: centering.push.simulate_pushes(model, anywhere),
     }
     took = {name: seconds / count for name, seconds in in_turn(runs, 11).items()}
     small = PRINTED.replace(mass=0.8).model
-    took["0.8 kg, 100 to 5000 mm/min"] = in_turn({"": lambda: centering.simulate_pushes(small, anywhere)}, 5)[""] / count
+    took["0.8 kg, 100 to 5000 mm/min"] = in_turn({"": lambda: centering.push.simulate_pushes(small, anywhere)}, 5)[""] / count
     begin = time.perf_counter()
-    apart = stepped(model.parameters, 10.0, 0.4, 1e-5) - centering.simulate_pushes(model, at_600[:1])[0, 0]
+    apart = stepped(model.parameters, 10.0, 0.4, 1e-5) - centering.push.simulate_pushes(model, at_600[:1])[0, 0]
     took["600 mm/min, time stepping by 10 us, Python"] = time.perf_counter() - begin
     told(took, "600 mm/min", 1e-6, "us")
     print(f"time stepping ends {1e6 * apart:+.1f} nm from the events")
-    residual = max(float(centering.simulate_pushes(each, anywhere)[:, 5].max()) for each in (model, small))
+    residual = max(float(centering.push.simulate_pushes(each, anywhere)[:, 5].max()) for each in (model, small))
     print(f"largest residual of the energy balance: {residual:.1e}")
     least("pushes, 600 mm/min", 1 / took["600 mm/min"], 25_000, "1/s")
     least("pushes, 100 to 5000 mm/min", 1 / took["100 to 5000 mm/min"], 8_000, "1/s")

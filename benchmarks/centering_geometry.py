@@ -128,22 +128,22 @@ def fits() -> None:
 def circles() -> None:
     print("\n## Reference circles of 4096 points")
     points = lobed(4096)[2]
-    zone = {"ours": lambda: centering.reference_circle(points, "MZC")}
+    zone = {"ours": lambda: centering.roundness.reference_circle(points, "MZC")}
     zone |= {f"cvxpy, {name}": lambda s=name: peers.zone_by_cvxpy(points, s) for name in ("HIGHS", "CLARABEL")}
     zone["scipy linprog (HiGHS)"] = lambda: peers.zone_by_scipy(points)
     around = {
-        "ours": lambda: centering.reference_circle(points, "MCC"),
+        "ours": lambda: centering.roundness.reference_circle(points, "MCC"),
         "cvxpy, Clarabel, scaled": lambda: peers.enclosing_by_cvxpy(points),
     }
     inside = {
-        "ours": lambda: centering.reference_circle(points, "MIC"),
+        "ours": lambda: centering.roundness.reference_circle(points, "MIC"),
         "scipy Voronoi": lambda: peers.inscribed_by_scipy(points),
     }
     for kind, runs, bar in (("MZC", zone, 0.5), ("MCC", around, 1.0), ("MIC", inside, 5.0)):
         print(f"\n### {kind}")
         took = in_turn(runs, 11)
         told(took, "ours", 1e-3, "ms")
-        ours = centering.reference_circle(points, kind)
+        ours = centering.roundness.reference_circle(points, kind)
         for name, run in runs.items():
             if name != "ours":
                 print(f"{name}: {1e6 * (run() - (ours.value if kind == 'MZC' else ours.radius)):+.2e} nm from ours")

@@ -13,8 +13,10 @@ from hilbertcurve.hilbertcurve import HilbertCurve
 from measure import median
 from scipy.interpolate import NdBSpline
 
-from sdpgrind.finishing import Path, Surface, hilbert, hilbert_lsystem, hilbert_nodes, nominal_surface, uneven_surfaces
+from sdpgrind.finishing import Path, Surface, hilbert
+from sdpgrind.finishing.path import hilbert_lsystem, hilbert_nodes
 from sdpgrind.finishing.path._equal_area import equal_area
+from sdpgrind.finishing.surface import nominal_surface, uneven_surfaces
 
 SLOW = 1
 """Runs of peers that take seconds."""

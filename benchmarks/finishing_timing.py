@@ -9,7 +9,7 @@ import numpy as np
 from measure import median
 
 from sdpgrind import finishing
-from sdpgrind.finishing import JointLimits, JointPath, TimeLaw
+from sdpgrind.finishing.timing import JointLimits, JointPath, TimeLaw
 
 ARM = JointLimits(
     ("q1", "q2", "q3", "q4", "q5", "X", "Y"), speed_max=(1.5,) * 5 + (200.0,) * 2, acceleration_max=(8.0,) * 5 + (2000.0,) * 2
@@ -27,7 +27,7 @@ def wavy(seed: int, span: float = 60.0, samples: int = 121) -> JointPath:
 
 def corners(order: int) -> list[JointPath]:
     """Runs between the corners of a Hilbert path over 50 mm by 50 mm; the arm moves in proportion to the table."""
-    nodes = finishing.hilbert_nodes(order) * 50.0 / 2**order
+    nodes = finishing.path.hilbert_nodes(order) * 50.0 / 2**order
     turns = np.flatnonzero(np.any(np.diff(nodes, 2, axis=0) != 0, axis=1)) + 1
     ends = [0, *turns.tolist(), len(nodes) - 1]
     gains = np.random.default_rng(0).normal(size=(2, 5)) / 400
@@ -41,11 +41,11 @@ def corners(order: int) -> list[JointPath]:
 
 def report(name: str, runs: Sequence[JointPath], limits: JointLimits, method: str, feed_rate: float) -> tuple[TimeLaw, ...]:
     """Make the laws twice, and print how long the second took, their sum, and the closest limit."""
-    finishing.time_laws(runs[:1], limits, feed_rate=feed_rate, method=method)
+    finishing.timing.time_laws(runs[:1], limits, feed_rate=feed_rate, method=method)
     begin = time.perf_counter()
-    laws = finishing.time_laws(runs, limits, feed_rate=feed_rate, method=method)
+    laws = finishing.timing.time_laws(runs, limits, feed_rate=feed_rate, method=method)
     took = time.perf_counter() - begin
-    worst = finishing.worst_violation(runs, laws, limits=limits, feed_rate=feed_rate, refine=20)
+    worst = finishing.timing.worst_violation(runs, laws, limits=limits, feed_rate=feed_rate, refine=20)
     pieces, lasts = sum(law.length.size for law in laws), sum(law.duration for law in laws)
     known = f"| {name} | {len(runs)} | {method} | {pieces} | {lasts:.4f} | {1e3 * took:.0f} |"
     print(f"{known} {worst.ratio - 1:+.1e} | {worst.quantity} |")
@@ -60,7 +60,7 @@ def head() -> None:
 def by_toppra(run: JointPath, intervals: int) -> float:
     """Duration by toppra on equal intervals, s."""
     s = np.linspace(run.length[0], run.length[-1], intervals + 1)
-    return finishing.time_laws([JointPath(s, run.at(s))], ARM, feed_rate=1e3, method="toppra")[0].duration
+    return finishing.timing.time_laws([JointPath(s, run.at(s))], ARM, feed_rate=1e3, method="toppra")[0].duration
 
 
 def against_toppra() -> None:
@@ -68,7 +68,7 @@ def against_toppra() -> None:
     print("toppra's error falls with its step; where it fails on 1440 or 720 intervals, on half as many")
     limit, same, beyond = [], [], []
     for run in [wavy(seed) for seed in range(20)]:
-        (own,) = finishing.time_laws([run], ARM, feed_rate=1e3, method="min_time")
+        (own,) = finishing.timing.time_laws([run], ARM, feed_rate=1e3, method="min_time")
         for intervals in (1440, 720, 360):
             try:
                 fine, coarse = by_toppra(run, intervals), by_toppra(run, intervals // 2)
@@ -77,7 +77,7 @@ def against_toppra() -> None:
                 continue
         limit.append(100 * (own.duration / (2 * fine - coarse) - 1))
         same.append(100 * (own.duration / fine - 1))
-        beyond.append(finishing.worst_violation([run], [own], limits=ARM, feed_rate=1e3).ratio - 1)
+        beyond.append(finishing.timing.worst_violation([run], [own], limits=ARM, feed_rate=1e3).ratio - 1)
     print(f"over toppra's limit of small steps: {min(limit):+.3f} % to {max(limit):+.3f} %")
     print(f"over toppra on 1440 intervals: {min(same):+.3f} % to {max(same):+.3f} %; ours beyond a limit: {max(beyond):+.1e}")
 
@@ -117,7 +117,7 @@ def rounded() -> None:
 
 def table() -> None:
     print("\n## Loop of the table, 100 000 samples")
-    loop = finishing.TableLoop()
+    loop = finishing.timing.TableLoop()
     command = np.cumsum(np.random.default_rng(0).normal(size=100_000))
     print(f"{1e9 * median(lambda: loop.follow(command, 1e-3), 5) / command.size:.0f} ns a sample")
 

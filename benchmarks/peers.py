@@ -173,4 +173,4 @@ def brown_grid(name: str, refine: int = 1, levels: int = 51) -> sdp.Problem:
     """Preset `name` on Brown's grid (0.1 mm, 2 s), or finer by `refine` in both; plain levels of force, no search."""
     problem = weldbead.preset(name)
     problem = problem.replace(stage=problem.stage / refine)
-    return weldbead.sdp_problem(problem, nodes=20 * refine + 1, levels=levels, search=False)
+    return weldbead.sequence.sdp_problem(problem, nodes=20 * refine + 1, levels=levels, search=False)

@@ -103,11 +103,11 @@ def fine_grid() -> None:
     print("|---|---|---|---|")
     for name in ("P1", "P5"):
         fine = weldbead.preset(name).replace(stage=0.2)
-        policy = sdp.plan(weldbead.sdp_problem(fine, 201))
-        exact = sdp.plan(weldbead.sdp_problem(fine, 201, levels=3201))
+        policy = sdp.plan(weldbead.sequence.sdp_problem(fine, 201))
+        exact = sdp.plan(weldbead.sequence.sdp_problem(fine, 201, levels=3201))
         error = float(np.max(np.abs(policy.table.value - exact.table.value)))
-        took = median(lambda f=fine: sdp.plan(weldbead.sdp_problem(f, 201)), 3 if QUICK else 7)
-        memory = peak_memory(lambda f=fine: sdp.plan(weldbead.sdp_problem(f, 201)))
+        took = median(lambda f=fine: sdp.plan(weldbead.sequence.sdp_problem(f, 201)), 3 if QUICK else 7)
+        memory = peak_memory(lambda f=fine: sdp.plan(weldbead.sequence.sdp_problem(f, 201)))
         print(f"| {name} | {took:.3f} s | {memory:.0f} MB | {error:.1e} $ |")
 
 
@@ -125,7 +125,7 @@ def tolerances() -> None:
             true = float("nan")
             if (nodes - 1) * 8 <= 3200 or (tolerance < 1e-4 and not QUICK and name == "P1"):
                 factor = min(8, 12800 // (nodes - 1))
-                reference = sdp.plan(weldbead.sdp_problem(problem, factor * (nodes - 1) + 1, levels=801))
+                reference = sdp.plan(weldbead.sequence.sdp_problem(problem, factor * (nodes - 1) + 1, levels=801))
                 true = float(np.max(np.abs(policy.table.table.value - reference.table.value[:, :, ::factor])))
             print(
                 f"| {name} | {tolerance:g} $ | {took:.2f} s | {nodes} | {policy.error:.1e} $ "
@@ -189,7 +189,7 @@ def scaling() -> None:
     ]
     times = {
         case: median(
-            lambda c=case: sdp.plan(weldbead.sdp_problem(weldbead.preset("P1").replace(stage=c[1]), c[0], levels=c[2])),
+            lambda c=case: sdp.plan(weldbead.sequence.sdp_problem(weldbead.preset("P1").replace(stage=c[1]), c[0], levels=c[2])),
             3,
         )
         for case in cases

@@ -47,7 +47,7 @@ print(f"{table.key.size} nodes; the best u and v where 7.0 is read on the locus:
 # Where the model may be wrong, feedback is safer: change one control until response and limit meet, and let the other follow on
 # the locus. How strongly? Along the locus the slack falls with a known slope. It tells which gain is stable, which one never
 # steps over the limit, and how far drift will push it over.
-design = locus.design_gain(curve, along="v", x=(0.758, 1.721))
+design = locus.gains.design_gain(curve, along="v", x=(0.758, 1.721))
 print(f"stable below {design.stable:.3f}; no violation up to {design.violation_free:.3f}")
 print(f"noise of the reading comes through {design.noise_gain:.2f} times")
 print(f"a drift of 0.01 a step goes over the limit by up to {design.drift_margin(0.01):.3f}")
@@ -79,7 +79,7 @@ grinder = hwsim.AdaptiveGrinder(grinding)
 start = {"start": {"infeed_rate": units.um(1)}, "floor": units.um(0.8)}
 koren = {"gain": 3.3e-6, "kp": 5.3e-6, "at": "command", "hold": 3.0}
 dulling = 3e-6  # of the wear flat area in one sample
-margin = locus.design_gain(curve, along="infeed_rate").drift_margin(dulling)
+margin = locus.gains.design_gain(curve, along="infeed_rate").drift_margin(dulling)
 print(f"margin for the drift: {margin:.2f} W; it knows nothing of the lag, so twice that is taken")
 controllers = {
     "Koren's gains": locus.LocusController(curve, along="infeed_rate", **koren, **start),

@@ -52,7 +52,7 @@ declared = (0.8, 4.0)
 
 
 def walker(path):
-    gain = locus.design_gain(path, along="v", x=declared).schedule(0.5)
+    gain = locus.gains.design_gain(path, along="v", x=declared).schedule(0.5)
     return locus.LocusController(path, along="v", x=declared, gain=gain, period=None)
 
 

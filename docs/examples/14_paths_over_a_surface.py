@@ -15,7 +15,7 @@ from sdpgrind import finishing, units
 # A surface
 # ---------
 # B-splines and NURBS are given by control points, as a CAD program knows them. The nominal die has one ridge that dies away.
-die = finishing.nominal_surface()
+die = finishing.surface.nominal_surface()
 print(f"area {die.area:.1f} mm², normal in the middle {die.normal(0.5, 0.5).round(3)}")
 high, low = die.principal_curvatures(0.5, 0.5)
 print(f"radii in the middle: {1 / high:.0f} mm and {1 / low:.0f} mm (negative: a ridge, away from the tool)")
@@ -34,7 +34,7 @@ path.plot()
 # ------------------------------------
 # A board of equal steps in the parameters is what Wang and Jan lay on the surface. Where control points crowd, so do the passes.
 # This die is nearly the same, but its control points are drawn together in one corner.
-crowded = finishing.uneven_surfaces()["crowded"]
+crowded = finishing.surface.uneven_surfaces()["crowded"]
 figure = plt.figure(figsize=(12, 4.2), layout="constrained")
 for k, mapping in enumerate(("parametric", "equal_area")):
     laid = finishing.hilbert(crowded, order=5, mapping=mapping)
@@ -52,7 +52,7 @@ for k, mapping in enumerate(("parametric", "equal_area")):
 # between two passes; where passes turn back and at the corners of the surface the largest gap may be sqrt(2) times as wide. This
 # die is nearly the nominal one again, with weights that draw its parameters to the middle. Lines of the parameters bend there:
 # near enough in one place, they are too near in another. "geodesic" keeps the gap along the whole of each pass.
-weighted = finishing.uneven_surfaces()["weighted"]
+weighted = finishing.surface.uneven_surfaces()["weighted"]
 zigzags = {}
 for mapping in ("parametric", "equal_spacing", "equal_area", "geodesic"):
     zigzags[mapping] = laid = finishing.zigzag(weighted, pitch=2.0, mapping=mapping)
@@ -74,8 +74,8 @@ for k, mapping in enumerate(("equal_spacing", "geodesic")):
 # ---------------------
 # The footprint is not the tool. A ball of 4 mm that sinks in by 10 µm touches a spot of 0.2 mm radius; that spot has to cover
 # the surface. A Hilbert path needs more of it than a zigzag of the same pitch: at some cell corners no pass comes near.
-print(f"a ball of 4 mm, 10 µm deep: radius {finishing.ball_footprint(2.0, units.um(10)):.2f} mm")
-plate = finishing.flat_surface(16.0)
+print(f"a ball of 4 mm, 10 µm deep: radius {finishing.path.ball_footprint(2.0, units.um(10)):.2f} mm")
+plate = finishing.surface.flat_surface(16.0)
 radius = np.linspace(0.5, 0.75, 6)  # mm, and over the pitch: that is 1 mm
 fractal, straight = finishing.hilbert(plate, order=4), finishing.zigzag(plate, pitch=1.0)
 figure, ax = plt.subplots(figsize=(7, 3), layout="constrained")
@@ -90,10 +90,10 @@ ax.legend(frameon=False)
 # Between two passes of a ball a scallop remains. Its height goes with the square of the pitch, and is greater on a ridge than on
 # a flat; in a hollow it is smaller, down to where the ball no longer fits, which is refused.
 for name, curvature in (("flat", 0.0), ("ridge of 20 mm", -0.05), ("hollow of 20 mm", 0.05)):
-    height = finishing.scallop_height(2.0, 0.2, curvature)
-    print(f"{name:15} scallops {1e3 * height:.2f} µm, R_a {1e3 * finishing.cusp_roughness(2.0, 0.2, curvature):.2f} µm")
+    height = finishing.path.scallop_height(2.0, 0.2, curvature)
+    print(f"{name:15} scallops {1e3 * height:.2f} µm, R_a {1e3 * finishing.path.cusp_roughness(2.0, 0.2, curvature):.2f} µm")
 try:
-    finishing.scallop_height(2.0, 0.2, normal_curvature=0.6)
+    finishing.path.scallop_height(2.0, 0.2, normal_curvature=0.6)
 except ValueError as error:
     print(error)
 

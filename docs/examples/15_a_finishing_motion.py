@@ -15,7 +15,7 @@ from sdpgrind import finishing, units
 # -------
 # The robot is an arm of five joints that holds the tool, and a table of two axes that carries the work. Its lengths and limits
 # are *assumptions* (the source does not print those of its A530): put those of yours in ``Arm``.
-path = finishing.hilbert(finishing.nominal_surface(), order=4)
+path = finishing.hilbert(finishing.surface.nominal_surface(), order=4)
 problem = finishing.FinishingProblem(
     path, arm=finishing.Arm.generic(), contact_angle=units.deg(30), lever_arm=95.0, feed_rate=25.0, heading="fixed"
 )
@@ -34,7 +34,7 @@ motion.plot()
 # "trapezoid" is what most robots do: speed up, cruise, slow down. "toppra" is the fastest that speeds and accelerations of the
 # joints allow. "min_time" holds their jerk, too: it is slower, and what a real drive can follow. All three stop at a sharp
 # corner. Rounded corners are gone through; ``blended`` says by how much the path may be left. A coarse path will do to compare.
-coarse = finishing.hilbert(finishing.nominal_surface(), order=2)
+coarse = finishing.hilbert(finishing.surface.nominal_surface(), order=2)
 print(f"{'corners':22}{'method':12}{'time':>8}{'mean feed':>12}   nearest limit")
 for name, laid in (("sharp", coarse), ("rounded within 0.6 mm", coarse.blended(0.6))):
     for method in ("trapezoid", "toppra", "min_time"):

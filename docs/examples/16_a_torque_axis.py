@@ -34,7 +34,7 @@ for kind, controller in controllers.items():
 
 # %%
 # A better observer is three times as fast as the loop; a prefilter takes away the overshoot that the law itself brings.
-gains = finishing.PidffGains.of_poles(axis, pole=61.0)
+gains = finishing.torque.PidffGains.of_poles(axis, pole=61.0)
 controllers["pidff, better"] = finishing.TorqueController(axis, normal_force=force, gains=gains, prefilter=True)
 print(f"pidff, better: {controllers['pidff, better'].poles}")
 
@@ -46,7 +46,7 @@ print(f"pidff, better: {controllers['pidff, better'].poles}")
 figure, axes = plt.subplots(1, 5, figsize=(12, 2.6), sharey=True, layout="constrained")
 print(f"\n{'':14}{'within 5 %':>12}{'within 2 %':>12}{'overshoot':>12}{'ripple':>10}")
 for ax, (kind, controller) in zip(axes, controllers.items(), strict=True):
-    record = finishing.simulate_axis(controller, duration=0.5)
+    record = finishing.torque.simulate_axis(controller, duration=0.5)
     found = record.figures
     times = f"{1e3 * found['settling_5']:9.0f} ms{1e3 * found['settling_2']:9.0f} ms"
     print(f"{kind:14}{times}{100 * found['overshoot']:10.1f} %{1e3 * found['ripple']:7.1f} mN")
@@ -62,7 +62,7 @@ for ax, (kind, controller) in zip(axes, controllers.items(), strict=True):
 # be of no use on another. So choose by the worst of those that may come, and look at how far the loop is stable at all.
 print(f"{'':14}{'stable for':>16}{'worst: within 5 %':>20}{'overshoot':>12}{'ripple':>10}")
 for kind, controller in controllers.items():
-    case = finishing.worst_case(controller, factors=(0.5, 1.0, 2.0), duration=0.6)
+    case = finishing.torque.worst_case(controller, factors=(0.5, 1.0, 2.0), duration=0.6)
     worst, (low, high) = case.worst, case.stable
     told = f"{low:.2f} to {high:.1f} k_e".rjust(16) + f"{1e3 * worst['settling_5']:17.0f} ms"
     print(f"{kind:14}{told}{100 * worst['overshoot']:10.1f} %{1e3 * worst['ripple']:7.1f} mN")
@@ -96,10 +96,10 @@ ax.legend(frameon=False, fontsize=8)
 # Weight of the tool, friction in the bearing, a cable: all act on the motor as the contact does. Current and angle show the sum.
 # Each controller holds the *sum*, and reports no error.
 for kind in ("pidff", "damped", "lqg"):
-    record = finishing.simulate_axis(controllers[kind], load_torque=0.01)
+    record = finishing.torque.simulate_axis(controllers[kind], load_torque=0.01)
     seen = float(record.estimate[:, -200:].mean() / (1e-3 * axis.lever_arm))
     print(f"{kind:7} load torque 10 mN m: contact {1e3 * record.offset.mean():+.0f} mN off, believed to be {seen:.3f} N")
-record = finishing.simulate_axis(controllers["lqg"], truth=axis.replace(torque_constant=1.1 * axis.torque_constant))
+record = finishing.torque.simulate_axis(controllers["lqg"], truth=axis.replace(torque_constant=1.1 * axis.torque_constant))
 print(f"and a torque constant that is 10 % higher: {1e3 * record.offset.mean():+.0f} mN")
 
 # %%
@@ -120,5 +120,5 @@ print(f"mean force {float(log.outcome.normal_force[0]):.3f} N before, {float(aga
 # %%
 # From 50 µm there would be too few readings, and it would say so: begin half a millimetre up, now and then. What a heavy tool
 # weighs on the motor changes with the pose, so that once for a job is not enough: 0.44 kg at 50 mm is more than the motor has.
-print(f"{finishing.gravity_torque(0.44, 50.0, 0.0):.3f} N m of {axis.torque_max:.3f}")
+print(f"{finishing.torque.gravity_torque(0.44, 50.0, 0.0):.3f} N m of {axis.torque_max:.3f}")
 plt.show()

@@ -71,10 +71,10 @@ print(study.next_runs(3))
 # -------------------------
 # The same readings as a law of the roughness: a median for each setting, and a scatter of 6.7 % that no setting takes away. This
 # is what a planner needs who has to decide for each specimen whether to finish it again.
-model = finishing.RoughnessModel.published()
+model = finishing.roughness.RoughnessModel.published()
 law = model.law("hilbert5", tool_diameter=4.0, normal_force=model.best_force())
 print(f"best force {model.best_force():.2f} N: mean {1e3 * law.mean:.2f} µm, standard deviation {1e3 * law.sd:.2f} µm")
-alone = finishing.leave_one_out(study)
+alone = finishing.roughness.leave_one_out(study)
 print(f"each run predicted from the others: {100 * alone.rms_log:.1f} % off (rms), at worst {100 * alone.worst_error:.0f} %")
 try:
     model.law("hilbert5", tool_diameter=6.0, normal_force=1.3)

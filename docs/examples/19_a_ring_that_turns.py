@@ -100,7 +100,7 @@ for keep in (False, True):
     centers = centred(keep)
     told = ", ".join(f"{1e3 * each.offset:.3g} µm after {np.rad2deg(each.swept):.0f} degrees" for each in centers)
     print(f"radius {'kept' if keep else 'forgotten'}: {told}")
-centering.plot_centers(centers, tolerance=0.010)
+centering.circle.plot_centers(centers, tolerance=0.010)
 
 # %%
 # The distance from the middle is the logarithm of the offset: millimetres at the rim, micrometres inside, the tolerance in green.

@@ -21,11 +21,11 @@ from sdpgrind import units
 angle = units.deg(np.arange(6000.0))
 rng = np.random.default_rng(0)
 shares = {"printed": [], "ours": []}
-printed_rule = centering.PrintedEstimator("prls")
+printed_rule = centering.circle.PrintedEstimator("prls")
 ours = centering.GeometryEstimator(noise_sd=0.04, joint=True, model="limacon")
 print(f"{'offset':>10}{'printed: readings':>20}{'inside':>10}{'ours: readings':>18}{'inside':>10}")
 for offset, most in ((20.0, 360), (1.0, 360), (0.1, 6000)):
-    true = centering.limacon_reading(angle[:most], 61.94, offset, units.deg(90))
+    true = centering.circle.limacon_reading(angle[:most], 61.94, offset, units.deg(90))
     inside, readings = {"printed": [], "ours": []}, {"printed": [], "ours": []}
     for _ in range(500):
         seen = true + rng.normal(0.0, 0.04, most)
@@ -63,12 +63,12 @@ ax.legend(frameon=False)
 # estimate, and turns on. Once the spectrum is known, it can be subtracted (``harmonics=``), and a short arc is enough again.
 lobes, offset = 0.003, 0.5
 turn = units.deg(np.arange(0.0, 360.0))
-spectrum = centering.Spectrum([3], [lobes], [1.0])
+spectrum = centering.roundness.Spectrum([3], [lobes], [1.0])
 
 
 def read(turned):
     """Readings of a ring with three lobes, near enough for so small an offset."""
-    circle = centering.circle_reading(turned, 61.94, offset, 0.4)
+    circle = centering.circle.circle_reading(turned, 61.94, offset, 0.4)
     return circle + lobes * np.cos(3 * turned - 1.0) + np.random.default_rng(1).normal(0.0, 0.001, turned.size)
 
 
@@ -97,7 +97,7 @@ ax.legend(frameon=False, fontsize=8, ncols=3)
 # %%
 # How much an arc makes of a lobe can be known beforehand:
 for upr in (2, 3, 5):
-    gains = [centering.form_gain(units.deg(np.arange(0.0, arc, 0.5)), upr) for arc in (30, 60, 90, 120, 180, 270, 360)]
+    gains = [centering.circle.form_gain(units.deg(np.arange(0.0, arc, 0.5)), upr) for arc in (30, 60, 90, 120, 180, 270, 360)]
     print(f"{upr} undulations: centre off by", "".join(f"{gain:7.2f}" for gain in gains), "times their amplitude")
 
 # %%
@@ -110,10 +110,10 @@ for k in range(1, 720):
     noise[k] = 0.88 * noise[k - 1] + rng.normal(0.0, 0.01 * np.sqrt(1 - 0.88**2))
 two = units.deg(np.arange(720.0))
 estimator = centering.GeometryEstimator(noise_sd=0.001)
-estimator.extend(two, centering.circle_reading(two, 61.94, 0.5, 0.4) + noise)
+estimator.extend(two, centering.circle.circle_reading(two, 61.94, 0.5, 0.4) + noise)
 circle = estimator.estimate
-left = centering.circle_reading(two, 61.94, 0.5, 0.4) + noise - circle.reading(two)
-checks = centering.residual_checks(left)
+left = centering.circle.circle_reading(two, 61.94, 0.5, 0.4) + noise - circle.reading(two)
+checks = centering.circle.residual_checks(left)
 print(f"looks normal: {checks.normal}; looks independent: {checks.independent}, with a correlation of {checks.lag_1:.2f}")
 print(f"band times {circle.inflation:.2f}; {circle.message}")
 

@@ -23,7 +23,7 @@ lobes = {2: (0.004, 0.3), 3: (0.002, 1.0), 43: (0.0003, 0.0)}
 ring = hwsim.Ring(62.05, offset=0.002, offset_angle=1.0, lobes=lobes)
 scan = hwsim.Probe(ring, samples_per_turn=400).scan(turns=4, rng=0)
 profile = centering.Profile(scan.angle, scan.reading, tip_radius=3.75).remove_runout()
-stock = centering.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
+stock = centering.setup.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
 job = {"finish_radius": 61.9, "gap": 0.010, "approach_rate": units.mm_per_min(1.56)}
 change = centering.plan_changeover(profile, stock, **job)
 print(change)
@@ -50,7 +50,7 @@ print(f"against that the measurement saves {rss.time_saved:.2f} s")
 sigmas = np.linspace(1.5, 5.0, 71)
 figure, ax = plt.subplots(figsize=(7, 3.2), layout="constrained")
 for minutes, color in ((0.5, "#5a9a68"), (5.0, "#4878a8"), (60.0, "#b04a3a")):
-    best = centering.best_allowance(stock.height_sd, approach_rate=0.026, crash_time=60 * minutes)
+    best = centering.setup.best_allowance(stock.height_sd, approach_rate=0.026, crash_time=60 * minutes)
     ax.plot(sigmas, [best.cost(z) for z in sigmas], color=color, label=f"a crash costs {minutes:g} min")
     ax.plot(best.sigmas, best.cost(), "o", color=color)
     print(f"a crash of {minutes:4g} min: {best}")
@@ -64,7 +64,7 @@ ax.legend(frameon=False)
 # resonance, or in step with the wheel, they are ground in instead of off. A little faster or slower is enough.
 spectrum = profile.spectrum(upr_max=60)
 speeds = {"wheel_rotation": units.rpm(4210), "work_rotation": units.rpm(300)}
-check = centering.chatter_check(spectrum, **speeds, resonances={"tailstock": units.hz(218), "wheel head": units.hz(95)})
+check = centering.setup.chatter_check(spectrum, **speeds, resonances={"tailstock": units.hz(218), "wheel head": units.hz(95)})
 print(check)
 check.plot()
 

@@ -17,11 +17,11 @@ from sdpgrind import units
 # -------------
 # A heavy ring, 1 mm off, at 20 turns a minute. The slide goes near to where the rim will be, rests, and pushes. The lead is the
 # angle that the table turns meanwhile; the rim comes nearer on the way, so that the lead depends on itself.
-problem = centering.preset("printed").replace(part=centering.Part(mass=18.9, radius=89.5))
+problem = centering.preset("printed").replace(part=centering.push.Part(mass=18.9, radius=89.5))
 task = {"offset": 1.0, "spindle_speed": units.rpm(20), "push_speed": 10.0}
 push = centering.plan_push(problem, **task)
 print(push)
-limit = centering.spindle_speed_limit(problem, offset=10.0)
+limit = centering.push.turning.spindle_speed_limit(problem, offset=10.0)
 print(
     f"at 10 mm the table may do {limit.value / units.rpm(1):.0f} turns a minute ({limit.reason}); friction would hold the ring",
     end=" ",
@@ -47,7 +47,7 @@ for direction in ("exact", "quasi-static", "contact", "end"):
 # again, and when the tip stops, at more than friction can brake, it is thrown off.
 speed, way = 40.0, 5.0  # mm/s, mm
 hard = centering.TipProfile.move(way, speed, problem.limits.acceleration_max)
-gentle = centering.gentle_profile(problem.model, way, speed)
+gentle = centering.push.gentle_profile(problem.model, way, speed)
 trace = centering.simulate_push(problem.model, hard)
 print(trace, f"energy balances to {trace.energy_balance:.0e}")
 trace.plot()
@@ -58,7 +58,7 @@ trace.plot()
 print("friction           0.9        1      1.1   times that of the model")
 for name, profile in (("hard", hard), ("gentle", gentle)):
     models = [problem.model.replace(mu_static=0.2 * f, mu_kinetic=0.15 * f) for f in (0.9, 1.0, 1.1)]
-    came = centering.simulate_pushes(models, profile)
+    came = centering.push.simulate_pushes(models, profile)
     stroke = float(np.max(profile.position(np.linspace(0.0, profile.total_time, 2001))))
     told = " ".join(f"{1e3 * (end - stroke):8.1f}" for end in came[:, 0])
     print(f"{name:12} {told}   µm beyond the tip, peak {came[1, 2]:.0f} N, {profile.total_time:.3f} s")
@@ -67,7 +67,7 @@ for name, profile in (("hard", hard), ("gentle", gentle)):
 # Slow pushes have a limit of their own: after sticking the friction falls, and the ring jumps. No slow push is finer than that.
 for mass in (0.8, 5.0, 18.9):
     model = problem.model.replace(mass=mass)
-    smallest = centering.simulate_pushes(model, [centering.tap_profile(x, 5.0) for x in np.geomspace(5e-4, 0.1, 400)])
+    smallest = centering.push.simulate_pushes(model, [centering.push.tap_profile(x, 5.0) for x in np.geomspace(5e-4, 0.1, 400)])
     least = 1e3 * smallest[smallest[:, 0] > 1e-6, 0].min()
     print(
         f"{mass:4.1f} kg: jump {1e3 * model.stick_slip_quantum:6.2f} µm; drawn back at once, it moves by {least:.2f} µm at least"

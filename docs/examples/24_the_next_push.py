@@ -21,7 +21,7 @@ from sdpgrind import units
 # ----------
 # The heavy ring once more. Planning simulates thousands of pushes of ten kinds exactly, and solves. A warning comes first: half
 # of the jump of stick and slip is three times the tolerance, so that slow pushes alone would centre this ring by luck.
-problem = centering.preset("printed").replace(part=centering.Part(mass=18.9, radius=89.5), tolerance=0.0025)
+problem = centering.preset("printed").replace(part=centering.push.Part(mass=18.9, radius=89.5), tolerance=0.0025)
 with warnings.catch_warnings(record=True) as heard:
     warnings.simplefilter("always")
     strategy = centering.plan(problem)
@@ -50,9 +50,9 @@ print(f"a look-up takes {1e3 * (time.perf_counter() - begin):.0f} us")
 strokes = np.geomspace(0.005, 0.1, 300)
 figure, axis = plt.subplots(figsize=(7, 3.8), layout="constrained")
 rests = [centering.TipProfile.move(x, 5.0, problem.limits.acceleration_max) for x in strokes]
-taps = [centering.tap_profile(x, 5.0) for x in strokes]
+taps = [centering.push.tap_profile(x, 5.0) for x in strokes]
 for label, profiles, color in (("stays in contact", rests, "#b04a3a"), ("drawn back at once", taps, "#4878a8")):
-    axis.plot(1e3 * strokes, 1e3 * centering.simulate_pushes(problem.model, profiles)[:, 0], color=color, label=label)
+    axis.plot(1e3 * strokes, 1e3 * centering.push.simulate_pushes(problem.model, profiles)[:, 0], color=color, label=label)
 axis.axhline(1e3 * problem.model.stick_slip_quantum, color="0.5", ls="--", lw=1, label="jump of a slow push")
 axis.set(xlabel="travel of the tip [µm]", ylabel="travel of the part [µm]")
 axis.legend(frameon=False)

@@ -19,7 +19,7 @@ from sdpgrind import units
 # --------
 # 0.8 kg, from somewhere between 1 and 10 mm to 2.5 µm. The controller measures while the table runs up, and pushes as soon as
 # it is sure enough that waiting would cost more.
-problem = centering.preset("printed").replace(part=centering.Part(mass=0.8, radius=61.95), tolerance=0.0025)
+problem = centering.preset("printed").replace(part=centering.push.Part(mass=0.8, radius=61.95), tolerance=0.0025)
 strategy = centering.plan(problem)
 ours = centering.CenteringController(strategy)
 machine = hwsim.CenteringMachine(problem)
@@ -33,8 +33,8 @@ log.plot()
 table = log["control"]
 state, offset = table.state_planned.values, table.offset_planned.values
 for k in np.flatnonzero(np.diff(state, prepend=-1) != 0):
-    now = centering.CycleState(int(state[k]))
-    if now in (centering.CycleState.WAIT, centering.CycleState.CENTERED):
+    now = centering.cycle.CycleState(int(state[k]))
+    if now in (centering.cycle.CycleState.WAIT, centering.cycle.CycleState.CENTERED):
         print(f"{float(table.time[k]):5.2f} s  {now.name.lower():9} offset {1e3 * offset[k]:8.2f} µm")
 
 # %%
@@ -117,7 +117,7 @@ worst = int(np.argmax(both.outcome.pushes.sel(controller="source").values))
 for axis, name in zip(axes, ("source", "ours"), strict=True):
     part = both.outcome.sel(controller=name).isel(part=worst)
     centers = np.column_stack([part.center_x, part.center_y])
-    centering.plot_centers(centers[np.isfinite(centers[:, 0])], problem.tolerance, ax=axis)
+    centering.circle.plot_centers(centers[np.isfinite(centers[:, 0])], problem.tolerance, ax=axis)
     axis.set_title(f"{name}: {int(part.pushes)} pushes, {float(part.time):.1f} s")
 
 # %%

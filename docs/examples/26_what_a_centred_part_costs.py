@@ -52,7 +52,7 @@ class Way:
 # Time of the strategy
 # --------------------
 # From the simulated machine, with all its scatter: the heavy ring, from 1 to 10 mm. A ring that is not done is centred by hand.
-problem = centering.preset("printed").replace(part=centering.Part(mass=18.9, radius=89.5), tolerance=0.0025)
+problem = centering.preset("printed").replace(part=centering.push.Part(mass=18.9, radius=89.5), tolerance=0.0025)
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # that slow pushes alone would not do: the strategy knows
     strategy = centering.plan(problem)

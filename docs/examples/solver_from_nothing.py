@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import erf
 
 from sdpgrind import sdp, weldbead
-from sdpgrind.weldbead import sdp_problem
+from sdpgrind.weldbead.sequence import sdp_problem
 
 problem = weldbead.preset("P1")
 

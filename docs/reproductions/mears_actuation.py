@@ -47,22 +47,22 @@ def degrees(angle):
 psi = np.linspace(0.0, np.pi, 200001)
 along = 25.0 * np.sin(psi)
 dense = float(np.max(along + along * 25.0 * np.cos(psi) / np.sqrt(30.0**2 - along**2)))
-slope = centering.max_rim_slope(offset=25.0, radius=30.0)
+slope = centering.push.turning.max_rim_slope(offset=25.0, radius=30.0)
 row("offset 25, radius 30 mm: rim speed over table speed [mm]", "-", 34.86100, slope, 3.5e-5)
 row("the same, by 200 000 places", "-", dense, slope, 1e-7)
 slippery = printed.replace(mu_static=0.05, mu_kinetic=0.04)
-rpm = centering.spindle_speed_limit(slippery, offset=25.0).all["friction"] / units.rpm(1)
+rpm = centering.push.turning.spindle_speed_limit(slippery, offset=25.0).all["friction"] / units.rpm(1)
 row("(3.9): greatest table speed at mu 0.05, 25 mm [1/min]", "42.3", 42.2916, rpm, 1e-4)
 speed = slope * units.rpm(42.2916)
 row(
     "(3.3): rim speed [mm/s]", "154.3", 154.39, speed, 5e-3, "no speed is stated; it belongs to (3.9), 42.29 1/min with g = 9.807"
 )
 row("the same at the working speed of 20 1/min [mm/s]", "154.3", 73.013, slope * units.rpm(20), 5e-4, "see above")
-stop = centering.stopping_way(274.3, ACCELERATION)
+stop = centering.push.stopping_way(274.3, ACCELERATION)
 row("(3.5): stopping from 274.3 mm/s [s]", "0.11", 0.10715, stop.time, 1e-5)
 row("(3.6): the same [mm]", "14.7", 14.6954, stop.distance, 1e-4)
 closing = {"offset": 25.0, "radius": 30.0, "spindle_speed": units.rpm(42.2916), "slide_speed": 120.0}
-nearer = centering.closing_distance(**closing, acceleration=ACCELERATION)
+nearer = centering.push.turning.closing_distance(**closing, acceleration=ACCELERATION)
 row(
     "how much nearer the rim really comes [mm]",
     "14.7",
@@ -79,8 +79,8 @@ row(
 # the origin the line of least squares is 3 % steeper.
 DISTANCE = np.array([10, 15, 20, 25, 30, 35]) / 1e3  # mm
 FORCE = np.array([10.7, 16.0, 22.4, 31.0, 37.4, 40.6])  # N
-row("Table 3.1: stiffness [N/µm]", "1.15", 1.15056, centering.contact_stiffness(DISTANCE, FORCE) / 1e3, 1e-4)
-squares = centering.contact_stiffness(DISTANCE, FORCE, method="least_squares") / 1e3
+row("Table 3.1: stiffness [N/µm]", "1.15", 1.15056, centering.push.contact_stiffness(DISTANCE, FORCE) / 1e3, 1e-4)
+squares = centering.push.contact_stiffness(DISTANCE, FORCE, method="least_squares") / 1e3
 row(
     "Table 3.1: stiffness by least squares [N/µm]",
     "-",
@@ -89,29 +89,29 @@ row(
     1e-9,
 )
 SPEEDS = {"slide_before": 139.0, "slide_after": 104.0, "part_after": 222.0}
-row("(3.14): coefficient of restitution", "0.85", 0.84892, centering.restitution(**SPEEDS), 1e-4)
-row("mass of the part over that of the slide", "-", 0.158, centering.mass_ratio(**SPEEDS), 5e-4)
+row("(3.14): coefficient of restitution", "0.85", 0.84892, centering.push.restitution(**SPEEDS), 1e-4)
+row("mass of the part over that of the slide", "-", 0.158, centering.push.mass_ratio(**SPEEDS), 5e-4)
 
 # %%
 # Following and moving
 # --------------------
 # A step of a whole gap saturates the slide, so that 0.11 s is no property of gains.
-least = centering.FollowingLimits().least_time(7.928)
+least = centering.cycle.FollowingLimits().least_time(7.928)
 bound = least - math.sqrt(2 * 0.01 * 7.928 / ACCELERATION)
 row("full gap of 7.928 mm, 99 %: not faster than [s]", "0.11", 0.10507, bound, 1e-5, within=(bound, least))
-settled = float(centering.tune_following().settling_time.min())
+settled = float(centering.cycle.tune_following().settling_time.min())
 row("the same with the best gains, 1 % too far allowed [s]", "-", 0.104, settled, 2e-3)
 row(
     "(3.15): error of the PI law, 25 1/s, 60 1/s^2, 20 1/min",
     "-",
     0.057427,
-    centering.FollowingGains(25, 60).error_gain(units.rpm(20)),
+    centering.cycle.FollowingGains(25, 60).error_gain(units.rpm(20)),
     1e-5,
 )
 missing("(3.16): gains 50000 and 50, 70", "-", "counts of a drive, in ms or in s")
 move = {"speed": RAPID, "acceleration": ACCELERATION}
-row("7.5 mm at 5000 mm/min [s]", "-", 0.122552, centering.move_time(7.5, **move), 1e-5)
-slow, fast = (centering.move_time(7.5, **move, timing=timing) for timing in ("exact", "printed"))
+row("7.5 mm at 5000 mm/min [s]", "-", 0.122552, centering.push.move_time(7.5, **move), 1e-5)
+slow, fast = (centering.push.move_time(7.5, **move, timing=timing) for timing in ("exact", "printed"))
 row("(5.13): by how much it is too long [ms]", "-", 1e3 * RAPID / ACCELERATION, 1e3 * (fast - slow), 1e-9)
 
 # %%
@@ -120,7 +120,7 @@ row("(5.13): by how much it is too long [ms]", "-", 1e3 * RAPID / ACCELERATION, 
 # (5.17) as it stands, aligned at the end of the push; then with the printed times, which turn the lead by so much as the source
 # finds, and last where the ring must lie to be pushed to the axis.
 LIMITS = printed.limits.replace(approach_speed=83.333, push_speed_max=83.333)
-source = printed.replace(part=centering.Part(18.9, 61.94), limits=LIMITS)
+source = printed.replace(part=centering.push.Part(18.9, 61.94), limits=LIMITS)
 LEADS = ((1.0, 10.0, 38.749828, 8.7047237, 0.3229152, 4.303), (10.0, 83.333, 36.407758, 15.6911104, 0.3033980, 6.618))
 for offset, speed, lead, stroke, time, more in LEADS:
     task = {"offset": offset, "spindle_speed": units.rpm(20), "push_speed": speed, "direction": "end"}
@@ -159,7 +159,7 @@ def touched(rows):
 PUSH = {"spindle_speed": units.rpm(20), "push_speed": 83.333, "direction": "quasi-static"}
 x, y = touched([(0.12, 83.333, 0.0)])
 constant = source.replace(limits=LIMITS.replace(acceleration_max=1e9))  # no time to speak of is lost with starting and stopping
-touch = centering.plan_touch(constant, offset=math.hypot(x, y), **PUSH)
+touch = centering.push.plan_touch(constant, offset=math.hypot(x, y), **PUSH)
 ours = math.hypot(x, y) * math.cos(touch.angle), -math.hypot(x, y) * math.sin(touch.angle)
 row("20 1/min, 83.333 mm/s over 0.12 s: begin, x [mm]", "-", 10.01141, ours[0], 6e-6)
 row("begin, y [mm]", "-", -1.19093, ours[1], 6e-6)
@@ -167,7 +167,7 @@ row("begin [deg]", "-", 6.784, degrees(touch.angle), 5e-4)
 row("time from touch to the axis [s]", "-", 0.12, touch.time, 1e-6)
 row("a rule of half the turn of the push [deg]", "-", 7.2, degrees(units.rpm(20) * touch.time / 2), 1e-4)
 for offset, speed, *_ in LEADS:
-    touch = centering.plan_touch(source, offset=offset, **PUSH | {"push_speed": speed})
+    touch = centering.push.plan_touch(source, offset=offset, **PUSH | {"push_speed": speed})
     x, y = touched(touch.push_profile.segments)
     row(f"offset {offset:g} mm, braked: angle at touch [deg]", "-", -degrees(math.atan2(y, x)), degrees(touch.angle), 1e-5)
 
@@ -191,7 +191,7 @@ CORRECT = {  # mm/min: slide [µm], peak force [N]
 }
 rates = np.array(list(MODELLED))
 constant_speeds = [centering.TipProfile.constant_speed(units.mm_per_min(rate), 0.4) for rate in rates]
-result = {name: centering.simulate_pushes(problem.model, constant_speeds) for name, problem in PRESETS.items()}
+result = {name: centering.push.simulate_pushes(problem.model, constant_speeds) for name, problem in PRESETS.items()}
 for name, ours in result.items():
     assert np.all(ours[:, 5] <= 1e-9)  # energy
     for k in (5, 9, 12):
@@ -233,11 +233,11 @@ row("least swing of the force that can end contact there [N]", "-", 27.80, print
 # %%
 # The energy balance
 # ------------------
-balance = 60 * centering.energy_balance_speed(printed, 0.1)
+balance = 60 * centering.push.energy_balance_speed(printed, 0.1)
 row("(5.25): speed for 100 µm [mm/min]", "3700", 556.3, balance, 0.05, "3700 belongs to 4.4 mm")
-row("(5.25): speed for 4.4 mm [mm/min]", "-", 3690, 60 * centering.energy_balance_speed(printed, 4.4), 1.0)
+row("(5.25): speed for 4.4 mm [mm/min]", "-", 3690, 60 * centering.push.energy_balance_speed(printed, 4.4), 1.0)
 for name, problem in PRESETS.items():
-    table = centering.free_slide_table(problem.model)
+    table = centering.push.free_slide_table(problem.model)
     correct = {"printed": 790, "identified": 615}[name]
     beyond(
         f"{name}: speed that slides 100 µm [mm/min]", "600", correct, 60 * float(table.speed_for(0.1)), 5.0, f"{name} parameters"
@@ -266,7 +266,7 @@ def by_hand(model, rate):
 for name, hertz, um in (("printed", 39.8, 57), ("identified", 30.7, 91)):
     model = PRESETS[name].model
     why = f"{name} parameters"
-    slower, at_600, faster = centering.resonance_over_speed(model, [units.mm_per_min(rate) for rate in (300, 600, 2000)])
+    slower, at_600, faster = centering.push.resonance_over_speed(model, [units.mm_per_min(rate) for rate in (300, 600, 2000)])
     beyond(f"{name}: resonance, 18.9 kg, 600 mm/min [Hz]", "29.9", hertz, at_600.line, 0.3, why)
     row(f"{name}: the same, transformed by hand [Hz]", "-", by_hand(model, 600), at_600.line, 0.1)
     row(f"{name}: the same, by the spacing of peaks [Hz]", "-", hertz, at_600.spacing, 0.3)
@@ -277,7 +277,7 @@ for name, hertz, um in (("printed", 39.8, 57), ("identified", 30.7, 91)):
     row(f"{name}: resonance at 300 mm/min [Hz]", "-", correct[0], slower.line, 0.6)
     row(f"{name}: resonance at 2000 mm/min [Hz]", "-", correct[1], faster.line, 1.6)
 for mass, hertz, stiffness in ((18.9, 29.9, 667), (18.9, 27.8, 577), (0.8, 51.0, 82)):
-    needed = centering.implied_stiffness(hertz, mass=mass)
+    needed = centering.push.implied_stiffness(hertz, mass=mass)
     row(f"{mass:g} kg at {hertz:g} Hz needs [N/mm]", "1200", stiffness, needed, 0.6, "a nylon tip is softer under less load")
 
 # %%
@@ -287,16 +287,16 @@ for mass, hertz, stiffness in ((18.9, 29.9, 667), (18.9, 27.8, 577), (0.8, 51.0,
 # to draw back. What the filter does to the peak force of the light part is no property of part and filter: it is how the first
 # sample jumps.
 for low, correct in ((25.0, 47.746), (20.0, 79.577), (5.0, 557.04)):
-    lag = 1e3 * centering.band_stop_lag(10.0, band=(low, 40.0))
+    lag = 1e3 * centering.push.band_stop_lag(10.0, band=(low, 40.0))
     row(f"lag at 10 mm/s, {low:g}-40 Hz [µm]", "47", correct, lag, 0.1, "47 µm is 25-40 Hz" if low < 25 else "47.7, not rounded")
-sampled = centering.band_stop_profile(10.0, 1.0)
+sampled = centering.push.band_stop_profile(10.0, 1.0)
 joined = 47.90 - 5.0 * (
     1.0 - sampled.velocity[0] / 10.0
 )  # 47.90 where samples are held; half a sample of what is not yet there less
 row("lag at 1 kHz, samples joined by lines [µm]", "-", float(joined), 1e3 * (10.0 - sampled.stroke), 0.01)
 for name, stays in (("printed", (27, 37)), ("identified", (33, 30))):
     for low, correct in zip((25.0, 20.0), stays, strict=True):
-        push = centering.band_stop_profile(10.0, 0.4, band=(low, 40.0))
+        push = centering.push.band_stop_profile(10.0, 0.4, band=(low, 40.0))
         trace = centering.simulate_push(PRESETS[name].model, push)
         late = trace.time > 0.05
         ours = 1e3 * float(np.ptp(trace.part_position[late] - 10.0 * trace.time[late]))
@@ -310,7 +310,7 @@ rapid = units.mm_per_min(2500)
 jump = centering.simulate_push(light, centering.TipProfile.constant_speed(rapid, 0.2)).peak_force
 row("0.8 kg, 2500 mm/min: peak force [N]", "-", 41.667, jump, 1e-3)
 for rate, correct in ((1000.0, 23.482), (4000.0, 36.169)):
-    push = centering.band_stop_profile(rapid, 0.2, band=(10.0, 100.0), sample_rate=rate, allow_reverse=True)
+    push = centering.push.band_stop_profile(rapid, 0.2, band=(10.0, 100.0), sample_rate=rate, allow_reverse=True)
     peak = centering.simulate_push(light, push).peak_force
     row(f"the same, 10-100 Hz, filter at {rate / 1e3:g} kHz [N]", "-", correct, peak, 1e-3)
     beyond(
@@ -327,7 +327,7 @@ for rate, correct in ((1000.0, 23.482), (4000.0, 36.169)):
 # ----------------------------------------
 # The formulas hold for one part and fast pushes. The forces are used as read: with the correction of 14.1 N, which the text
 # speaks of, the first would be 0.231.
-PRINTED = centering.PrintedFriction()
+PRINTED = centering.friction.PrintedFriction()
 TABLE_6_2 = {
     "dry": {
         500: (46.1, "0.134", 265, "0.018"), 1000: (80.2, "0.187", 613, "0.086"), 2000: (127.3, "0.147", 1240, "0.186"),
@@ -415,7 +415,7 @@ for part, (mean_time, pushes) in enumerate(((28.0, 10.8), (25.5, 10.0), (24.6, 9
 row("17.5 s, 9 pushes: slowest table [1/min]", "20", 30.9, 60 * 9 / 17.5, 0.1, "more than a turn a push")
 for name, problem in PRESETS.items():
     for number, mass, radius, published in ((1, 0.77, 61.95, "28.0 s, 10.8 pushes"), (4, 18.9, 89.5, "29.1 s, 8.9 pushes")):
-        ring = problem.replace(part=centering.Part(mass, radius), pushes_max=20)
+        ring = problem.replace(part=centering.push.Part(mass, radius), pushes_max=20)
         controller = centering.PrintedController(ring, spindle_speed=units.rpm(30))
         outcome = hwsim.run(hwsim.CenteringMachine(ring), controller, parts=5, rng=0).outcome
         done = outcome.finished.values == 1
@@ -444,7 +444,7 @@ pushes = [centering.TipProfile.constant_speed(units.mm_per_min(rate), 0.4) for r
 for k, (axis, label) in enumerate(zip(axes, ("longest free slide [µm]", "peak force [N]"), strict=True)):
     for name, problem in PRESETS.items():
         axis.plot(
-            fine, centering.simulate_pushes(problem.model, pushes)[:, 1 + k] * (1e3, 1.0)[k], color=COLORS[name], label=name
+            fine, centering.push.simulate_pushes(problem.model, pushes)[:, 1 + k] * (1e3, 1.0)[k], color=COLORS[name], label=name
         )
     axis.plot(rates, modelled[:, k], "o", color="0.15", ms=4, label="modelled by the source")
     axis.plot(rates, observed[:, k], "x", color="0.5", ms=5, label="observed by the source")

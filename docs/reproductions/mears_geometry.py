@@ -46,7 +46,7 @@ def exact_ratio(k):
 
 
 def ratio(k):
-    return 1.0 / centering.limacon_radius(1.0, k)
+    return 1.0 / centering.circle.limacon_radius(1.0, k)
 
 
 for k, correct in ((0.1, 1.00251), (0.2, 1.010179), (0.5, 1.070417), (0.9, 1.340616), (0.95, 1.424472), (0.99, 1.527305)):
@@ -59,7 +59,7 @@ row("radius error at d = 0.2 R is below [%]", "1", 1.0076, 100 * (1 - 1 / ratio(
 k = np.linspace(0.0, 0.9999, 2001)
 exact = np.array([ratio(each) for each in k[1:]])
 fitted = np.append(1.0, exact) ** -1  # the fitted radius for R = 1
-repaired = np.array([centering.corrected_radius(r, d, method="mears") for r, d in zip(fitted[1:], k[1:], strict=True)])
+repaired = np.array([centering.circle.corrected_radius(r, d, method="mears") for r, d in zip(fitted[1:], k[1:], strict=True)])
 off = repaired * exact - exact  # in units of the fitted radius, as (4.22) is written
 row("(4.22): largest error", "0.009", 0.00913, float(np.abs(off).max()), 1e-4)
 row("(4.22): largest error over the exact [%]", "0.6", 0.594, 100 * float(np.max(np.abs(off / exact))), 1e-2)
@@ -83,7 +83,7 @@ row("(4.21): c0 of a free quadratic", "0.2346", 0.219, float(free[0]), 2e-3, f"f
 for k, corrects in ((0.2, (0.20, 0.16, 0.11, 0.043)), (0.05, (0.049, 0.039, 0.028, 0.011))):
     for degrees, correct in zip((30, 120, 180, 270), corrects, strict=True):
         arc = np.deg2rad(np.arange(degrees + 1))
-        bias = [centering.limacon_bias(arc, 1.0, k, start) for start in np.deg2rad(np.arange(0, 360, 5))]
+        bias = [centering.circle.limacon_bias(arc, 1.0, k, start) for start in np.deg2rad(np.arange(0, 360, 5))]
         ours = float(max(np.hypot(x, y) for _, x, y in bias)) / k
         row(f"d = {k} R, {degrees} degrees: centre off, over d", "-", correct, ours, 0.03 * correct)
 
@@ -95,9 +95,9 @@ for k, corrects in ((0.2, (0.20, 0.16, 0.11, 0.043)), (0.05, (0.049, 0.039, 0.02
 TABLE_4_1 = ((6.03, "61.3", 61.753, 61.44, "61.7"), (12.48, "60.3", 61.266, 60.91, "61.7"))
 TABLE_4_1 += ((18.8, "60.7", 60.447, 62.07, "61.8"), (26.4, "58.9", 58.981, 61.68, "61.9"))
 for number, (offset, seen, theory, by_formula, corrected) in enumerate(TABLE_4_1, 2):
-    ours = centering.limacon_radius(61.9, offset)
+    ours = centering.circle.limacon_radius(61.9, offset)
     row(f"row {number}: fitted radius [mm]", seen, theory, ours, 1e-3, "for 61.1", within=(theory - 0.5, theory + 0.5))
-    ours = centering.corrected_radius(float(seen), offset, method="mears")
+    ours = centering.circle.corrected_radius(float(seen), offset, method="mears")
     row(
         f"row {number}: corrected by (4.22) [mm]",
         corrected,
@@ -106,16 +106,16 @@ for number, (offset, seen, theory, by_formula, corrected) in enumerate(TABLE_4_1
         6e-3,
         "not what (4.22) gives of the printed radius",
     )
-ours = centering.corrected_radius(61.1, 12.48, method="mears")
+ours = centering.circle.corrected_radius(61.1, 12.48, method="mears")
 row("row 3: 61.1 mm corrected by (4.22) [mm]", "61.7", 61.698, ours, 1e-3)
-row("row 5: 58.9 mm corrected exactly [mm]", "-", 61.82, centering.corrected_radius(58.9, 26.4), 5e-3)
+row("row 5: 58.9 mm corrected exactly [mm]", "-", 61.82, centering.circle.corrected_radius(58.9, 26.4), 5e-3)
 row("row 5: push distance corrected [µm]", "26500", 28500, 28645 - 145, 0, "28645 less its error of 145")
 row("largest error of the radius [%]", "6.8", 4.85, 100 * (61.9 - 58.9) / 61.9, 5e-3, "58.9 of 61.9 mm")
 missing(
     "push distances, original over corrected", "8 to 29 mm", "a smaller radius shortens the push in (5.6), here it lengthens it"
 )
 offset_ratio = 26.4 / 58.9
-printed, exactly = (centering.corrected_radius(58.9, 26.4, method=method) / 58.9 for method in ("mears", "exact"))
+printed, exactly = (centering.circle.corrected_radius(58.9, 26.4, method=method) / 58.9 for method in ("mears", "exact"))
 row("(4.23)", "0.448", 0.44822, offset_ratio, 1e-5)
 row("(4.24)", "1.047", 1.04713, printed, 1e-5)
 row("(4.25) [%]", "-4.5", -4.50, 100 * (1 / printed - 1), 5e-3)
@@ -153,7 +153,7 @@ angle = np.deg2rad(np.arange(1.0, 361.0))
 turned = np.arange(1, 361)
 rng = np.random.default_rng(0)
 readings = np.cos(angle - np.pi / 2) + rng.normal(0.0, 0.5, (4000, 360))
-runs = {name: centering.PrintedEstimator(name).history(angle, readings) for name in ("rls", "prls")}
+runs = {name: centering.circle.PrintedEstimator(name).history(angle, readings) for name in ("rls", "prls")}
 
 
 def from_then_on(good):
@@ -184,7 +184,7 @@ for name, corrects in RMS.items():
         ours = float(np.sqrt(np.mean(amplitude_off[name][:, degrees - 1] ** 2)))
         row(f"rms of the amplitude after {degrees} degrees, {name.upper()}", "-", correct, ours, 0.05 * correct)
 noisy = np.cos(angle) + rng.normal(0.0, 0.5, (2000, 360))
-row("(4.48) of an offset of 1", "-", 2.17, float(np.mean([centering.linear_gauge_offset(each) for each in noisy])), 0.02)
+row("(4.48) of an offset of 1", "-", 2.17, float(np.mean([centering.circle.linear_gauge_offset(each) for each in noisy])), 0.02)
 missing("Table 4.4: 4.8, 53.7, 0.7, 0.8 %; 191 degrees", "-", "readings are not printed")
 missing("Tables 4.2, 4.5: microseconds a step", "3.2; 9.0; 174", "a computer of 2006")
 
@@ -194,19 +194,19 @@ missing("Tables 4.2, 4.5: microseconds a step", "3.2; 9.0; 174", "a computer of 
 # The rule (4.51) takes the standard error of a *mean* for that of the offset. Over an arc that is a multiple too small:
 for degrees, correct in ((20, 201), (30, 92), (60, 24), (90, 11), (120, 6.5), (180, 3.2), (360, 1.41)):
     arc = np.deg2rad(np.arange(degrees + (degrees < 360)))
-    circle = centering.fit_circle(arc, centering.circle_reading(arc, 61.94, 0.01, 0.0), noise_sd=1.0)
+    circle = centering.fit_circle(arc, centering.circle.circle_reading(arc, 61.94, 0.01, 0.0), noise_sd=1.0)
     ours = circle.center_sd * np.sqrt(arc.size)
     row(f"{degrees} degrees: error of the centre over (4.50)", "-", correct, ours, 0.02 * correct)
 for degrees, alone, known in ((30, 664, 46.4), (60, 124, 17.1), (90, 46.7, 9.74), (180, 9.57, 4.93)):
     arc = np.deg2rad(np.arange(degrees + 1))
-    reading = centering.circle_reading(arc, 61.94, 0.01, 0.0)
+    reading = centering.circle.circle_reading(arc, 61.94, 0.01, 0.0)
     circle = centering.fit_circle(arc, reading, noise_sd=0.04)
     row(f"{degrees} degrees, noise 40 µm: sd of the centre [µm]", "-", alone, 1e3 * circle.center_sd, 4e-3 * alone)
     circle = centering.fit_circle(arc, reading, noise_sd=0.04, radius_prior=(61.94, 0.04 / np.sqrt(360)))
     row(f"{degrees} degrees, radius from a full turn: the same [µm]", "-", known, 1e3 * circle.center_sd, 4e-3 * known)
 for upr, gains in ((2, (3.94, 3.49, 2.24)), (3, (8.65, 6.22, 1.426)), (5, (22.2, 7.24, 0.856))):
     for degrees, correct in zip((30, 90, 180), gains, strict=True):
-        ours = centering.form_gain(np.deg2rad(np.linspace(0, degrees, 2001)), upr)
+        ours = centering.circle.form_gain(np.deg2rad(np.linspace(0, degrees, 2001)), upr)
         row(f"{degrees} degrees: centre over amplitude of {upr} undulations", "-", correct, ours, 1e-2 * correct)
 
 # %%
@@ -215,8 +215,8 @@ for upr, gains in ((2, (3.94, 3.49, 2.24)), (3, (8.65, 6.22, 1.426)), (5, (22.2,
 BANDS = ((1, 20.0, 30, "52.7", 47.2, 0.13), (2, 1.0, 77, "29.7", 29.8, 0.08), (3, 0.1, 360, "13.4", 13.85, 0.04))
 found = {}
 for case, offset, degrees, published, correct, chi in BANDS:
-    readings = centering.limacon_reading(angle, 61.94, offset, np.pi / 2) + rng.normal(0.0, 0.04, (4000, 360))
-    run = found[case] = centering.PrintedEstimator("prls").history(angle, readings), offset
+    readings = centering.circle.limacon_reading(angle, 61.94, offset, np.pi / 2) + rng.normal(0.0, 0.04, (4000, 360))
+    run = found[case] = centering.circle.PrintedEstimator("prls").history(angle, readings), offset
     ours = 1e3 * float(np.sqrt(np.mean(run[0].band[:, degrees - 1] ** 2)))
     within = correct * (1 - 2 * chi), correct * (1 + 2 * chi)
     row(f"Table 4.6, case {case}: width after {degrees} degrees [µm]", published, correct, ours, 0.01 * correct, within=within)
@@ -240,7 +240,7 @@ start = {case: valid_from(run) for case, (run, _) in found.items()}
 row("Table 4.6, case 1: valid from [degrees]", "30", 30, float(np.median(start[1])) - 1, 0)
 spread_row("Table 4.6, case 2, looked at every 3 degrees: valid from", "73", 72, valid_from(found[2][0], every=3), 4)
 drawn = np.cos(angle - rng.uniform(0, 2 * np.pi, (4000, 1))) + rng.normal(0.0, 0.04, (4000, 360))
-anywhere = valid_from(centering.PrintedEstimator("prls").history(angle, drawn), every=3)
+anywhere = valid_from(centering.circle.PrintedEstimator("prls").history(angle, drawn), every=3)
 spread_row("the same, offset in any direction: valid from", "73", 66, anywhere, 4)
 early = 100 * float(np.mean(np.isfinite(start[3])))
 row(
@@ -277,7 +277,7 @@ SURE = {"noise_sd": 0.04, "confidence": 0.999, "rel_tol": 0.03, "abs_tol": 0.002
 def coverage(offset, readings, joint):
     """Readings until valid (median of 2000 runs), and shares (%) of the amplitudes and the centres within the band."""
     turning = np.deg2rad(np.arange(readings))
-    exact = centering.limacon_reading(turning, 61.94, offset, np.pi / 2)
+    exact = centering.circle.limacon_reading(turning, 61.94, offset, np.pi / 2)
     estimator, many = centering.GeometryEstimator(joint=joint, **SURE), np.random.default_rng(2)
     until, within = np.empty(2000), np.empty((2000, 2), dtype=bool)
     for k in range(2000):
@@ -324,12 +324,12 @@ page.show()
 # -------------------
 # The fitted radius of a whole turn, and what remains after either correction.
 k = np.linspace(0.01, 0.99, 99)
-fitted = np.array([centering.limacon_radius(1.0, each) for each in k])
+fitted = np.array([centering.circle.limacon_radius(1.0, each) for each in k])
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
 axes[0].plot(k, 100 * (fitted - 1), "#b04a3a")
 axes[0].set(xlabel="offset over radius", ylabel="error of the fitted radius [%]")
 for method, color in (("mears", "#b04a3a"), ("exact", "#4878a8")):
-    left = [centering.corrected_radius(r, d, method=method) - 1 for r, d in zip(fitted, k, strict=True)]
+    left = [centering.circle.corrected_radius(r, d, method=method) - 1 for r, d in zip(fitted, k, strict=True)]
     axes[1].plot(k, 100 * np.array(left), color, label="(4.22)" if method == "mears" else "exact")
 axes[1].set(xlabel="offset over radius", ylabel="error of the corrected radius [%]")
 axes[1].legend(frameon=False)
@@ -351,7 +351,7 @@ arcs = np.array([30, 40, 50, 60, 75, 90, 120, 150, 180, 240, 300, 360])
 true = []
 for degrees in arcs:
     arc = np.deg2rad(np.arange(degrees))
-    true.append(centering.fit_circle(arc, centering.circle_reading(arc, 61.94, 0.01, 0.0), noise_sd=0.04).center_sd)
+    true.append(centering.fit_circle(arc, centering.circle.circle_reading(arc, 61.94, 0.01, 0.0), noise_sd=0.04).center_sd)
 axes[1].loglog(turned[29:], 1e3 * np.median(found[2][0].band[:, 29:], axis=0), color="#b04a3a", label="as printed")
 axes[1].loglog(arcs, 1e3 * 2 * 3.2905 * np.array(true), color="#4878a8", label="of the centre, in truth")
 for case, (_, offset) in found.items():

@@ -49,9 +49,9 @@ def forms(count, points, rng):
 
 
 rng = np.random.default_rng(1)
-normal = [centering.residual_checks(rng.normal(size=360)).anderson_darling for _ in range(1000)]
-uniform = [centering.residual_checks(rng.uniform(size=360)).anderson_darling for _ in range(1000)]
-form = [centering.residual_checks(each) for each in forms(1000, 360, rng)]
+normal = [centering.circle.residual_checks(rng.normal(size=360)).anderson_darling for _ in range(1000)]
+uniform = [centering.circle.residual_checks(rng.uniform(size=360)).anderson_darling for _ in range(1000)]
+form = [centering.circle.residual_checks(each) for each in forms(1000, 360, rng)]
 row("A2* of 360 normal residuals: median", "-", 0.34, float(np.median(normal)), 0.03)
 row("A2* of 360 uniform residuals: median", "-", 4.27, float(np.median(uniform)), 0.15)
 row(
@@ -124,7 +124,7 @@ for wheel, count, correct in ((16.517, 1, 122), (16.517, 2, 1.45), (16.05, 1, 80
 # and Malkin (2004). Two sums of 3 sigma that are added up are more than 3 sigma.
 row("3 sigma: no contact [%]", "99.865", 99.8650, 100 * float(special.ndtr(3.0)), 1e-4)
 row("4 sigma: no contact [%]", "99.997", 99.99683, 100 * float(special.ndtr(4.0)), 1e-5)
-stock = centering.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
+stock = centering.setup.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
 measured = {"finish_radius": 35.0, "gap": 0.010, "largest_radius": 35.16, "radius_sd": 0.0005}
 change = centering.Changeover(stock, approach_rate=0.026, **measured)
 row("position by the population [mm]", "-", 35.242, change.population_position, 1e-6)
@@ -141,7 +141,7 @@ free = 100 * (1 - change.contact_probability.population)
 row("3 sigma of 0.02 mm and of 0.004 mm, added: no contact [%]", "99.865", 99.97923, free, 1e-4, "this is 3.53 sigma of the sum")
 free = 100 * (1 - change.replace(stock=stock.replace(roundness_sd=0.02)).contact_probability.population)
 row("the same, both of 0.02 mm: no contact [%]", "99.865", 99.99890, free, 1e-4, "this is 4.24 sigma of the sum")
-best = centering.best_allowance(np.hypot(0.02, 0.004), approach_rate=0.026, crash_time=300.0)
+best = centering.setup.best_allowance(np.hypot(0.02, 0.004), approach_rate=0.026, crash_time=300.0)
 row("allowance of least cost, a crash costing 300 s [sigma]", "-", 3.17099, best.sigmas, 1e-5)
 missing("air grinding saved", "-", "no number is printed")
 

@@ -34,9 +34,16 @@ row, missing = page.row, page.missing
 study = finishing.Study.published("wang-2001")
 PRINTED = [6.021, 9.119, 8.519, 1.671, 4.437, 4.437, 7.432, 5.597, 3.414]
 PRINTED += [6.936, 4.082, 6.021, 2.499, 3.414, -0.424, 3.414, 0.677, 3.742]
-ratios = finishing.sn_ratio(study.readings, reference=units.um(10.0))
+ratios = finishing.study.sn_ratio(study.readings, reference=units.um(10.0))
 row("S/N of 18 runs: largest difference [dB]", "0.000", 0.0, float(np.max(np.abs(ratios - PRINTED))), 5e-4)
-row("S/N of 5 µm as the formula is printed [dB]", "6.021", -13.979, float(finishing.sn_ratio([5.0])), 1e-3, "it is over 10 µm")
+row(
+    "S/N of 5 µm as the formula is printed [dB]",
+    "6.021",
+    -13.979,
+    float(finishing.study.sn_ratio([5.0])),
+    1e-3,
+    "it is over 10 µm",
+)
 
 table = study.anova()
 TABLE_3 = {
@@ -99,13 +106,13 @@ LAW = {
     "force_slope": (-0.154618, 0.0532),
     "force_bend": (0.489693, 0.1213),
 }
-model = finishing.RoughnessModel.published()
+model = finishing.roughness.RoughnessModel.published()
 for (name, (correct, error)), standard in zip(LAW.items(), model.standard_errors, strict=True):
     row(f"ln R_a: {name}", "-", correct, estimate[name], 1e-5)
     row("its standard error", "-", error, float(standard), 1e-4)
 row("scatter of ln R_a", "-", 0.06737, estimate["residual_sd"], 1e-5)
 row("force of least roughness [N]", "-", 1.301, model.best_force(), 1e-3)
-alone = finishing.leave_one_out(study)
+alone = finishing.roughness.leave_one_out(study)
 row("left out: share of the variance predicted", "-", 0.918, alone.q_squared, 1e-3)
 row("left out: rms of ln R_a", "-", 0.0825, alone.rms_log, 1e-4)
 row("left out: rms [µm]", "-", 0.481, 1e3 * alone.rms, 1e-3)
@@ -120,12 +127,12 @@ row("2000 repetitions: 1.667 N beats 1.111 N", "-", 0.34, power.beats("normal_fo
 # The printed gains are three equal poles each, at -61 and -40 1/s: the observer is slower than the loop around it. Both together
 # have none of these poles. The loop answers 3.7 times more slowly than was designed, and overshoots more.
 axis = finishing.TorqueAxis()
-printed, designed = finishing.PidffGains(), finishing.PidffGains.of_poles(axis, pole=61.0, observer_pole=40.0)
+printed, designed = finishing.torque.PidffGains(), finishing.torque.PidffGains.of_poles(axis, pole=61.0, observer_pole=40.0)
 PRINTED_GAINS = {"kp": "299.3636", "ki": "226981", "kd": "183", "obs_kp": "5.28", "obs_ki": "70.4", "obs_kd": "0.132"}
 for name, digits in PRINTED_GAINS.items():
     row(f"{name} from poles at -61, -40 1/s", digits, float(digits), float(getattr(designed, name)), 1e-4)
 of_torque = (printed.kd, printed.kp + axis.contact_angular_stiffness / axis.inertia, printed.ki)
-observed = finishing.observed_torque(axis)
+observed = finishing.torque.observed_torque(axis)
 for k in range(3):
     row(f"(8): denominator over J, s^{2 - k}", "-", (183.0, 11163.0, 226981.0)[k], of_torque[k], 1e-4)
 for k in range(3):
@@ -142,12 +149,12 @@ softer = axis.replace(contact_angular_stiffness=0.5 * axis.contact_angular_stiff
 row("state form, contact half as stiff: stable", "-", "no", "yes" if loops["state"].poles_at(softer).stable else "no")
 
 for after, correct in ((0.01, 0.327386), (0.02, 0.784010), (0.05, 1.248753), (0.1, 1.067533), (0.15, 1.007815)):
-    row(f"step of (8) after {1e3 * after:g} ms", "-", correct, float(finishing.contact_step(after)), 1e-6)
-figures = finishing.step_figures(finishing.contact_step)
+    row(f"step of (8) after {1e3 * after:g} ms", "-", correct, float(finishing.torque.contact_step(after)), 1e-6)
+figures = finishing.torque.step_figures(finishing.torque.contact_step)
 row("step of (8): overshoot [%]", "-", 24.894, 100 * figures.overshoot, 1e-3)
 row("step of (8): peak [ms]", "-", 49.18, 1e3 * figures.peak_time, 0.1)
 row("step of (8): within 2 % [ms]", "-", 129.3, 1e3 * figures.settling, 0.1)
-together = finishing.step_figures(loops["pid"].loop())
+together = finishing.torque.step_figures(loops["pid"].loop())
 row("with the observer: overshoot [%]", "-", 33.5, 100 * together.overshoot, 0.335)
 row("with the observer: within 2 % [ms]", "-", 211.5, 1e3 * together.settling, 2.1)
 missing("contact torque while finishing", "none", "no trace is printed")
@@ -196,13 +203,13 @@ row("the same, with 20 000 counts [N]", "-", 0.040, axis.force_resolution, 1e-3)
 # angle is defined, makes this kind of robot carry the work around its base at each corner: there is no joint that yaws the wrist.
 CASES = (("dragged", 0.3, False, 0.984), ("pushed", 0.3, True, 1.397), ("without friction", 0.0, False, 1.155))
 for name, friction, pushed, correct in CASES:
-    torque = finishing.torque_per_force(units.deg(30), axis.lever_arm, friction_ratio=friction, pushed=pushed)
+    torque = finishing.arm.torque_per_force(units.deg(30), axis.lever_arm, friction_ratio=friction, pushed=pushed)
     ours = axis.lever_arm / 1e3 / torque
     row(f"F R/T at 30 degrees, {name}", "= 1", correct, float(ours), 1e-3, "contact angle and friction are left out")
 contact = {"contact_angle": units.deg(30), "lever_arm": axis.lever_arm, "heading": "feed_aligned"}
 for name, feed, correct in (("corner", (0.0, 1.0, 0.0), 734.0), ("reversal", (-1.0, 0.0, 0.0), 1038.0)):
-    ends = [finishing.tool_poses([(0.0, 0.0, 0.0)], [each], [(0.0, 0.0, 1.0)], **contact) for each in ((1.0, 0.0, 0.0), feed)]
-    jump = float(np.hypot(*finishing.corner_jumps(finishing.Arm.generic(), ends).table[0]))
+    ends = [finishing.arm.tool_poses([(0.0, 0.0, 0.0)], [each], [(0.0, 0.0, 1.0)], **contact) for each in ((1.0, 0.0, 0.0), feed)]
+    jump = float(np.hypot(*finishing.arm.corner_jumps(finishing.Arm.generic(), ends).table[0]))
     row(f"heading along the feed: table at a {name} [mm]", "-", correct, jump, 1.0)
 missing("poses of the A530", "photographs", "lengths and limits of the robot are not printed")
 
@@ -211,9 +218,9 @@ missing("poses of the A530", "photographs", "lengths and limits of the robot are
 # -----
 # The substitution rules are right. What R draws is misprinted: the curve runs over itself. As L already draws four nodes at order
 # 0, the order of the paper is one less than ours; if it counts otherwise in its Table 2, nothing printed tells.
-plate = finishing.flat_surface(1.0)
+plate = finishing.surface.flat_surface(1.0)
 for order in range(1, 8):
-    nodes = finishing.hilbert_nodes(order)
+    nodes = finishing.path.hilbert_nodes(order)
     steps = np.diff(nodes, axis=0)
     turns = int(np.sum(np.any(steps[1:] != steps[:-1], axis=1)))
     every = len({tuple(node) for node in nodes.tolist()})
@@ -225,7 +232,7 @@ for order in (3, 5):
         length = finishing.hilbert(plate, order, mapping="parametric", edge=edge).length
         row(f"order {order}: length over side, {'to the edges' if edge else 'middles of cells'}", "-", correct, length, 1e-9)
 for order, correct in ((2, 14), (3, 37), (4, 74)):
-    drawn = finishing.hilbert_lsystem(order, printed=True)
+    drawn = finishing.path.hilbert_lsystem(order, printed=True)
     different = len({tuple(node) for node in drawn.tolist()})
     row(f"as printed: different nodes of {len(drawn)}", str(len(drawn)), correct, different, 0, "R must draw -F+F+F-")
 missing("figures 3 to 7", "pictures", "no numbers of surface, specimen and pitch")
@@ -236,7 +243,7 @@ missing("figures 3 to 7", "pictures", "no numbers of surface, specimen and pitch
 # Four nodes in five of a fractal path are corners. A robot that stops at each of them never comes near to the commanded feed,
 # which may be why it has no effect in Table 3.
 for feed, correct in ((12.5, 0.56), (25.0, 0.28), (37.5, 0.19)):
-    law = finishing.Trapezoid(0.2, speed_max=feed, acceleration=1000.0)
+    law = finishing.timing.Trapezoid(0.2, speed_max=feed, acceleration=1000.0)
     row(f"0.2 mm from rest to rest: mean over {feed} mm/s", "-", correct, law.mean_share, 5e-3)
 
 page.show()
@@ -246,7 +253,7 @@ page.show()
 # --------------------------------------------
 figure, axes = plt.subplots(1, 2, figsize=(8, 3.6), layout="constrained")
 for ax, misprinted in zip(axes, (True, False), strict=True):
-    drawn = finishing.hilbert_lsystem(3, printed=misprinted)
+    drawn = finishing.path.hilbert_lsystem(3, printed=misprinted)
     different = len({tuple(node) for node in drawn.tolist()})
     ax.plot(*drawn.T, "-o", ms=3, lw=1, color="#b04a3a" if misprinted else "#4878a8")
     ax.set(title=f"{'as printed' if misprinted else 'correct'}: {different} of 64 nodes", aspect="equal", xticks=[], yticks=[])
@@ -257,12 +264,12 @@ for ax, misprinted in zip(axes, (True, False), strict=True):
 # A quarter of overshoot is there by design, since (8) has a zero at -20 1/s; a prefilter takes it away. The rest is the slow
 # observer: with one of three times the pole of the loop it is gone.
 time = np.linspace(0.0, 0.3, 601)
-faster = finishing.TorqueController(axis, normal_force=1.111, gains=finishing.PidffGains.of_poles(axis, pole=61.0))
+faster = finishing.TorqueController(axis, normal_force=1.111, gains=finishing.torque.PidffGains.of_poles(axis, pole=61.0))
 figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
-ax.plot(1e3 * time, finishing.triple_pole_step(time, prefilter=True), "0.5", ls=":", label="the same with a prefilter")
+ax.plot(1e3 * time, finishing.torque.triple_pole_step(time, prefilter=True), "0.5", ls=":", label="the same with a prefilter")
 ax.plot(1e3 * time, loops["pid"].loop().step_response(time)[:, 0], "#b04a3a", label="with the printed observer")
 ax.plot(1e3 * time, faster.loop().step_response(time)[:, 0], "#4878a8", lw=3, label="with an observer of three times the pole")
-ax.plot(1e3 * time, finishing.contact_step(time), "0.1", ls="--", lw=1, label="(8): true torque fed back")
+ax.plot(1e3 * time, finishing.torque.contact_step(time), "0.1", ls="--", lw=1, label="(8): true torque fed back")
 ax.axhline(1.0, color="0.7", lw=0.8)
 ax.set(xlabel="time [ms]", ylabel="contact torque over command")
 ax.legend(frameon=False, fontsize=8)

@@ -12,7 +12,13 @@ from hwsim.command.base import add_to
 from sdpgrind import __version__
 
 # Modules with an ``AREA`` (see `hwsim.command.base`).
-_AREAS = ("hwsim.command._weldbead.command", "hwsim.command._plunge.command", "hwsim.command._locus.command", "hwsim.command._finishing.command", "hwsim.command._centering.command")
+_AREAS = (
+    "hwsim.command._weldbead.command",
+    "hwsim.command._plunge.command",
+    "hwsim.command._locus.command",
+    "hwsim.command._finishing.command",
+    "hwsim.command._centering.command",
+)
 REFUSED, INTERRUPTED = 2, 130  # exit status
 
 

@@ -7,26 +7,8 @@ Packages are imported when they are first used: `sdpgrind.weldbead`, `sdpgrind.p
 `sdpgrind.finishing`, and what they stand on.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-from sdpgrind.base import units
-
-if TYPE_CHECKING:
-    from sdpgrind import control, finishing, identify, locus, physics, plunge, sdp, weldbead
-    from sdpgrind.base.records import load
+from sdpgrind.base import faces
+from sdpgrind.base import units as units
 
 __version__ = "0.1.0"
-__all__ = ["control", "finishing", "identify", "load", "locus", "physics", "plunge", "sdp", "units", "weldbead"]
-
-
-def __getattr__(name: str) -> Any:
-    if name == "load":  # records stand on xarray, which takes most of a second to import
-        return import_module("sdpgrind.base.records").load
-    if name in __all__:
-        return import_module(f"sdpgrind.{name}")
-    raise AttributeError(f"module 'sdpgrind' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

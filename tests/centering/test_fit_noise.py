@@ -5,7 +5,6 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import ndtri, stdtrit
 
-from centering import Spectrum
 from centering._identify import identify
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.estimator import GeometryEstimator
@@ -14,6 +13,7 @@ from centering.circle._fit.curve import circle_derivatives, circle_reading
 from centering.circle._fit.fit import fit_circle
 from centering.circle._fit.fit_noise import step_noise, travel_of
 from centering.circle._fit.residuals import residual_checks
+from centering.roundness import Spectrum
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
 TRUE = np.array([RADIUS, OFFSET * np.cos(PHI), OFFSET * np.sin(PHI)])

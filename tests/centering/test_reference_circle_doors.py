@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from circle_twins import on_rays, random_profile
 
-from centering import Profile, Roundness, reference_circle
+from centering import Profile
+from centering.roundness import Roundness, reference_circle
 from centering.roundness._polar import polar_axes, polar_scale
 from sdpgrind.base import stored
 

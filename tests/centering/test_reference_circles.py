@@ -19,7 +19,7 @@ from circle_twins import (
 )
 from scipy.optimize import least_squares
 
-from centering import reference_circle
+from centering.roundness import reference_circle
 
 EXACT = 1e-9  # mm, where only rounding and the slack of a search (1e-12 of the radius) are between
 ROUNDING = 1e-12  # mm, of distances of 60 mm

@@ -6,7 +6,7 @@ from circle_twins import on_rays, random_profile
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from centering import reference_circle
+from centering.roundness import reference_circle
 
 KINDS = ("LSC", "MCC", "MIC", "MZC")
 PLACES = st.tuples(st.floats(-1000, 1000), st.floats(-1000, 1000))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from circle_twins import on_rays
 
-from centering import Profile, reference_circle
+from centering import Profile
+from centering.roundness import reference_circle
 
 KINDS = ("LSC", "MCC", "MIC", "MZC")
 TURN = np.arange(360) * 2 * np.pi / 360

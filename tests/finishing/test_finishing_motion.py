@@ -6,8 +6,8 @@ import pytest
 import sdpgrind
 from sdpgrind import finishing, units
 
-FLAT = finishing.hilbert(finishing.flat_surface(16.0), 3, mapping="parametric")
-DIE = finishing.hilbert(finishing.nominal_surface(), 3)
+FLAT = finishing.hilbert(finishing.surface.flat_surface(16.0), 3, mapping="parametric")
+DIE = finishing.hilbert(finishing.surface.nominal_surface(), 3)
 EASY = finishing.FinishingProblem(FLAT)
 
 
@@ -169,7 +169,7 @@ def test_refused_at_the_planner(monkeypatch):
         finishing.plan(EASY, method="fast")
     with pytest.raises(ValueError, match=r"no branch within limits; nearest comes branch \d .*: q1 must be in .* at poses\[0\]"):
         finishing.plan(EASY.replace(placement=(0.0, 0.0, 100.0)))
-    great = finishing.FinishingProblem(finishing.hilbert(finishing.flat_surface(6400.0), 5))
+    great = finishing.FinishingProblem(finishing.hilbert(finishing.surface.flat_surface(6400.0), 5))
     with monkeypatch.context() as patch, pytest.raises(ValueError, match=r"the arm must reach the path: .*Y must be in"):
         patch.setattr(finishing.Path, "sample", only_ends)  # a step of 0.2 mm makes millions of samples
         finishing.plan(great)
@@ -202,7 +202,7 @@ def test_through_rounded_corners_is_faster():
 
 
 def test_a_job_tells_every_path_from_every_other():
-    flat, nurbs = finishing.flat_surface(16.0), finishing.Surface.nurbs
+    flat, nurbs = finishing.surface.flat_surface(16.0), finishing.Surface.nurbs
     bent = nurbs(flat.control_points, [[1.0, 1.0], [1.0, 2.0]], degree=(1, 1))
     changes = [{"surface": flat.replace(outward=-1)}, {"surface": bent}, {"mapping": "equal_area"}, {"pattern": "mine"}]
     paths = [FLAT, FLAT.blended(0.01), FLAT.reversed(), *(FLAT.replace(**change) for change in changes)]

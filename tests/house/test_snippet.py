@@ -100,7 +100,7 @@ problem = locus.Problem(                                  # s: hidden state, c: 
 curve = locus.plan(problem)                               # pieces, events, folds, jumps; curve.plot(), .save(), .dataset
 curve.at(x=1.0)                                           # .controls (2, 3), .multipliers, .response 7, .slope, .margin
 curve.retrieve(u=2.1, v=2.8, response=7.0)                # the right point for a measurement: state inversion
-design = locus.design_gain(curve, along="v", x=(0.758, 1.721))   # .gain, .stable, .violation_free, .noise_gain, .drift_margin
+design = locus.gains.design_gain(curve, along="v", x=(0.758, 1.721))   # .gain, .stable, .violation_free, .noise_gain, .drift_margin
 controller = locus.LocusController(curve, along="v", gain=design.gain, x=(0.758, 1.721), start="feasible")
 controller.step(response=9.0)                             # -> {"u": ..., "v": ...}
 
@@ -129,7 +129,7 @@ controllers["pidff"].poles                                         # always with
 log = hwsim.run(hwsim.FinishingCell(problem), controllers["lqg"], rng=0)            # force trace, feed achieved, roughness
 hwsim.compare(hwsim.FinishingCell(problem), controllers, parts=5, rng=0).plot()
 
-study = fin.Study.published("wang-2001")                           # or fin.Study(fin.orthogonal_array("L18"), factors, response, ratio="smaller")
+study = fin.Study.published("wang-2001")                           # or fin.Study(fin.study.orthogonal_array("L18"), factors, response, ratio="smaller")
 study.anova(); study.best(); study.predict(study.best(), confirm=1); study.power(rng=0); study.next_runs(3); print(study.report())
 """  # noqa: E501 as it is written
 
@@ -150,7 +150,7 @@ profile = centering.Profile(angle, reading, tip_radius=3.75)
 clean = profile.remove_runout().filter("gaussian", upr=50)
 clean.roundness("MZC")                             # LSC, MCC, MIC, MZC: value, centre, contacts, certificate
 clean.spectrum(upr_max=60); clean.plot(); clean.save("ring.nc")
-stock = centering.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
+stock = centering.setup.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
 centering.plan_changeover(profile, stock, finish_radius=61.9, gap=0.010, approach_rate=units.mm_per_min(1.56))   # position, time saved, probability of contact
 """  # noqa: E501 as it is written
 
@@ -158,7 +158,7 @@ PUSHES = """
 import centering, hwsim
 from sdpgrind import units
 
-problem = centering.preset("printed").replace(part=centering.Part(mass=18.9, radius=89.5), tolerance=0.0025)   # or "identified"
+problem = centering.preset("printed").replace(part=centering.push.Part(mass=18.9, radius=89.5), tolerance=0.0025)   # or "identified"
 push = centering.plan_push(problem, offset=1.0, follow_gap=7.928, spindle_speed=units.rpm(20), push_speed=10.0)
 push.lead_angle, push.stroke, push.time                                   # exact direction on the turning table
 trace = push.simulate(); trace.peak_force, trace.free_slide, trace.energy_balance; trace.plot()

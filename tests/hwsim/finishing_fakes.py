@@ -15,14 +15,14 @@ SIDE = 6.4  # mm
 @cache
 def problem(order=2, **options):
     """A Hilbert path on a flat specimen; without friction unless it is asked for."""
-    path = finishing.hilbert(finishing.flat_surface(SIDE), order, mapping="parametric")
+    path = finishing.hilbert(finishing.surface.flat_surface(SIDE), order, mapping="parametric")
     return finishing.FinishingProblem(path, **{"friction_ratio": 0.0, **options})
 
 
 @cache
 def line(side=50.0, **options):
     """Five straight passes over four fifths of a flat square, along x, and short steps along y."""
-    path = finishing.zigzag(finishing.flat_surface(side), pitch=0.2 * side)
+    path = finishing.zigzag(finishing.surface.flat_surface(side), pitch=0.2 * side)
     return finishing.FinishingProblem(path, **{"friction_ratio": 0.0, **options})
 
 

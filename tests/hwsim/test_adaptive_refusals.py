@@ -34,7 +34,7 @@ def test_values_out_of_range(options, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"truth": 3.0}, r"truth must be a Grinding \(see locus.Grinding\); got 3.0"),
+        ({"truth": 3.0}, r"truth must be a Grinding \(see locus.processes.Grinding\); got 3.0"),
         ({"power_gauge": 2.0}, r"power_gauge must be a Gauge \(see hwsim.devices\); got 2.0"),
         ({"problem": NOMINAL}, r'problem must be a Problem \(see locus.preset\("grinding"\)\); got a Grinding'),
     ],
@@ -45,7 +45,7 @@ def test_things_of_another_kind(options, message):
 
 
 def test_problems_of_another_machine():
-    with pytest.raises(TypeError, match=r"problem.model must be a Grinding \(see locus.Grinding\); got None"):
+    with pytest.raises(TypeError, match=r"problem.model must be a Grinding \(see locus.processes.Grinding\); got None"):
         hwsim.AdaptiveGrinder(locus.Problem(controls={"u": (0, 1)}, hidden={"x": (0, 1)}, cost=lambda s, c: c.u, constraints=()))
     with pytest.raises(ValueError, match=r"problem.controls must be infeed_rate and work_rotation; got 'infeed_rate'"):
         hwsim.AdaptiveGrinder(PROBLEM.replace(controls={"infeed_rate": (0.0, 0.1)}))
@@ -54,7 +54,7 @@ def test_problems_of_another_machine():
 
 
 def test_a_truth_that_draws_something_else():
-    with pytest.raises(TypeError, match=r"truth\(rng\) must be a Grinding \(see locus.Grinding\); got None") as caught:
+    with pytest.raises(TypeError, match=r"truth\(rng\) must be a Grinding \(see locus.processes.Grinding\); got None") as caught:
         hwsim.run(GRINDER.replace(truth=lambda rng: None), Printed())
     assert caught.value.__notes__ == ["in part 0"]
 
@@ -90,8 +90,10 @@ def test_a_controller_in_other_units_is_refused():
 
 
 def test_a_limit_of_roughness_is_another_machine():
-    rough = NOMINAL.replace(roughness=locus.Roughness(roughness_max=8e-4, base=5e-4, exponent=0.4))
+    rough = NOMINAL.replace(roughness=locus.processes.Roughness(roughness_max=8e-4, base=5e-4, exponent=0.4))
     with pytest.raises(ValueError, match=r"truth.roughness must be None: this machine has no gauge of roughness; got"):
         GRINDER.replace(truth=rough)
-    with pytest.raises(TypeError, match=r"problem.model must be a Grinding \(see locus.Grinding\); got a DressedGrinding"):
+    with pytest.raises(
+        TypeError, match=r"problem.model must be a Grinding \(see locus.processes.Grinding\); got a DressedGrinding"
+    ):
         hwsim.AdaptiveGrinder(locus.preset("grinding-roughness"))

@@ -160,7 +160,7 @@ def test_the_sources_controller_on_the_same_parts(job, strategy, given, tmp_path
 
 def test_the_example_is_read():
     made = read(EXAMPLE)
-    assert made.problem.model.part == centering.Part(5.0, 85.0)
+    assert made.problem.model.part == centering.push.Part(5.0, 85.0)
     assert made.problem.tolerance == pytest.approx(0.0025)
     assert made.problem.limits.spindle_speed_max == pytest.approx(units.rpm(100))
     assert made.stand.truth == made.problem.model.replace(mu_kinetic=0.16) and made.stand.start_offset == (1.0, 10.0)

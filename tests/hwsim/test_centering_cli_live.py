@@ -14,7 +14,7 @@ from hwsim._log.log import same
 from hwsim.command._centering.film import FilmStrip
 from hwsim.command._centering.live import Chart, LiveView, watched
 
-PROBLEM = preset("printed").replace(part=centering.Part(0.8, 61.95), pushes_max=4)
+PROBLEM = preset("printed").replace(part=centering.push.Part(0.8, 61.95), pushes_max=4)
 ROWS, COLUMNS = 21, 43
 
 

@@ -11,9 +11,10 @@ import pytest
 from centering_fakes import RADIUS, Follower, at, center, constant, exact, move, problem, started
 
 import hwsim
-from centering import PrintedController, TipProfile, plot_centers
+from centering import PrintedController, TipProfile
 from centering._plant import kernels
 from centering._plant import slide_kernels as slots
+from centering.circle import plot_centers
 from hwsim._log.log import same
 from hwsim._processor.scheduler import Scheduler
 from hwsim._processor.tasks import Task

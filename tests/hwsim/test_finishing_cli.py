@@ -303,7 +303,7 @@ def studied(study_job, remembered):
 
 
 def test_a_study_finds_what_was_put_in(studied):
-    truth = finishing.RoughnessModel.published()
+    truth = finishing.roughness.RoughnessModel.published()
     table = studied.study.anova()
     assert all(table[name].p < 1e-3 for name in ("tool_diameter", "pattern", "normal_force"))
     assert studied.best["tool_diameter"] == 4.0 and studied.best["pattern"] == "hilbert5"

@@ -12,7 +12,7 @@ pyplot = pytest.importorskip("matplotlib.pyplot")
 
 @pytest.fixture(scope="module")
 def zigzag():
-    path = finishing.zigzag(finishing.flat_surface(6.4), pitch=1.6)
+    path = finishing.zigzag(finishing.surface.flat_surface(6.4), pitch=1.6)
     return finishing.FinishingProblem(path)
 
 

@@ -45,7 +45,7 @@ def slow_twin(of, real, log):
     slope = (real.height.at(tip + off + step * azimuth) - real.height.at(tip + off - step * azimuth)) / (2 * step)
     angle = of.contact_angle - np.arctan(slope[1:])
     arm = 0.095 * (np.cos(angle) + real.friction_ratio * np.sin(angle) * forward)
-    weight = finishing.gravity_torque(real.tool_mass, real.mass_radius, 0.0) * c
+    weight = finishing.torque.gravity_torque(real.tool_mass, real.mass_radius, 0.0) * c
     touched = -error / (of.lever_arm * c)
     axis_state, force = np.zeros(torque.STATES), np.empty(len(current))
     axis_state[torque.ANGLE] = -0.05 / (of.lever_arm * c)
@@ -64,7 +64,7 @@ def follow(table, command, tick):
     return command[0] + lsim(system, command - command[0], tick * np.arange(len(command)))[1]
 
 
-@pytest.mark.parametrize("table", [None, finishing.TableLoop()])
+@pytest.mark.parametrize("table", [None, finishing.timing.TableLoop()])
 def test_a_part_is_what_its_slow_twin_says(table):
     of = problem(friction_ratio=0.3)
     real = rough_truth(of, table)
@@ -85,7 +85,7 @@ def test_a_part_is_what_its_slow_twin_says(table):
 
 def test_the_largest_deviation_is_that_across_the_path():
     of = problem()
-    real = truth(of, table=finishing.TableLoop())
+    real = truth(of, table=finishing.timing.TableLoop())
     log = hwsim.run(hwsim.FinishingCell(of, truth=real), controller(of))
     place = slow_twin(of, real, log)["place"]
     planned, played = motion(of), log["controller"].path_time.values[1:]
@@ -223,7 +223,7 @@ def rough(path, **options):
 
 
 def test_roughness_is_that_of_the_model_at_the_mean_force():
-    surface, model = finishing.flat_surface(6.4), finishing.RoughnessModel.published()
+    surface, model = finishing.surface.flat_surface(6.4), finishing.roughness.RoughnessModel.published()
     path = finishing.zigzag(surface, pitch=1.6)
     for diameter, extrapolated in ((3.5, 0.0), (6.0, 1.0)):
         out = rough(path, tool_diameter=diameter)
@@ -234,7 +234,7 @@ def test_roughness_is_that_of_the_model_at_the_mean_force():
 
 
 def test_roughness_is_drawn_from_the_law_of_the_model():
-    of = finishing.FinishingProblem(finishing.zigzag(finishing.flat_surface(6.4), pitch=1.6), friction_ratio=0.0)
+    of = finishing.FinishingProblem(finishing.zigzag(finishing.surface.flat_surface(6.4), pitch=1.6), friction_ratio=0.0)
     plant = hwsim.FinishingCell(of, truth=truth(of, roughness_error=None))
     read = hwsim.run(plant, controller(of, "damped"), parts=150, rng=1).outcome.roughness_ra.values
     logs = np.log(read)
@@ -246,5 +246,5 @@ def test_roughness_is_drawn_from_the_law_of_the_model():
 def test_the_lever_of_the_fakes_is_that_of_the_library():
     of = problem()
     for ratio, forward in ((0.0, 1.0), (0.3, 1.0), (0.3, 0.0), (0.3, -1.0)):
-        theirs = finishing.torque_per_force(of.contact_angle, 95.0, friction_ratio=ratio, feed_angle=np.arccos(forward))
+        theirs = finishing.arm.torque_per_force(of.contact_angle, 95.0, friction_ratio=ratio, feed_angle=np.arccos(forward))
         assert lever(of, ratio, forward) == pytest.approx(theirs, rel=1e-12)

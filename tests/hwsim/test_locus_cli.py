@@ -265,7 +265,7 @@ def job(tmp_path):
 
 def test_every_table(job):
     got = read(job())
-    process = locus.Grinding(
+    process = locus.processes.Grinding(
         wheel_diameter=50.0, work_diameter=70.0, width=9.0, wheel_speed=37e3, internal=True,
         power=physics.GrindingPower(sliding=physics.DongSliding()),
     )  # fmt: skip

@@ -125,7 +125,7 @@ def test_a_small_error_grows_as_the_poles_say(width, area):
 def test_widths_beyond_which_the_printed_gains_are_unstable(rate, width):
     area = float(walking().stretch.at(rate).hidden)
     for share, stable in ((0.95, True), (1.05, False)):
-        design = locus.design_gain(locus.plan(PROBLEM.replace(width=share * width)), along="infeed_rate")
+        design = locus.gains.design_gain(locus.plan(PROBLEM.replace(width=share * width)), along="infeed_rate")
         assert (design.radius(KOREN["gain"], kp=KOREN["kp"], **LAGS, x=area) < 1) == stable
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import hwsim
 import sdpgrind
-from centering import circle_reading
+from centering.circle import circle_reading
 
 RING = hwsim.Ring(61.94, 3.6, 0.5)
 PROBE = hwsim.Probe(RING, truth=lambda rng: RING.replace(offset=rng.uniform(1.0, 3.0)))

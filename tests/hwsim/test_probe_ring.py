@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import hwsim
-from centering import circle_reading
 from centering._plant.probe_kernels import SCAN
+from centering.circle import circle_reading
 from hwsim.plants._probe.ring import shape_of
 
 ANGLES = np.linspace(-7.0, 20.0, 97)

@@ -110,7 +110,7 @@ def test_the_printed_gain_violates_beyond_4(x, worst):
 SPEC_7 = {
     "fixed 0.6": ({"gain": 0.6, "x": (0.5, 4.0)}, [(5, 0.080), (4, 0.0), (171, 1.58), (None, 4.81)]),
     "fixed 0.0543": ({"gain": 0.0543}, [(59, 0.0), (71, 0.0), (27, 0.0), (8, 0.0)]),
-    "schedule": ({"gain": locus.GainSchedule(KOREN, 1.0)}, [(7, 0.080), (7, 0.0), (5, 0.0), (4, 0.0)]),
+    "schedule": ({"gain": locus.gains.GainSchedule(KOREN, 1.0)}, [(7, 0.080), (7, 0.0), (5, 0.0), (4, 0.0)]),
     "inversion": ({"method": "inversion"}, [(1, 0.0)] * 4),
 }
 
@@ -422,7 +422,7 @@ def test_a_gain_that_may_violate_is_warned_of():
 
 def test_a_schedule_that_may_violate_is_warned_of():
     with pytest.warns(UserWarning, match=r"theta 1 may step beyond the limit .*: it never does up to 0\.91"):
-        LocusController(KOREN, gain=locus.GainSchedule(KOREN, 1.0))
+        LocusController(KOREN, gain=locus.gains.GainSchedule(KOREN, 1.0))
 
 
 def test_traced_and_closed_form_agree():
@@ -437,7 +437,7 @@ def test_traced_and_closed_form_agree():
 
 
 def test_what_the_process_says_of_the_machine_is_passed_on(curve):
-    class Known(locus.Grinding):
+    class Known(locus.processes.Grinding):
         @property
         def job(self):
             return {"width": (self.width, "mm")}

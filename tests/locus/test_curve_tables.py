@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from sdpgrind import locus
 from sdpgrind.locus import kernels
 
-EXAMPLE = locus.KorenExample()
+EXAMPLE = locus.processes.KorenExample()
 
 
 @functools.cache

@@ -10,15 +10,16 @@ from hypothesis import strategies as st
 from koren_stretch import START, koren, loop_slope_of, v_of
 
 from sdpgrind import locus
+from sdpgrind.locus import gains
 from sdpgrind.locus.gains._loops import Lag, Pid, lagged_map, radius, sampled_radius
 
 KOREN = koren()
-WHOLE = locus.design_gain(KOREN, x=(0.5, 20.0))
+WHOLE = gains.design_gain(KOREN, x=(0.5, 20.0))
 
 
 def at(x):
     """A design for hardly more than one hidden state."""
-    return locus.design_gain(KOREN, x=(x * (1 - 1e-7), x * (1 + 1e-7)))
+    return gains.design_gain(KOREN, x=(x * (1 - 1e-7), x * (1 + 1e-7)))
 
 
 @pytest.mark.parametrize(
@@ -73,7 +74,7 @@ def test_where_runs_are_stable(gain):
 
 
 def test_koren_s_gain_is_right_between_0758_and_1721():
-    design = locus.design_gain(KOREN, along="v", x=(0.758, 1.721))
+    design = gains.design_gain(KOREN, along="v", x=(0.758, 1.721))
     assert design.violation_free == pytest.approx(0.6, abs=1e-4)
     assert design.violation_free == pytest.approx(0.5 * design.stable)
 
@@ -83,7 +84,7 @@ def test_koren_s_gain_is_right_between_0758_and_1721():
 def test_no_violation_up_to_the_designed_gain(x, ratio):
     """And one beyond it, started anywhere on the way, does violate."""
     high = min(x * ratio, 20.0)
-    design = locus.design_gain(KOREN, x=(x, high))
+    design = gains.design_gain(KOREN, x=(x, high))
     state = np.repeat(np.linspace(x, high, 40)[:, None], 40, axis=1)
     for gain, violates in ((design.violation_free, False), (1.1 * design.violation_free, True)):
         with warnings.catch_warnings():
@@ -110,7 +111,7 @@ def test_a_convex_slack_allows_less_than_the_loop_slope():
         response_slope=np.exp(-bend * s), controls_slope=np.ones((101, 1)), hidden_slope=-np.ones(101), limit_slope=0 * s,
         ends=("range", "range"), values=lambda c, h: (f(c[..., 0]) - f(1 - h), 0 * h),
     )  # fmt: skip
-    design = locus.design_gain(stretch, x=(0.0, 0.5), start=0.0)
+    design = gains.design_gain(stretch, x=(0.0, 0.5), start=0.0)
     ways = np.linspace(0, 1, 400, endpoint=False)
     brute = min(np.min((best - best * ways) / (f(best) - f(best * ways))) for best in np.linspace(0.5, 1, 400))
     assert design.violation_free == pytest.approx(brute, rel=1e-3)
@@ -193,7 +194,7 @@ def test_margin_of_a_schedule():
 
 
 def test_margin_of_a_gain_that_overshoots():
-    design = locus.design_gain(KOREN, x=(0.52, 1.0))
+    design = gains.design_gain(KOREN, x=(0.52, 1.0))
     margin = design.drift_margin(0.01, gain=0.6)
     with pytest.warns(UserWarning, match="may step beyond the limit"):
         controller = locus.LocusController(KOREN, gain=0.6, x=(0.52, 1.0))
@@ -205,7 +206,7 @@ def test_margin_of_a_gain_that_overshoots():
 @given(st.floats(0.5, 4.0), st.floats(1.2, 4.0), st.floats(1e-3, 0.3), st.floats(0.2, 1.0), st.integers(0, 1000))
 def test_margins_hold(low, ratio, rate, share, seed):
     high = min(low * ratio, 20.0)
-    design = locus.design_gain(KOREN, x=(low, high))
+    design = gains.design_gain(KOREN, x=(low, high))
     gain = share * design.gain
     margin = design.drift_margin(rate, gain=gain)
     x = adversaries(rate, 60, 300, np.random.default_rng(seed), low, high)
@@ -226,7 +227,7 @@ def test_a_slow_drift_is_that_of_spec():
 def test_turning_walks_back_as_the_tool_wears():
     """A coordinate against which the slack rises, over a kink where a bound is left: the same bounds hold."""
     curve = locus.plan(locus.preset("turning"))
-    design = locus.design_gain(curve, along="cutting_speed")
+    design = gains.design_gain(curve, along="cutting_speed")
     assert design.start == pytest.approx(design.stretch.high) and design.gain > 0
     low, high = design.x
     for rate in (3e-4, 3e-3):
@@ -292,31 +293,31 @@ def test_without_lag_the_map_is_the_static_one():
 def test_several_constraints():
     E = np.array([[-2.0, 0.4, 0.1], [0.3, -1.0, 0.2], [0.0, 0.5, -3.0]])
     for theta in (1.0, 0.4):
-        K = locus.decoupling_gains(E, theta)
-        assert locus.spectral_radius(E, K) == pytest.approx(1 - theta, abs=1e-9)
+        K = gains.decoupling_gains(E, theta)
+        assert gains.spectral_radius(E, K) == pytest.approx(1 - theta, abs=1e-9)
         np.testing.assert_allclose(np.eye(3) + K @ E, (1 - theta) * np.eye(3), atol=1e-12)
-    assert locus.spectral_radius(E, np.diag([1.9, 0.0, 0.0])) > 1
-    np.testing.assert_allclose(locus.decoupling_gains([[-1.5]], 0.9), [[0.6]])
+    assert gains.spectral_radius(E, np.diag([1.9, 0.0, 0.0])) > 1
+    np.testing.assert_allclose(gains.decoupling_gains([[-1.5]], 0.9), [[0.6]])
 
 
 REFUSED = [
     (lambda: WHOLE.check(0.6), "gain must be < 0.1086 to be stable for x in 0.5..20; got 0.6, stable for 0.5..4.052"),
     (lambda: WHOLE.check(-0.1), "gain must be > 0; got -0.1"),
     (lambda: WHOLE.check(0.05, kp=0.1), "gain must be smaller with these kp and kd to be stable for x in 0.5..20; got 0.05"),
-    (lambda: locus.design_gain(KOREN, along="u"), "along must be 'v', the coordinate of the stretch; got 'u'"),
-    (lambda: locus.design_gain(KOREN, x=(2.0, 1.0)), "x must be a least and a greatest x, rising; got (2.0, 1.0)"),
-    (lambda: locus.design_gain(KOREN, x=2.0), "x must be a least and a greatest x; got 2.0"),
-    (lambda: locus.design_gain(KOREN, x=(1.0, 30.0)), "x must lie in 0.5..20, where the stretch ends (interior, range)"),
-    (lambda: locus.design_gain(KOREN, start=5.0), "start must be in [0.109726, 4]; got 5.0"),
-    (lambda: locus.design_gain(KOREN, start="best"), "start must be \"feasible\" or a coordinate; got 'best'"),
-    (lambda: locus.design_gain(KOREN, start=3.0), "every x in 0.5..20, as 0.109726 has; got 3, with -57 at 20"),
+    (lambda: gains.design_gain(KOREN, along="u"), "along must be 'v', the coordinate of the stretch; got 'u'"),
+    (lambda: gains.design_gain(KOREN, x=(2.0, 1.0)), "x must be a least and a greatest x, rising; got (2.0, 1.0)"),
+    (lambda: gains.design_gain(KOREN, x=2.0), "x must be a least and a greatest x; got 2.0"),
+    (lambda: gains.design_gain(KOREN, x=(1.0, 30.0)), "x must lie in 0.5..20, where the stretch ends (interior, range)"),
+    (lambda: gains.design_gain(KOREN, start=5.0), "start must be in [0.109726, 4]; got 5.0"),
+    (lambda: gains.design_gain(KOREN, start="best"), "start must be \"feasible\" or a coordinate; got 'best'"),
+    (lambda: gains.design_gain(KOREN, start=3.0), "every x in 0.5..20, as 0.109726 has; got 3, with -57 at 20"),
     (lambda: WHOLE.drift_margin(0.0), "rate must be > 0; got 0.0"),
     (lambda: WHOLE.drift_margin(0.1, gain=0.6), "gain must be < 0.1086 to be stable"),
     (lambda: WHOLE.schedule(1.2), "theta must be in (0, 1]; got 1.2"),
     (lambda: WHOLE.radius(0.05, lag=-1.0), "lag must be >= 0 (s); got -1.0"),
-    (lambda: locus.decoupling_gains([[1.0, 2.0]]), "slopes must be square, a row for each constraint and a column for"),
-    (lambda: locus.decoupling_gains([[1.0, 2.0], [2.0, 4.0]]), "slopes must be regular: the constraints must answer differently"),
-    (lambda: locus.spectral_radius(np.eye(2), np.eye(3)), "gains must be of the shape of the slopes, (2, 2); got (3, 3)"),
+    (lambda: gains.decoupling_gains([[1.0, 2.0]]), "slopes must be square, a row for each constraint and a column for"),
+    (lambda: gains.decoupling_gains([[1.0, 2.0], [2.0, 4.0]]), "slopes must be regular: the constraints must answer differently"),
+    (lambda: gains.spectral_radius(np.eye(2), np.eye(3)), "gains must be of the shape of the slopes, (2, 2); got (3, 3)"),
 ]  # fmt: skip
 
 
@@ -328,12 +329,12 @@ def test_refused(call, said):
 
 def test_of_another_kind():
     with pytest.raises(TypeError, match=r"curve must be a locus of one hidden state, .*, or a stretch; got 3"):
-        locus.design_gain(3)
+        gains.design_gain(3)
 
 
 def test_a_range_beyond_the_onset_is_the_clamped_one():
     """Below x = 1/2 the constraint is active no longer, and the clamped place is the optimum."""
-    assert locus.design_gain(KOREN, x=(0.2, 20.0)).x == (0.5, pytest.approx(20.0))
+    assert gains.design_gain(KOREN, x=(0.2, 20.0)).x == (0.5, pytest.approx(20.0))
 
 
 def test_a_turning_slack_is_refused():
@@ -344,9 +345,9 @@ def test_a_turning_slack_is_refused():
         ends=("range", "fold"), values=lambda c, h: (h, 0 * h),
     )  # fmt: skip
     with pytest.raises(ValueError, match="a coordinate along which the slack changes one way; along 's' it does not"):
-        locus.design_gain(stretch)
+        gains.design_gain(stretch)
     with pytest.raises(ValueError, match=r"x must lie in 0\.\.1, where the stretch ends \(range, fold\)"):
-        locus.design_gain(stretch, x=(0.5, 1.5))
+        gains.design_gain(stretch, x=(0.5, 1.5))
 
 
 def test_poles_of_the_grinder():

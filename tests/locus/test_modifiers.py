@@ -165,8 +165,10 @@ def ways():
     robust = robust_locus([MODEL, problem(1.3, x=(0.6, 5.0))], along="v")
     walk = {"along": "v", "period": None, "x": (0.8, 4.0)}
     return {
-        "nominal": locus.LocusController(curve, gain=locus.design_gain(curve, along="v", x=(0.8, 4)).schedule(0.5), **walk),
-        "robust": locus.LocusController(robust, gain=locus.design_gain(robust, along="v", x=(0.8, 4)).schedule(0.5), **walk),
+        "nominal": locus.LocusController(curve, gain=locus.gains.design_gain(curve, along="v", x=(0.8, 4)).schedule(0.5), **walk),
+        "robust": locus.LocusController(
+            robust, gain=locus.gains.design_gain(robust, along="v", x=(0.8, 4)).schedule(0.5), **walk
+        ),
         "bias": ModifierController(MODEL, hidden=2.0, dither=0.01, feedback="bias", gain=0.5, filter=0.1),
         "both": ModifierController(MODEL, hidden=2.0, dither=0.01, gain=0.5, filter=0.1),
     }

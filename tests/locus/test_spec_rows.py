@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 from sdpgrind import locus
 
 ONE_HIDDEN = ("koren-example", "turning", "milling", "grinding", "motor")
-EXAMPLE = locus.KorenExample()
+EXAMPLE = locus.processes.KorenExample()
 
 
 @functools.cache
@@ -346,7 +346,7 @@ def test_dressed_grinding(dullness, state):
 
 def test_a_dressing_that_stays_leaves_the_work_speed_open():
     """On the cap of Z' the speed of most burning power to spare is taken; where power limits, it is the locus of before."""
-    law, plain = locus.Roughness(roughness_max=4e-4, base=5e-4, exponent=0.4), locus.preset("grinding")
+    law, plain = locus.processes.Roughness(roughness_max=4e-4, base=5e-4, exponent=0.4), locus.preset("grinding")
     model = plain.model
     rough = locus.Varying(
         response=lambda s, c: law.roughness(model.specific_removal_rate(c.infeed_rate) / model.wheel_speed, law.lead, 1.0),

@@ -12,7 +12,7 @@ import sdpgrind
 from sdpgrind import sdp, weldbead
 from sdpgrind.sdp._problem.grid import Grid
 from sdpgrind.sdp._solve.bundles import Bundles
-from sdpgrind.weldbead import sdp_problem
+from sdpgrind.weldbead.sequence import sdp_problem
 
 CHARGE = sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(10.0))
 

@@ -50,7 +50,7 @@ def test_the_estimated_error_covers_the_error_everywhere(name):
     problem, tolerance = MANY[name]
     policy = weldbead.plan(problem, tolerance=tolerance)
     cells = policy.table.grid.size - 1
-    fine = sdp.plan(weldbead.sdp_problem(problem, 4 * max(cells, 400) + 1, levels=801))
+    fine = sdp.plan(weldbead.sequence.sdp_problem(problem, 4 * max(cells, 400) + 1, levels=801))
     true = np.max(np.abs(values(policy, fine.grid.points[0]) - fine.table.value))
     assert true <= policy.error <= tolerance
 
@@ -58,7 +58,7 @@ def test_the_estimated_error_covers_the_error_everywhere(name):
 @pytest.mark.parametrize("name", ["few watts", "break", "finish, late", "lognormal", "many durations"])
 def test_the_error_of_the_search_is_covered_by_its_estimate(name):
     problem = MANY[name][0]
-    policy, dense = (sdp.plan(weldbead.sdp_problem(problem, 101, levels=n)) for n in (401, 6401))
+    policy, dense = (sdp.plan(weldbead.sequence.sdp_problem(problem, 101, levels=n)) for n in (401, 6401))
     assert dense.table.search_error < 0.05 * policy.table.search_error
     assert np.max(np.abs(policy.table.value - dense.table.value)) <= policy.table.search_error
 

@@ -68,7 +68,7 @@ def by_loops(problem, node, levels, finish):
 def test_against_plain_loops(finish, pass_charge, min_cut):
     problem = SMALL.replace(finish_charge=finish, pass_charge=pass_charge, min_cut=min_cut)
     node = np.linspace(0, 2, 21)
-    policy = weldbead.SequencePolicy(problem, sdp.plan(weldbead.sdp_problem(problem, 21, levels=25, search=False)))
+    policy = weldbead.SequencePolicy(problem, sdp.plan(weldbead.sequence.sdp_problem(problem, 21, levels=25, search=False)))
     levels = []
     for duration in problem.durations:
         low = (100 + 125 * min_cut * 50 / (duration - 2)) / 12.75

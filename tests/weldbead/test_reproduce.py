@@ -202,7 +202,7 @@ def test_deterministic_plan_is_the_closed_form():
     # On a grid of 0.004 mm every largest cut of P1 is a whole number of cells: with these and the other whole numbers
     # as levels nothing is interpolated.
     problem = weldbead.preset("P1").replace(scatter=weldbead.Scatter("C1", 0.0))
-    described = weldbead.sdp_problem(problem, nodes=501)
+    described = weldbead.sequence.sdp_problem(problem, nodes=501)
     moves = []
     for move in described.moves:
         largest = 0.086 * (2 * move.duration - 2)

@@ -73,7 +73,7 @@ def test_any_kind_of_number(height, time):
     assert policy.value(height, time) == policy.value(1.0, 24.0)
     assert isinstance(policy.value(height, time), float)
     action = policy.action(height, time)
-    assert isinstance(action, weldbead.SequenceAction)
+    assert isinstance(action, weldbead.sequence.SequenceAction)
     assert isinstance(action.normal_force, float) and action.stop is False
     assert (action.duration, action.normal_force) == (
         policy.action(1.0, 24.0).duration,
@@ -108,7 +108,7 @@ def test_one_type_of_action():
     policy = plain("P1")
     for state in ((1.0, 24.0), (1.0, 2.0), (-0.5, 10.0), (0.0, 60.0), (np.array([1.0, -1.0]), 24.0)):
         action = policy.action(*state)
-        assert type(action) is weldbead.SequenceAction
+        assert type(action) is weldbead.sequence.SequenceAction
         assert "SequenceAction(" in repr(action)
     stopped = policy.action(1.0, 2.0)
     assert stopped.stop and stopped.duration == 0 and math.isnan(stopped.feed_rate) and stopped.mean_cut == 0.0

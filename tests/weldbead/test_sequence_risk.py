@@ -186,7 +186,7 @@ def test_simulation_keeps_moves_that_the_truth_would_not_admit():
     problem = weldbead.preset("P1").replace(min_cut=0.3)
     policy = weldbead.plan(problem, tolerance=None, nodes=201)
     weak = problem.model.replace(idle_power=200.0)
-    assert len(weldbead.sdp_problem(problem.replace(model=weak)).moves) < len(policy.table.layout.moves)
+    assert len(weldbead.sequence.sdp_problem(problem.replace(model=weak)).moves) < len(policy.table.layout.moves)
     runs = policy.simulate(weak, runs=50_000, height=0.5, time_left=6.0, rng=1)
     assert np.all(runs.final["time_left"] == 0)
     law = problem.replace(model=weak).cut(6.0, policy.action(0.5, 6.0).normal_force)

@@ -1,1 +1,5 @@
-"""Where a turning ring lies, and how sure that is."""
+"""Where a ring lies: fits of a circle, streaming estimators, how sure they are (Mears 2006, chapters 3 and 4)."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

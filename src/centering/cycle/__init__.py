@@ -1,1 +1,5 @@
-"""The whole centering cycle: which push next, and the controllers that do it."""
+"""The whole centering cycle: strategy, controller, and the source's controller to compare with."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

@@ -1,1 +1,5 @@
-"""Friction under the ring: laws, and what pushes teach about it."""
+"""Friction between ring and table: laws, drift, estimates from pushes."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

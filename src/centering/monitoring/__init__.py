@@ -1,1 +1,5 @@
-"""Monitoring of `centering`."""
+"""Parts over weeks: control charts, drift, alarms."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

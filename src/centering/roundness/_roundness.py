@@ -68,7 +68,7 @@ class Roundness(Frozen, ByValue):
     Examples
     --------
     >>> import numpy as np
-    >>> from centering import reference_circle
+    >>> from centering.roundness import reference_circle
     >>> angle = np.radians(np.arange(360.0))
     >>> radius = 30.0 + 0.001 * np.cos(2.0 * angle - np.pi / 3)
     >>> found = reference_circle(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]), "MZC")

@@ -1,1 +1,5 @@
-"""What the measurement hands on: changeover of the grinder, chatter, drift over parts."""
+"""Setting up for the next part type: changeover, allowance, stock, chatter."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

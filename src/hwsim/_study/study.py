@@ -40,7 +40,7 @@ class FinishingStudy:
         What came of each run: force (N), feed (mm/s), roughness (mm), time (s); names as in `FinishingCell`.
     best : mapping of str to level
         Setting that was confirmed, in its own units.
-    prediction : finishing.Prediction
+    prediction : finishing.study.Prediction
         What was to be expected there, in dB and mm.
     confirmation : Log
         The runs that confirm.
@@ -49,7 +49,7 @@ class FinishingStudy:
     study: "finishing.Study"
     outcome: Mapping[str, Floats]
     best: Mapping[str, Any]
-    prediction: "finishing.Prediction"
+    prediction: "finishing.study.Prediction"
     confirmation: Log
 
     @property
@@ -59,7 +59,7 @@ class FinishingStudy:
 
         study = self.study
         read = self.confirmation.outcome.roughness_ra.values.reshape(-1, study.readings.shape[1])
-        return float(np.mean(finishing.sn_ratio(read, study.ratio, reference=study.reference)))
+        return float(np.mean(finishing.study.sn_ratio(read, study.ratio, reference=study.reference)))
 
     def __repr__(self) -> str:
         best = ", ".join(f"{name} {level}" for name, level in self.best.items())
@@ -73,11 +73,11 @@ class FinishingStudy:
         return width is not None and abs(self.confirmed - self.prediction.mean) <= width
 
     @cached_property
-    def model(self) -> "finishing.RoughnessModel":
+    def model(self) -> "finishing.roughness.RoughnessModel":
         """Model of roughness learned from the readings (mm) of the experiment: the law that a planner takes."""
         from sdpgrind import finishing
 
-        return finishing.RoughnessModel.published().updated(finishing.identify(self.study, "roughness"))
+        return finishing.roughness.RoughnessModel.published().updated(finishing.identify(self.study, "roughness"))
 
     def refinishing(
         self,
@@ -121,7 +121,7 @@ class FinishingStudy:
         pattern, time = self.study.settings["pattern"], self.outcome["time"].mean(axis=1)
         charges = {name: machine_charge * float(time[pattern == name].mean()) for name in settings}
         charge = sdp.Linear(roughness_charge, tolerance=level)
-        problem = finishing.refinish_problem(
+        problem = finishing.roughness.refinish_problem(
             self.model, settings, pass_charge=charges, roughness_charge=charge, passes=passes, extrapolate=True
         )
         return sdp.plan(problem)
@@ -245,6 +245,6 @@ def _settings(factors: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Setting of each run."""
     from sdpgrind import finishing
 
-    blank = np.ones(len(finishing.orthogonal_array(ARRAY).matrix))
+    blank = np.ones(len(finishing.study.orthogonal_array(ARRAY).matrix))
     table = _study(factors, blank).settings
     return [{name: values[k].item() for name, values in table.items()} for k in range(len(blank))]

@@ -1,7 +1,7 @@
 """One clear error at the door: argument, rule, unit, value. Arrays inside the house are trusted."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import isfinite
 from numbers import Real
 from pathlib import Path
@@ -144,6 +144,22 @@ def finite_array(name: str, value: npt.ArrayLike, unit: str = "") -> Floats:
     if bad.size:
         raise refuse(f"{name}[{bad[0]}]", "finite", float(array.ravel()[bad[0]]), unit)
     return array
+
+
+def charge(name: str, function: Callable[[Floats], npt.ArrayLike], limit: float) -> None:
+    """Refuse a charge ($) of distance that is not finite, 0 at 0, non-negative and non-decreasing up to `limit`."""
+    z = np.linspace(0.0, limit, 1001)
+    charged = np.broadcast_to(np.asarray(function(z), dtype=float), z.shape)
+    rules = {
+        "finite": ~np.isfinite(charged),
+        "0 at the target": (z == 0) & (charged != 0),
+        ">= 0": charged < 0,
+        "non-decreasing away from the target": np.concatenate([[False], charged[1:] < charged[:-1]]),
+    }
+    for rule, broken in rules.items():
+        if np.any(broken):
+            k = int(np.argmax(broken))
+            raise ValueError(f"{name} must be {rule} ($); got {charged[k]:g} at distance {z[k]:g}")
 
 
 def unique(name: str, names: Sequence[str]) -> tuple[str, ...]:

@@ -2,13 +2,19 @@
 
 import sys
 import warnings
+from types import FrameType
 
 _OURS = {"sdpgrind", "centering", "hwsim", "dataclasses"}
+_IMPORT = "importlib._bootstrap"  # its frames are not counted by `warnings`, either
 
 
-def warn(text: str) -> None:
-    """Give a UserWarning at the first line outwards that is in no module of ours: `replace` lies deeper than a call."""
+def warn(text: str, category: type[Warning] = UserWarning) -> None:
+    """Give a warning at the first line outwards that is in no module of ours: `replace` lies deeper than a call."""
     level, frame = 1, sys._getframe()
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in _OURS:
-        level, frame = level + 1, frame.f_back
-    warnings.warn(text, stacklevel=level)
+    while frame.f_back is not None and ((name := _module(frame)) == _IMPORT or name.partition(".")[0] in _OURS):
+        level, frame = level + (name != _IMPORT), frame.f_back
+    warnings.warn(text, category, stacklevel=level)
+
+
+def _module(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__", ""))

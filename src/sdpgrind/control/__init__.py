@@ -3,22 +3,6 @@
 Thin over `scipy`: what is here is what the areas need beyond it.
 """
 
-from sdpgrind.control._law import Law
-from sdpgrind.control._margins import Margins, loop_margins, slope_bandwidth
-from sdpgrind.control._qdesign import QLimits, q_design
-from sdpgrind.control._sampled import Sampled, continuous, held, ramped, same_sample_time, sampled
+from sdpgrind.base import faces
 
-__all__ = [
-    "Law",
-    "Margins",
-    "QLimits",
-    "Sampled",
-    "continuous",
-    "held",
-    "loop_margins",
-    "q_design",
-    "ramped",
-    "same_sample_time",
-    "sampled",
-    "slope_bandwidth",
-]
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

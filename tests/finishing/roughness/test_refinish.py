@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from sdpgrind import finishing as fin
 from sdpgrind import sdp, units
 
-MODEL = fin.RoughnessModel.published()
+MODEL = fin.roughness.RoughnessModel.published()
 FINE = {"pattern": "hilbert5", "tool_diameter": 4.0, "normal_force": 1.301}
 ROUGH = {"pattern": "zigzag", "tool_diameter": 4.0, "normal_force": 1.301}
 RATE, FREE = 10.0 / units.um(1.0), units.um(3.0)  # $ a mm above what is free
@@ -33,7 +33,7 @@ def worth(passes, charges, rate=RATE, free=FREE):
 def planned(passes, charges, **options):
     names = {f"kind {k}": how for k, (how, _) in enumerate(charges)}
     cost = {f"kind {k}": charge for k, (_, charge) in enumerate(charges)}
-    problem = fin.refinish_problem(
+    problem = fin.roughness.refinish_problem(
         MODEL, names, pass_charge=cost, roughness_charge=sdp.Linear(RATE, tolerance=FREE), passes=passes
     )
     return problem, sdp.plan(problem, **options)
@@ -58,7 +58,7 @@ def test_cheap_passes_and_many_of_them_are_right_to_a_thousandth():
     settings = {name: FINE | {"pattern": name} for name in kinds}
     rate, free = 3.0 / units.um(1.0), units.um(3.4)
     charge = sdp.Linear(rate, tolerance=free)
-    problem = fin.refinish_problem(MODEL, settings, pass_charge=kinds, roughness_charge=charge, passes=6)
+    problem = fin.roughness.refinish_problem(MODEL, settings, pass_charge=kinds, roughness_charge=charge, passes=6)
     policy = sdp.plan(problem)
     wanted = worth(6, [(settings[name], kinds[name]) for name in kinds], rate, free)
     for n, value in enumerate(wanted, start=1):
@@ -142,7 +142,7 @@ def test_a_part_that_is_smooth_enough_is_delivered():
 def made(**changes):
     given = {"pass_charge": 1.0, "roughness_charge": sdp.Linear(RATE), "passes": 2, "settings": {"fine": FINE}, "model": MODEL}
     given |= changes
-    return fin.refinish_problem(given.pop("model"), given.pop("settings"), **given)
+    return fin.roughness.refinish_problem(given.pop("model"), given.pop("settings"), **given)
 
 
 REFUSED = [

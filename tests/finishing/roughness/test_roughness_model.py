@@ -12,7 +12,7 @@ from sdpgrind.base.stored import decode, encode
 from sdpgrind.finishing.roughness._fit import identify_roughness, leave_one_out, left_out
 
 STUDY = fin.Study.published("wang-2001")
-MODEL = fin.RoughnessModel.published()
+MODEL = fin.roughness.RoughnessModel.published()
 AT = {"pattern": "hilbert5", "tool_diameter": 4.0, "normal_force": 1.111}
 GIVEN = [1.865764, -0.473250, -0.158149, -0.902040, -0.154618, 0.489693]
 

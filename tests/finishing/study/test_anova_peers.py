@@ -147,7 +147,7 @@ def test_saturated_studies_predict_without_intervals():
 
 
 def test_readings_without_any_error():
-    codes = fin.orthogonal_array("L8").matrix[:, :2]
+    codes = fin.study.orthogonal_array("L8").matrix[:, :2]
     y = 3.0 * codes[:, 0] + 0.1 * codes[:, 1] + 7.3
     table = fin.Study("L8", {"a": (0, 1), "b": (0, 1)}, y, ratio="none", columns=(1, 2)).anova()
     assert table.error.df == 5 and table.error.ss == 0.0 and table["a"].F is None
@@ -199,7 +199,7 @@ def test_interaction_columns_hold_the_interaction():
 def test_the_best_of_factors_that_interact_is_found_together():
     """Alone, a = 1 and b = 1 would be best; together they are worst."""
     gain = {(0, 0): 0.0, (0, 1): 4.0, (1, 0): 5.0, (1, 1): 2.0}
-    codes = fin.orthogonal_array("L8").matrix[:, :2]
+    codes = fin.study.orthogonal_array("L8").matrix[:, :2]
     noise = 0.05 * np.random.default_rng(1).normal(size=8)
     y = 10 ** (-np.array([gain[tuple(row)] for row in codes.tolist()]) / 20 + noise / 20)
     study = fin.Study("L8", {"a": (0, 1), "b": (0, 1)}, y, columns=(1, 2), interactions=[("a", "b")])
@@ -212,7 +212,7 @@ def test_the_best_of_factors_that_interact_is_found_together():
 @settings(max_examples=40, deadline=None)
 @given(st.sampled_from(TABLES), st.integers(0, 2**32 - 1))
 def test_sums_of_squares_add_up_in_every_array(name, seed):
-    array = fin.orthogonal_array(name)
+    array = fin.study.orthogonal_array(name)
     factors = {f"f{k}": tuple(range(n)) for k, n in enumerate(array.levels)}
     y = np.random.default_rng(seed).normal(size=array.runs)
     study = fin.Study(array, factors, y, ratio="none", columns=tuple(range(1, len(factors) + 1)))

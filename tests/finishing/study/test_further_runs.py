@@ -9,7 +9,7 @@ from sdpgrind import finishing as fin
 from sdpgrind import sdp
 from sdpgrind.finishing.study._reading import law_of_a_reading
 
-ARRAY = fin.orthogonal_array("L9")
+ARRAY = fin.study.orthogonal_array("L9")
 
 
 def study_of(gain, **changes):

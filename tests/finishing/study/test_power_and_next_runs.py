@@ -9,7 +9,7 @@ from sdpgrind import sdp, units
 from sdpgrind.finishing.study._analysed import analysed
 
 STUDY = fin.Study.published("wang-2001")
-MODEL = fin.RoughnessModel.published()
+MODEL = fin.roughness.RoughnessModel.published()
 RANKING = ("pattern", "normal_force", "tool_diameter", "feed_rate")
 
 
@@ -142,7 +142,7 @@ def test_the_spread_is_that_of_where_the_best_may_lie():
 
 def test_two_peaks_are_spread_over_both_axes():
     rng = np.random.default_rng(2)
-    array = fin.orthogonal_array("L9")
+    array = fin.study.orthogonal_array("L9")
     a, b = (np.array([1.0, 2.0, 4.0])[array.matrix[:, k]] for k in (0, 1))
     y = np.exp(0.5 * np.log(a / 2.2) ** 2 + 0.4 * np.log(b / 1.8) ** 2 + 0.01 * rng.standard_normal(9))
     study = fin.Study(array, {"a": (1.0, 2.0, 4.0), "b": (1.0, 2.0, 4.0)}, y, columns=(1, 2))

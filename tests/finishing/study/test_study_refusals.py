@@ -5,6 +5,7 @@ import pytest
 
 from sdpgrind import finishing as fin
 from sdpgrind.base import extras
+from sdpgrind.finishing.study import OrthogonalArray
 from sdpgrind.finishing.study import _general as general
 
 WANG = fin.Study.published("wang-2001")
@@ -27,12 +28,12 @@ def saturated():
 
 
 REFUSED = [
-    (lambda: fin.orthogonal_array("L10"), r"name must be one of L4, .*L36, L4\(2\^3\).*; got 'L10'"),
+    (lambda: fin.study.orthogonal_array("L10"), r"name must be one of L4, .*L36, L4\(2\^3\).*; got 'L10'"),
     (lambda: fin.Study([[0, 0], [0, 1], [1, 0], [1, 0]], TWO, Y), r"must be orthogonal, .* columns 1 and 2.*Study.of_runs"),
     (lambda: fin.Study([[0, 0], [1, 0]], TWO, Y[:2]), r"column 2 must have two or more levels, 0, 1, ... in full; got \[0\]"),
-    (lambda: fin.OrthogonalArray("x", [[0, 2], [1, 0]]), r"column 2 must have two or more levels"),
-    (lambda: fin.OrthogonalArray("x", [[0.5], [1.0]]), r"table must hold levels counted from 0, whole numbers"),
-    (lambda: fin.OrthogonalArray("x", [0, 1]), r"table must be of shape \(runs, columns\) with two runs or more; got \(2,\)"),
+    (lambda: OrthogonalArray("x", [[0, 2], [1, 0]]), r"column 2 must have two or more levels"),
+    (lambda: OrthogonalArray("x", [[0.5], [1.0]]), r"table must hold levels counted from 0, whole numbers"),
+    (lambda: OrthogonalArray("x", [0, 1]), r"table must be of shape \(runs, columns\) with two runs or more; got \(2,\)"),
     (lambda: l4({"a": (1.0,)}), r"levels of 'a' must be two or more that differ; got \[1.0\]"),
     (lambda: l4({"a": (1.0, 1.0)}), r"levels of 'a' must be two or more that differ; got \[1.0, 1.0\]"),
     (lambda: l4({"a": "xy"}), r"levels of 'a' must be a sequence of numbers or names; got 'xy'"),

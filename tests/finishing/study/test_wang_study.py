@@ -17,7 +17,7 @@ FACTORS = ("tool_diameter", "pattern", "feed_rate", "normal_force")
 
 def test_the_table_is_the_printed_one():
     codes = [[STUDY.levels(name).index(level) for level in levels] for name, levels in STUDY.settings.items()]
-    np.testing.assert_array_equal(np.transpose(codes), fin.orthogonal_array("L18").matrix[:, :4])
+    np.testing.assert_array_equal(np.transpose(codes), fin.study.orthogonal_array("L18").matrix[:, :4])
     assert STUDY.columns == (1, 2, 3, 4)
     settings = STUDY.settings
     assert settings["tool_diameter"].tolist() == [4.0] * 9 + [3.0] * 9

@@ -37,7 +37,7 @@ def test_straight_lines_are_the_trapezoid(span, feed, azimuth):
 
 @pytest.mark.parametrize(("side", "pitch"), PITCHES)
 def test_zigzags_on_a_flat(side, pitch):
-    problem = fin.FinishingProblem(fin.zigzag(fin.flat_surface(side), pitch=pitch), feed_rate=20.0, acceleration=2000.0)
+    problem = fin.FinishingProblem(fin.zigzag(fin.surface.flat_surface(side), pitch=pitch), feed_rate=20.0, acceleration=2000.0)
     motion = fin.plan(problem, method="toppra")
     assert motion.worst_violation.ratio <= 1 + 1e-6
     # every leg is a trapezoid at the acceleration of the table, which that method is told as the path's

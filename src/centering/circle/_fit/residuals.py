@@ -18,7 +18,7 @@ LEAST = 8
 SHARE = 0.05
 
 
-@stored("centering.residual_checks")
+@stored("centering.circle.residual_checks")
 @dataclasses.dataclass(frozen=True)
 class ResidualChecks(Frozen):
     """Normality and independence of what a fit leaves.

@@ -1,1 +1,5 @@
-"""Turning of `push`."""
+"""Pushes while the table turns: lead, limits of speed, rings that slide."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

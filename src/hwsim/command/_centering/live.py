@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping
 from math import cos, isfinite, log10, pi, sin
 from typing import Any, TextIO
 
-from centering import CenteringProblem, CycleState
+from centering import CenteringProblem
+from centering.cycle import CycleState
 
 _ROWS, _COLUMNS = 21, 43  # characters are about twice as high as wide
 _SPARE = 0.5  # decades below the tolerance, at the middle

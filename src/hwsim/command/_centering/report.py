@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from centering import CycleState
+from centering.cycle import CycleState
 from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
 
 if TYPE_CHECKING:

@@ -94,7 +94,7 @@ def _surface(table: Table) -> finishing.Surface:
             options["degree"] = tuple(table.take("degree"))
         surface = table.made(finishing.Surface.bspline, points, **options)
     elif table.text("shape", ("flat", *(info.name for info in finishing.presets()))) == "flat":
-        surface = table.made(finishing.flat_surface, table.number("side", "mm"))
+        surface = table.made(finishing.surface.flat_surface, table.number("side", "mm"))
     else:
         surface = finishing.preset(table.take("shape")).surface
     table.done()
@@ -182,11 +182,11 @@ def _truth(nominal: CellTruth, table: Table) -> CellTruth:
     return table.made(nominal.replace, **changes)
 
 
-def _table(table: Table) -> finishing.TableLoop | None:
+def _table(table: Table) -> finishing.timing.TableLoop | None:
     """The loop of the table: its numbers, or false for a table that is always where it shall be."""
     if table.take("table") is False:
         return None
-    loop: finishing.TableLoop = _made(table.table("table"), finishing.TableLoop, _TABLE)
+    loop: finishing.timing.TableLoop = _made(table.table("table"), finishing.timing.TableLoop, _TABLE)
     return loop
 
 

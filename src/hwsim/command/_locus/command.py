@@ -53,7 +53,7 @@ finished part, with the results that it would have had; a finished run is report
         from hwsim.plants._adaptive.plant import AdaptiveGrinder
         from sdpgrind import locus
 
-        if not isinstance(problem.model, locus.Grinding):
+        if not isinstance(problem.model, locus.processes.Grinding):
             kind = type(problem.model).__name__
             raise ValueError(
                 f"the problem must be one of grinding, as the preset grinding is: no other machine is here; got {kind}"

@@ -60,8 +60,8 @@ def _pair(table: Table, key: str, unit: str) -> tuple[float, float]:
     return values[0], values[1]
 
 
-def _process(table: Table) -> locus.Grinding:
-    process = table.made(locus.Grinding, **table.numbers(_PROCESS), **_laws(table))
+def _process(table: Table) -> locus.processes.Grinding:
+    process = table.made(locus.processes.Grinding, **table.numbers(_PROCESS), **_laws(table))
     table.done()
     return process
 
@@ -105,7 +105,7 @@ def _gauge(table: Table) -> Gauge:
     return gauge
 
 
-def _truth(process: locus.Grinding, table: Table) -> locus.Grinding:
+def _truth(process: locus.processes.Grinding, table: Table) -> locus.processes.Grinding:
     """What wheel and work really are, where it is not what is believed."""
     changes = {**table.given(_PROCESS), **_laws(table)}
     table.done()

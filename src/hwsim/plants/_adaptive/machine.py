@@ -10,8 +10,8 @@ from hwsim._part.clock import Clock, exact
 from hwsim.devices import Gauge
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus import Grinding
 from sdpgrind.locus.kernels import Ranges, best_rates
+from sdpgrind.locus.processes import Grinding
 
 SETTLED = 0.05  # of the best rate: so near is converged
 SKIN = 1e-6  # W by which rounding may be below the limit

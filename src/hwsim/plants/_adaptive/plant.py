@@ -10,8 +10,9 @@ from hwsim.devices import Gauge
 from hwsim.plants._adaptive.machine import AdaptivePart, Rig
 from sdpgrind.base import checks, stored
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.locus import Grinding, Problem
+from sdpgrind.locus import Problem
 from sdpgrind.locus.kernels import Ranges
+from sdpgrind.locus.processes import Grinding
 
 Truth: TypeAlias = Grinding | Callable[[np.random.Generator], Grinding] | None
 _POSITIVE = {"stock": "mm", "max_time": "s", "tick": "s"}
@@ -43,8 +44,8 @@ class AdaptiveGrinder(Frozen):
     Parameters
     ----------
     problem : locus.Problem
-        Grinding as it is believed to be: its model is a `locus.Grinding`, its ranges are those of the machine.
-    truth : locus.Grinding or callable, optional
+        Grinding as it is believed to be: its model is a `locus.processes.Grinding`, its ranges are those of the machine.
+    truth : locus.processes.Grinding or callable, optional
         What it really is, or a function of a Generator that draws it for each part. None: the problem's own model.
     wear_flat_area : float
         Of the wheel before the first part, 0..1.
@@ -72,7 +73,7 @@ class AdaptiveGrinder(Frozen):
     ValueError
         When a value is out of range, a command cannot be done, or the process has limits beside burning.
     TypeError
-        When the problem's model is no `locus.Grinding`.
+        When the problem's model is no `locus.processes.Grinding`.
 
     Examples
     --------
@@ -211,7 +212,7 @@ def _check_problem(problem: Problem) -> None:
 
 
 def _check_process(name: str, process: object) -> Grinding:
-    known = checks.kind(name, process, Grinding, " (see locus.Grinding)")
+    known = checks.kind(name, process, Grinding, " (see locus.processes.Grinding)")
     if known.roughness is not None:
         raise ValueError(f"{name}.roughness must be None: this machine has no gauge of roughness; got {known.roughness!r}")
     return known

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from centering import plot_centers
+from centering.circle import plot_centers
 from hwsim.protocols import PartLog
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need

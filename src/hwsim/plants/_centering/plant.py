@@ -7,7 +7,8 @@ from typing import ClassVar, Self, TypeAlias
 
 import numpy as np
 
-from centering import CenteringProblem, PushModel, PushScatter
+from centering import CenteringProblem, PushScatter
+from centering.push import PushModel
 from hwsim._part.clock import Clock, exact
 from hwsim._processor.scheduler import Scheduler
 from hwsim.plants._centering.lag import lag_time
@@ -52,8 +53,8 @@ class CenteringMachine(Frozen):
     the ring), ``lost`` (1: the axis came out of the part), ``collisions`` (contacts that begin while no profile runs),
     ``peak_force`` (N), ``true_mu_static``, ``true_mu_kinetic`` of this part, ``overruns`` of tasks, ``worst_response`` (s) of the
     controller's, and ``center_x``, ``center_y`` (mm, on the table) before each push and at the end. The controllers of
-    `centering` add ``state``: as what the cycle ended, the number of a `centering.CycleState` (6: centred; 7 and above: why it
-    was given up).
+    `centering` add ``state``: as what the cycle ended, the number of a `centering.cycle.CycleState` (6: centred; 7 and above:
+    why it was given up).
 
     Parameters
     ----------

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from centering import CenteringLimits, PushModel, PushScatter
+from centering import CenteringLimits, PushScatter
 from centering.kernels import gauges, slide
+from centering.push import PushModel
 from hwsim.plants._probe.errors import NO_ERRORS, ProbeErrors
 from sdpgrind.base.checks import Floats
 

@@ -7,8 +7,10 @@ from scipy.spatial import cKDTree
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing import FinishingProblem, PathSamples, TableLoop
+from sdpgrind.finishing import FinishingProblem
 from sdpgrind.finishing.kernels import cell as at
+from sdpgrind.finishing.path import PathSamples
+from sdpgrind.finishing.timing import TableLoop
 
 ASTRAY = 1.0  # mm; a motion that is farther from the path is one for another part
 _ROUNDING = 1e-6  # of a joint's range

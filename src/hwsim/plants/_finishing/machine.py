@@ -12,10 +12,11 @@ from hwsim.plants._finishing.course import course_of, loop_of, standing
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing import TorqueController, gravity_torque
+from sdpgrind.finishing import TorqueController
 from sdpgrind.finishing import kernels as torque_axis
 from sdpgrind.finishing.kernels import CellTruth
 from sdpgrind.finishing.kernels import cell as core
+from sdpgrind.finishing.torque import gravity_torque
 
 _SAMPLES = 5000  # most rows of a trace
 _BLOCK = 8192  # ticks for which rows are made at once

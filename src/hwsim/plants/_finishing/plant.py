@@ -11,8 +11,11 @@ from scipy.spatial import cKDTree
 from hwsim.plants._finishing.machine import FinishingPart, Setup
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.finishing import FinishingProblem, PathSamples, TorqueAxis
-from sdpgrind.finishing.kernels import CellScatter, CellTruth
+from sdpgrind.finishing import FinishingProblem, TorqueAxis
+from sdpgrind.finishing.kernels import CellScatter as CellScatter
+from sdpgrind.finishing.kernels import CellTruth as CellTruth
+from sdpgrind.finishing.kernels import HeightField as HeightField
+from sdpgrind.finishing.path import PathSamples
 
 Truth: TypeAlias = CellTruth | Callable[[np.random.Generator], CellTruth] | None
 

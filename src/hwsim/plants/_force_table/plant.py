@@ -13,7 +13,9 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead import SequenceProblem, preset
 from sdpgrind.weldbead.force import SensorChain, TableDrive, table_drive
-from sdpgrind.weldbead.kernels import FINE, SPACING, Bead, CoefficientScatter, Motor, drawn_disc, reach
+from sdpgrind.weldbead.kernels import FINE, SPACING, Bead, drawn_disc, reach
+from sdpgrind.weldbead.kernels import CoefficientScatter as CoefficientScatter
+from sdpgrind.weldbead.kernels import Motor as Motor
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 
 Truth: TypeAlias = TiltedDisc | Callable[[np.random.Generator], TiltedDisc] | None

@@ -66,7 +66,7 @@ def _known(last: dict[str, Floats]) -> Any:
 
 def _model(last: dict[str, Floats], row: int, angle: Floats, tip_radius: float) -> Floats:
     """What the estimate of a row predicts."""
-    from centering import circle_reading
+    from centering.circle import circle_reading
 
     x, y = last["center_x_planned"][row], last["center_y_planned"][row]
     return circle_reading(angle, last["radius_planned"][row], math.hypot(x, y), math.atan2(y, x), tip_radius)

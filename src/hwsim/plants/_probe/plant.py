@@ -196,7 +196,7 @@ class Probe(Frozen):
         --------
         >>> import centering, hwsim
         >>> scan = hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5), errors=None).scan()
-        >>> bool(abs(scan.reading - centering.circle_reading(scan.angle, 61.94, 3.6, 0.5, 3.75)).max() < 1e-11)  # mm
+        >>> bool(abs(scan.reading - centering.circle.circle_reading(scan.angle, 61.94, 3.6, 0.5, 3.75)).max() < 1e-11)  # mm
         True
         """
         per_turn = (

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from sdpgrind.base import checks
-from sdpgrind.base.preset_info import PresetInfo
+from sdpgrind.base.preset_info import PresetInfo as PresetInfo
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.path._hilbert import hilbert
 from sdpgrind.finishing.surface._presets import flat_surface, nominal_surface

@@ -96,7 +96,7 @@ class FinishingProblem(Frozen):
 
     def __post_init__(self) -> None:
         checks.kind("path", self.path, Path, " (see finishing.hilbert)")
-        checks.kind("model", self.model, RoughnessModel, " (see finishing.RoughnessModel.published)")
+        checks.kind("model", self.model, RoughnessModel, " (see finishing.roughness.RoughnessModel.published)")
         checks.kind("arm", self.arm, Arm, " (see finishing.Arm.generic)")
         checks.one_of("heading", self.heading, HEADINGS)
         checked_hold(self.contact_angle, self.lever_arm, self.pushed)

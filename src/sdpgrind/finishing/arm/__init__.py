@@ -1,1 +1,5 @@
-"""The robot: poses of its tool, force from torque, joints forward and inverse, branches."""
+"""The arm that carries the tool: inverse kinematics, choice of branches, jumps at corners, lever of the force."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

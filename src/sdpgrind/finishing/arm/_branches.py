@@ -80,7 +80,7 @@ def choose_branches(
     >>> from sdpgrind import finishing
     >>> arm = finishing.Arm.generic()
     >>> poses = arm.forward_work([[0.0, 0.2, -1.0, -0.5, 0.1, 0.0, y] for y in (0.0, 5.0, 10.0)])
-    >>> [chosen] = finishing.choose_branches(arm, [poses], wrist_radii=[300.0, 400.0])
+    >>> [chosen] = finishing.arm.choose_branches(arm, [poses], wrist_radii=[300.0, 400.0])
     >>> chosen.branch, chosen.wrist_radius
     (0, 300.0)
     """

@@ -72,8 +72,8 @@ def corner_jumps(arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radius: flo
     >>> from sdpgrind import finishing, units
     >>> contact = dict(contact_angle=units.deg(30), lever_arm=95.0, heading="feed_aligned")
     >>> feeds = [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]
-    >>> ends = [finishing.tool_poses([[0.0, 0.0, 0.0]], feed, [[0.0, 0.0, 1.0]], **contact) for feed in feeds]
-    >>> jumps = finishing.corner_jumps(finishing.Arm.generic(), ends)
+    >>> ends = [finishing.arm.tool_poses([[0.0, 0.0, 0.0]], feed, [[0.0, 0.0, 1.0]], **contact) for feed in feeds]
+    >>> jumps = finishing.arm.corner_jumps(finishing.Arm.generic(), ends)
     >>> round(float(abs(jumps.turn[0])), 4), round(float((jumps.table[0] ** 2).sum() ** 0.5), 1)
     (1.5708, 733.8)
     """

@@ -54,7 +54,7 @@ def torque_per_force(
     --------
     >>> from sdpgrind import finishing, units
     >>> for pushed in (False, True):
-    ...     torque = finishing.torque_per_force(units.deg(30), 95.0, friction_ratio=0.3, pushed=pushed)
+    ...     torque = finishing.arm.torque_per_force(units.deg(30), 95.0, friction_ratio=0.3, pushed=pushed)
     ...     print(round(0.095 / torque, 3))  # F_n R/T
     0.984
     1.397
@@ -96,8 +96,8 @@ def feed_angle(tangent: npt.ArrayLike, normal: npt.ArrayLike, poses: npt.ArrayLi
     --------
     >>> from sdpgrind import finishing
     >>> flat = [[0.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]
-    >>> poses = finishing.tool_poses(*flat, contact_angle=0.5, lever_arm=95.0)  # heading along x, feed along y
-    >>> finishing.feed_angle(flat[1], flat[2], poses).round(4)
+    >>> poses = finishing.arm.tool_poses(*flat, contact_angle=0.5, lever_arm=95.0)  # heading along x, feed along y
+    >>> finishing.arm.feed_angle(flat[1], flat[2], poses).round(4)
     array([1.5708])
     """
     axis = checks.finite_array("poses", poses, "mm")

@@ -71,7 +71,7 @@ def tool_poses(
     --------
     >>> from sdpgrind import finishing, units
     >>> flat = [[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]
-    >>> pose = finishing.tool_poses(*flat, contact_angle=units.deg(30), lever_arm=95.0)[0]
+    >>> pose = finishing.arm.tool_poses(*flat, contact_angle=units.deg(30), lever_arm=95.0)[0]
     >>> pose[:3, 3].round(3), pose[:3, 2].round(3) + 0.0  # dragged: P is ahead of the contact
     (array([82.272,  0.   , 47.5  ]), array([-0.866,  0.   , -0.5  ]))
     """

@@ -1,1 +1,5 @@
-"""Tool paths over a surface: patterns, maps onto the surface, arc length, contact frames, what a path is worth."""
+"""Tool paths over curved surfaces: zigzag, Hilbert curves, evenness, scallops."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

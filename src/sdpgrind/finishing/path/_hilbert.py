@@ -44,7 +44,7 @@ def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: 
     Examples
     --------
     >>> from sdpgrind import finishing
-    >>> path = finishing.hilbert(finishing.flat_surface(8.0), 3, mapping="parametric")
+    >>> path = finishing.hilbert(finishing.surface.flat_surface(8.0), 3, mapping="parametric")
     >>> path.points[:3]  # mm
     array([[0.5, 0.5, 0. ],
            [0.5, 1.5, 0. ],
@@ -74,7 +74,7 @@ def hilbert_nodes(order: int) -> Nodes:
     Examples
     --------
     >>> from sdpgrind import finishing
-    >>> finishing.hilbert_nodes(1).tolist()
+    >>> finishing.path.hilbert_nodes(1).tolist()
     [[0, 0], [0, 1], [1, 1], [1, 0]]
     """
     nodes = np.empty((4 ** _order(order, ORDER_MAX), 2), dtype=np.int32)
@@ -104,9 +104,9 @@ def hilbert_lsystem(order: int, *, printed: bool = False) -> Nodes:
     Examples
     --------
     >>> from sdpgrind import finishing
-    >>> finishing.hilbert_lsystem(1).tolist() == finishing.hilbert_nodes(1).tolist()
+    >>> finishing.path.hilbert_lsystem(1).tolist() == finishing.path.hilbert_nodes(1).tolist()
     True
-    >>> nodes = finishing.hilbert_lsystem(2, printed=True).tolist()
+    >>> nodes = finishing.path.hilbert_lsystem(2, printed=True).tolist()
     >>> len(nodes), len(set(map(tuple, nodes)))
     (16, 14)
     """

@@ -63,7 +63,7 @@ class PathMetrics(Frozen):
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.hilbert(fin.flat_surface(8.0), order=3, mapping="parametric").metrics(footprint_radius=0.5)
+    >>> fin.hilbert(fin.surface.flat_surface(8.0), order=3, mapping="parametric").metrics(footprint_radius=0.5)
     PathMetrics(
         length         63 mm
         node steps     1 mm (1 to 1 mm, CV 0)

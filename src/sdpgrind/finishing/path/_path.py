@@ -74,7 +74,7 @@ class Path(Frozen):
     Examples
     --------
     >>> from sdpgrind import finishing
-    >>> path = finishing.Path(finishing.flat_surface(10.0), [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)])
+    >>> path = finishing.Path(finishing.surface.flat_surface(10.0), [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)])
     >>> round(path.length, 9)  # mm
     16.0
     >>> path.sample(per_leg=1).tangent.round(9) + 0.0  # one before, one after the corner
@@ -284,7 +284,7 @@ class Path(Frozen):
         Examples
         --------
         >>> from sdpgrind import finishing
-        >>> path = finishing.hilbert(finishing.flat_surface(8.0), 3)
+        >>> path = finishing.hilbert(finishing.surface.flat_surface(8.0), 3)
         >>> len(path.runs), len(path.blended().runs)
         (51, 1)
         """

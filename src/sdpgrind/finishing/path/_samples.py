@@ -31,7 +31,7 @@ class PathSamples(NamedTuple):
     Examples
     --------
     >>> from sdpgrind import finishing
-    >>> samples = finishing.hilbert(finishing.flat_surface(8.0), 1).sample(per_leg=1)
+    >>> samples = finishing.hilbert(finishing.surface.flat_surface(8.0), 1).sample(per_leg=1)
     >>> samples.length.round(9), samples.run  # mm
     (array([ 0.,  4.,  4.,  8.,  8., 12.]), array([0, 0, 1, 1, 2, 2]))
     """

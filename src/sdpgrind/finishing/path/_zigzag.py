@@ -62,7 +62,7 @@ def zigzag(surface: Surface, pitch: float, *, mapping: str = "equal_spacing", al
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> path = fin.zigzag(fin.flat_surface(50.0), pitch=6.25)
+    >>> path = fin.zigzag(fin.surface.flat_surface(50.0), pitch=6.25)
     >>> len(path.nodes), round(path.length, 6)  # 8 by 8 nodes; mm: 8 passes of 43.75 and 7 steps of 6.25
     (64, 393.75)
     """

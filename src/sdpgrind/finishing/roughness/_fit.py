@@ -142,7 +142,7 @@ def leave_one_out(data: Study | Mapping[str, Any]) -> LeaveOneOut:
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> found = fin.leave_one_out(fin.Study.published("wang-2001"))
+    >>> found = fin.roughness.leave_one_out(fin.Study.published("wang-2001"))
     >>> round(found.q_squared, 3), round(1e3 * found.rms, 3)  # 1, µm
     (0.918, 0.481)
     """

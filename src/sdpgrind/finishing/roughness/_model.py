@@ -47,7 +47,7 @@ class RoughnessModel(Frozen):
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> model = fin.RoughnessModel.published()
+    >>> model = fin.roughness.RoughnessModel.published()
     >>> law = model.law("hilbert5", tool_diameter=4.0, normal_force=1.111)
     >>> round(1e3 * float(law.mean), 3), round(1e3 * float(law.sd), 3)  # µm
     (3.576, 0.241)
@@ -84,7 +84,7 @@ class RoughnessModel(Frozen):
         Examples
         --------
         >>> from sdpgrind import finishing as fin
-        >>> [round(b, 4) for b in fin.RoughnessModel.published().coefficients]
+        >>> [round(b, 4) for b in fin.roughness.RoughnessModel.published().coefficients]
         [1.8658, -0.4732, -0.1581, -0.902, -0.1546, 0.4897]
         """
         from sdpgrind.finishing.roughness._fit import published_estimate
@@ -114,7 +114,7 @@ class RoughnessModel(Frozen):
         Examples
         --------
         >>> from sdpgrind import finishing as fin
-        >>> model = fin.RoughnessModel.published()
+        >>> model = fin.roughness.RoughnessModel.published()
         >>> model.covers("zigzag", 4.0, 1.1), model.covers("zigzag", 6.0, 1.1), model.covers("spiral", 4.0, 1.1)
         (True, False, False)
         """
@@ -195,7 +195,7 @@ class RoughnessModel(Frozen):
         Examples
         --------
         >>> from sdpgrind import finishing as fin, units
-        >>> model = fin.RoughnessModel.published()
+        >>> model = fin.roughness.RoughnessModel.published()
         >>> float(model.sample("zigzag", 3.0, 1.111, rng=0, rounding=units.um(0.25)).round(5))  # mm
         0.0065
         """
@@ -238,7 +238,7 @@ class RoughnessModel(Frozen):
         Examples
         --------
         >>> from sdpgrind import finishing as fin
-        >>> round(fin.RoughnessModel.published().best_force(), 3)  # N
+        >>> round(fin.roughness.RoughnessModel.published().best_force(), 3)  # N
         1.301
         """
         *_, slope, bend = np.asarray(self.coefficients)

@@ -101,10 +101,10 @@ def refinish_problem(
     Examples
     --------
     >>> from sdpgrind import finishing as fin, sdp, units
-    >>> model = fin.RoughnessModel.published()
+    >>> model = fin.roughness.RoughnessModel.published()
     >>> settings = {"fine": {"pattern": "hilbert5", "tool_diameter": 4.0, "normal_force": model.best_force()}}
     >>> charge = sdp.Linear(10.0 / units.um(1.0), tolerance=units.um(3.0))  # 10 $ a micrometre above 3
-    >>> policy = sdp.plan(fin.refinish_problem(model, settings, pass_charge=1.0, roughness_charge=charge, passes=3))
+    >>> policy = sdp.plan(fin.roughness.refinish_problem(model, settings, pass_charge=1.0, roughness_charge=charge, passes=3))
     >>> [policy.action(roughness=units.um(r), passes_left=1).name for r in (3.5, 3.8)]
     ['deliver', 'fine']
     """

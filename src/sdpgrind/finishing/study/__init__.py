@@ -1,1 +1,5 @@
-"""Designed experiments: orthogonal arrays, signal-to-noise ratios, analysis of variance, what to run next."""
+"""Designed experiments: orthogonal arrays, signal-to-noise ratios, analysis of variance, the next runs."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

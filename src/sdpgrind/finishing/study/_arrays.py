@@ -33,7 +33,7 @@ class OrthogonalArray:
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> array = fin.orthogonal_array("L18")
+    >>> array = fin.study.orthogonal_array("L18")
     >>> array.runs, array.levels
     (18, (2, 3, 3, 3, 3, 3, 3, 3))
     >>> array
@@ -102,7 +102,7 @@ def orthogonal_array(name: str) -> OrthogonalArray:
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.orthogonal_array("L4").matrix.tolist()
+    >>> fin.study.orthogonal_array("L4").matrix.tolist()
     [[0, 0, 0], [0, 1, 1], [1, 0, 1], [1, 1, 0]]
     """
     known: dict[str, str] = {}

@@ -109,7 +109,7 @@ def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: floa
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> float(fin.sn_ratio([5e-3], reference=1e-2).round(3))
+    >>> float(fin.study.sn_ratio([5e-3], reference=1e-2).round(3))
     6.021
     """
     kind = RATIOS[checks.one_of("ratio", ratio, RATIOS)]

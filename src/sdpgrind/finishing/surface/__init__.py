@@ -1,1 +1,5 @@
-"""Die surfaces: B-spline and rational B-spline patches with their curvature and area."""
+"""Surfaces as B-splines, their derivatives, and those of the source."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

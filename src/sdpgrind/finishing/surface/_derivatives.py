@@ -20,7 +20,7 @@ class SurfaceDerivatives(NamedTuple):
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.flat_surface(50.0).derivatives(0.25, 0.5).u  # mm
+    >>> fin.surface.flat_surface(50.0).derivatives(0.25, 0.5).u  # mm
     array([50.,  0.,  0.])
     """
 

@@ -1,1 +1,5 @@
-"""Torque axis: the motor that presses the tool, its observers and controllers."""
+"""The torque axis that presses the tool: controllers, poles, step responses, tolerances."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

@@ -36,9 +36,9 @@ class PidffGains(Frozen):
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.PidffGains().pole  # 1/s
+    >>> fin.torque.PidffGains().pole  # 1/s
     61.0
-    >>> gains = fin.PidffGains.of_poles(fin.TorqueAxis(), pole=61.0, observer_pole=40.0)
+    >>> gains = fin.torque.PidffGains.of_poles(fin.TorqueAxis(), pole=61.0, observer_pole=40.0)
     >>> round(gains.kp, 4), gains.ki, gains.kd, round(gains.obs_kp, 6), round(gains.obs_ki, 6), round(gains.obs_kd, 6)
     (299.3636, 226981.0, 183.0, 5.28, 70.4, 0.132)
     """
@@ -117,7 +117,7 @@ class DampingGains(Frozen):
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> round(fin.DampingGains().speed_gain(fin.TorqueAxis()), 5)  # N m s/rad
+    >>> round(fin.torque.DampingGains().speed_gain(fin.TorqueAxis()), 5)  # N m s/rad
     0.11465
     """
 
@@ -159,7 +159,7 @@ class LqgGains(Frozen):
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.LqgGains().kalman(fin.TorqueAxis()).round(4).tolist()  # over a count of the encoder: 1, 1/s, N m/rad, N m/(rad s)
+    >>> fin.torque.LqgGains().kalman(fin.TorqueAxis()).round(4).tolist()  # a count of the encoder: 1, 1/s, N m/rad, N m/(rad s)
     [0.2549, 37.4153, -5.5705, -300.9914]
     """
 

@@ -35,7 +35,7 @@ def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> round(fin.gravity_torque(0.44, 50.0, 0.0), 3)  # more than the motor's 0.185 N m
+    >>> round(fin.torque.gravity_torque(0.44, 50.0, 0.0), 3)  # more than the motor's 0.185 N m
     0.216
     """
     checks.nonnegative("mass", mass, "kg")

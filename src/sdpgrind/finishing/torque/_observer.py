@@ -64,7 +64,7 @@ def observed_torque(
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> seen = fin.observed_torque(fin.TorqueAxis())
+    >>> seen = fin.torque.observed_torque(fin.TorqueAxis())
     >>> (seen.denominator / 0.0011).round(6).tolist()  # (s + 40)^3
     [1.0, 120.0, 4800.0, 64000.0]
     >>> abs(seen.response(0.0)).tolist()

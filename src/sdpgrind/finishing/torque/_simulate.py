@@ -62,7 +62,7 @@ def simulate_axis(
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> record = fin.simulate_axis(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"))
+    >>> record = fin.torque.simulate_axis(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"))
     >>> {name: round(value, 3) for name, value in record.figures.items()}  # s, s, 1, N, N, N
     {'settling_2': 0.064, 'settling_5': 0.053, 'overshoot': 0.007, 'ripple': 0.005, 'rms_error': 0.005, 'offset': 0.001}
     """

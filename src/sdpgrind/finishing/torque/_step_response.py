@@ -57,7 +57,7 @@ def triple_pole_step(time: npt.ArrayLike, pole: float = 61.0, *, prefilter: bool
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.triple_pole_step([0.01, 0.02, 0.05, 0.1, 0.15]).round(6).tolist()
+    >>> fin.torque.triple_pole_step([0.01, 0.02, 0.05, 0.1, 0.15]).round(6).tolist()
     [0.327386, 0.78401, 1.248753, 1.067533, 1.007815]
     """
     x = checks.positive("pole", pole, "1/s") * checks.finite_array("time", time, "s")
@@ -83,7 +83,7 @@ def contact_step(time: npt.ArrayLike, axis: TorqueAxis | None = None, gains: Pid
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.contact_step([0.01, 0.02, 0.05, 0.1, 0.15]).round(6).tolist()
+    >>> fin.torque.contact_step([0.01, 0.02, 0.05, 0.1, 0.15]).round(6).tolist()
     [0.327386, 0.78401, 1.248753, 1.067533, 1.007815]
     """
     axis, gains = TorqueAxis() if axis is None else axis, PidffGains() if gains is None else gains
@@ -109,7 +109,7 @@ def step_figures(answer: Callable[[Floats], Floats] | AxisLoop, *, horizon: floa
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> figures = fin.step_figures(fin.triple_pole_step)
+    >>> figures = fin.torque.step_figures(fin.torque.triple_pole_step)
     >>> round(figures.overshoot, 5), round(figures.peak_time, 5), round(figures.settling, 4)  # 1, s, s
     (0.24894, 0.04918, 0.1293)
     """

@@ -81,7 +81,8 @@ def stiffness_range(controller: TorqueController, *, low: float = 0.05, high: fl
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> [round(end, 2) for end in fin.stiffness_range(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"))]
+    >>> controller = fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg")
+    >>> [round(end, 2) for end in fin.torque.stiffness_range(controller)]
     [0.05, 4.35]
     """
     if not checks.positive("low", low) < 1.0 < checks.positive("high", high):
@@ -144,7 +145,7 @@ def worst_case(
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> case = fin.worst_case(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"), factors=(0.5, 1.0))
+    >>> case = fin.torque.worst_case(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"), factors=(0.5, 1.0))
     >>> round(case.worst["overshoot"], 2), case.stable[1] > 3
     (0.13, True)
     """

@@ -48,7 +48,7 @@ def design_gain(
     --------
     >>> from sdpgrind import locus
     >>> curve = locus.plan(locus.preset("koren-example"))
-    >>> design = locus.design_gain(curve, along="v", x=(0.758, 1.721))
+    >>> design = locus.gains.design_gain(curve, along="v", x=(0.758, 1.721))
     >>> round(design.violation_free, 3), round(design.gain, 3), round(design.start, 3)
     (0.6, 0.54, 1.878)
     """

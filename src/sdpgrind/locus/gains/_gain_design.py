@@ -53,7 +53,7 @@ class GainDesign(Frozen):
     --------
     >>> from sdpgrind import locus
     >>> curve = locus.plan(locus.preset("koren-example"))
-    >>> design = locus.design_gain(curve, along="v", x=(0.5, 20.0))
+    >>> design = locus.gains.design_gain(curve, along="v", x=(0.5, 20.0))
     >>> [round(k, 4) for k in (design.stable, design.violation_free, design.gain)]  # dimensionless here
     [0.1086, 0.0543, 0.0489]
     >>> [(round(a, 3), round(b, 3)) for a, b in design.stable_range(0.6)]  # where Koren's gain is stable

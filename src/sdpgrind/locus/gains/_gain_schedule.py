@@ -25,7 +25,7 @@ class GainSchedule(Frozen):
     --------
     >>> from sdpgrind import locus
     >>> stretch = locus.plan(locus.preset("koren-example")).stretch("v")
-    >>> round(locus.GainSchedule(stretch, theta=0.9)(3.0), 3)  # 0.9/1.5
+    >>> round(locus.gains.GainSchedule(stretch, theta=0.9)(3.0), 3)  # 0.9/1.5
     0.6
     """
 

@@ -1,1 +1,5 @@
-"""Processes of `locus`."""
+"""Processes whose limit drifts: Koren's example, turning, grinding, a motor axis."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

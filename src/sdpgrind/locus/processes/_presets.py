@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from sdpgrind import units
 from sdpgrind.base import checks
-from sdpgrind.base.preset_info import PresetInfo
+from sdpgrind.base.preset_info import PresetInfo as PresetInfo
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus.processes._dressed_grinding import DressedGrinding
 from sdpgrind.locus.processes._grinding import Grinding

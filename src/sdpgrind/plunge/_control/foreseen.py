@@ -5,7 +5,7 @@ from math import ceil
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import kernels
+from sdpgrind.plunge._control import part_kernels as kernels
 from sdpgrind.plunge._control import state as places
 from sdpgrind.plunge._control.control_kernels import start_control
 from sdpgrind.plunge._control.state import Law

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge import kernels
+from sdpgrind.plunge._control import part_kernels as kernels
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._control.foreseen import foreseen
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from sdpgrind import physics, units
 from sdpgrind.base import checks
-from sdpgrind.base.preset_info import PresetInfo
+from sdpgrind.base.preset_info import PresetInfo as PresetInfo
 from sdpgrind.plunge._model.model import PlungeModel
 from sdpgrind.plunge._model.problem import CycleProblem
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from sdpgrind.plunge import kernels
+from sdpgrind.plunge._control import part_kernels as kernels
 from sdpgrind.plunge._control.foreseen import foreseen
 from sdpgrind.plunge._control.state import staged_law
 from sdpgrind.plunge._model.problem import CycleProblem

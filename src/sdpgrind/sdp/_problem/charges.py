@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -104,23 +105,7 @@ class Charge(Frozen):
             When the charge is not finite, not 0 at the target, negative, or falls with distance.
         """
         if self.under is not None and not isinstance(self.under, OneSided):
-            check_function("under", self.under, limit)
-
-
-def check_function(name: str, function: Function, limit: float) -> None:
-    """Refuse a function of distance that is not finite, 0 at 0, non-negative and non-decreasing up to `limit`."""
-    z = np.linspace(0.0, limit, 1001)
-    charge = np.broadcast_to(np.asarray(function(z), dtype=float), z.shape)
-    rules = {
-        "finite": ~np.isfinite(charge),
-        "0 at the target": (z == 0) & (charge != 0),
-        ">= 0": charge < 0,
-        "non-decreasing away from the target": np.concatenate([[False], charge[1:] < charge[:-1]]),
-    }
-    for rule, broken in rules.items():
-        if np.any(broken):
-            k = int(np.argmax(broken))
-            raise ValueError(f"{name} must be {rule} ($); got {charge[k]:g} at distance {z[k]:g}")
+            checks.charge("under", self.under, limit)
 
 
 def _slope(under: OneSided | Function, z: Floats) -> Floats:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.stored import stored
-from sdpgrind.sdp._problem.charges import Charge, check_function
+from sdpgrind.sdp._problem.charges import Charge
 from sdpgrind.sdp._problem.one_sided import OneSided
 
 Edge: TypeAlias = Literal["refuse", "hold", "stop"] | float
@@ -110,7 +110,7 @@ class Stages:
         if self.late is not None and not callable(self.late):
             raise TypeError(f"stages.late must be a one-sided charge, a function or None; got {self.late!r}")
         if self.late is not None and not isinstance(self.late, OneSided):
-            check_function("stages.late", self.late, self.late_window or 0.0)
+            checks.charge("stages.late", self.late, self.late_window or 0.0)
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,5 @@
-"""Sequence of `weldbead`."""
+"""The top tier of weld-bead grinding: depth and duration of each pass, or the stop (Brown 1988, chapters 3 to 5)."""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

@@ -29,7 +29,7 @@ def sdp_problem(problem: SequenceProblem, nodes: int = 401, *, levels: int = 401
     Examples
     --------
     >>> from sdpgrind import weldbead
-    >>> [move.name for move in weldbead.sdp_problem(weldbead.preset("P1")).moves][:2]
+    >>> [move.name for move in weldbead.sequence.sdp_problem(weldbead.preset("P1")).moves][:2]
     ['6 s', '8 s']
     """
     finish = problem.finish_charge

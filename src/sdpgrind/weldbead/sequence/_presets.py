@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
-from sdpgrind.base.preset_info import PresetInfo
+from sdpgrind.base.preset_info import PresetInfo as PresetInfo
 from sdpgrind.weldbead.sequence._burn import ForceBurnLimit
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess

@@ -13,7 +13,6 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.warned import warn
-from sdpgrind.sdp._problem.charges import check_function
 from sdpgrind.weldbead.sequence._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import Scatter
@@ -188,7 +187,7 @@ class SequenceProblem(Frozen):
         elif late is not None and not (isinstance(late, sdp.OneSided) and late.convex):
             raise ValueError(f"late_window must be given with a lateness_charge that is not convex (s); got {late!r}")
         if late is not None and not isinstance(late, sdp.OneSided):
-            check_function("lateness_charge", late, float(self.late_window or 0.0))
+            checks.charge("lateness_charge", late, float(self.late_window or 0.0))
 
     def _check_force(self) -> None:
         threshold = self._mean_model.threshold_force

@@ -1,0 +1,13 @@
+from ._bristle_laws import DahlFriction as DahlFriction
+from ._bristle_laws import ElastoPlasticFriction as ElastoPlasticFriction
+from ._bristle_laws import LuGreFriction as LuGreFriction
+from ._bristle_laws import friction_law as friction_law
+from ._drift import FrictionTrace as FrictionTrace
+from ._drift import friction_drift as friction_drift
+from ._drift import simulate_friction as simulate_friction
+from ._estimator import FrictionEstimator as FrictionEstimator
+from ._estimator import identify_friction as identify_friction
+from ._laws import CoulombFriction as CoulombFriction
+from ._laws import StribeckFriction as StribeckFriction
+from ._laws import ViscousFriction as ViscousFriction
+from ._printed import PrintedFriction as PrintedFriction

@@ -1,0 +1,9 @@
+from ._allowance import Allowance as Allowance
+from ._allowance import best_allowance as best_allowance
+from ._changeover import BothRules as BothRules
+from ._changeover import Changeover as Changeover
+from ._changeover_plan import plan_changeover as plan_changeover
+from ._chatter import ChatterBand as ChatterBand
+from ._chatter import ChatterCheck as ChatterCheck
+from ._chatter import chatter_check as chatter_check
+from ._stock import Stock as Stock

@@ -1,0 +1,36 @@
+"""Faces of packages: public names stand once, in ``__init__.pyi``, and are imported when they are first used."""
+
+import os
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any
+
+import lazy_loader
+
+from sdpgrind.base.warned import warn
+
+
+def attach(
+    package: str, file: str | os.PathLike[str], former: Sequence[str] = ()
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package.
+
+    Parameters
+    ----------
+    package, file : str
+        ``__name__`` and ``__file__`` of the package, beside which its ``__init__.pyi`` lies.
+    former : sequence of str
+        Sub-packages whose names the package itself had in version 0.1: they still work there, with a warning.
+    """
+    imported, names, every = lazy_loader.attach_stub(package, os.fspath(file))
+
+    def attribute(name: str) -> Any:
+        if name in every:
+            return imported(name)
+        for home in () if name.startswith("_") else former:
+            if name in (found := import_module(f"{package}.{home}")).__all__:
+                warn(f"{package}.{name} is now {package}.{home}.{name}", DeprecationWarning)
+                return getattr(found, name)
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+
+    return attribute, names, every

@@ -1,0 +1,12 @@
+from ._law import Law as Law
+from ._margins import Margins as Margins
+from ._margins import loop_margins as loop_margins
+from ._margins import slope_bandwidth as slope_bandwidth
+from ._qdesign import QLimits as QLimits
+from ._qdesign import q_design as q_design
+from ._sampled import Sampled as Sampled
+from ._sampled import continuous as continuous
+from ._sampled import held as held
+from ._sampled import ramped as ramped
+from ._sampled import same_sample_time as same_sample_time
+from ._sampled import sampled as sampled

@@ -1,0 +1,10 @@
+from ._hilbert import hilbert as hilbert
+from ._hilbert import hilbert_lsystem as hilbert_lsystem
+from ._hilbert import hilbert_nodes as hilbert_nodes
+from ._metrics import PathMetrics as PathMetrics
+from ._path import Path as Path
+from ._samples import PathSamples as PathSamples
+from ._scallop import ball_footprint as ball_footprint
+from ._scallop import cusp_roughness as cusp_roughness
+from ._scallop import scallop_height as scallop_height
+from ._zigzag import zigzag as zigzag

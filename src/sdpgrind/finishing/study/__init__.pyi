@@ -1,0 +1,16 @@
+from ._anova import AnovaRow as AnovaRow
+from ._anova import AnovaTable as AnovaTable
+from ._arrays import OrthogonalArray as OrthogonalArray
+from ._arrays import orthogonal_array as orthogonal_array
+from ._best import Best as Best
+from ._best import Tie as Tie
+from ._confounding import Confounding as Confounding
+from ._means import LevelMean as LevelMean
+from ._means import LevelMeans as LevelMeans
+from ._next_runs import NextRun as NextRun
+from ._next_runs import NextRuns as NextRuns
+from ._pooling import Pooling as Pooling
+from ._power import Power as Power
+from ._prediction import Prediction as Prediction
+from ._ratios import sn_ratio as sn_ratio
+from ._study import Study as Study

@@ -1,0 +1,9 @@
+from ._joint_path import JointPath as JointPath
+from ._laws import time_laws as time_laws
+from ._limits import JointLimits as JointLimits
+from ._table_loop import SampledTable as SampledTable
+from ._table_loop import TableLoop as TableLoop
+from ._time_law import TimeLaw as TimeLaw
+from ._trapezoid import Trapezoid as Trapezoid
+from ._violations import Violation as Violation
+from ._violations import worst_violation as worst_violation

@@ -1,0 +1,9 @@
+from ._dressed_grinding import DressedGrinding as DressedGrinding
+from ._grinding import Grinding as Grinding
+from ._koren_example import KorenExample as KorenExample
+from ._motor import MotorAxis as MotorAxis
+from ._presets import preset as preset
+from ._presets import presets as presets
+from ._roughness import Roughness as Roughness
+from ._turning import Turning as Turning
+from ._turning import tool_change_time as tool_change_time

@@ -1,0 +1,16 @@
+from ._burn import BurningLimit as BurningLimit
+from ._burn import BurnOnset as BurnOnset
+from ._burn import burn_onset as burn_onset
+from ._burn import depths_between as depths_between
+from ._burn import malkin_burn_coefficients as malkin_burn_coefficients
+from ._burn import malkin_burn_energy as malkin_burn_energy
+from ._disk import disk_power as disk_power
+from ._disk import disk_speed as disk_speed
+from ._disk import disk_torque as disk_torque
+from ._disk import peak_torque as peak_torque
+from ._disk import removal_rate as removal_rate
+from ._disk import torque_of_power as torque_of_power
+from ._power import GrindingPower as GrindingPower
+from ._sliding import DongSliding as DongSliding
+from ._sliding import MalkinSliding as MalkinSliding
+from ._sliding import SlidingLaw as SlidingLaw

@@ -1,0 +1,169 @@
+"""A part under the wheel, sample by sample, compiled: what is true, what the gauges say, and whole parts under a controller."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from sdpgrind.plunge._control import state as places
+from sdpgrind.plunge._control.control_kernels import control_step
+from sdpgrind.plunge._model.kernels import Core, damage, deflected, rate, rate_near, worn
+
+_OPTIONS: Any = {"cache": True, "nogil": True}
+Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)
+"""State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges, what
+the actuator owes of its command, samples."""
+RETRACT = places.RETRACT
+"""Section of a cycle in which the part is done."""
+SKIN = 1e-6
+"""Damage (mm) that is none: a nanometre, more than what steps in time err by."""
+STEPS = 2
+"""Steps of Runge and Kutta in a sample: 1e-9 s of the cycle."""
+COLUMNS = ("size", "grinding_power", "power_saturated")
+PLANNED = ("section", "infeed_rate", "remaining", "wear_flat_area", "contact_zero", "deflection_scale")
+ROW = ("samples", *COLUMNS, "command_rate", "balancing", *PLANNED)
+"""Columns of a table of a whole part."""
+
+
+class Rig(NamedTuple):
+    """Truth of a part, and its gauges."""
+
+    core: Core
+    sample_time: float
+    stock: float
+    growth: float  # of the wear flat area, relative, at the reference rate, 1/mm
+    growth_exponent: float
+    growth_rate: float  # reference rate, mm/s
+    contact_zero: float  # the wheel touches when the command has gone so far less, mm
+    size_sd: float
+    size_offset: float
+    size_delay: bool  # by a sample
+    power_sd: float  # relative
+    power_gain: float
+    power_max: float  # W: saturation
+    power_lag: float  # pole of the monitor over a sample; 0: none
+    command_quantum: float  # mm: step of the actuator; 0: none
+    samples_max: int
+
+
+def rig(model: Any, stock: float, sample_time: float, samples_max: int = 20_000) -> Rig:
+    """A part with gauges that tell the truth; `_replace` makes them worse."""
+    wear = model.wear
+    growth = (0.0, 0.0, 1.0) if wear is None else (wear.growth / model.wear_flat_area, wear.exponent, wear.reference_rate)
+    return Rig(
+        core=model.core,
+        sample_time=float(sample_time),
+        stock=float(stock),
+        growth=float(growth[0]),
+        growth_exponent=float(growth[1]),
+        growth_rate=float(growth[2]),
+        contact_zero=0.0,
+        size_sd=0.0,
+        size_offset=0.0,
+        size_delay=False,
+        power_sd=0.0,
+        power_gain=1.0,
+        power_max=np.inf,
+        power_lag=0.0,
+        command_quantum=0.0,
+        samples_max=samples_max,
+    )
+
+
+@njit(**_OPTIONS)
+def start_part(state, rig):
+    """Make the state of a part that nobody has touched."""
+    state[:] = 0.0
+    state[Y], state[REMAINING], state[WORN] = -rig.core.K0 - rig.contact_zero, rig.stock, 1.0
+    state[RATE] = rate(state[Y], rig.core)
+    state[SLACK] = state[PART_SLACK] = np.inf
+
+
+@njit(**_OPTIONS)
+def read(state, rig, of_size, of_power):
+    """Readings of size (mm), power (W) and whether it is clipped, from two standard normal numbers."""
+    now = rig.stock - state[REMAINING]
+    size = state[SHOWN] if rig.size_delay else now
+    state[SHOWN] = now
+    state[LAGGED] = rig.power_lag * state[LAGGED] + (1.0 - rig.power_lag) * true_power(state, rig)
+    power = state[LAGGED] * (rig.power_gain + rig.power_sd * of_power)
+    saturated = power >= 0.99 * rig.power_max
+    return size + rig.size_offset + rig.size_sd * of_size, min(power, rig.power_max), saturated
+
+
+@njit(**_OPTIONS)
+def true_power(state, rig):
+    """Power at the contact, W: in proportion to the deflection until the wheel cuts."""
+    core, v = worn(rig.core, state[WORN]), state[RATE]
+    x = state[Y] + rig.core.K0
+    if state[Y] > 0.0:
+        return core.power0 + core.power1 * v + core.power2 * v**core.p
+    return core.power0 * x / rig.core.K0 if x > 0.0 else 0.0
+
+
+@njit(**_OPTIONS)
+def judge(state, rig, balanced):
+    """Keep the least slacks: of all samples with damage, and of those in which the controller balances."""
+    burn = damage(state[RATE], worn(rig.core, state[WORN]))
+    slack = state[REMAINING] - burn
+    if burn > SKIN:
+        state[PART_SLACK] = min(state[PART_SLACK], slack)
+    if balanced:
+        state[SLACK] = min(state[SLACK], slack)
+
+
+@njit(**_OPTIONS)
+def advance(state, rig, command_rate):
+    """Feed for a sample at a command rate, mm/s."""
+    u, dt = command_rate, rig.sample_time
+    if rig.command_quantum > 0.0:
+        state[OWED] += u * dt
+        fed = np.round(state[OWED] / rig.command_quantum) * rig.command_quantum
+        state[OWED] -= fed
+        u = fed / dt
+    for _ in range(STEPS):
+        h = dt / STEPS
+        before, halfway = state[Y], state[WORN] + 0.5 * _wear(rig, state[RATE] * h, h)
+        state[Y], state[RATE] = deflected(before, state[RATE], u, h, 1, worn(rig.core, halfway))
+        removed = before + u * h - state[Y]
+        state[REMAINING] -= removed
+        if rig.growth > 0.0:
+            state[WORN] += _wear(rig, removed, h)
+            state[RATE] = rate_near(state[Y], state[RATE], worn(rig.core, state[WORN]))
+    state[SAMPLES] += 1.0
+
+
+@njit(**_OPTIONS)
+def _wear(rig, removed, duration):
+    """By how much the wear flat area grows, over that at the start, while so much (mm) is removed in a time (s)."""
+    if rig.growth <= 0.0 or removed <= 0.0:
+        return 0.0
+    return rig.growth * (removed / duration / rig.growth_rate) ** rig.growth_exponent * removed
+
+
+@njit(**_OPTIONS)
+def grind(state, rig, brain, law, normals, table, row):
+    """Run a part under a controller until it is done or the normal numbers are used up; return rows of the table so far.
+
+    As the loop does it: read, decide, judge, advance. A row that is negative: done, after so many rows.
+    """
+    for k in range(normals.shape[0]):
+        size, power, saturated = read(state, rig, normals[k, 0], normals[k, 1])
+        table[row, 0], table[row, 1], table[row, 2] = state[SAMPLES], size, power
+        table[row, 3] = 1.0 if saturated else 0.0
+        if state[SAMPLES] >= rig.samples_max:
+            table[row, 4:] = np.nan
+            return -(row + 1)
+        command = control_step(brain, law, size, np.nan if saturated else power)
+        ended = brain[places.SECTION] == places.RETRACT
+        table[row, 4] = np.nan if ended else command
+        table[row, 5] = np.nan if ended else brain[places.BALANCED]
+        table[row, 6], table[row, 7], table[row, 8] = brain[places.SECTION], brain[places.RATE], brain[places.REMAINING]
+        table[row, 9], table[row, 10], table[row, 11] = brain[places.SHARPNESS], brain[places.ZERO], brain[places.SCALE]
+        row += 1
+        if ended:
+            judge(state, rig, False)
+            return -row
+        judge(state, rig, brain[places.BALANCED] > 0.0)
+        advance(state, rig, command)
+    return row

@@ -1,0 +1,15 @@
+from ._collocation import Collocation as Collocation
+from ._collocation import Freedom as Freedom
+from ._contour import Contour as Contour
+from ._contour import contour_shift as contour_shift
+from ._contour import volume_between as volume_between
+from ._disc import GrinderStalled as GrinderStalled
+from ._disc import Linearized as Linearized
+from ._disc import TiltedDisc as TiltedDisc
+from ._plan import PassPlan as PassPlan
+from ._plan import plan as plan
+from ._problem import PassProblem as PassProblem
+from ._relaxation import RelaxedPass as RelaxedPass
+from ._relaxation import relax as relax
+from ._simulate import PassRecord as PassRecord
+from ._simulate import simulate as simulate
