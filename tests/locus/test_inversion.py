@@ -10,10 +10,10 @@ from scipy.optimize import brentq
 from sdpgrind.locus._curve import inversion_kernels as kernels
 from sdpgrind.locus._curve.inversion import Inversion
 from sdpgrind.locus._curve.inversion_kernels import find_state, retrieve
-from sdpgrind.locus._curve.table import Table
-from sdpgrind.locus._curve.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY
 from sdpgrind.locus._problem.tape import tape
 from sdpgrind.locus._problem.tape_kernels import run_many, work_size
+from sdpgrind.locus._trace.table import Table
+from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY
 
 LOW, HIGH = 0.2, 20.0
 FORMS = {

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from sdpgrind.locus._curve.table import Table
-from sdpgrind.locus._curve.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up, pack
+from sdpgrind.locus._trace.table import Table
+from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up, pack
 
 
 def waves(key):

@@ -7,7 +7,7 @@ whose end is taken, or ``NO_KEY``. `best_rates` within `Ranges` is what a simula
 """
 
 from sdpgrind.locus._curve.inversion_kernels import retrieve
-from sdpgrind.locus._curve.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
 from sdpgrind.locus._plant.truth import Ranges, best_rates
+from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
 
 __all__ = ["ABOVE", "BELOW", "INSIDE", "NO_KEY", "Ranges", "best_rates", "look_up", "retrieve"]

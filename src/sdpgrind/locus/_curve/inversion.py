@@ -8,8 +8,8 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.inversion_kernels import CONTROLS, DIRECTION, GUESS, HEAD, HIGH, LOW, RESPONSE, SLOPE, TAPE, retrieve
-from sdpgrind.locus._curve.table import Table
-from sdpgrind.locus._curve.table_kernels import INSIDE, NO_KEY
+from sdpgrind.locus._trace.table import Table
+from sdpgrind.locus._trace.table_kernels import INSIDE, NO_KEY
 
 
 @dataclass(frozen=True, eq=False, repr=False)

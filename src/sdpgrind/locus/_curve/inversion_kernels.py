@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from sdpgrind.locus._curve.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
 from sdpgrind.locus._problem.tape_kernels import run, work_size
+from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
 
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 CONTROLS, RESPONSE, SLOPE, TAPE, LOW, HIGH, DIRECTION, GUESS, HEAD = range(9)

@@ -13,19 +13,19 @@ from sdpgrind.base import checks, records
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.inversion_kernels import find_state
 from sdpgrind.locus._curve.point import Point, named_point
-from sdpgrind.locus._curve.table_kernels import INSIDE
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.system import System, system_of
 from sdpgrind.locus._problem.tape_kernels import run, work_size
 from sdpgrind.locus._trace import trace_kernels as kernels
 from sdpgrind.locus._trace.kkt_kernels import GOOD
 from sdpgrind.locus._trace.pieces import Columns, Piece, point_of
+from sdpgrind.locus._trace.table_kernels import INSIDE
 from sdpgrind.locus._trace.trace import ROUNDING, Tracer
 
 if TYPE_CHECKING:
     from sdpgrind.locus._curve.inversion import Inversion
-    from sdpgrind.locus._curve.table import Table
     from sdpgrind.locus._stretch.stretch import Stretch
+    from sdpgrind.locus._trace.table import Table
 
 
 NEAR, FAR = 1e-6, 0.25
@@ -282,7 +282,7 @@ class Locus:
         ValueError
             When a fold, a jump, or a part without an active constraint lies between, or the coordinate is not single-valued.
         """
-        from sdpgrind.locus._stretch.of_curve import stretch
+        from sdpgrind.locus._curve.stretch import stretch
 
         return stretch(self, along, x)
 

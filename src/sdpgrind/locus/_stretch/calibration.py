@@ -7,9 +7,9 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._curve.segments import bends
 from sdpgrind.locus._stretch.single_valued import strictly
 from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus._trace.segments import bends
 
 
 @dataclass(frozen=True)

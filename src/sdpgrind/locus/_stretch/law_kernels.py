@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._curve.table_kernels import look_up
+from sdpgrind.locus._trace.table_kernels import look_up
 
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL, WAITED, HELD = range(8)

@@ -9,11 +9,11 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._curve.segments import apart, bends
-from sdpgrind.locus._curve.table import Table
 from sdpgrind.locus._stretch._stretch_point import StretchPoint
 from sdpgrind.locus._stretch.law_kernels import find_many
 from sdpgrind.locus._stretch.single_valued import check_hidden, check_single, told
+from sdpgrind.locus._trace.segments import apart, bends
+from sdpgrind.locus._trace.table import Table
 
 if TYPE_CHECKING:
     from sdpgrind.locus._stretch.calibration import Calibration

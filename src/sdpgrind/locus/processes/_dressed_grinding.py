@@ -53,9 +53,9 @@ class DressedGrinding(Frozen):
     area_exponent: float
 
     def __post_init__(self) -> None:
-        checks.kind("grinding", self.grinding, Grinding, " (see locus.Grinding)")
+        checks.kind("grinding", self.grinding, Grinding, " (see locus.processes.Grinding)")
         if self.grinding.roughness is None:
-            raise ValueError("grinding must have a roughness (see locus.Roughness): the coarsest lead is best without; got none")
+            raise ValueError("grinding must have a roughness (see locus.processes.Roughness): the coarsest lead is best without; got none")
         checks.share("area", self.area)
         checks.positive("area_exponent", self.area_exponent)
 

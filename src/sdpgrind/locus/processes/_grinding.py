@@ -97,7 +97,7 @@ class Grinding(Frozen):
         checks.kind("burning", self.burning, physics.BurningLimit)
         checks.kind("internal", self.internal, bool)
         if self.roughness is not None:
-            checks.kind("roughness", self.roughness, Roughness, " (see locus.Roughness)")
+            checks.kind("roughness", self.roughness, Roughness, " (see locus.processes.Roughness)")
         if self.internal and self.wheel_diameter >= self.work_diameter:
             rule = f"< work_diameter = {self.work_diameter:g} in a bore"
             raise checks.refuse("wheel_diameter", rule, self.wheel_diameter, "mm")

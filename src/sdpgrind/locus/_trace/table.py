@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._curve.table_kernels import NO_KEY, look_up, look_up_many, pack
+from sdpgrind.locus._trace.table_kernels import NO_KEY, look_up, look_up_many, pack
 
 CELLS = 2
 """Cells of the guide for each node."""
