@@ -1,0 +1,121 @@
+"""`compiled`: the one way in which a kernel of this library is compiled, kept on disk and closed.
+
+A kernel is compiled at its first call and kept on disk until it, something that it calls or a constant that it names
+changes (`kernel_cache`). Doors that nobody uses take a third of the time to compile, so no kernel can be a C callback,
+and one whose name begins with ``_`` can be called from other kernels only.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from typing import Any, NoReturn, overload
+
+from numba.core import config
+from numba.core.registry import CPUDispatcher
+
+from sdpgrind.base.kernel_cache import KernelCache
+
+
+class Kernel(CPUDispatcher):
+    """A compiled function; `compiled` makes it."""
+
+    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None, **more: Any) -> None:
+        super().__init__(py_func, locals, targetoptions, **more)
+        self._cache = KernelCache(self)
+
+    def __reduce__(self) -> Any:
+        """Let another process use the kernel of its own module, and what that module keeps on disk."""
+        where, name = self.py_func.__module__, self.py_func.__qualname__
+        if _of_module(where, name) is self:
+            return _of_module, (where, name)
+        return super().__reduce__()
+
+
+class ClosedKernel(Kernel):
+    """A kernel that Python cannot call: numba would follow a null pointer."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> NoReturn:
+        """Refuse."""
+        name = self.py_func.__name__
+        raise TypeError(
+            f"{name} is a kernel that only kernels can call, as its name begins with '_'; call it from a kernel, "
+            f"or call sdpgrind.base.compiled.opened({name})"
+        )
+
+
+@overload
+def compiled(function: Callable[..., Any], /) -> Kernel: ...
+@overload
+def compiled(**options: Any) -> Callable[[Callable[..., Any]], Kernel]: ...
+def compiled(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
+    """Compile a function at its first call, without the lock of the interpreter, and keep the machine code on disk.
+
+    Parameters
+    ----------
+    function : callable
+        What numba can compile. One whose name begins with ``_`` can be called from other kernels only.
+    **options
+        Those of numba's ``njit`` that change the code: ``error_model``, ``fastmath``, ``inline``, ``forceinline``,
+        ``boundscheck``.
+
+    Returns
+    -------
+    Kernel
+        Or the decorator, where only options are given.
+
+    Examples
+    --------
+    >>> from sdpgrind.base.compiled import compiled
+    >>> @compiled(error_model="numpy")
+    ... def ratio(a, b):
+    ...     return a / b
+    >>> ratio(1.0, 4.0)
+    0.25
+    """
+    if function is None:
+        return lambda kernel: compiled_with(kernel, options)
+    return compiled_with(function, options)
+
+
+def compiled_with(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """Return the kernel of a function; its name says whether Python can call it."""
+    return _made(function, options, closed=function.__name__.startswith("_"))
+
+
+@cache
+def opened(kernel: Kernel) -> Any:
+    """Return a twin of a closed kernel that Python can call, as tests do.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Open ones are returned as they are.
+
+    Returns
+    -------
+    Kernel
+        With the same code and options.
+    """
+    if not isinstance(kernel, ClosedKernel):
+        return kernel
+    options = {key: value for key, value in kernel.targetoptions.items() if key not in _FIXED}
+    return _made(kernel.py_func, options, closed=False)
+
+
+_FIXED = ("nopython", "nogil", "no_cfunc_wrapper", "no_cpython_wrapper")
+
+
+def _made(function: Callable[..., Any], options: dict[str, Any], closed: bool) -> Any:
+    if vars(config)["DISABLE_JIT"]:
+        return function
+    kind = ClosedKernel if closed else Kernel
+    fixed = dict(zip(_FIXED, (True, True, True, closed), strict=True))
+    return kind(function, targetoptions={"boundscheck": None, **options, **fixed})
+
+
+def _of_module(where: str, name: str) -> Any:
+    """Return what a module holds under a name (``Class.name`` too), or None."""
+    found: Any = import_module(where)
+    for part in name.split("."):
+        found = getattr(found, part, None)
+    return found

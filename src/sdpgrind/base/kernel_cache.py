@@ -1,0 +1,135 @@
+"""Machine code of kernels on disk: numba's cache, with a stamp that tells when any callee or constant was edited.
+
+numba itself stamps a kernel with its own file: an edited callee or constant of another module goes unseen.
+"""
+
+import pickle
+import sys
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from numba.core import sigutils
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache, _Cache
+
+from sdpgrind.base.kernel_digest import digest, digest_of_type
+from sdpgrind.base.warned import warn
+
+_lines: dict[tuple[str, str], list[int]] = {}
+"""First lines of the functions of one name in one file, in the order in which they were defined."""
+
+
+class KernelCache(_Cache):
+    """Cache of one kernel; it looks at globals and at the disk only when the kernel is first called.
+
+    Parameters
+    ----------
+    kernel : numba dispatcher
+        Whose machine code is kept.
+    """
+
+    def __init__(self, kernel: Any) -> None:
+        self._kernel = kernel
+        self._number = _number(kernel.py_func)
+        self._opened: Any = None
+
+    @property
+    def cache_path(self) -> str | None:
+        """Folder of the files; None where nothing can be written."""
+        path: str | None = self._files().cache_path
+        return path
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the machine code for a signature, or None where there is none that is still right."""
+        try:
+            return self._files().load_overload(sig, target_context)
+        except OSError:
+            return None
+        except (EOFError, pickle.UnpicklingError):  # a file that is torn
+            with suppress(OSError):
+                self._files().flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep the machine code for a signature."""
+        try:
+            self._files().save_overload(sig, data)
+        except OSError as error:
+            self._opened = NullCache()
+            _warn_once(error.strerror or str(error))
+
+    def enable(self) -> None:
+        """Use the files."""
+        self._files().enable()
+
+    def disable(self) -> None:
+        """Leave the files alone."""
+        self._files().disable()
+
+    def flush(self) -> None:
+        """Forget what is kept."""
+        self._files().flush()
+
+    def _files(self) -> Any:
+        if self._opened is None:
+            try:
+                self._opened = _Files(self._kernel, self._number)
+            except RuntimeError:  # numba found no folder
+                self._opened = NullCache()
+                _warn_once("no folder can be written")
+        return self._opened
+
+
+class _Files(FunctionCache):
+    """Index and data of one kernel. The key of an entry holds the digest, and so do the data: a process that was ended
+    between writing the two leaves an index that promises what is not there yet.
+    """
+
+    def __init__(self, kernel: Any, number: int) -> None:
+        FunctionCache.__init__(self, kernel.py_func)
+        self._digest = digest(kernel)
+        self._cache_file = IndexDataCacheFile(self._cache_path, _file_name(kernel, number, self._digest), self._digest)
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        args, _ = sigutils.normalize_signature(sig)
+        return sig, codegen.magic_tuple(), self._digest, tuple(digest_of_type(kind) for kind in args)
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        key = self._index_key(sig, target_context.codegen())
+        found = self._cache_file.load(key) if self._enabled else None
+        return self._impl.rebuild(target_context, found[1]) if found is not None and found[0] == key else None
+
+    def _save_overload(self, sig: Any, data: Any) -> None:
+        if self._enabled and self._impl.check_cachable(data):
+            self._impl.locator.ensure_cache_path()
+            key = self._index_key(sig, data.codegen)
+            self._cache_file.save(key, (key, self._impl.reduce(data)))
+
+
+def _file_name(kernel: Any, number: int, stamp: str) -> str:
+    """Return a name without a line number; functions made by a function share a name, hence their digest."""
+    function = kernel.py_func
+    place = Path(function.__code__.co_filename).stem
+    name = function.__qualname__.replace("<", "").replace(">", "")
+    closed = kernel.targetoptions["no_cpython_wrapper"]
+    twin = "-opened" if function.__name__.startswith("_") and not closed else ""
+    which = stamp[:12] if "<locals>" in function.__qualname__ else str(number)
+    return f"{place}.{name}-{which}{twin}.py{sys.version_info[0]}{sys.version_info[1]}"
+
+
+def _number(function: Any) -> int:
+    """Return the number of a function among those of one name in one file."""
+    code = function.__code__
+    lines = _lines.setdefault((code.co_filename, function.__qualname__), [])
+    if code.co_firstlineno not in lines:
+        lines.append(code.co_firstlineno)
+    return lines.index(code.co_firstlineno)
+
+
+@cache
+def _warn_once(reason: str) -> None:
+    warn(
+        f"compiled kernels cannot be kept on disk ({reason}), so every process compiles them again; "
+        "set NUMBA_CACHE_DIR to a folder that can be written"
+    )

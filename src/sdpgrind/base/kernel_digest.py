@@ -1,0 +1,246 @@
+"""Digest of a kernel: of its bytecode, of all that it calls and of all constants that it names, in any module.
+
+Two processes give one digest where the machine code would be the same: comments, docstrings, line numbers and addresses
+do not count. A digest is taken when a kernel is first asked for, since globals may be set after a kernel is defined.
+"""
+
+import builtins
+import dis
+import enum
+import hashlib
+import sys
+from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numba.core import types
+
+# Packages whose objects are told by their name: their version counts in `_VERSIONS`.
+_OUTSIDE = {"numba", "numpy", "builtins", "math", "cmath", "operator"}
+_VERSIONS = f"numba {version('numba')}, numpy {version('numpy')}, python {sys.version_info[:2]}"
+_PLAIN = (type(None), type(...), bool, int, float, complex, str, bytes, range)
+
+_LOAD_GLOBAL = dis.opmap["LOAD_GLOBAL"]
+_ABSENT = object()
+
+_pieces: WeakKeyDictionary[Any, tuple[bytes, tuple[Any, ...]]] = WeakKeyDictionary()
+
+
+def digest(kernel: Any) -> str:
+    """Return the digest of a kernel and of everything that its machine code depends on.
+
+    Parameters
+    ----------
+    kernel : function or numba dispatcher
+        Its globals must be set.
+
+    Returns
+    -------
+    str
+        SHA-256 in hexadecimal.
+    """
+    total = hashlib.sha256(_VERSIONS.encode())
+    order = {function: k for k, function in enumerate(reached(kernel))}
+    for function in order:
+        text, called = _piece(function)
+        total.update(repr((text, [order[one] for one in called])).encode())
+    return total.hexdigest()
+
+
+def reached(kernel: Any) -> list[Any]:
+    """Return the kernel and all functions and kernels that it calls, directly or not, breadth first.
+
+    Parameters
+    ----------
+    kernel : function or numba dispatcher
+        Its globals must be set.
+
+    Returns
+    -------
+    list
+        Each once; cycles are followed once.
+    """
+    found = {kernel: None}
+    queue = [kernel]
+    for function in queue:
+        new = [one for one in dict.fromkeys(_piece(function)[1]) if one not in found]
+        found.update(dict.fromkeys(new))
+        queue += new
+    return queue
+
+
+def digest_of_type(kind: Any) -> str:
+    """Return what numba's type of an argument does not show of itself: kernels as arguments, names of fields.
+
+    Parameters
+    ----------
+    kind : numba type
+        Type of one argument.
+
+    Returns
+    -------
+    str
+        Empty for numbers and arrays.
+    """
+    if isinstance(kind, types.Dispatcher):
+        return digest(kind.dispatcher)
+    made_by = getattr(kind, "instance_class", None)  # of a named tuple
+    parts = [repr(getattr(made_by, "_fields", ""))] if made_by is not None else []
+    return " ".join(parts + [digest_of_type(one) for one in getattr(kind, "types", ())])
+
+
+def _piece(function: Any) -> tuple[bytes, tuple[Any, ...]]:
+    """Return what one function says itself, and what it calls; kept once all that it names is there."""
+    if function in _pieces:
+        return _pieces[function]
+    plain = getattr(function, "py_func", function)
+    called: list[Any] = []
+    options = sorted(getattr(function, "targetoptions", {}).items())
+    named = list(_named(plain))
+    where = plain.__globals__.get("__file__", "")
+    values = [
+        *((name, _text(value, called, where)) for name, value in named),
+        _text((plain.__defaults__, plain.__kwdefaults__), called, where),
+    ]
+    text = repr((repr(options), _code(plain.__code__, plain.__doc__), values)).encode()
+    piece = hashlib.sha256(text).digest(), tuple(called)
+    if all(value is not _ABSENT for _, value in named):
+        _pieces[function] = piece
+    return piece
+
+
+def _code(code: CodeType, doc: str | None = None) -> Any:
+    """Return bytecode and what it refers to, without the docstring, lines and the name of the file."""
+    constants = [_code(one) if isinstance(one, CodeType) else f"{type(one).__name__} {one!r}" for one in _constants(code)]
+    if doc is not None and isinstance(code.co_consts[0], str):
+        constants[0] = ""
+    flags = code.co_flags, code.co_argcount, code.co_kwonlyargcount, code.co_exceptiontable
+    return code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars, flags
+
+
+def _constants(code: CodeType) -> Iterator[Any]:
+    """Give constants in an order that every process repeats."""
+    for one in code.co_consts:
+        yield sorted(one, key=repr) if isinstance(one, frozenset) else one
+
+
+def _named(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    """Give the names that a function looks up and their values: globals, what modules hold, variables of a closure."""
+    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    found: list[tuple[str, Any]] = [(name, _content(cell)) for name, cell in cells]
+    outer = function.__globals__
+    names = sorted(set(_globals(function.__code__)))
+    found += [(name, outer.get(name, _ABSENT)) for name in names if name in outer or not hasattr(builtins, name)]
+    attributes = sorted(set(_attributes(function.__code__)))
+    seen = set()
+    for name, value in found:  # grows: modules hold modules
+        yield name, value
+        if isinstance(value, ModuleType) and not _outside(value.__name__) and value not in seen:
+            seen.add(value)
+            there = set(dir(value))
+            found += [(f"{name}.{inner}", getattr(value, inner)) for inner in attributes if inner in there]
+
+
+def _content(cell: Any) -> Any:
+    try:
+        return cell.cell_contents
+    except ValueError:  # a function that calls itself is not there yet
+        return _ABSENT
+
+
+def _attributes(code: CodeType) -> Iterator[str]:
+    """Give names of attributes (and of globals), those of inner functions too."""
+    for one in _codes(code):
+        yield from one.co_names
+
+
+def _globals(code: CodeType) -> Iterator[str]:
+    """Give names of globals, those of inner functions too; read from the bytes, as `dis` takes 20 times as long."""
+    for one in _codes(code):
+        argument = 0
+        for operation, byte in zip(one.co_code[::2], one.co_code[1::2], strict=True):
+            argument = argument << 8 | byte
+            if operation == _LOAD_GLOBAL:
+                yield one.co_names[argument >> 1]  # the last bit says whether it is called
+            if operation != dis.EXTENDED_ARG:
+                argument = 0
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    yield code
+    for one in code.co_consts:
+        if isinstance(one, CodeType):
+            yield from _codes(one)
+
+
+def _text(value: Any, called: list[Any], where: str) -> Any:
+    """Return a value as text; functions go to `called`, as they may call each other in a circle."""
+    if isinstance(value, _PLAIN) and not isinstance(value, enum.Enum):
+        return f"{type(value).__name__} {value!r}"
+    if isinstance(value, FunctionType) or isinstance(getattr(value, "py_func", None), FunctionType):
+        return _callee(value, called)
+    if isinstance(value, tuple | list):
+        return _class(type(value)), [_text(one, called, where) for one in value]
+    if isinstance(value, set | frozenset):
+        return type(value).__name__, sorted(repr(_text(one, called, where)) for one in value)
+    if isinstance(value, dict):
+        return "dict", [(_text(key, called, where), _text(one, called, where)) for key, one in value.items()]
+    if isinstance(value, np.ndarray | np.generic):
+        return _numbers(np.asarray(value), called, where)
+    return _other(value, called, where)
+
+
+def _callee(value: Any, called: list[Any]) -> str:
+    if _outside(value.__module__):
+        return f"{value.__module__}.{value.__qualname__}"
+    called.append(value)
+    return "called"
+
+
+def _numbers(value: Any, called: list[Any], where: str) -> Any:
+    body = [_text(one, called, where) for one in value.ravel()] if value.dtype.hasobject else value.tobytes()
+    return repr(value.dtype), value.shape, value.flags.c_contiguous, value.flags.f_contiguous, body
+
+
+def _other(value: Any, called: list[Any], where: str) -> Any:
+    if value is _ABSENT:
+        return "absent"
+    if isinstance(value, ModuleType):
+        return f"module {value.__name__}"
+    if isinstance(value, np.dtype | types.Type):
+        return repr(value)
+    if isinstance(value, enum.Enum):
+        return _class(type(value)), value.name
+    if isinstance(value, type):
+        return _class(value)
+    if isinstance(value, np.ufunc) or _outside(getattr(value, "__module__", None)):
+        return f"{type(value).__name__} {getattr(value, '__qualname__', getattr(value, '__name__', ''))}"
+    inner = getattr(value, "_defn", None)  # of an intrinsic of numba
+    return _callee(inner, called) if isinstance(inner, FunctionType) else ("in", *_sources(value, where))
+
+
+def _class(value: type) -> Any:
+    name = f"{value.__module__}.{value.__qualname__}"
+    members = [(key, repr(one.value)) for key, one in getattr(value, "__members__", {}).items()]
+    if members or hasattr(value, "_fields") or _outside(value.__module__):
+        return name, getattr(value, "_fields", ()), members
+    return name, _file(getattr(sys.modules.get(value.__module__), "__file__", None) or "")
+
+
+def _sources(value: Any, where: str) -> Any:
+    """Return digests of the files of the module that names a value and of that of its class: what else could be asked?"""
+    return _class(type(value)), _file(where)
+
+
+@cache
+def _file(path: str) -> str:
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
+
+
+def _outside(name: str | None) -> bool:
+    return name is not None and name.partition(".")[0] in _OUTSIDE

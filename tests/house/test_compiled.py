@@ -1,0 +1,319 @@
+"""Kernels are compiled again when, and only when, something that they depend on was edited; closed ones say so."""
+
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+
+from sdpgrind.base import kernel_digest
+from sdpgrind.base.compiled import ClosedKernel, Kernel, compiled, opened
+
+CALLER = '''
+import toy_callee
+from toy_callee import Pair, direct
+from sdpgrind.base.compiled import compiled
+
+@compiled
+def _helped(x):
+    return toy_callee.shifted(x) + direct(x)
+
+@compiled(error_model="numpy")
+def called(x, pair):
+    """Add what the other module says."""
+    return _helped(x) + pair.high
+
+@compiled
+def applied(function, x):
+    return function(x)
+'''
+CALLEE = '''
+from typing import NamedTuple
+import numpy as np
+from sdpgrind.base.compiled import compiled
+
+SHIFT = 100.0
+TABLE = np.array([1.0, 2.0])
+class Pair(NamedTuple):
+    low: float
+    high: float
+
+@compiled
+def shifted(x):
+    """Shift."""
+    # as far as SHIFT says
+    return x + SHIFT + TABLE[1]
+
+def body(x):
+    return 0.0 * x
+
+direct = compiled(body)
+'''
+RUN = """
+import toy_caller
+from toy_callee import Pair
+print(toy_caller.called(1.0, Pair(low=0.0, high=1000.0)))
+print(sum(toy_caller.called.stats.cache_hits.values()))
+print(toy_caller.applied(toy_caller._helped, 1.0), sum(toy_caller.applied.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def toy(tmp_path):
+    """A package of two modules on disk, with a cache of its own: edit it, run it."""
+    (tmp_path / "toy_caller.py").write_text(CALLER)
+    (tmp_path / "toy_callee.py").write_text(CALLEE)
+    return tmp_path
+
+
+def run(folder, text=RUN, **more):
+    """What a fresh process prints, in words."""
+    source = Path(kernel_digest.__file__).parents[2]
+    known = {
+        **os.environ,
+        "PYTHONPATH": f"{source}{os.pathsep}{folder}",
+        "NUMBA_CACHE_DIR": str(folder / "cache"),
+        "PYTHONDONTWRITEBYTECODE": "1",  # an edit within one second must not be missed by Python itself
+        **more,
+    }
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=known, check=False)
+    assert done.returncode == 0, done.stderr
+    return [*done.stdout.split(), done.stderr] if done.stderr else done.stdout.split()
+
+
+def edit(file, old, new):
+    text = file.read_text()
+    assert text.count(old) == 1
+    file.write_text(text.replace(old, new))
+
+
+@pytest.mark.timeout(240)
+def test_edits_of_a_callee_and_of_constants_are_seen_and_comments_are_not(toy):
+    assert run(toy) == ["1103.0", "0", "103.0", "0"]
+    assert run(toy) == ["1103.0", "1", "103.0", "1"]
+    callee = toy / "toy_callee.py"
+    for old, new in (
+        ("# as far as SHIFT says", "# otherwise said\n    # in two lines"),
+        ('"""Shift."""', '"""Shift by a constant."""'),
+        ("import numpy as np\n", "import numpy as np\n\nUNUSED = 1.0\n\n"),
+    ):
+        edit(callee, old, new)
+    edit(toy / "toy_caller.py", "import toy_callee\n", "# further down\n\nimport toy_callee\n")
+    edit(toy / "toy_caller.py", "Add what the other module says.", "Add.")
+    assert run(toy) == ["1103.0", "1", "103.0", "1"]
+    for old, new, value in (
+        ("x + SHIFT", "x + 1 + SHIFT", 104.0),
+        ("SHIFT = 100.0", "SHIFT = 200.0", 204.0),
+        ("[1.0, 2.0]", "[1.0, 4.0]", 206.0),
+        ("0.0 * x", "5.0 * x", 211.0),
+    ):
+        edit(callee, old, new)
+        assert run(toy) == [f"{1000 + value}", "0", f"{value}", "0"]
+
+
+@pytest.mark.timeout(120)
+def test_fields_in_another_order_are_seen(toy):
+    run(toy)
+    edit(toy / "toy_callee.py", "    low: float\n    high: float\n", "    high: float\n    low: float\n")
+    assert run(toy)[:2] == ["1103.0", "0"]
+
+
+@pytest.mark.timeout(120)
+def test_options_of_a_callee_are_seen(toy):
+    run(toy)
+    edit(toy / "toy_caller.py", "@compiled\ndef _helped", "@compiled(fastmath=True)\ndef _helped")
+    assert run(toy) == ["1103.0", "0", "103.0", "0"]
+
+
+def test_data_that_were_not_written_are_not_believed(toy):
+    """The index is written first: a process that ends there leaves data of an older source under the new promise."""
+    run(toy)
+    data = next((toy / "cache").rglob("toy_caller.called*.1.nbc"))
+    old = data.read_bytes()
+    edit(toy / "toy_callee.py", "SHIFT = 100.0", "SHIFT = 200.0")
+    run(toy)
+    data.write_bytes(old)
+    assert run(toy)[:2] == ["1203.0", "0"]
+
+
+@pytest.mark.parametrize("torn", [b"", b"not a pickle"])
+def test_a_torn_file_is_compiled_again(toy, torn):
+    run(toy)
+    for file in (toy / "cache").rglob("toy_caller.called*"):
+        file.write_bytes(torn)
+    assert run(toy)[:2] == ["1103.0", "0"]
+
+
+def test_where_nothing_can_be_written_one_line_says_so(toy):
+    """Files in the place of the three folders: no right is enough to make one there."""
+    for name in ("cache", "__pycache__", "home"):
+        (toy / name).write_text("")
+    text = f"import warnings; warnings.simplefilter('always'){RUN}"
+    *values, told = run(toy, text, XDG_CACHE_HOME=str(toy / "home"))
+    assert values == ["1103.0", "0", "103.0", "0"]
+    assert told.count("UserWarning") == 1
+    assert "compiled kernels cannot be kept on disk (no folder can be written), so every process compiles" in told
+
+
+def test_a_folder_that_is_lost_later(toy):
+    text = f"""
+import shutil, toy_caller
+toy_caller.called._cache._files()
+shutil.rmtree({str(toy / "cache")!r})
+open({str(toy / "cache")!r}, "w").close(){RUN}"""
+    *values, told = run(toy, text)
+    assert values == ["1103.0", "0", "103.0", "0"]
+    assert told.count("UserWarning") == 1
+
+
+@compiled
+def _closed(x):
+    return 2.0 * x
+
+
+@compiled(inline="always")
+def _within(x):
+    return x + 1.0
+
+
+@compiled
+def open_one(x):
+    return _closed(_within(x))
+
+
+def test_a_closed_kernel_is_called_from_kernels_only():
+    assert open_one(3.0) == 8.0
+    with pytest.raises(TypeError, match=r"_closed is a kernel that only kernels can call, as its name begins with '_'"):
+        _closed(3.0)
+    assert opened(_closed)(3.0) == 6.0
+    assert opened(_closed) is opened(_closed)
+    assert opened(open_one) is open_one
+
+
+def test_a_closed_kernel_that_was_compiled_is_still_closed():
+    open_one(1.0)
+    _closed.compile("float64(float64)")
+    with pytest.raises(TypeError, match="call it from a kernel"):
+        _closed(1.0)
+
+
+def test_doors():
+    kinds = {kernel: kernel.targetoptions for kernel in (open_one, _closed, opened(_closed))}
+    assert all(options["no_cfunc_wrapper"] and options["nogil"] for options in kinds.values())
+    assert [options["no_cpython_wrapper"] for options in kinds.values()] == [False, True, False]
+    assert isinstance(_closed, ClosedKernel) and isinstance(open_one, Kernel)
+
+
+def test_options_reach_the_code():
+    @compiled(error_model="numpy")
+    def ratio(a, b):
+        return a / b
+
+    @compiled
+    def python_ratio(a, b):
+        return a / b
+
+    assert ratio(1.0, 0.0) == np.inf
+    with pytest.raises(ZeroDivisionError):
+        python_ratio(1.0, 0.0)
+
+
+def test_a_kernel_is_pickled_by_its_place():
+    for kernel in (open_one, _closed):
+        assert pickle.loads(pickle.dumps(kernel)) is kernel
+
+
+def test_a_kernel_within_a_function_is_pickled_by_its_code():
+    def made(shift):
+        @compiled
+        def moved(x):
+            return x + shift
+
+        return moved
+
+    again = pickle.loads(pickle.dumps(made(2.5)))
+    assert isinstance(again, Kernel)
+    assert again(1.0) == made(2.5)(1.0) == 3.5
+    assert made(4.0)(1.0) == 5.0
+
+
+def test_another_process_is_given_the_kernel_of_its_module(toy):
+    text = """
+import multiprocessing, toy_caller
+from toy_callee import Pair
+if __name__ == "__main__":
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        print(pool.apply(toy_caller.called, (1.0, Pair(0.0, 1000.0))))
+"""
+    assert run(toy, text) == ["1103.0"]
+
+
+@compiled
+def even(n):
+    return True if n == 0 else odd(n - 1)
+
+
+@compiled
+def odd(n):
+    return False if n == 0 else even(n - 1)
+
+
+def test_circles_have_a_digest():
+    assert kernel_digest.reached(even) == [even, odd]
+    assert kernel_digest.digest(even) != kernel_digest.digest(odd)
+
+
+def test_what_cannot_be_read_has_the_digest_of_its_file(toy):
+    """An object of which nothing is known changes when its file does; never by its address."""
+    strange = "class Strange:\n    pass\n\nstrange = Strange()\n"
+    (toy / "toy_strange.py").write_text(strange)
+    text = """
+from toy_strange import strange
+from sdpgrind.base import kernel_digest
+def f(x):
+    return strange
+print(kernel_digest.digest(f))
+"""
+    first = run(toy, text)
+    assert run(toy, text, PYTHONHASHSEED="7") == first
+    (toy / "toy_strange.py").write_text(strange + "# edited\n")
+    assert run(toy, text) != first
+
+
+def test_a_global_that_is_not_there_yet_is_not_remembered_as_missing():
+    known = {}
+    exec("def f(x):\n    return x + LATER", known)
+    before = kernel_digest.digest(known["f"])
+    known["LATER"] = 1.0
+    assert kernel_digest.digest(known["f"]) != before
+
+
+def test_sets_have_one_digest_whatever_their_order(toy):
+    text = """
+from sdpgrind.base import kernel_digest
+NAMES = frozenset(("a", "b", "c", "d", "e"))
+def f(x):
+    return x in {"north", "south", "east", "west"} or x in NAMES
+print(kernel_digest.digest(f))
+"""
+    assert run(toy, text, PYTHONHASHSEED="1") == run(toy, text, PYTHONHASHSEED="2")
+
+
+def test_numba_still_has_what_the_cache_stands_on():
+    """Private parts of numba: where this fails, numba was changed, and `kernel_cache` must be read again beside it."""
+    probe = FunctionCache(even.py_func)
+    assert {"_cache_path", "_cache_file", "_impl", "_enabled", "_py_func"} <= set(vars(probe))
+    assert set(FunctionCache.__mro__[1].__dict__) >= {"_index_key", "_load_overload", "_save_overload", "load_overload"}
+    assert set(vars(IndexDataCacheFile("folder", "name", "stamp"))) == {
+        "_cache_path", "_index_name", "_index_path", "_data_name_pattern", "_source_stamp", "_version",
+    }  # fmt: skip
+    assert IndexDataCacheFile("folder", "name", "stamp")._source_stamp == "stamp"
+    assert {"rebuild", "reduce", "check_cachable", "locator"} <= set(dir(probe._impl))
+    public = {name for name in dir(NullCache) if not name.startswith("_")}
+    assert public == {"cache_path", "load_overload", "save_overload", "enable", "disable", "flush"}
+    assert isinstance(even._cache, type(odd._cache)) and type(even._cache).__name__ == "KernelCache"
+    assert even._type.dispatcher is even
