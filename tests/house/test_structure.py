@@ -95,7 +95,9 @@ THEMES = {
     "sdpgrind.sdp": ("_distributions", "_problem", "_transitions", "_solve", "_policy", "_plan"),
     "sdpgrind.weldbead": ("force", "sequence", "_identify", "passes", "_hierarchy", "_plant"),
     "sdpgrind.plunge": ("_model", "_control", "_stages", "_plan", "_identify", "_learn"),
-    "sdpgrind.locus": ("_problem", "processes", "_trace", "_stretch", "_curve", "gains", "_correct", "_robust", "_control", "_plant"),
+    "sdpgrind.locus": (
+        "_problem", "processes", "_trace", "_stretch", "_curve", "gains", "_correct", "_robust", "_control", "_plant",
+    ),
     "sdpgrind.finishing": ("study", "surface", "path", "arm", "timing", "torque", "roughness", "_problem", "_plant"),
     "centering": ("circle", "roundness", "monitoring", "setup", "push", "friction", "cycle", "_identify", "_plant"),
     "hwsim": (

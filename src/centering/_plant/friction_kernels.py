@@ -5,19 +5,17 @@ the mean slip speed along the ring, complete elliptic integrals. `v` is the spee
 spin, >= 0.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
+
 _SMALL = 0.02  # ratio of the speeds below which the closed form loses digits; the series is exact to rounding there
 _EQUAL = 1e-12
 _ROUNDING = 1e-15
 _HALVINGS = 60
 
 
-@njit(**_OPTIONS)
+@compiled
 def shares(v, s):
     """Force over mu M g against the slide, and moment over mu M g R against the spin; not both speeds are 0."""
     if s == 0.0:
@@ -46,13 +44,13 @@ def shares(v, s):
     return (mean + turn) / (2.0 * v), (mean - turn) / (2.0 * s)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _series(e):
     square = e * e
     return e * (0.5 + square * (1.0 / 16.0 + square * (3.0 / 128.0 + square * 25.0 / 2048.0)))
 
 
-@njit(**_OPTIONS)
+@compiled
 def held(moment):
     """Share of the greatest friction that is left to hold the place of a ring while a share holds its spin."""
     if moment <= 0.0:
@@ -69,7 +67,7 @@ def held(moment):
     return shares(np.cos(low), np.sin(low))[0]
 
 
-@njit(**_OPTIONS)
+@compiled
 def begins(pull, turn, most):
     """Cosine and sine of how a ring at rest begins to slide and to spin: the way in which what friction leaves sets it in motion.
 

@@ -4,16 +4,12 @@ The laws are those of `_centering_ring_kernels`. Fourth order in steps short aga
 parting, stop and breakaway are found within a step. Serial; arrays as in the kernels of the slide.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering._plant import probe_kernels as probe
 from centering._plant import ring_kernels as ring
 from centering._plant import slide_kernels as slide
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 _NEAR = 0.8  # of the breakaway force: from there on a ring at rest is watched closely
 _FASTEST = 150.0  # mm/s: no tip comes closer faster
@@ -26,20 +22,20 @@ _RESOLVED, _FINEST = 0.1, 0.03  # of the time in which friction would stop a rin
 _PEAK_NEAR = 0.01  # of the greatest force so far: where a step rises above it
 
 
-@njit(**_OPTIONS)
+@compiled
 def _when(state, cell, profile, time, x, y, u, v, way_x, way_y):
     """What changes sign at an event of a sliding ring: its speed onward, its closure, and the force where it is closed."""
     _, _, force, closure = ring.contact_force(state, cell, profile, time, x, y, u, v)
     return u * way_x + v * way_y, closure, force
 
 
-@njit(**_OPTIONS)
+@compiled
 def _happens(onward, closure, force, spins, closed, pushed):
     """Whether a stop, a touch, a parting or a renewed push lies behind, given how it was before; what spins on does not stop."""
     return (onward <= 0.0 and not spins) or (closure > 0.0) != closed or (force > 0.0) != pushed
 
 
-@njit(**_OPTIONS)
+@compiled
 def _move(state, cell, profile, time, step):
     """Let a sliding ring go on by at most a step, or to where it stops, touches or parts before; return the time taken."""
     x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
@@ -67,7 +63,7 @@ def _move(state, cell, profile, time, step):
     return taken
 
 
-@njit(**_OPTIONS)
+@compiled
 def _at_rest(state, cell, profile, time):
     """Whether a ring at rest stays so, and the closure."""
     pull_x, pull_y, closure = ring.pull(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)
@@ -75,7 +71,7 @@ def _at_rest(state, cell, profile, time):
     return pull_x * pull_x + pull_y * pull_y <= most * most, closure
 
 
-@njit(**_OPTIONS)
+@compiled
 def _wait(state, cell, profile, time, step):
     """Let a ring at rest be for at most a step: to where it is touched or set in motion; return the time taken."""
     stays, closure = _at_rest(state, cell, profile, time)
@@ -100,7 +96,7 @@ def _wait(state, cell, profile, time, step):
     return high
 
 
-@njit(**_OPTIONS)
+@compiled
 def _far(state, cell, profile, swing, length):
     """Whether nothing can happen to a ring at rest within a piece: the tip is far, and the table too slow to shake it off.
 
@@ -119,7 +115,7 @@ def _far(state, cell, profile, swing, length):
     return closure < -(_FASTEST + 2.0 * spin * offset) * length - swing
 
 
-@njit(**_OPTIONS)
+@compiled
 def _feel(state, cell, profile, time):
     """Note the force of the contact, and when one begins."""
     where = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
@@ -136,7 +132,7 @@ def _feel(state, cell, profile, time):
     return closure > 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _crest(state, cell, profile, time, step, x, y, u, v, before):
     """Note the greatest force within a step that is over: a parabola through its begin, middle and end."""
     after = state[slide.FORCE]
@@ -154,7 +150,7 @@ def _crest(state, cell, profile, time, step, x, y, u, v, before):
         state[slide.PEAK_EVER] = max(state[slide.PEAK_EVER], most)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _step(state, cell):
     """Longest step now, s: short where a ring that spins, too, is so slow that the direction of its friction turns fast."""
     if state[slide.MOVING] == 0.0 or (state[slide.SPIN] == 0.0 and slide.spindle_rate(state, cell) == 0.0):
@@ -164,7 +160,7 @@ def _step(state, cell):
     return min(cell[slide.STEP], max(_RESOLVED * turns, _FINEST * cell[slide.STEP]))
 
 
-@njit(**_OPTIONS)
+@compiled
 def _piece(state, cell, profile, lobes, length):
     """Let the ring go on through a piece of the slide's motion; return how much of it was used: a first touch loads the slide."""
     cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, 0.0)
@@ -192,7 +188,7 @@ def _piece(state, cell, profile, lobes, length):
     return length
 
 
-@njit(**_OPTIONS)
+@compiled
 def advance(state, cell, profile, lobes, until):
     """Let slide, spindle and ring go on until a time, or to the start of the profile that waits; return whether it has come."""
     while state[slide.TIME] < until - _CLOSE:
@@ -211,13 +207,13 @@ def advance(state, cell, profile, lobes, until):
     return False
 
 
-@njit(**_OPTIONS)
+@compiled
 def settled(state):
     """Whether the ring lies still on the table."""
     return state[slide.MOVING] == 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def reading(state, shape, lobes):
     """Where a faultless probe finds the rim on the line now, mm from the axis, and the polar angle on the part."""
     return probe.contact(shape, lobes, state[slide.X], state[slide.Y], state[slide.ANGLE])

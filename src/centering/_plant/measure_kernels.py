@@ -1,14 +1,10 @@
 """Compiled core of the gauges of a centering machine: what encoders, probe and force sensor show of the true state."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering._plant import probe_kernels as probe
 from centering._plant import slide_kernels as slide
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 # Settings of the gauges: steps of encoders, the stroke of the probe inward, what is not told truly, the force sensor.
 COUNTS, SLIDE_QUANTUM, PROBE_QUANTUM, STROKE, SKEW, NOISE_SD, RUNOUT, RUNOUT_PHASE, ROLL = range(9)
@@ -18,18 +14,18 @@ NAMES = ("time", "angle", "slide", "probe", "force", "peak_force", "spindle_spee
 _SQUEEZED = 1.0  # mm: so far the contact may give way
 
 
-@njit(**_OPTIONS)
+@compiled
 def _steps(value, step):
     """The nearest whole number of steps."""
     return step * np.floor(value / step + 0.5) if step > 0.0 else value
 
 
-@njit(**_OPTIONS)
+@compiled
 def _force(force, gauge):
     return _steps(min(max(force, -gauge[FORCE_MAX]), gauge[FORCE_MAX]), gauge[FORCE_QUANTUM])
 
 
-@njit(**_OPTIONS)
+@compiled
 def measure(state, cell, profile, shape, lobes, gauge, normal, first, second, out):
     """Read every gauge now; the greatest force since the last reading is told and forgotten."""
     radial, part_angle = probe.contact(shape, lobes, state[slide.X], state[slide.Y], state[slide.ANGLE])

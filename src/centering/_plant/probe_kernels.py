@@ -4,12 +4,9 @@ Lobes have undulations per revolution, amplitude (mm) and phase (rad) in a row. 
 changed in place; serial.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 # Shape of a ring, with what touches it; lobes reach so far at most, and where SCAN is not 0 the tip may touch twice.
 RADIUS, TIP, REACH, UPR_MAX, SCAN, SHAPE = range(6)
@@ -32,7 +29,7 @@ _STEP = 1e-13  # rad: Newton's next step is then below rounding
 _MOST = 80
 
 
-@njit(**_OPTIONS)
+@compiled
 def _profile(shape, lobes, at):
     """Radius of the surface at a polar angle about its centre, with two derivatives."""
     radius, first, second = shape[RADIUS], 0.0, 0.0
@@ -46,7 +43,7 @@ def _profile(shape, lobes, at):
     return radius, first, second
 
 
-@njit(**_OPTIONS)
+@compiled
 def _tip(shape, lobes, along, across, angle, ahead):
     """Centre of a tip that touches the surface `ahead` of the probe line: beside the line, its slope, and along the line.
 
@@ -63,7 +60,7 @@ def _tip(shape, lobes, along, across, angle, ahead):
     return beside, (length + shape[TIP] * bend) * normal_x, along + radius * cosine + shape[TIP] * normal_x
 
 
-@njit(**_OPTIONS)
+@compiled
 def _touch(shape, lobes, along, across, angle, low, high, ahead):
     """Newton's way to where the tip is on the line, kept within a bracket."""
     place = 0.0
@@ -83,14 +80,14 @@ def _touch(shape, lobes, along, across, angle, low, high, ahead):
     return place, ahead
 
 
-@njit(**_OPTIONS)
+@compiled
 def _within(shape, away):
     """Furthest polar angle off the line at which the surface can be `away` from it."""
     reach = shape[REACH] if away > 0.0 else -shape[REACH]
     return np.arcsin(min(max(away / (shape[RADIUS] - reach), -1.0), 1.0))
 
 
-@njit(**_OPTIONS)
+@compiled
 def _outermost(shape, lobes, along, across, angle):
     """Of all places where the tip may touch, the one that holds it off furthest: it lies on both flanks of a narrow valley."""
     low, high = -_within(shape, across + shape[TIP]), _within(shape, shape[TIP] - across)
@@ -110,7 +107,7 @@ def _outermost(shape, lobes, along, across, angle):
     return best, where
 
 
-@njit(**_OPTIONS)
+@compiled
 def contact(shape, lobes, center_x, center_y, angle):
     """Reading (mm) at a spindle angle, and the polar angle of the contact about the part's centre, which goes on over turns."""
     sine, cosine = np.sin(angle), np.cos(angle)
@@ -123,14 +120,14 @@ def contact(shape, lobes, center_x, center_y, angle):
     return place - shape[TIP], angle + ahead
 
 
-@njit(**_OPTIONS)
+@compiled
 def contacts(shape, lobes, center_x, center_y, angles, reading, part_angle):
     """Contacts at many spindle angles."""
     for k in range(angles.shape[0]):
         reading[k], part_angle[k] = contact(shape, lobes, center_x, center_y, angles[k])
 
 
-@njit(**_OPTIONS)
+@compiled
 def least_spread(shape, lobes, places):
     """Least of what the tip's centre moves along the surface's parallel curve in a radian; below 0 a tip bridges."""
     least = np.inf
@@ -141,13 +138,13 @@ def least_spread(shape, lobes, places):
     return least
 
 
-@njit(**_OPTIONS)
+@compiled
 def _steps(value, step):
     """The nearest whole number of steps."""
     return step * np.floor(value / step + 0.5) if step > 0.0 else value
 
 
-@njit(**_OPTIONS)
+@compiled
 def edge_angle(cell, k):
     """Spindle angle at which sample k is triggered: an edge of the encoder, or any where it has no steps."""
     if cell[COUNTS] > 0.0:
@@ -155,7 +152,7 @@ def edge_angle(cell, k):
     return cell[START] + k * (2.0 * np.pi / cell[PER_TURN])
 
 
-@njit(**_OPTIONS)
+@compiled
 def due(cell, state):
     """Tick at which the next sample is there, and true angle of the spindle when the probe is read.
 
@@ -170,7 +167,7 @@ def due(cell, state):
     return np.ceil(seconds * cell[TICK_BELOW] / cell[TICK_ABOVE]), edge - state[SPEED] * cell[SKEW]
 
 
-@njit(**_OPTIONS)
+@compiled
 def _follow(cell, state, seconds):
     """Let the slide go after what it saw last."""
     passed = seconds - state[SEEN]
@@ -178,7 +175,7 @@ def _follow(cell, state, seconds):
     state[SEEN] = seconds
 
 
-@njit(**_OPTIONS)
+@compiled
 def _errors(cell, part_angle, normal, first, second):
     """What the tip is held off by beside the surface, or seems to be: runout of the roller, noise, dust."""
     tone = cell[RUNOUT] * np.cos(cell[ROLL] * part_angle - cell[RUNOUT_PHASE])
@@ -186,7 +183,7 @@ def _errors(cell, part_angle, normal, first, second):
     return tone + cell[NOISE_SD] * normal + dust
 
 
-@njit(**_OPTIONS)
+@compiled
 def measure(shape, lobes, cell, state, normals, uniforms, out):
     """Take the next samples, one a row: what spindle, slide and probe show, and the tick."""
     for row in range(out.shape[0]):

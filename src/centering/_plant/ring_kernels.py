@@ -8,19 +8,16 @@ at it is above F_s; friction that holds its spin is not there to hold its place.
 the tip, anew at each step, as lobes turn past. Serial; arrays as in the kernels of the slide.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering._plant import friction_kernels as friction
 from centering._plant import slide_kernels as slide
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _ONWARD = 0.3  # cosine: a ring that slides much aside of its way has stopped in between
 
 
-@njit(**_OPTIONS)
+@compiled
 def rim(state, cell, profile, lobes, time):
     """Distance of the rim from the centre of the ring, mm, on the side of the tip."""
     angle = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * slide.spindle_rate(state, cell) * time) * time
@@ -33,7 +30,7 @@ def rim(state, cell, profile, lobes, time):
     return radius
 
 
-@njit(**_OPTIONS)
+@compiled
 def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
     """Force (N) of the tip on the ring, along x and y of the table, its size, and the closure (mm, below 0: a gap)."""
     rate = slide.spindle_rate(state, cell)
@@ -57,7 +54,7 @@ def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
     return force * (push_x * cosine - push_y * sine), force * (push_y * cosine + push_x * sine), force, closure
 
 
-@njit(**_OPTIONS)
+@compiled
 def pull(state, cell, profile, time, x, y, speed_x, speed_y):
     """What pulls at the ring but friction, N, along x and y of the table; and the closure."""
     rate = slide.spindle_rate(state, cell)
@@ -68,7 +65,7 @@ def pull(state, cell, profile, time, x, y, speed_x, speed_y):
     return pull_x, pull_y, closure
 
 
-@njit(**_OPTIONS)
+@compiled
 def hold(cell, scale):
     """Set friction, over that of the model; so much a changing speed of the table leaves for the place."""
     cell[slide.FRICTION] = scale
@@ -76,14 +73,14 @@ def hold(cell, scale):
     cell[slide.HELD] = friction.held(spin / (cell[slide.BREAKAWAY] * scale))
 
 
-@njit(**_OPTIONS)
+@compiled
 def holds(state, cell):
     """Force that holds the place of a ring at rest, N; the rest holds its spin against a changing speed of the table."""
     share = cell[slide.HELD] if slide.spindle_rate(state, cell) != 0.0 else 1.0
     return cell[slide.BREAKAWAY] * cell[slide.FRICTION] * share
 
 
-@njit(**_OPTIONS)
+@compiled
 def way(state, cell, profile, time):
     """Direction over the table in which the ring slides, or begins to."""
     way_x, way_y = state[slide.SPEED_X], state[slide.SPEED_Y]
@@ -93,7 +90,7 @@ def way(state, cell, profile, time):
     return (way_x / length, way_y / length) if length > 0.0 else (1.0, 0.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin):
     """Accelerations over the table, mm/s^2, of a ring that slides, and of its rim by its spin.
 
@@ -118,7 +115,7 @@ def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin
     return pull_x / inertia, pull_y / inertia, turn
 
 
-@njit(**_OPTIONS)
+@compiled
 def slide_on(state, cell, profile, time, w, z, step):
     """Place, speed and spin of a ring that slides in the direction w, z one step later, to fourth order."""
     x, y, u, v, s = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN]

@@ -5,12 +5,9 @@ away from the axis, speeds of the slide toward it. Between two pieces something 
 leaves its greatest acceleration, the spindle has reached its speed, a profile begins.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 # State. SEGMENT: row of the profile that runs, -1: none; GONE: time in it; ARMED: a profile waits for the angle START. RUN_IN: by
 # how much the slide is faster than the profile that it has not joined yet.
@@ -32,7 +29,7 @@ _JOINED = 1e-9  # mm/s: so close to the speed of a profile is at it
 _MOST = 80
 
 
-@njit(**_OPTIONS)
+@compiled
 def loop_at(cell, velocity, acceleration, target, time):
     """Travel, speed and acceleration of the velocity loop (second order) after a time in its linear range."""
     natural, damping = cell[LOOP], cell[DAMPING]
@@ -48,14 +45,14 @@ def loop_at(cell, velocity, acceleration, target, time):
     return travel, target + then, there
 
 
-@njit(**_OPTIONS)
+@compiled
 def _leaves(cell, velocity, acceleration, target):
     """Whether a drive at its greatest acceleration begins to take it back, and the speed at which it does."""
     turn = target - 2.0 * cell[DAMPING] * acceleration / cell[LOOP]
     return (velocity - turn) * acceleration >= -_ROUNDING * cell[ACCELERATION_MAX] * abs(acceleration), turn
 
 
-@njit(**_OPTIONS)
+@compiled
 def _until_full(cell, velocity, acceleration, target, longest):
     """Time in which the linear loop comes to the greatest acceleration; `longest` where it does not."""
     most, natural, damping = cell[ACCELERATION_MAX], cell[LOOP], cell[DAMPING]
@@ -85,7 +82,7 @@ def _until_full(cell, velocity, acceleration, target, longest):
     return high
 
 
-@njit(**_OPTIONS)
+@compiled
 def is_full(state, cell):
     """Whether the drive is at its greatest acceleration and stays there for now."""
     if abs(state[ACCELERATION]) < cell[ACCELERATION_MAX] * (1.0 - _ROUNDING):
@@ -93,7 +90,7 @@ def is_full(state, cell):
     return not _leaves(cell, state[VELOCITY], state[ACCELERATION], state[VELOCITY_SET])[0]
 
 
-@njit(**_OPTIONS)
+@compiled
 def piece_length(state, cell, profile, longest):
     """How long the motion that is under way has one closed form, s; at most `longest`."""
     if state[SPEED] != state[SPEED_SET]:
@@ -112,7 +109,7 @@ def piece_length(state, cell, profile, longest):
     return _until_full(cell, velocity, acceleration, target, longest)
 
 
-@njit(**_OPTIONS)
+@compiled
 def spindle_rate(state, cell):
     """Angular acceleration of the spindle now, rad/s^2."""
     if state[SPEED] == state[SPEED_SET]:
@@ -120,7 +117,7 @@ def spindle_rate(state, cell):
     return cell[SPINDLE_ACCELERATION] if state[SPEED_SET] > state[SPEED] else -cell[SPINDLE_ACCELERATION]
 
 
-@njit(**_OPTIONS)
+@compiled
 def time_to(state, cell, angle):
     """Time until the spindle is at an angle, while it goes on as now; 0 where it is past it, inf where it never is."""
     ahead, speed, rate = angle - state[ANGLE], state[SPEED], spindle_rate(state, cell)
@@ -132,7 +129,7 @@ def time_to(state, cell, angle):
     return 2.0 * ahead / (speed + np.sqrt(square))
 
 
-@njit(**_OPTIONS)
+@compiled
 def begin_segment(state, profile, row):
     """A row of the profile runs from now on; the slide has the speed that it has."""
     state[SEGMENT], state[GONE] = float(row), 0.0
@@ -140,7 +137,7 @@ def begin_segment(state, profile, row):
     state[RUN_IN] = off if abs(off) > _JOINED else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _of_profile(state, cell, profile):
     """Speed and acceleration of the slide now, in a profile; what it is off its speed goes as fast as the drive can."""
     row = int(state[SEGMENT])
@@ -151,7 +148,7 @@ def _of_profile(state, cell, profile):
     return speed, rate
 
 
-@njit(**_OPTIONS)
+@compiled
 def tip_at(state, cell, profile, time):
     """Where the pusher tip is (mm from the axis) and its speed toward the axis, within the piece that is under way.
 
@@ -177,7 +174,7 @@ def tip_at(state, cell, profile, time):
     return state[REFERENCE] - travel + lag + cell[STOP], velocity
 
 
-@njit(**_OPTIONS)
+@compiled
 def commit(state, cell, profile, time):
     """Let slide and spindle go on by a time within the piece that is under way."""
     place, _ = tip_at(state, cell, profile, time)

@@ -1,16 +1,14 @@
 """A mass under a load with one of the friction laws, step by step; implicit where the law is stiff."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
+
 _FIRST_BRISTLE = 3
 """Laws from that kind on deflect before they slide; 3 is Dahl's, 4 LuGre's, 5 the elasto-plastic one."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def follow_load(kind, law, inertia, load, step, every, out):
     """Write position (mm), velocity (mm/s), friction (N) and deflection (mm) after every `every` steps.
 
@@ -45,7 +43,7 @@ def follow_load(kind, law, inertia, load, step, every, out):
             out[row, 0], out[row, 1], out[row, 2], out[row, 3] = x, v, friction, z
 
 
-@njit(**_OPTIONS)
+@compiled
 def _stribeck(kind, law, v):
     """Force of steady motion without its viscous share."""
     if kind == 0 or kind == 1 or kind == _FIRST_BRISTLE:
@@ -53,7 +51,7 @@ def _stribeck(kind, law, v):
     return law[1] + (law[0] - law[1]) * np.exp(-(np.abs(v / law[3]) ** law[4]))
 
 
-@njit(**_OPTIONS)
+@compiled
 def _steady_step(kind, law, inertia, push, step, v):
     """Velocity and friction after a step of a law that holds up to F_s and slides beyond."""
     if v == 0.0 and np.abs(push) <= law[0]:
@@ -65,7 +63,7 @@ def _steady_step(kind, law, inertia, push, step, v):
     return after, push - inertia * (after - v) / step
 
 
-@njit(**_OPTIONS)
+@compiled
 def _bristle_step(kind, law, inertia, push, step, v, z):
     """Velocity, deflection and friction after an implicit step: linear in what is new, with g and alpha of before."""
     g = _stribeck(kind, law, v)
@@ -76,7 +74,7 @@ def _bristle_step(kind, law, inertia, push, step, v, z):
     return after, keep * (z + step * after), push - inertia * (after - v) / step
 
 
-@njit(**_OPTIONS)
+@compiled
 def _yielding(kind, law, v, z, g):
     """Share of the motion that the deflection gives way by."""
     if kind != 5:

@@ -1,14 +1,11 @@
 """How likely readings of a push are over a fine grid of frictions, from what it would have shown with a few of them."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 
-@njit(**_OPTIONS)
+@compiled
 def log_likelihood(found, doubt, nodes, cells, read, noise_sd, error, farthest, out):
     """Write the logarithm of the likelihood at each place of the grid; return how far the nearest one is off, squared sds.
 
@@ -52,7 +49,7 @@ def log_likelihood(found, doubt, nodes, cells, read, noise_sd, error, farthest, 
     return nearest
 
 
-@njit(**_OPTIONS)
+@compiled
 def _cell(place, axis, count):
     """Node to the left, and the share of the way to the next one; held at the ends."""
     if count == 1 or axis[1] == 0.0:
@@ -62,7 +59,7 @@ def _cell(place, axis, count):
     return left, at - left
 
 
-@njit(**_OPTIONS)
+@compiled
 def _patch(values, a, b, q, along, across):
     """Value within four nodes, and its changes from node to node in both directions."""
     c, d = min(a + 1, values.shape[0] - 1), min(b + 1, values.shape[1] - 1)
@@ -73,7 +70,7 @@ def _patch(values, a, b, q, along, across):
     return low + across * (high - low), far - near, high - low
 
 
-@njit(**_OPTIONS)
+@compiled
 def _step(cell, node, change):
     """Change over a cell of the grid."""
     return change * cell / node if node > 0.0 else 0.0

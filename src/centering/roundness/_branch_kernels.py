@@ -1,17 +1,14 @@
 """Search of all centres within reach, by halving squares, where the contacts alone do not prove the optimum."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.roundness._direction_kernels import ranked
 from centering.roundness._distance_kernels import distance, extremes
 from centering.roundness._mic_kernels import empty_circle
 from centering.roundness._mzc_kernels import zone as zone_exchange
 from centering.roundness._proof_kernels import ball, cell_bound, height, steepness
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _LEVELS = 44
 """How often a square is cut, at most: from the radius to its rounding."""
 _ROOT_2 = np.sqrt(2.0)
@@ -27,7 +24,7 @@ _CELL = 20
 """Points that are looked at in the time that a square takes by itself."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
     """Best centre within reach (mm) of a start (x, y, height, held, size of the circle).
 
@@ -71,13 +68,13 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
     return found
 
 
-@njit(**_OPTIONS)
+@compiled
 def _push(stack, depth, cx, cy, half, level, below):
     """Put a square on the stack: its centre, half its side (mm), how often it was cut, and the least height in it."""
     stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3], stack[depth, 4] = cx, cy, half, level, below
 
 
-@njit(**_OPTIONS)
+@compiled
 def _part(values, here, size):
     """Those of the points that are listed."""
     part = np.empty(size)
@@ -86,7 +83,7 @@ def _part(values, here, size):
     return part
 
 
-@njit(**_OPTIONS)
+@compiled
 def _quarter(x, y, here, size, zone, stack, depth, found, basis):
     """Put the quarters of the square that was on top of the stack in its place, the best on top; note what is better."""
     cx, cy, half, level = stack[depth, 0], stack[depth, 1], 0.5 * stack[depth, 2], stack[depth, 3] + 1.0
@@ -104,7 +101,7 @@ def _quarter(x, y, here, size, zone, stack, depth, found, basis):
     return depth
 
 
-@njit(**_OPTIONS)
+@compiled
 def _note(x, y, cx, cy, found):
     """Note a centre of a zone, no optimum, that beats the best."""
     value = height(x, y, cx, cy, True)
@@ -113,7 +110,7 @@ def _note(x, y, cx, cy, found):
         found[3] = min(found[3], value)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, alike, found, basis, balls, known):
     """Exchange from a centre on the points that matter near it; note a better optimum, and the ball of one that is not better."""
     trial, xs, ys = np.zeros(4, dtype=np.int64), _part(x, here, size), _part(y, here, size)
@@ -142,7 +139,7 @@ def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, alike, found, basis
     return known + 1
 
 
-@njit(**_OPTIONS)
+@compiled
 def _box(cx, cy, value, alike, found):
     """Widen the box of the optima that are as good as the best by one, or begin it anew with one that is better than they."""
     if value < found[2] - alike:
@@ -152,7 +149,7 @@ def _box(cx, cy, value, alike, found):
         found[8], found[9] = min(found[8], cy), max(found[9], cy)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _covered(cx, cy, around, balls, known):
     """Whether a circle about a centre lies within one of the balls."""
     inside = False
@@ -161,7 +158,7 @@ def _covered(cx, cy, around, balls, known):
     return inside
 
 
-@njit(**_OPTIONS)
+@compiled
 def _off_hull(hull, cx, cy):
     """How far a centre lies outside of the worst edge of a hull, mm; negative inside."""
     off = -np.inf
@@ -170,7 +167,7 @@ def _off_hull(hull, cx, cy):
     return off
 
 
-@njit(**_OPTIONS)
+@compiled
 def _keep(x, y, here, size, cx, cy, around, zone, kept):
     """Put into `kept` those of the listed points that can be nearest, or for a zone farthest, in a circle; how many."""
     xs, ys = _part(x, here, size), _part(y, here, size)

@@ -1,19 +1,16 @@
 """Directions of points about a centre in bins, without sorting: gaps, and points spread over them to start exchanges from."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.roundness._distance_kernels import distance
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _BINS = 512
 _FEW = 64
 """Points up to which they are sorted instead."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def _diamond(dx, dy):
     """Place of a direction on the square abs(x) + abs(y) = 1, in [0, 4): rises with the angle, and costs no arc tangent."""
     total = abs(dx) + abs(dy)
@@ -23,7 +20,7 @@ def _diamond(dx, dy):
     return place if place >= 0.0 else place + 4.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _angle(place):
     """Angle (rad, in [0, 2 pi)) of a place on the square."""
     side = min(int(place), 3)
@@ -31,7 +28,7 @@ def _angle(place):
     return 0.5 * np.pi * side + np.arctan2(along, 1.0 - along)
 
 
-@njit(**_OPTIONS)
+@compiled
 def gaps(x, y, cx, cy):
     """Largest gap between neighbouring directions, the next largest, rad, and the direction (rad) of the middle of the largest.
 
@@ -63,7 +60,7 @@ def gaps(x, y, cx, cy):
     return largest, max(second, around), middle
 
 
-@njit(**_OPTIONS)
+@compiled
 def four_about(x, y, cx, cy, basis):
     """Put two far and two near points into `basis` (4,) that alternate about a centre: the extremes of four sectors."""
     sector = np.zeros(x.size, dtype=np.int8)
@@ -78,7 +75,7 @@ def four_about(x, y, cx, cy, basis):
             best[s], basis[slot[s]] = away, k
 
 
-@njit(**_OPTIONS)
+@compiled
 def _by_bins(x, y, cx, cy, sector):
     """Give each point one of four sectors that hold as many bins with points each; whether there are four bins."""
     rank = np.zeros(_BINS, dtype=np.int64)
@@ -93,7 +90,7 @@ def _by_bins(x, y, cx, cy, sector):
     return filled >= 4
 
 
-@njit(**_OPTIONS)
+@compiled
 def ranked(values):
     """Indices from the smallest value to the largest: Shell's sort, which compiles in a fraction of the time of numpy's."""
     order = np.arange(values.size)
@@ -109,7 +106,7 @@ def ranked(values):
     return order
 
 
-@njit(**_OPTIONS)
+@compiled
 def _by_order(x, y, cx, cy, sector):
     """Give each point one of four sectors that hold as many points each."""
     place = np.empty(x.size)

@@ -1,11 +1,9 @@
 """What the exchanges share: the farthest and nearest point of a centre, crossings of bisectors, triangles about a centre."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
+
 _PARALLEL = 1e-14
 """Sine of the angle between two chords below which their bisectors do not cross."""
 _NEAREST = 1e-300
@@ -14,7 +12,7 @@ _EVEN = 1e-15
 """Of an area between directions that is nothing but rounding."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def extremes(x, y, cx, cy):
     """Farthest and nearest point of a centre: index and distance (mm) of the one, then of the other."""
     far, near, most, least = 0, 0, -1.0, np.inf
@@ -27,13 +25,13 @@ def extremes(x, y, cx, cy):
     return far, np.sqrt(most), near, np.sqrt(least)
 
 
-@njit(**_OPTIONS)
+@compiled
 def distance(x, y, cx, cy, k):
     """Of a point from a centre, mm."""
     return np.sqrt((x[k] - cx) * (x[k] - cx) + (y[k] - cy) * (y[k] - cy))
 
 
-@njit(**_OPTIONS)
+@compiled
 def towards(x, y, cx, cy, k):
     """Unit vector from a centre to a point; none where that lies on it."""
     dx, dy = x[k] - cx, y[k] - cy
@@ -41,7 +39,7 @@ def towards(x, y, cx, cy, k):
     return dx / length, dy / length
 
 
-@njit(**_OPTIONS)
+@compiled
 def crossing(x, y, i, j, k, m):
     """Centre (mm) as far from point i as from j, and from k as from m; infinite where the bisectors are parallel."""
     ax, ay, bx, by = x[j] - x[i], y[j] - y[i], x[m] - x[k], y[m] - y[k]
@@ -53,7 +51,7 @@ def crossing(x, y, i, j, k, m):
     return midx - ay * b / det, midy + ax * b / det
 
 
-@njit(**_OPTIONS)
+@compiled
 def standing(x, y, cx, cy, i, j, k):
     """How far a centre lies inside the triangle of the directions of three points: negative outside, 0 up to rounding."""
     px, py = towards(x, y, cx, cy, i)
@@ -64,7 +62,7 @@ def standing(x, y, cx, cy, i, j, k):
     return 0.0 if abs(stood) < _EVEN else stood
 
 
-@njit(**_OPTIONS)
+@compiled
 def parting(x, y, cx, cy, p, q, i, j):
     """How far points i and j part p from q in direction as a centre sees them: negative where they do not, 0 up to rounding."""
     ux, uy = towards(x, y, cx, cy, i)

@@ -1,16 +1,14 @@
 """Least squares circle on distances, by Newton."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
+
 _STEPS = 50
 """At most; four do for a form error of a hundredth of the radius."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def algebraic_centre(x, y):
     """Centre (mm) of the circle that fits the squares of the distances; infinite where points lie on a line."""
     mx, my = np.mean(x), np.mean(y)
@@ -25,7 +23,7 @@ def algebraic_centre(x, y):
     return mx + 0.5 * (vv * pu - uv * pv) / det, my + 0.5 * (uu * pv - uv * pu) / det
 
 
-@njit(**_OPTIONS)
+@compiled
 def least_squares_circle(x, y, cx, cy):
     """Centre, mean distance (mm) and whether the sum of squared deviations bends upwards there, from a start nearby."""
     for _ in range(_STEPS):
@@ -37,7 +35,7 @@ def least_squares_circle(x, y, cx, cy):
     return cx, cy, radius, bends
 
 
-@njit(**_OPTIONS)
+@compiled
 def _newton_step(x, y, cx, cy):
     """Step of the centre, mean distance, and whether the Hessian is definite; where not, the step is that of Gauss and Newton."""
     n = x.size

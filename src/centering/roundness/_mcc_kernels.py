@@ -1,18 +1,15 @@
 """Smallest circle about all points, by exchange: the circle of two or three points grows until none lies outside."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.roundness._distance_kernels import crossing, distance, extremes
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _STEPS = 300
 """Exchanges, at most; about ten do for thousands of points, and no circle comes twice, as each is larger than the last."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def smallest_circle(x, y, tolerance, basis):
     """Centre, radius that holds all points and that of the contacts alone (mm), and how many these are; they go into `basis`.
 
@@ -31,14 +28,14 @@ def smallest_circle(x, y, tolerance, basis):
     return cx, cy, most, radius, size
 
 
-@njit(**_OPTIONS)
+@compiled
 def _two(x, y, i, j):
     """Circle on two points as a diameter."""
     cx, cy = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])
     return cx, cy, max(distance(x, y, cx, cy, i), distance(x, y, cx, cy, j))
 
 
-@njit(**_OPTIONS)
+@compiled
 def _grow(x, y, new, size, basis, tolerance):
     """Smallest circle about the basis and a point outside its circle; the basis is changed to the new contacts."""
     best, bx, by, first, second = np.inf, 0.0, 0.0, 0, -1
@@ -61,7 +58,7 @@ def _grow(x, y, new, size, basis, tolerance):
     return bx, by, distance(x, y, bx, by, new), 3
 
 
-@njit(**_OPTIONS)
+@compiled
 def _cover(x, y, cx, cy, basis, size):
     """Distance of the farthest point of the basis from a centre."""
     most = 0.0

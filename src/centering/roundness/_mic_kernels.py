@@ -1,18 +1,15 @@
 """Largest circle with no point inside, by exchange: a circle held by three points shrinks until it is empty."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.roundness._distance_kernels import crossing, distance, extremes, standing, towards
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _STEPS = 300
 _HALF_ROOT_3 = 0.5 * np.sqrt(3.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def empty_circle(x, y, cx, cy, tolerance, basis):
     """Exchange from a centre on: the centre found, its radius (mm), whether three contacts hold it; they go into `basis`."""
     if not _three_about(x, y, cx, cy, basis):
@@ -32,7 +29,7 @@ def empty_circle(x, y, cx, cy, tolerance, basis):
     return ox, oy, 0.0, False
 
 
-@njit(**_OPTIONS)
+@compiled
 def _three_about(x, y, cx, cy, basis):
     """Put three points into `basis` whose triangle holds a centre; whether there are such.
 
@@ -45,7 +42,7 @@ def _three_about(x, y, cx, cy, basis):
     )
 
 
-@njit(**_OPTIONS)
+@compiled
 def _against(x, y, cx, cy, ex, ey, basis):
     """Take the point most along a direction as the second and one against both as the third; whether they hold the centre."""
     basis[1] = _most_along(x, y, cx, cy, ex, ey)
@@ -58,7 +55,7 @@ def _against(x, y, cx, cy, ex, ey, basis):
     return standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _most_along(x, y, cx, cy, ex, ey):
     """Point that lies most in a direction of a centre."""
     best, most = 0, -np.inf
@@ -70,7 +67,7 @@ def _most_along(x, y, cx, cy, ex, ey):
     return best
 
 
-@njit(**_OPTIONS)
+@compiled
 def _shrink(x, y, old_x, old_y, new, basis):
     """Take a point inside the circle in for one that then lies outside, so that three stand about the old centre; the new one."""
     best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0

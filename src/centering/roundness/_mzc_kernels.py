@@ -1,18 +1,15 @@
 """Two concentric circles, closest together, that hold all points between them: exchange of two outer and two inner contacts."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.roundness._direction_kernels import four_about
 from centering.roundness._distance_kernels import crossing, distance, extremes, parting
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _STEPS = 300
 
 
-@njit(**_OPTIONS)
+@compiled
 def zone(x, y, cx, cy, tolerance, basis):
     """Exchange from a centre on: the best centre found, its width (mm), and whether its four contacts are an optimum.
 
@@ -40,7 +37,7 @@ def zone(x, y, cx, cy, tolerance, basis):
     return bx, by, best, False
 
 
-@njit(**_OPTIONS)
+@compiled
 def _enter(x, y, old_x, old_y, new, basis, side):
     """Take a point in for a contact on its side, so that contacts alternate and the one left out lies within; the new centre."""
     sign = 1.0 if side == 0 else -1.0

@@ -5,26 +5,23 @@ directions of inner contacts and a those of outer ones, ``|P - c - v| <= |P - c|
 ``|Q - c - v| >= |Q - c| - a.v``, so that the height rises by at least the steepness times ``|v|`` less the last term.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.roundness._distance_kernels import extremes, towards
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _HALF_TURN = np.pi + 0.02
 """Gap, rad, that hides a direction and its opposite only where both are all but next to a point."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def height(x, y, cx, cy, zone):
     """What is to be made least at a centre, mm: the width between two circles, or else the negative radius of the empty one."""
     _, most, _, least = extremes(x, y, cx, cy)
     return most - least if zone else -least
 
 
-@njit(**_OPTIONS)
+@compiled
 def steepness(x, y, cx, cy, basis, zone):
     """Least rise of the height per mm off a centre, to first order, over all directions; negative where contacts do not hold it.
 
@@ -50,13 +47,13 @@ def steepness(x, y, cx, cy, basis, zone):
     return least if least < np.inf else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def ball(steep, radius):
     """Distance (mm) from an optimum of that steepness, with contacts at a radius, within which no centre is better."""
     return 2.0 * max(steep, 0.0) * radius / (1.0 + 2.0 * max(steep, 0.0))
 
 
-@njit(**_OPTIONS)
+@compiled
 def zone_reach(width, inner, gap, second):
     """Distance (mm) from a centre of a width, up to half the inner radius, beyond which every centre is worse.
 
@@ -70,7 +67,7 @@ def zone_reach(width, inner, gap, second):
     return min(c / (b + np.sqrt(root)), 0.5 * inner)
 
 
-@njit(**_OPTIONS)
+@compiled
 def empty_reach(radius, outer, gap):
     """Distance (mm) from the centre of an empty circle beyond which no centre within the hull of the points has a larger one.
 
@@ -82,7 +79,7 @@ def empty_reach(radius, outer, gap):
     return along - np.sqrt((radius - across) * (radius + across))
 
 
-@njit(**_OPTIONS)
+@compiled
 def cell_bound(x, y, cx, cy, around, zone, px, py):
     """Height at a centre, and what it is at least within a distance `around` (mm) of it.
 
@@ -112,7 +109,7 @@ def cell_bound(x, y, cx, cy, around, zone, px, py):
     return high, max(below, _mean_bound(rise, gx, gy, around) - bend)
 
 
-@njit(**_OPTIONS)
+@compiled
 def across(x, y, cx, cy, near):
     """Nearest of the points that a centre sees more than 120 deg off a given one; that one itself where there are none."""
     dx, dy = x[near] - cx, y[near] - cy
@@ -125,7 +122,7 @@ def across(x, y, cx, cy, near):
     return best
 
 
-@njit(**_OPTIONS)
+@compiled
 def _rise(px, py, cx, cy, sign):
     """Distance of a point from a centre, mm, and its gradient by the centre, all with a sign."""
     dx, dy = px - cx, py - cy
@@ -133,7 +130,7 @@ def _rise(px, py, cx, cy, sign):
     return sign * away, -sign * dx / away, -sign * dy / away
 
 
-@njit(**_OPTIONS)
+@compiled
 def _mean_bound(rise, gx, gy, around):
     """Least value, within a distance, of the greatest of linear functions: by means of two whose gradients cancel best."""
     below = -np.inf
@@ -147,7 +144,7 @@ def _mean_bound(rise, gx, gy, around):
     return below
 
 
-@njit(**_OPTIONS)
+@compiled
 def _pair_bound(fx, fy, nx, ny, cx, cy, around):
     """Least difference of the distances of two points that lie one way, within a distance `around` of a centre.
 

@@ -1,13 +1,11 @@
 """Compiled step of a sampled feedback law that knows what its command became, and the quantiser."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sdpgrind.base.checks import Floats
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 
 class LawCore(NamedTuple):
@@ -20,7 +18,7 @@ class LawCore(NamedTuple):
     L: Floats
 
 
-@njit(**_OPTIONS)
+@compiled
 def law_output(core, state, error):
     """Command of a law for an error, its state unchanged."""
     total = core.D * error
@@ -29,7 +27,7 @@ def law_output(core, state, error):
     return total
 
 
-@njit(**_OPTIONS)
+@compiled
 def law_update(core, state, error, missed, work):
     """Advance the state of a law in place; `missed` is the command applied less the one asked for."""
     order = core.B.size
@@ -42,7 +40,7 @@ def law_update(core, state, error, missed, work):
         state[i] = work[i]
 
 
-@njit(**_OPTIONS)
+@compiled
 def quantised(value, quantum):
     """Nearest whole multiple of a quantum; the value itself where the quantum is 0."""
     if quantum <= 0.0:

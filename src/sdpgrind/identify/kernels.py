@@ -16,10 +16,10 @@ As a covariance it is `covariance_step`, or Kalman's correction `measure`, which
 
 from math import inf, isnan, nan, sqrt
 
-from numba import njit
+from sdpgrind.base.compiled import compiled
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def rotate(array, row):
     """Take one more row into the triangle, in place, by Givens rotations.
 
@@ -45,7 +45,7 @@ def rotate(array, row):
             row[j] = c * below - s * above
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def solve(array, out):
     """Write the least-squares solution of the first right-hand side into `out`, shape (p,).
 
@@ -59,7 +59,7 @@ def solve(array, out):
         out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def spread(array, row, work):
     """Return ``h' (R'R)^-1 h``, h = `row` (its first p entries): the variance of the prediction of a row, noise of variance 1.
 
@@ -77,7 +77,7 @@ def spread(array, row, work):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def inverse(array, out):
     """Write ``(R'R)^-1`` into `out`, shape (p, p); infinite on the diagonal, 0 beside it, where R is singular."""
     size = array.shape[0]
@@ -102,14 +102,14 @@ def inverse(array, out):
             out[i, j] = out[j, i]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _endless(out):
     out[:] = 0.0
     for i in range(out.shape[0]):
         out[i, i] = inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def measure(value, covariance, row, target, noise_variance, gain):
     """Take one reading ``target = row @ value + noise`` into a value and its covariance, in place (Kalman's correction).
 
@@ -145,7 +145,7 @@ def measure(value, covariance, row, target, noise_variance, gain):
         gain[i] *= scale
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def covariance_step(value, inv_info, row, target, forgetting, gain):
     """Recursive least squares in the covariance form, one row, in place: Mears (4.40) with its errata, and forgetting.
 
@@ -160,7 +160,7 @@ def covariance_step(value, inv_info, row, target, forgetting, gain):
                 inv_info[i, j] *= scale
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def walk_step(value, covariance, known, walk, readings, rows, noise, innovation, innovation_sd, gain):
     """Let the values walk, then take in independent readings, in place (Kalman's filter with unit transition).
 

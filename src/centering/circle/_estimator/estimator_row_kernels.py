@@ -8,21 +8,21 @@ divided by the cosine and the first reading r0, and all the residuals are too la
 """
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.validity_kernels import LEAST_RATIO, MOST_RATIO
+from sdpgrind.base.compiled import compiled
 
 _STEEPEST = 0.25  # cosine between the probe and the surface's normal: offsets up to 0.97 radii
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def write_row(state, angle, reading, row):
     """Write regressors, target and lobes of a reading: error of the reading = target - regressors @ (q, x, y)."""
     write_row_at(state, np.cos(angle), np.sin(angle), reading, row)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def write_row_at(state, c, s, reading, row):
     """The same at an angle of this cosine and sine."""
     if state[at.LIMACON] != 0.0:
@@ -54,7 +54,7 @@ def write_row_at(state, c, s, reading, row):
     state[at.NEW_BIAS + 1], state[at.NEW_BIAS + 2] = c * across, s * across
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _wave(c, s, upr):
     """Cosine and sine of a whole multiple of an angle."""
     cosine, sine = 1.0, 0.0
@@ -63,7 +63,7 @@ def _wave(c, s, upr):
     return cosine, sine
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def write_lobes(state, c, s, slope, row):
     """What lobes of amplitude 1 add to a reading."""
     for n in range(int(state[at.FORMS])):
@@ -71,7 +71,7 @@ def write_lobes(state, c, s, slope, row):
         row[4 + 2 * n], row[5 + 2 * n] = slope * cosine, slope * sine
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _known_form(state, c, s):
     """Known form at a part angle, mm."""
     begin, total = at.TAIL + 2 * int(state[at.FORMS]), 0.0

@@ -1,9 +1,9 @@
 """Where the spindle is: what readings cover, what is forgotten on the way, angles that cannot be. Compiled."""
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
+from sdpgrind.base.compiled import compiled
 
 TAKEN, REFUSED, COMPLETE, MOVED, SHIFTED = range(5)
 """What became of a reading; or whether it completes the start, or shows that the part has moved: as most of the latest are
@@ -20,7 +20,7 @@ _COARSE = 0.75  # rad: steps of degrees that were taken for rad are coarse and e
 _MANY = 12  # of them in a row
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def objection(state, angle, reading):
     """Why a reading cannot be taken; 0 if it can."""
     if not (np.isfinite(angle) and np.isfinite(reading)):
@@ -36,13 +36,13 @@ def objection(state, angle, reading):
     return TAKEN
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _is_coarse(state, step):
     """Whether a step is coarse and much like the one before."""
     return abs(step) > _COARSE and abs(step - state[at.LAST_STEP]) < 0.25 * abs(step)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def travel(state, array, angle):
     """Go on to an angle: way travelled, what of the part has been seen, what is forgotten."""
     if state[at.INDEX] > 0.0:
@@ -56,7 +56,7 @@ def travel(state, array, angle):
     state[at.LAST_ANGLE] = angle
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def way_of(state, step):
     """Way of a step: one of more than half a turn goes on in the sense of rotation, whether turns are counted or not."""
     if abs(step) <= 0.5 * _TURN:
@@ -65,7 +65,7 @@ def way_of(state, step):
     return step if onward and state[at.DIRECTION] != 0.0 else step - np.copysign(_TURN, step)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def cover(state, step):
     """Widen what has been seen by a step, of a gap by a usual step only."""
     state[at.POSITION] += step
@@ -90,7 +90,7 @@ def cover(state, step):
     state[at.LOW], state[at.HIGH] = min(state[at.LOW], state[at.POSITION]), max(state[at.HIGH], state[at.POSITION])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _forget(state, array, weight):
     """Let all readings before count for less."""
     for i in range(at.SUM, at.SUM + at.SUMS):

@@ -1,12 +1,12 @@
 """The arc still to be turned: what further readings of the fitted circle would tell, added to what is known. Compiled."""
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.estimator_row_kernels import write_lobes
 from centering.circle._estimator.noise_kernels import arrays, freedom_of, known_quantile, quantile
 from centering.circle._estimator.validity_kernels import conclude, form_bound, may_have_moved, ratio_of, worst
+from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
 _STEPS = 90  # of a turn,
@@ -17,14 +17,14 @@ _CLOSE = 2e-3  # of the square of the band
 _TURN = 2.0 * np.pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def arc_needed(state):
     """Arc (rad) until a judged estimate is sure enough, at the noise and density of readings so far; inf when none will do."""
     arc = _forecast(state)
     return max(arc, _rest_of_turn(state)) if may_have_moved(state) else arc
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _forecast(state):
     """The same where readings do not disagree."""
     if state[at.MOVES] == 0.0 or state[at.USED] < 4.0 or not (state[at.FREEDOM] > 0.0 or state[at.NOISE] > 0.0):
@@ -53,7 +53,7 @@ def _forecast(state):
     return min(_further_turns(state, ahead, count * _STEPS), turn_needed(state))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def turn_needed(state):
     """Arc until a whole turn tells form from noise, where one or the other is what is in the way; else inf."""
     unknown = state[at.TURNS] == 0.0 and state[at.INFLATION] > 1.0
@@ -63,13 +63,13 @@ def turn_needed(state):
     return np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _rest_of_turn(state):
     """Arc until the turn is whole, a step at least."""
     return max(_TURN - (state[at.TRAVEL] - state[at.TURN_BEGIN]), state[at.PATH] / state[at.MOVES])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _further_turns(state, turn, count):
     """The same for more than a turn: secants of the inverse square of the band, which grows about as the turns."""
     last, turns = 0.0, 1.0
@@ -86,7 +86,7 @@ def _further_turns(state, turn, count):
     return turns * _TURN
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _closeness(state, ahead, turns, count):
     """Square of tolerance over band, at the noise and correlation of now, after `count` readings that are `turns` times ahead."""
     array, row = arrays(state)[:3].copy(), np.empty(ahead.shape[1])
@@ -106,7 +106,7 @@ def _closeness(state, ahead, turns, count):
     return (state[at.TOLERANCE] / (band * ratio_of(state, value))) ** 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _expected_row(state, angle, row):
     """The row of a reading that lies on the fitted curve."""
     c, s = np.cos(angle), np.sin(angle)

@@ -1,7 +1,6 @@
 """The streaming estimator, compiled: a row per reading, rotated into a triangle; what lies too far from the others is refused."""
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
@@ -11,6 +10,7 @@ from centering.circle._estimator.look_kernels import has_moved
 from centering.circle._estimator.noise_kernels import arrays
 from centering.circle._estimator.turn_kernels import gather
 from centering.circle._estimator.validity_kernels import judge
+from sdpgrind.base.compiled import compiled
 
 _WILD = 5.0  # standard deviations from which on a reading is refused
 _QUIET = 1e-11  # least noise of the gate, in largest readings
@@ -20,13 +20,13 @@ _MANY = 64  # from which on it is used again and again as it was a few readings 
 _EACH = 8  # so many at most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def least_noise(state):
     """Least noise of the gate, in the triangle's."""
     return max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def rotate_if_tame(state, array, row):
     """Rotate a row in, unless the reading lies too far from what those before predict; what is left of it, inf if it was not.
 
@@ -53,7 +53,7 @@ def rotate_if_tame(state, array, row):
     return r3
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _rotation(pivot, entry):
     """The new pivot, cosine and sine that rotate an entry into one that is > 0."""
     square = pivot * pivot + entry * entry
@@ -61,7 +61,7 @@ def _rotation(pivot, entry):
     return square * inverse, pivot * inverse, entry * inverse
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _is_wild(state, left, cosine):
     """Whether a rotation, whose cosines' product is given, left more than the noise of the readings before allows."""
     freedom, least = state[at.WEIGHT] - 3.0, least_noise(state)
@@ -73,7 +73,7 @@ def _is_wild(state, left, cosine):
     return left * left > _wild(freedom) ** 2 * max(state[at.SQUARES] / freedom, least * least)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _wild(freedom):
     """Student's quantile that is as rare as 5 standard deviations (Wallace); 5 from some 200 readings on."""
     if freedom > 200.0:
@@ -82,7 +82,7 @@ def _wild(freedom):
     return np.sqrt(freedom * np.expm1(z * z / freedom))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def note(state, row, weight, way):
     """Take in what a row says beside the triangle: its block, its bias, the difference to the row before."""
     h0, h1, h2, t = row[0], row[1], row[2], row[3]
@@ -104,7 +104,7 @@ def note(state, row, weight, way):
     state[at.PREVIOUS], state[at.PREVIOUS + 1], state[at.PREVIOUS + 2], state[at.PREVIOUS + 3] = h0, h1, h2, t
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def count(state, array, left, weight):
     """Count a row that was rotated in, and what that has left; the centre then weighs the rows to come."""
     state[at.SQUARES] += left * left
@@ -116,7 +116,7 @@ def count(state, array, left, weight):
         state[at.CENTER_X], state[at.CENTER_Y] = (array[1, 3] - array[1, 2] * y) / array[1, 1], y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def remember(state, angle, reading):
     """Write a reading into the ring; whether the one that it replaces was refused no longer counts."""
     cell = at.RING_AT + at.CELL * (int(state[at.SEEN]) % at.RING)
@@ -133,7 +133,7 @@ def remember(state, angle, reading):
     return cell
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _see_step(state, reading):
     """Keep the least step from reading to reading, and how many readings repeat the one before."""
     step = abs(reading - state[at.LATEST])
@@ -143,7 +143,7 @@ def _see_step(state, reading):
         state[at.QUANTUM] = step
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _keep(state, array):
     """Every 30 readings keep the triangle and its sums; the older of two is of before any reading in the ring."""
     younger, older = arrays(state)[3:6], arrays(state)[6:9]
@@ -158,7 +158,7 @@ def _keep(state, array):
     state[at.KEPT + at.KEPT_WAY], state[at.KEPT + at.KEPT_COVERED] = state[at.TRAVEL], state[at.COVERED]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _take(state, array, row, angle, reading):
     """Take a reading; what became of it, or (negative) why it cannot be taken: then nothing has changed."""
     code = objection(state, angle, reading)
@@ -185,7 +185,7 @@ def _take(state, array, row, angle, reading):
     return TAKEN
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def take(state, angle, reading):
     """Take one reading."""
     state = borrowed(state)
@@ -193,7 +193,7 @@ def take(state, angle, reading):
     return _take(state, rows[:3], rows[15], angle, reading)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def run(state, angle, reading, start, until_valid):
     """Take readings from one on, up to the first that is not simply taken or, if so wanted, makes the estimate sure enough.
 

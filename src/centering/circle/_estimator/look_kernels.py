@@ -9,11 +9,11 @@ given: what is more than white noise then makes the readings doubtful until the 
 """
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.noise_kernels import arrays, back, differences, freedom_of, inflation_of
 from centering.circle._estimator.turn_kernels import in_first_turn
+from sdpgrind.base.compiled import compiled
 
 _RARE = 13.815510557964274  # of a look, where nothing has moved, 1e-6; logarithm of its inverse
 _DOUBTFUL = 4.605170185988092  # the same of 1e-2: a doubt costs little, as the next look may end it
@@ -25,7 +25,7 @@ _TURN = 2.0 * np.pi * (1.0 - 1e-6)
 _QUIET = 1e-11  # least noise, in largest readings
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _older(state, window):
     """The older triangle of a window, where the sums are that were kept with it, and the weight left to both."""
     kept = at.KEPT + at.KEPT_SIZE * window
@@ -34,7 +34,7 @@ def _older(state, window):
     return arrays(state)[begin : begin + 3], kept, left
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _write_score(triangle, left, value, info, score):
     """Write the information A of an older triangle, and A b - R'q0."""
     for i in range(3):
@@ -51,7 +51,7 @@ def _write_score(triangle, left, value, info, score):
                 info[i, j] += left * triangle[k, i] * triangle[k, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _without_values(array, info, across):
     """Take off from an information A what all values being free costs: A N^-1 A, by substitution through the triangle of N."""
     for k in range(3):
@@ -66,7 +66,7 @@ def _without_values(array, info, across):
                 info[i, j] -= across[k, i] * across[k, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _found_move(state, array, value, triangle, left):
     """Move (x, y) between an older triangle and that of now, of the value given, and what it explains of the squares."""
     info, across, score = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
@@ -84,7 +84,7 @@ def _found_move(state, array, value, triangle, left):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _move(a, b, c, x, y, largest):
     """Move (x, y) by its score and the information ((a, b), (b, c)), as far as it is told, and the squares that it explains."""
     half = np.hypot(0.5 * (a - c), b)
@@ -101,7 +101,7 @@ def _move(a, b, c, x, y, largest):
     return one * first - other * second, one * second + other * first, one * along + other * across
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _find(state, array, value, window):
     """What a move within a window explains of the squares; -1 where too little was seen before it."""
     triangle, kept, left = _older(state, window)
@@ -110,7 +110,7 @@ def _find(state, array, value, window):
     return _found_move(state, array, value, triangle, left)[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _is_move(state, found, window, lagged, rounding):
     """Whether what a window explains is more than noise, form and drift make of it."""
     _, kept, left = _older(state, window)
@@ -123,27 +123,27 @@ def _is_move(state, found, window, lagged, rounding):
     return _is_rare(root * root, variance, freedom, _RARE)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _is_doubtful(state, found):
     """Whether it is more than white noise makes of it."""
     freedom = state[at.WEIGHT] - 5.0
     return _is_rare(found, _variance(state, state[at.SQUARES] - found, freedom), freedom, _DOUBTFUL)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _is_rare(found, variance, freedom, rare):
     """Whether squares of two degrees of freedom are more than F allows."""
     return freedom >= 1.0 and found > variance * freedom * np.expm1(2.0 * rare / freedom)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _variance(state, squares, freedom):
     """Variance of a reading, not below the least."""
     least = max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
     return max(squares / freedom, least * least)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _as_before(state, looks, found):
     """After a turn: variance of what looks find where nothing has moved, and its degrees of freedom, as those before have it."""
     freedom = state[at.WEIGHT] - 5.0
@@ -154,12 +154,12 @@ def _as_before(state, looks, found):
     return max(variance, before), freedom
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _form_is_given(state):
     return state[at.FORMS] + state[at.KNOWN] > 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _as_told(state, found, lagged, rounding):
     """Before: the same as the residuals and their correlation have it, if form is given; else nothing is known (0 degrees)."""
     if not _form_is_given(state):
@@ -169,7 +169,7 @@ def _as_told(state, found, lagged, rounding):
     return _variance(state, squares, weight - 3.0) * inflation * inflation, freedom_of(weight, inflation)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _remember(state, looks, found):
     """Keep what a look has found; it is compared with when the next two looks are over, as it may be the begin of a move."""
     if state[looks + 3] > 0.0:
@@ -178,7 +178,7 @@ def _remember(state, looks, found):
     state[looks + 3], state[looks + 2] = state[looks + 2], found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def has_moved(state, array):
     """Look at the latest 30 readings, and every other time at the latest 60; write whether they are doubtful."""
     value = np.empty(3)
@@ -199,7 +199,7 @@ def has_moved(state, array):
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def move_by(state, value):
     """Move within the latest 60 readings (of 30 where there are no more before); into `value` what was before it."""
     triangle, _, left = _older(state, 1 if state[at.KEPT + at.KEPT_SIZE] > 3.0 else 0)

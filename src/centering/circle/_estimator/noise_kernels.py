@@ -3,10 +3,10 @@
 from math import inf
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.turn_kernels import long_noise, moved_by_form
+from sdpgrind.base.compiled import compiled
 
 _TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
 _ROUNDING = 2.3e-16  # of a number; sums of n numbers have errors of some root of n of their size
@@ -14,7 +14,7 @@ _ABOVE_ROUNDING = 100.0  # times the rounding of their differences that squares 
 _SIGNIFICANT = 2.0  # standard deviations from which on a correlation of residuals is believed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def arrays(state):
     """The arrays at the end of the state: rows 0 to 2 the triangle, 3 to 8 two older ones, then room."""
     forms = int(state[at.FORMS])
@@ -22,7 +22,7 @@ def arrays(state):
     return state[begin:].reshape((at.ARRAYS, 4 + 2 * forms))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def back(array, column, out):
     """Back-substitution of any column."""
     for i in range(2, -1, -1):
@@ -32,7 +32,7 @@ def back(array, column, out):
         out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def write_covariance(array, out):
     """Write (R'R)^-1 of a triangle R."""
     a, b, c = 1.0 / array[0, 0], 1.0 / array[1, 1], 1.0 / array[2, 2]
@@ -44,7 +44,7 @@ def write_covariance(array, out):
     out[1, 2] = out[2, 1] = bc * c
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def student(state, freedom):
     """Quantile of Student's law: from the table, or expanded about the normal law (1e-8 from 64 on)."""
     if freedom < 1.0:
@@ -60,7 +60,7 @@ def student(state, freedom):
     return z * (1.0 + first + second + third + fourth)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def quantile(state, freedom):
     """Standard deviations within which the centre lies: t, or sqrt(2 F) of both coordinates, in closed form."""
     if state[at.JOINT] == 0.0:
@@ -68,13 +68,13 @@ def quantile(state, freedom):
     return np.sqrt(freedom * np.expm1(-2.0 * state[at.BEYOND] / freedom)) if freedom >= 1.0 else inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def known_quantile(state):
     """The same where the noise is known."""
     return np.sqrt(-2.0 * state[at.BEYOND]) if state[at.JOINT] != 0.0 else state[at.NORMAL]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def differences(state, value):
     """Sum of squared differences of successive residuals of the fit of the readings alone; how far rounding may make it wrong."""
     q, x, y, k = value[0], value[1], value[2], at.LAG
@@ -85,7 +85,7 @@ def differences(state, value):
     return squares + 2.0 * (a + b + c - d - e - f), _ROUNDING * np.sqrt(state[at.WEIGHT]) * scale
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def correlation(squares, weight, lagged):
     """Correlation of successive residuals, freed of its bias; 0 unless it is significant."""
     plain = 1.0 - 0.5 * lagged / squares
@@ -93,7 +93,7 @@ def correlation(squares, weight, lagged):
     return min(rho, 0.9999) if rho > _SIGNIFICANT / np.sqrt(weight) else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def inflation_of(state, squares, weight, lagged, rounding):
     """What correlation makes of the noise, where residuals are so large that it can be told."""
     least = _TELLING * state[at.NOISE] * state[at.RATIO]
@@ -103,13 +103,13 @@ def inflation_of(state, squares, weight, lagged, rounding):
     return np.sqrt((1.0 + rho) / (1.0 - rho))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def freedom_of(weight, inflation):
     """Degrees of freedom of the noise, inflated: with an estimated correlation its logarithm has the variance 2/these (AR(1))."""
     return weight / (1.0 + 2.0 * inflation * inflation) - 3.0 if inflation > 1.0 else weight - 3.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def noise(state):
     """Sd of the triangle's noise, its degrees of freedom, the inflation, and the squared differences of residuals.
 
@@ -126,7 +126,7 @@ def noise(state):
     return sd, freedom, inflation, lagged
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def write_noise(state, ratio, form):
     """Write noise, freedom, inflation and the bound on form (over the ratio), as they make the least band.
 

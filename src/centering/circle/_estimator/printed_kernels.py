@@ -12,8 +12,8 @@ A state begins with what is told after each reading (the first `TOLD` slots), an
 from math import cos, inf, nan, sin
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import covariance_step, measure, rotate, solve
 
 RLS, PRLS, KALMAN = 0, 1, 2
@@ -27,7 +27,7 @@ STATES = 34
 _SAME = 1e-6  # between two directions that are one
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def printed_start(state, kind, settings):
     """Empty a state. `settings` are the known radius and the start of the inverse information; or the variances Q and R."""
     state[:] = 0.0
@@ -39,7 +39,7 @@ def printed_start(state, kind, settings):
         state[_ONE], state[_MOST], state[_LEAST], state[SQUARES] = 1.0, -inf, inf, nan
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def printed_step(state, kind, settings, angle, reading):
     """Take one reading (rad, mm) into a state, in place."""
     state[COUNT] += 1.0
@@ -52,7 +52,7 @@ def printed_step(state, kind, settings, angle, reading):
         _kalman(state, settings, angle, reading)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _rls(state, settings, angle, reading):
     """(4.40) for [cos, sin]. The cost of the fit, its distance from the start included, grows by error^2/(1 + h'Ph)."""
     value, matrix = state[_VALUE : _VALUE + 2], state[_MATRIX : _MATRIX + 4].reshape((2, 2))
@@ -66,7 +66,7 @@ def _rls(state, settings, angle, reading):
     state[SQUARES] = max(state[_COST] - (value[0] ** 2 + value[1] ** 2) / settings[1], 0.0)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _prls(state, angle, reading):
     """(4.45): least squares on all readings, the shortest solution while fewer than three directions have been seen."""
     array, row = state[_ARRAY : _ARRAY + 12].reshape((3, 4)), state[_ROW : _ROW + 4]
@@ -83,7 +83,7 @@ def _prls(state, angle, reading):
         solve(array, state[RADIUS : CENTER_Y + 1])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _notice(state, row):
     """Add a reading to the direction it is of; three directions determine a circle, whatever they are."""
     known = int(state[_DISTINCT])
@@ -100,7 +100,7 @@ def _notice(state, row):
         state[_MEAN + known], state[_TIMES + known] = row[3], 1.0
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _shortest(state):
     """The shortest of all solutions through the mean readings z of one or two directions h: H'(HH')^-1 z, with h'h = 2."""
     c, s = state[_SEEN], state[_SEEN + 1]
@@ -117,7 +117,7 @@ def _shortest(state):
     state[RADIUS], state[CENTER_X], state[CENTER_Y] = 2.0 * a + share, a * c + b * c2, a * s + b * s2
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _kalman(state, settings, angle, reading):
     """(4.35)-(4.39) from the first reading on, and (4.48) on all that came out so far."""
     value, variance = state[_FILTERED : _FILTERED + 1], state[_VARIANCE : _VARIANCE + 1].reshape((1, 1))
@@ -134,7 +134,7 @@ def _kalman(state, settings, angle, reading):
     state[CENTER_X], state[CENTER_Y] = offset * cos(state[_AT]), offset * sin(state[_AT])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def printed_extend(state, kind, settings, angle, reading, told):
     """Take many readings into a state; `told`, shape (m, `TOLD`), gets what is told after each."""
     for i in range(angle.shape[0]):
@@ -143,7 +143,7 @@ def printed_extend(state, kind, settings, angle, reading, told):
             told[i, k] = state[k]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def printed_histories(kind, settings, angle, readings, told):
     """Let many parts of readings (runs, m) start and go on, each on its own; `told` has shape (runs, m, `TOLD`)."""
     state = np.empty(STATES)

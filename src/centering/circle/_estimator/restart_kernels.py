@@ -1,7 +1,6 @@
 """A part that has moved: what is kept of the radius, and of the latest readings those since the move. Compiled."""
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.estimator_row_kernels import write_row
@@ -11,11 +10,12 @@ from centering.circle._estimator.look_kernels import move_by
 from centering.circle._estimator.noise_kernels import arrays, known_quantile
 from centering.circle._estimator.start_kernels import clear, end_start, replay, ring
 from centering.circle._estimator.validity_kernels import holds_axis, judge
+from sdpgrind.base.compiled import compiled
 
 _OWN_NOISE = 0.1  # largest root of what noise in the rows may add to the information of the radius, in that information
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def restart(state, shifted):
     """Begin anew with the latest readings, from the move on; what is known of R stays.
 
@@ -42,7 +42,7 @@ def restart(state, shifted):
         replay(state, np.ones(at.RING))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _again(state, cell, before):
     """Go over a reading of the ring once more: what it covers and where it stands in the ring."""
     cover(state, way_of(state, cell[0] - before[0]))
@@ -51,7 +51,7 @@ def _again(state, cell, before):
     state[at.SEEN] += 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _write_evidence(state, shifted, evidence):
     """Write how much each reading of the ring, from the newest on, speaks for that it was read after the move."""
     cells, newest = ring(state), int(state[at.SEEN]) - 1
@@ -70,7 +70,7 @@ def _write_evidence(state, shifted, evidence):
         evidence[k] = step * (2.0 * error - step) if cell[2] == 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _since_moved(state, evidence):
     """The latest readings from that one on since which the evidence is most; oldest first."""
     cells, newest = ring(state), int(state[at.SEEN]) - 1
@@ -86,7 +86,7 @@ def _since_moved(state, evidence):
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _go_back(state):
     """Be as it was some readings before: the older of the two triangles that are kept, and its sums."""
     rows = arrays(state)
@@ -99,7 +99,7 @@ def _go_back(state):
     state[at.COVERED] = state[kept + at.KEPT_COVERED]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def carry_radius(state):
     """Keep the radius and the noise as known beforehand."""
     judge(state, 0.0)
@@ -112,7 +112,7 @@ def carry_radius(state):
     state[at.PRIOR_NOISE], state[at.PRIOR_FREEDOM] = state[at.FIT_NOISE], min(state[at.FREEDOM], 10.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _tells_radius(state):
     """Whether a judged radius comes of the way turned: rows hold the readings, and those of a spindle that stands differ too.
 

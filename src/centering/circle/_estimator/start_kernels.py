@@ -1,7 +1,6 @@
 """The first 30 readings of a streaming estimator: screened together, about a circle that most of them agree on. Compiled."""
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
@@ -9,6 +8,7 @@ from centering.circle._estimator.estimator_row_kernels import write_row, write_r
 from centering.circle._estimator.estimator_travel_kernels import PIVOT
 from centering.circle._estimator.kernels import count, least_noise, note, rotate_if_tame
 from centering.circle._estimator.noise_kernels import arrays, back
+from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
 _CLOSER = 1.5  # times nearer that the readings must lie to a circle through neighbours
@@ -17,20 +17,20 @@ _SHORT = 720.0  # fourth power of an arc (rad) over which noise s in the rows te
 _LONG = 0.5  # rad: arc over which it does not in any case
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def ring(state):
     """The latest readings: angle, reading, whether refused, way travelled, number."""
     return state[at.RING_AT : at.RING_AT + at.RING * at.CELL].reshape((at.RING, at.CELL))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _zero(array, begin, end):
     """Set to 0 what is between two places."""
     for i in range(begin, end):
         array[i] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def clear(state):
     """Forget every reading but not what is known beforehand."""
     _zero(state, at.SEEN, at.RADIUS)
@@ -42,7 +42,7 @@ def clear(state):
     clear_fit(state)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _empty(array):
     """A triangle of no readings."""
     for i in range(3):
@@ -50,7 +50,7 @@ def _empty(array):
         array[i, i] = PIVOT
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def clear_fit(state):
     """Forget the rows, not where the spindle is."""
     state[at.USED] = state[at.LAGGED] = state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
@@ -60,7 +60,7 @@ def clear_fit(state):
     _empty(arrays(state)[:3])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def replay(state, core):
     """Fit anew the readings of a ring that begins at its first cell, those that are not refused, in their order.
 
@@ -81,7 +81,7 @@ def replay(state, core):
                 _fold(state, cells[i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _fold(state, cell):
     """Take the row of a reading in the ring."""
     rows = arrays(state)
@@ -96,7 +96,7 @@ def _fold(state, cell):
     count(state, array, row[3], weight)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _is_far(state, cell):
     """Whether a reading in the ring lies too far from what the triangle predicts; it is not taken."""
     rows = arrays(state)
@@ -107,7 +107,7 @@ def _is_far(state, cell):
     return rotate_if_tame(state, rows[9:12], rows[15]) == np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def end_start(state):
     """Screen the start, if it is turned so far that the rows tell more than the noise of the readings in them.
 
@@ -125,7 +125,7 @@ def end_start(state):
         _screen(state, room)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _median(values, size):
     """Median of the first values, which are put in order."""
     for i in range(1, size):
@@ -137,7 +137,7 @@ def _median(values, size):
     return 0.5 * (values[(size - 1) // 2] + values[size // 2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _screen(state, room):
     """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
     error, core = np.empty(at.RING), np.ones(at.RING)
@@ -152,7 +152,7 @@ def _screen(state, room):
     replay(state, core)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _triple(n):
     """Places in the ring of three readings: one of each third, or neighbours."""
     if n < 60:
@@ -162,7 +162,7 @@ def _triple(n):
     return first % at.RING, (first + second) % at.RING, (first + third) % at.RING
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _agreed_errors(state, best, room):
     """Write the errors (mm) of the readings about that circle through three of them whose median error is least; return that.
 
@@ -189,7 +189,7 @@ def _agreed_errors(state, best, room):
     return middle
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _places(state):
     """Cosine and sine of the angle of each reading in the ring, and the reading."""
     cells, out = ring(state), np.empty((at.RING, 3))
@@ -198,7 +198,7 @@ def _places(state):
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _write_errors(state, places, three, value, error, least):
     """Write the circle through three readings of the ring, and the errors (mm) of all about it.
 

@@ -9,9 +9,9 @@ readings say of it; at most, where noise walks at random, some 100. The factor i
 """
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
+from sdpgrind.base.compiled import compiled
 
 _BLOCK = np.pi / 30  # rad: six degrees hold less than a sixth of an undulation of 9 upr
 _TURN = 2.0 * np.pi * (1.0 - 1e-6)
@@ -22,19 +22,19 @@ _MIDDLE = 7.4  # upr: inverse root of the mean of 1/n^2 over 6 to 9
 _WALK = 2.0  # noise that walks at random has so much more at 1 upr than 1/n^2 says: begin and end of the turn differ
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _square(state, begin):
     """One of the arrays of normal equations."""
     return state[begin : begin + at.SIDE * at.SIDE].reshape((at.SIDE, at.SIDE))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def in_first_turn(state):
     """Whether no whole turn has been seen; of readings so coarse that none tells form from noise, what they cover counts."""
     return state[at.TURNS] == 0.0 and state[at.COVERED] < _TURN
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def gather(state, h0, h1, h2, target, way):
     """Add a row, not yet weighed, to its block; `way` is what had been travelled by then."""
     if state[at.BLOCK_COUNT] > 0.0 and way - state[at.BLOCK_BEGIN] >= _BLOCK:
@@ -53,7 +53,7 @@ def gather(state, h0, h1, h2, target, way):
     state[at.BLOCK_SUM + 3] += target
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _end_block(state):
     """Take the block into the normal equations of its turn."""
     _add_block(state, _square(state, at.TURN))
@@ -62,7 +62,7 @@ def _end_block(state):
     state[at.BLOCK_SUM : at.BLOCK_SUM + 4] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _add_block(state, array):
     """Add the block of now to normal equations: its mean row, and waves at its middle, by the root of its readings."""
     total, vector = state[at.BLOCK_SUM : at.BLOCK_SUM + 4], state[at.VECTOR : at.VECTOR + at.SIDE]
@@ -80,7 +80,7 @@ def _add_block(state, array):
             array[i, j] += first * vector[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _write_waves(state, x, y, vector):
     """Cosines and sines of 2 to 5 upr and of the four after these, in the direction (x, y), times the first of the vector."""
     away = np.sqrt(x * x + y * y)
@@ -94,7 +94,7 @@ def _write_waves(state, x, y, vector):
         column += 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def triangle(array, size):
     """Cholesky's triangle of the first columns and the last, in place; whether each wave is told from those before."""
     last = at.SIDE - 1
@@ -113,7 +113,7 @@ def triangle(array, size):
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _end_turn(state):
     """Keep what a turn says of form and noise, if its readings lie all around."""
     if state[at.BLOCK_COUNT] > 0.0:
@@ -136,7 +136,7 @@ def _end_turn(state):
     state[at.TURN_COUNT] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def long_noise(state, differences):
     """Sd of the noise that moves the centre, as of independent readings; `differences` is half their mean square."""
     low = state[at.LOW_SQUARES] / (at.ABOVE * state[at.TURNS])
@@ -148,7 +148,7 @@ def long_noise(state, differences):
     return np.sqrt(low * (x + _WALK * middle) / (x + first))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def moved_by_form(state):
     """How far lobes of 2 to 5 upr, as large as they are found, move the centre of all readings, over the ratio, mm."""
     array, size, last = _square(state, at.TOTAL) + _square(state, at.TURN), at.CIRCLE_AND_FORM, at.SIDE - 1

@@ -5,12 +5,12 @@ in which the exact curve is linear; for the limacon q = R - r0.
 """
 
 import numpy as np
-from numba import njit
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
 from centering.circle._estimator.noise_kernels import arrays, back, known_quantile, quantile, write_covariance, write_noise
 from centering.circle._estimator.turn_kernels import in_first_turn
+from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
 _FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
@@ -25,7 +25,7 @@ _CLOSE = 1e-14  # of the largest reading
 _TURN = 2.0 * np.pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _weighing_noise(state, ratio):
     """The noise that what is known beforehand is weighed with: of this fit and those before together, not below the least."""
     freedom, before = max(state[at.WEIGHT] - 3.0, 0.0), state[at.PRIOR_FREEDOM]
@@ -34,7 +34,7 @@ def _weighing_noise(state, ratio):
     return max(pooled, ratio * state[at.NOISE], ratio * _QUIET * state[at.LARGEST])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _with_center(state, array, value, weighing):
     """Take in that the centre is not endlessly far, unless so much is known that it says nothing: it bounds any covariance."""
     row, weight = arrays(state)[15], weighing / (_FAR * state[at.LARGEST])
@@ -47,7 +47,7 @@ def _with_center(state, array, value, weighing):
     back(array, 3, value)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _radius(state, value):
     """Radius with the tip, mm."""
     start = state[at.REFERENCE]
@@ -57,7 +57,7 @@ def _radius(state, value):
     return np.sqrt(max(square, 1e-12 * start * start))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def ratio_of(state, value):
     """The triangle's noise over that of a reading."""
     if state[at.LIMACON] != 0.0:
@@ -66,7 +66,7 @@ def ratio_of(state, value):
     return min(max(radius / state[at.REFERENCE], LEAST_RATIO), MOST_RATIO)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _radius_row(state, value, row):
     """Derivatives of the radius by (q, x, y)."""
     if state[at.LIMACON] != 0.0:
@@ -76,7 +76,7 @@ def _radius_row(state, value, row):
     row[0], row[1], row[2] = state[at.REFERENCE] / radius, value[1] / radius, value[2] / radius
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _with_radius(state, array, value, weighing, room):
     """Take in what is known of the radius: one row that is not linear, by Gauss-Newton steps."""
     weight = weighing / state[at.PRIOR_SD]
@@ -101,7 +101,7 @@ def _with_radius(state, array, value, weighing, room):
     array[:] = room
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def conclude(state, array, room, value, information):
     """Values (q, x, y) and their inverse information from a triangle of readings, which is changed, and all that is known."""
     back(array, 3, value)
@@ -114,7 +114,7 @@ def conclude(state, array, room, value, information):
         _without_bias(state, value, information)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _without_bias(state, value, information):
     """Take off what the square of the noise adds to the values: rows hold the reading, noise and all."""
     ratio = ratio_of(state, value)
@@ -126,14 +126,14 @@ def _without_bias(state, value, information):
         value[i] -= information[i, 0] * first + information[i, 1] * second + information[i, 2] * third
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def worst(a, b, c):
     """Root of the largest eigenvalue of ((a, b), (b, c))."""
     half = 0.5 * (a - c)
     return np.sqrt(0.5 * (a + c) + np.sqrt(half * half + b * b))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def form_bound(state, array):
     """Greatest error of the centre from the assumed lobes, each in its worst phase, over the ratio, mm."""
     if state[at.FORMS] == 0.0:
@@ -149,7 +149,7 @@ def form_bound(state, array):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def judge(state, least):
     """Fit all readings with what is known, write value, covariance and band into the state; whether it is sure enough.
 
@@ -171,7 +171,7 @@ def judge(state, least):
     return _write_band(state)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _write_fit(state, value, information, ratio):
     """Write radius, centre and their covariance for noise 1."""
     state[at.RADIUS] = _radius(state, value) - state[at.TIP]
@@ -189,19 +189,19 @@ def _write_fit(state, value, information, ratio):
     state[at.SPREAD] = ratio * worst(information[1, 1], information[1, 2], information[2, 2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def holds_axis(state):
     """Whether the fitted circle holds the spindle axis; a limacon may be about a radius of 0."""
     return state[at.LIMACON] != 0.0 or np.hypot(state[at.FIT_X], state[at.FIT_Y]) < state[at.RADIUS] + state[at.TIP]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def never_changed(state):
     """Whether all readings are one and the same, so that nothing is known of their noise."""
     return state[at.NOISE] == 0.0 and state[at.QUANTUM] == 0.0 and state[at.REPEATS] > 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _write_rounding(state):
     """Where many readings repeat the one before, make noise that of their rounding q at least, and inflate it.
 
@@ -217,19 +217,19 @@ def _write_rounding(state):
     state[at.INFLATION] = max(state[at.INFLATION], together / (quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def in_doubt(state):
     """Whether the latest readings disagree: one that fits where the old circle and the new one cross does not settle it."""
     return state[at.IN_A_ROW] >= 1.0 or state[at.BAD] > at.DOUBTFUL
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def may_have_moved(state):
     """Whether readings of less than a turn disagree, as after a move or by form; after a turn that is taken for form."""
     return state[at.DOUBT] != 0.0 and in_first_turn(state)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _write_band(state):
     """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
     _write_rounding(state)

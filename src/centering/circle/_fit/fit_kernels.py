@@ -5,12 +5,10 @@ A circle is (radius, x, y). Data are rows (4, m): cosine and sine of the angle, 
 to its radius there. A last row beside the readings is that of the radius prior; its weight is 0 without one.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
+
 STEPS, HALVINGS = 60, 25
 SETTLED = 1e-8  # square of a step over that of a standard deviation
 ROUNDING = 4e-15  # of a residual, over the radius
@@ -38,7 +36,7 @@ degrees of freedom, how many times the others widen the sd of a quantity at wors
 less than half, and (J'J)^-1 by rows."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def prepared(angle, reading, form):
     """Rows of data (4, m)."""
     data = np.empty((4, angle.size))
@@ -47,7 +45,7 @@ def prepared(angle, reading, form):
     return data
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def dot(a, b):
     """Sum of products, in four sums at a time."""
     one, two, three, four = 0.0, 0.0, 0.0, 0.0
@@ -62,7 +60,7 @@ def dot(a, b):
     return (one + two) + (three + four)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def triangle(rows, upper):
     """Make the first three rows (4, n) orthonormal and take them out of the last, in place; their triangle to `upper` (3, 4)."""
     for i in range(3):
@@ -76,7 +74,7 @@ def triangle(rows, upper):
                 rows[j, k] -= upper[i, j] * rows[i, k]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def solved(upper, out):
     """Solve a triangle (3, 4) for `out` (3,); whether it can be."""
     for i in range(2, -1, -1):
@@ -89,7 +87,7 @@ def solved(upper, out):
     return True
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def spread(upper, result):
     """Write the inverse of R'R, the worst widening of a standard deviation by the other quantities, and of which it is."""
     back = np.zeros((3, 3))
@@ -108,13 +106,13 @@ def spread(upper, result):
             result[CONDITION], result[WORST] = widened, i
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def holds_axis(circle):
     """Whether the spindle's axis lies in a circle."""
     return circle[1] * circle[1] + circle[2] * circle[2] < circle[0] * circle[0] and circle[0] > 0.0
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def residuals(data, circle, out):
     """Write reading less the exact curve of a circle to `out`; whether the curve exists."""
     if not holds_axis(circle):
@@ -126,7 +124,7 @@ def residuals(data, circle, out):
     return True
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def slopes(data, circle, weight, rows):
     """Write the weighted derivatives of the exact curve by radius, x and y to `rows` (3, m)."""
     for i in range(data.shape[1]):
@@ -138,7 +136,7 @@ def slopes(data, circle, weight, rows):
         rows[2, i] = weight[i] * (s - across * c / side)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def started(data, rows, circle):
     """Find a circle by r^2 = 2 x r cos + 2 y r sin + c, else by the limacon; how that ended."""
     m, upper = data.shape[1], np.empty((3, 4))
@@ -159,7 +157,7 @@ def started(data, rows, circle):
     return FITTED if holds_axis(circle) else OUTSIDE
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def direction(data, circle, weight, left, prior_weight, rows, step, result):
     """Write the Gauss-Newton step and its inverse information; return what it takes off the sum of squares, < 0: singular."""
     m, upper = data.shape[1], np.empty((3, 4))
@@ -175,7 +173,7 @@ def direction(data, circle, weight, left, prior_weight, rows, step, result):
     return upper[0, 3] ** 2 + upper[1, 3] ** 2 + upper[2, 3] ** 2
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def moved(data, circle, step, prior_mean, prior_weight, left):
     """Go along a step, halved until it does not raise the sum of squares; the share gone, 0: none."""
     m, trial, share = data.shape[1], np.empty(3), 1.0
@@ -192,7 +190,7 @@ def moved(data, circle, step, prior_mean, prior_weight, left):
     return 0.0
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
     """Go one Gauss-Newton step from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
     m, step, before = data.shape[1], np.empty(3), result[UNIT]
@@ -212,7 +210,7 @@ def improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
     return FITTED if settled and known and share == 1.0 else ENDLESS
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result):
     """Fit the exact curve by least squares; write residuals (m + 1) and the slots of `result`, return how it ended.
 
@@ -233,7 +231,7 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result
     return ended
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def distinct(angle, enough):
     """How many different directions there are, counted up to `enough`."""
     known, found = np.empty(enough), 0
@@ -250,7 +248,7 @@ def distinct(angle, enough):
     return found
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def ranked(values, wanted):
     """The value at a place of the sorted list, by partition; the values are put in another order."""
     low, high = 0, values.size - 1
@@ -273,7 +271,7 @@ def ranked(values, wanted):
     return values[wanted]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def swept(line):
     """Angle that sorted angles cover, without gaps: steps between neighbours that are more than 10 times the median step."""
     steps, count, total = np.empty(line.size), 0, 0.0

@@ -6,12 +6,10 @@ it: 2 to 5 upr are fitted along with the circle, and noise is what is left. What
 with its spectrum f(w) = (1 - rho^2)/(1 - 2 rho cos w + rho^2) at 0 to 5 upr.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
+
 TURN = 2.0 * np.pi
 FOLLOWS = 0.8  # share of the steps of one sense from which on readings are in the order of the travel
 SAME = 1e-6  # rad
@@ -25,13 +23,13 @@ RATIO, INFLATION, FREEDOM, SHIFT = 0, 1, 2, 3
 centre."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def factor(rho):
     """Sd of a mean of noise that fades by rho from reading to reading, over that of independent noise."""
     return np.sqrt((1.0 + rho) / (1.0 - rho))
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def travelled(angle):
     """Angles with whole turns counted, where readings are in the order of the travel; else as they are."""
     out, sense, moves = angle.copy(), 0.0, 0
@@ -52,7 +50,7 @@ def travelled(angle):
     return out
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def resemblance(line):
     """Sum of squares, and that of differences of successive values over it."""
     squares, lagged = 0.0, 0.0
@@ -63,7 +61,7 @@ def resemblance(line):
     return squares, lagged / squares if squares > 0.0 else 2.0
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _write_columns(angle, reading, circle, left, out):
     """Radius, centre and lobes of 2 to 5 upr where a reading was taken, in the reading; and what is left of it."""
     c, s = np.cos(angle), np.sin(angle)
@@ -77,7 +75,7 @@ def _write_columns(angle, reading, circle, left, out):
     out[COLUMNS] = left
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _solved(array, out):
     """Solve normal equations, in place, whose last column is the goal; whether each column is told from those before."""
     for i in range(COLUMNS):
@@ -99,7 +97,7 @@ def _solved(array, out):
     return True
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def freed(angle, reading, circle, line):
     """Take lobes of 2 to 5 upr out of the residuals, in place; how far they move the centre, less than 0: not told."""
     array, row, found = np.zeros((COLUMNS, COLUMNS + 1)), np.empty(COLUMNS + 1), np.empty(COLUMNS)
@@ -117,7 +115,7 @@ def freed(angle, reading, circle, line):
     return np.hypot(found[1], found[2])
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def expected(rho, count, step):
     """Squares of noise of sd 1, and of its differences, that are left beside the columns of a circle and its lobes."""
     end = rho**count
@@ -131,7 +129,7 @@ def expected(rho, count, step):
     return squares, differences
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def fading(differences, count, step):
     """The rho whose noise leaves such differences over its squares, where the columns of circle and lobes are taken out."""
     low, high = 0.0, MOST
@@ -145,13 +143,13 @@ def fading(differences, count, step):
     return 0.5 * (low + high)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def once(rho, count, step):
     """Square of the noise of sd 1 at 1 upr, which moves the centre; twice that of its spectrum where it walks at random."""
     return (1.0 - rho * rho) / (1.0 - 2.0 * rho * np.cos(step) + rho * rho) * (1.0 + rho**count)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def certain(rho, count, step):
     """Degrees of freedom of the noise that moves the centre: 2 over the variance of the logarithm of its square, by Whittle."""
     a, b, c, h = 0.5 * count, 0.0, count / (1.0 - rho * rho), 0.0
@@ -163,7 +161,7 @@ def certain(rho, count, step):
     return 2.0 * (a * c - b * b) / (c - 2.0 * b * h + a * h * h)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def noise(angle, reading, circle, left, order, whole, told):
     """Write what the residuals tell, NaN for readings that do not count; `whole` is how many turns they cover, 0: not one."""
     kept, line = np.empty(order.size, dtype=np.int64), np.empty(order.size)
@@ -186,7 +184,7 @@ def noise(angle, reading, circle, left, order, whole, told):
         _noise_beside_form(freed(angle[kept], reading[kept], circle, line), line, before, whole, told)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _noise_beside_form(moved, line, before, whole, told):
     """Write what is told of noise that lobes have been taken out of; less than 0: they could not."""
     count, step = line.size, TURN * whole / line.size

@@ -4,14 +4,11 @@ out, the rest weighted by residual.
 Conventions as in the kernels of the plain fit.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.circle._fit import fit_kernels as fit
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 HUBER, SOFT_L1 = 1, 2
 BEND = 1.345  # residual over the scale from which on it counts for less: 95 % efficient on normal noise
 NORMAL = 1.4826022185056018  # sd of a normal quantity over the median of its absolute values
@@ -20,7 +17,7 @@ FEW = 20  # readings up to which none is left out: a circle through three of the
 LEAST, CHANGING = 4, 15  # steps taken at least; in which the scale and what is left out may still change
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def through(data, triple, circle):
     """Write the circle through three readings; whether there is one that holds the axis."""
     a, b, c = triple[0], triple[1], triple[2]
@@ -36,7 +33,7 @@ def through(data, triple, circle):
     return fit.holds_axis(circle)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def least_median(data, triples, circle):
     """Write the circle, of those through triples, that has half of the readings nearest; return how near, infinite without one.
 
@@ -58,7 +55,7 @@ def least_median(data, triples, circle):
     return best
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def sifted(left, scale, kept):
     """Mark the readings that are not far off; return the sd that the median of theirs tells. Of few readings all are kept."""
     m, near, count = kept.size, np.empty(kept.size), 0
@@ -73,7 +70,7 @@ def sifted(left, scale, kept):
     return NORMAL * fit.ranked(near[:count], count // 2) * np.sqrt(count / (count - 3.0))
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def weigh(left, scale, loss, kept, weight, result):
     """Write root weights, the sd of a reading that a plain fit would need for this covariance, and degrees of freedom; return
     the sum of the slopes of the score.
@@ -98,7 +95,7 @@ def weigh(left, scale, loss, kept, weight, result):
     return mean
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def advanced(data, circle, step, left):
     """Go along a step, halved until the curve exists; whether it does."""
     trial, share = np.empty(3), 1.0
@@ -111,7 +108,7 @@ def advanced(data, circle, step, left):
     return False
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result):
     """Go one step of the weighted problem from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
     m, step = data.shape[1], np.empty(3)
@@ -128,7 +125,7 @@ def reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, le
     return fit.FITTED if settled else fit.ENDLESS
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, triples, left, result):
     """Fit the exact curve with a loss that grows slower than the square; write the slots of `result`, return how it ended.
 

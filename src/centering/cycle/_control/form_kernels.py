@@ -6,12 +6,10 @@ between probe and normal. Values are (x, y, dR, c_2, s_2, ...), mm. All but the 
 is kept as normal equations, information and its product with the value.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
+
 FIRST, LAST = 2, 7
 """Undulations per revolution of the lobes that are looked for."""
 SIZE = 3 + 2 * (LAST - FIRST + 1)
@@ -21,7 +19,7 @@ _STEEPEST = 0.25  # least cosine between probe and normal
 _STEPS, _CLOSE = 8, 1e-5  # mm: Gauss-Newton ends with a step of the centre that is shorter
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def write_row(angle, reading, x, y, radius, turning, row):
     """Write the derivatives of a reading by the values; return by how much (mm) it is more than that of a circle, and its weight.
 
@@ -41,7 +39,7 @@ def write_row(angle, reading, x, y, radius, turning, row):
     return reading - along - root, 1.0 / (1.0 + slope * slope)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, vector):
     """Add readings to normal equations about a value: upper triangle; `radius` is that of dR = 0, tip included."""
     row = np.empty(SIZE)
@@ -56,7 +54,7 @@ def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, ve
                 matrix[i, j] += share * row[j]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def solve(angles, readings, value, radius, turning, noise_sd, known, told, matrix, vector):
     """Improve `value` by readings and what was known (`known`, and `told` times the value), and write the normal equations.
 
@@ -83,7 +81,7 @@ def solve(angles, readings, value, radius, turning, noise_sd, known, told, matri
     return covariance
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def residuals(angles, readings, value, radius, turning):
     """Squares that a value leaves of the readings, by their weights, and squared differences of successive ones: sums, mm^2."""
     row, squares, lagged, before = np.empty(SIZE), 0.0, 0.0, 0.0
@@ -99,7 +97,7 @@ def residuals(angles, readings, value, radius, turning):
     return squares, lagged
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def forget_center(matrix, vector, known, told):
     """Write what normal equations tell of all values but the centre, which may then be anywhere."""
     a, b, c = matrix[0, 0], matrix[0, 1], matrix[1, 1]
@@ -113,7 +111,7 @@ def forget_center(matrix, vector, known, told):
             known[i, j] = matrix[i, j] - first * matrix[0, j] - second * matrix[1, j]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def lobes_at(angle, value, radius):
     """By how much (mm) lobes make a reading more at an angle of the spindle."""
     row, total = np.empty(SIZE), 0.0

@@ -1,20 +1,17 @@
 """Bayes' rule for the friction scale of a part, on a grid of what the part and the push may have."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.cycle._strategy.outcome_kernels import scale_at, travel_at
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _PARTS, _PUSHES = 41, 17
 _REACH = 4.0  # standard deviations
 _FAR = 50.0  # squared standard deviations beyond which a travel is a surprise, whatever the friction
 _STRANGERS = 1e-3  # share of parts whose friction is nothing that is known: even in its logarithm over the table
 
 
-@njit(**_OPTIONS)
+@compiled
 def likelihood(table, grid, stroke, part, push_sd, noise, travelled):
     """Density of a travel (mm) of a part with a friction scale, but for a factor; the push scatters about that.
 
@@ -33,7 +30,7 @@ def likelihood(table, grid, stroke, part, push_sd, noise, travelled):
     return total
 
 
-@njit(**_OPTIONS)
+@compiled
 def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
     """Mean and sd of a part's friction scale after a push; `prior` holds both before; `noise`, `travelled` in mm.
 
@@ -57,7 +54,7 @@ def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
     return found[1], found[2], wrong
 
 
-@njit(**_OPTIONS)
+@compiled
 def _moments(table, grid, stroke, scales, weights, push_sd, noise, travelled):
     """How well friction scales with weights explain a travel, and their mean and sd after it."""
     total, first, second, about = 0.0, 0.0, 0.0, scales[scales.size // 2]

@@ -1,29 +1,25 @@
 """Where pushes lead from many states at once: offset, belief and waiting time move on the same draw."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.cycle._strategy.outcome_kernels import stroke_for, travel_at
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
-
-@njit(**_OPTIONS)
+@compiled
 def between(values, i):
     """Value at a place between the nodes, linear."""
     a = min(int(i), values.size - 2)
     return values[a] + (i - a) * (values[a + 1] - values[a])
 
 
-@njit(**_OPTIONS)
+@compiled
 def table_speed(speeds, axis, offset):
     """Table speed (rad/s) at an offset (mm): linear in the logarithm; `axis` = (log low, step) of the offset."""
     return between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))
 
 
-@njit(**_OPTIONS)
+@compiled
 def waiting_time(phase, busy, speed, arc, before, acceleration):
     """Time (s) from one touch to the next: the table turns through `phase` (rad), and once more until all is done in between.
 
@@ -35,7 +31,7 @@ def waiting_time(phase, busy, speed, arc, before, acceleration):
     return (phase + 2.0 * np.pi * turns) / speed + late
 
 
-@njit(**_OPTIONS)
+@compiled
 def learning_rate(travel, friction, weight, noise):
     """Mean travel (mm), and what a mm more says of a push's friction, in its standard deviations: the best linear guess."""
     mean, square, product = 0.0, 0.0, 0.0
@@ -48,21 +44,21 @@ def learning_rate(travel, friction, weight, noise):
     return mean, product / variance if variance > 0.0 else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def turn_to(along, across):
     """Angle (rad) that the table turns until the high point of a ring is under the tip again, in (0, 2 pi]."""
     phase = -np.arctan2(across, along)
     return phase if phase > 0.0 else phase + 2.0 * np.pi
 
 
-@njit(**_OPTIONS)
+@compiled
 def push_once(offset, travel, angle):
     """Offset (mm) after a push, and the angle (rad) that the table turns until its high point is under the tip again."""
     along, across = offset - travel * np.cos(angle), -travel * np.sin(angle)
     return np.hypot(along, across), turn_to(along, across)
 
 
-@njit(**_OPTIONS)
+@compiled
 def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, draws, out):
     """Follow pushes from P states; write expected times into `out`, and return the weights on the grid.
 

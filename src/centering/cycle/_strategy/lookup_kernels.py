@@ -1,24 +1,20 @@
 """The look-up of a push, compiled: the kind and the share of the nearest node, the stroke for the very offset and friction."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.outcome_kernels import stroke_for
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
-
-@njit(**_OPTIONS)
+@compiled
 def place(axes, offset, friction):
     """Cells of an offset (mm) and a friction scale; `axes` = (log low, log step, nodes, low, step, nodes)."""
     i = min(max((np.log(offset) - axes[0]) / axes[1], 0.0), axes[2] - 1.0)
     return i, min(max((friction - axes[3]) / axes[4], 0.0), axes[5] - 1.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def value_at(value, axes, offset, friction, pushes):
     """Expected time (s), bilinear in log offset and friction scale."""
     i, j = place(axes, offset, friction)
@@ -28,7 +24,7 @@ def value_at(value, axes, offset, friction, pushes):
     return (1 - x) * ((1 - y) * v[a, b] + y * v[a, b + 1]) + x * ((1 - y) * v[a + 1, b] + y * v[a + 1, b + 1])
 
 
-@njit(**_OPTIONS)
+@compiled
 def choose(policy, outcomes, speeds, axes, offset, friction, pushes):
     """Kind, aim (mm), stroke (mm) and table speed (rad/s) of the best push; `policy` holds kind and share of the offset."""
     i, j = place(axes, offset, friction)

@@ -1,22 +1,20 @@
 """Tables of what pushes do, read between their nodes, and inverted."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
+
 FINE = 0.25
 """Distance from 1 within which friction scales of the tables are about evenly spaced; beyond, their distance grows with it."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def scale_at(grid, j):
     """Friction scale of a node, or between nodes."""
     return 1.0 + FINE * np.sinh(grid[2] + grid[3] * j)
 
 
-@njit(**_OPTIONS)
+@compiled
 def scale_cell(grid, scale, scales):
     """Cell of a friction scale among so many, and how far it is through that."""
     j = min(max((np.arcsinh((scale - 1.0) / FINE) - grid[2]) / grid[3], 0.0), scales - 1.0)
@@ -24,7 +22,7 @@ def scale_cell(grid, scale, scales):
     return b, j - b
 
 
-@njit(**_OPTIONS)
+@compiled
 def travel_at(table, grid, stroke, scale):
     """Travel (mm) of a push, bilinear in log stroke and `scale_cell`; `grid` = (log first stroke, log step, first cell, step)."""
     if stroke <= 0.0:
@@ -38,7 +36,7 @@ def travel_at(table, grid, stroke, scale):
     return (1.0 - y) * low + y * ((1.0 - x) * table[a, b + 1] + x * table[a + 1, b + 1])
 
 
-@njit(**_OPTIONS)
+@compiled
 def stroke_for(mean, grid, last, scale, travel):
     """Least stroke (mm) whose mean travel reaches `travel` (mm) at a scale; infinite where no stroke up to node `last` does."""
     b, y = scale_cell(grid, scale, mean.shape[1])

@@ -1,16 +1,12 @@
 """Many pushes, one after the other."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.push._contact.reaction_kernels import LOG_COLUMNS, push
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
-
-@njit(**_OPTIONS)
+@compiled
 def push_many(parameters, segments, ends, starts, out, status):
     """Simulate pushes: row i of `parameters` (or the only one) with the segments before ``ends[i]`` (or the only profile)."""
     log = np.empty((0, LOG_COLUMNS))

@@ -1,13 +1,10 @@
 """Work of the contact and of friction over a phase, by quadrature of force times speed: a check on the closed forms."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.push._contact.swing_kernels import fading, gap_at
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 _PANEL = 6.0
 """Greatest phase of a panel, rad: 12 nodes take the product of two such waves to 1e-12 of its size."""
@@ -15,7 +12,7 @@ _GONE = 40.0
 """Time constants after which nothing is left of what fades."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def swing_energies(motion, tip_speed, tip_acceleration, parameters, duration):
     """Work of the contact on the part and of the part against drag, N mm, over a time (s) in contact."""
     _, _, _, _, _, alpha, square, rate, slow = motion
@@ -28,7 +25,7 @@ def swing_energies(motion, tip_speed, tip_acceleration, parameters, duration):
     return work, drag
 
 
-@njit(**_OPTIONS)
+@compiled
 def _panels(motion, tip_speed, tip_acceleration, parameters, begin, end, rate):
     """Both works between two times, in panels that a motion of a rate (1/s) can be integrated over."""
     k, b, viscous = parameters[1], parameters[2], parameters[5]
@@ -46,7 +43,7 @@ def _panels(motion, tip_speed, tip_acceleration, parameters, begin, end, rate):
     return half * work, half * viscous * drag
 
 
-@njit(**_OPTIONS)
+@compiled
 def flight_energies(speed, coulomb, viscous_rate, viscous, duration):
     """Work of a part against drag in flight, N mm: speed (mm/s), deceleration (mm/s^2) and drag (1/s, N s/mm) at its begin."""
     n = int(viscous_rate * duration) + 1

@@ -1,9 +1,6 @@
 """The phases of a push: until when each lasts, what follows, and the greatest force in it (Mears 5.26-5.27, made one-sided)."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.push._contact.energy_kernels import flight_energies, swing_energies
 from centering.push._contact.swing_kernels import (
@@ -16,8 +13,7 @@ from centering.push._contact.swing_kernels import (
     swing_bound,
     swing_change,
 )
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 REST, STICK, SLIP, FREE = 0, 1, 2, 3
 """Modes: apart and at rest; touching and at rest; touching and moving; moving without contact."""
@@ -27,7 +23,7 @@ _SPARE_TURNS = 4
 """Stationary points of the force that a swing may have besides one in each half period."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def mode_of(law, gap, closing, speed, acceleration):
     """Mode of a state: gap (mm), its rate (mm/s), speed of the part (mm/s) and acceleration of the tip (mm/s^2)."""
     mass, k, b, static, coulomb, viscous = law
@@ -46,7 +42,7 @@ def mode_of(law, gap, closing, speed, acceleration):
     return SLIP if breaks else STICK
 
 
-@njit(**_OPTIONS)
+@compiled
 def horizon(law, mode, gap, tip_speed, speed):
     """Time (s) within which a motion ends by itself when the tip (mm/s, not advancing) keeps its speed; 0: the part rests."""
     if mode in (REST, STICK):
@@ -57,7 +53,7 @@ def horizon(law, mode, gap, tip_speed, speed):
     return 2.0 * np.pi / motion[7] if motion[7] > 0.0 else _SETTLED / motion[8]
 
 
-@njit(**_OPTIONS)
+@compiled
 def phase(law, mode, gap, tip_speed, acceleration, speed, left, peak):
     """How long a phase lasts (s, up to `left`), the mode after, gap and speed at its end, and the peak force if above `peak`."""
     if mode == SLIP:
@@ -69,7 +65,7 @@ def phase(law, mode, gap, tip_speed, acceleration, speed, left, peak):
     return _rest(law, gap, tip_speed, acceleration, left)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _rest(law, gap, tip_speed, acceleration, left):
     """Apart, at rest: until the tip touches, or comes back before the spring was clear."""
     motion = flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
@@ -80,7 +76,7 @@ def _rest(law, gap, tip_speed, acceleration, left):
     return taken, SLIP if force > law[3] else STICK, touched, 0.0, max(force, 0.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _stick(law, gap, tip_speed, acceleration, left):
     """Touching, at rest: until the force reaches breaking away, or falls to nothing."""
     _, k, b, static, _, _ = law
@@ -99,7 +95,7 @@ def _stick(law, gap, tip_speed, acceleration, left):
     return taken, after, gap_after, 0.0, peak
 
 
-@njit(**_OPTIONS)
+@compiled
 def _free(law, gap, tip_speed, acceleration, speed, left):
     """Moving without contact: until it touches again, or rests."""
     mass, _, b, _, coulomb, viscous = law
@@ -116,7 +112,7 @@ def _free(law, gap, tip_speed, acceleration, speed, left):
     return taken, REST, gap_after, speed_after, 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _stop(law, speed):
     """Time (s) in which a part of a speed (mm/s) comes to rest by friction alone."""
     mass, _, _, _, coulomb, viscous = law
@@ -124,7 +120,7 @@ def _stop(law, speed):
     return mass * speed / coulomb * (np.log1p(share) / share if share > 0.0 else 1.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _contact(law, motion, end):
     """First time (s) up to `end` at which gap and force are both positive, infinite: none; and the gap then (mm)."""
     k, b = law[1], law[2]
@@ -143,13 +139,13 @@ def _contact(law, motion, end):
     return _touch(motion, gap, rate, end), 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _touch(motion, gap, rate, end):
     """First time (s) up to `end` at which a gap that is not positive becomes so."""
     return first_negative(motion, -1.0, 0.0, 0.0, 0.0, max(-gap, 0.0), -rate, end)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _slip(law, gap, tip_speed, acceleration, speed, left, peak):
     """Touching, moving: until the part stops, or leaves the tip."""
     mass, k, b, _, coulomb, viscous = law
@@ -172,7 +168,7 @@ def _slip(law, gap, tip_speed, acceleration, speed, left, peak):
     return taken, STICK if force_after > 0.0 else REST, gap_after, 0.0 if stops <= taken else speed_after, greatest
 
 
-@njit(**_OPTIONS)
+@compiled
 def _greatest_force(law, motion, rise, left, peak):
     """Greatest force (N) of a swing over a time (s) where that is above `peak`, else `peak`; exact at its stationary points."""
     k, b = law[1], law[2]
@@ -197,7 +193,7 @@ def _greatest_force(law, motion, rise, left, peak):
     return peak
 
 
-@njit(**_OPTIONS)
+@compiled
 def phase_energies(law, mode, gap, tip_speed, acceleration, speed, duration):
     """Work of the contact and of the part against drag, N mm, over a phase in which the part moves."""
     if mode == SLIP:

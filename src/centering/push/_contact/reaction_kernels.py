@@ -1,14 +1,10 @@
 """A push, exactly: a tip of piecewise-constant acceleration on a part that rests, sticks, slips or flies (Mears 5.26-5.27)."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.push._contact.phase_kernels import FREE, SLIP, horizon, mode_of, phase, phase_energies
 from centering.push._profile.profile_rows import STILL
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 FINAL_POSITION, FREE_SLIDE, PEAK_FORCE, TIME, EVENTS, ENERGY_ERROR, BREAKAWAY_TIME, FINAL_SPEED = range(8)
 """Columns of what a push gives: mm, mm, N, s, count, relative, s (NaN: it never broke away), mm/s."""
@@ -27,7 +23,7 @@ _STALLED = 200
 _WORK, _FRICTION, _FLYING, _LEFT_AT = range(4)
 
 
-@njit(**_OPTIONS)
+@compiled
 def push(parameters, segments, start, out, log):
     """Simulate a push; write what it gave into `out` and its phases into as many rows as `log` has, and return how it ended.
 
@@ -71,7 +67,7 @@ def push(parameters, segments, start, out, log):
     return status
 
 
-@njit(**_OPTIONS)
+@compiled
 def end_speed(segments, speed):
     """The speed (mm/s) at the end of segments, 0 where it is what rounding leaves of a standstill."""
     greatest = 0.0
@@ -81,7 +77,7 @@ def end_speed(segments, speed):
     return speed if abs(speed) > STILL * greatest else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums):
     """Follow the part over a segment, infinite: until it rests; return tip position (mm), gap (mm), speed (mm/s) and status."""
     time, begun, stalled = 0.0, out[TIME], 0
@@ -109,7 +105,7 @@ def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, 
     return tip + (tip_speed + 0.5 * acceleration * time) * time, gap, speed, DONE
 
 
-@njit(**_OPTIONS)
+@compiled
 def _note(mode, tip, tip_speed, acceleration, gap, speed, out, log, sums):
     """Write a phase down: count it, its row of the log, breaking away, and where a flight began."""
     row = int(out[EVENTS])
@@ -125,14 +121,14 @@ def _note(mode, tip, tip_speed, acceleration, gap, speed, out, log, sums):
     sums[_FLYING] = 1.0 if mode == FREE else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _slide(position, out, sums):
     """Keep the longest flight; one that has not ended counts as far as it went."""
     if sums[_FLYING] == 1.0:
         out[FREE_SLIDE] = max(out[FREE_SLIDE], position - sums[_LEFT_AT])
 
 
-@njit(**_OPTIONS)
+@compiled
 def _add_energies(law, mode, gap, tip_speed, acceleration, speed, speed_after, gap_after, taken, sums):
     """Add the works of a phase."""
     if mode in (SLIP, FREE):
@@ -142,7 +138,7 @@ def _add_energies(law, mode, gap, tip_speed, acceleration, speed, speed_after, g
         sums[_FRICTION] += law[4] * travel + drag
 
 
-@njit(**_OPTIONS)
+@compiled
 def _finish(law, tip, tip_speed, gap, speed, out, log, sums):
     """Write down where and how the push ended."""
     row = int(out[EVENTS])

@@ -1,17 +1,13 @@
 """Tip, part and force at any time of a push, from its log of phases."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from centering.push._contact.phase_kernels import FREE, SLIP, STICK
 from centering.push._contact.swing_kernels import flight, gap_at, swing
+from sdpgrind.base.compiled import compiled
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
-
-@njit(**_OPTIONS)
+@compiled
 def sample(parameters, log, times, out):
     """Write tip position (mm), part position (mm), part speed (mm/s) and contact force (N) at times (s, increasing) into (n, 4).
 
@@ -25,7 +21,7 @@ def sample(parameters, log, times, out):
         out[i] = state_in(law, log[row], times[i] - log[row, 0])
 
 
-@njit(**_OPTIONS)
+@compiled
 def state_in(law, begun, t):
     """Tip position, part position, part speed and contact force a time (s) after the begin of a phase."""
     mode, tip, tip_speed, acceleration, gap, speed = int(begun[1]), begun[2], begun[3], begun[4], begun[5], begun[6]

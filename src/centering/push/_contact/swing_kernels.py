@@ -7,19 +7,17 @@ is concave and positive at its begin, it has a zero only if it is negative at it
 passes it. So no crossing is missed, however short it is, and nothing is scanned.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
+
 _NEWTON = 100
 """Steps of Newton's method: a simple zero takes about six, a double one halves its error in each."""
 _SERIES = 0.3
 """Exponent below which (z - 1 + exp(-z)) / z^2 is summed, for its difference loses digits."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def swing(gap, rate, tip_speed, tip_acceleration, parameters):
     """Motion in contact with a moving part: mm, mm/s of the gap, mm/s and mm/s^2 of the tip at its begin; Mears (5.27)."""
     mass, k, b, _, coulomb, viscous = parameters
@@ -36,13 +34,13 @@ def swing(gap, rate, tip_speed, tip_acceleration, parameters):
     return (1.0, rest, trend, p, q, alpha, square, rate_of, slow)
 
 
-@njit(**_OPTIONS)
+@compiled
 def flight(gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate):
     """Motion without contact, or of a part at rest (speed and both decelerations 0); mm, mm/s, mm/s, mm/s^2, mm/s^2, 1/s."""
     return (0.0, gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate, 0.0, 0.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _basis(t, alpha, rate, slow):
     """Damped cosine, and damped sine over its rate; hyperbolic where `rate` is negative, with their limit at 0."""
     if rate > 0.0:
@@ -55,7 +53,7 @@ def _basis(t, alpha, rate, slow):
     return fade * (1.0 - 0.5 * lost), fade * lost / (-2.0 * rate)
 
 
-@njit(**_OPTIONS)
+@compiled
 def fading(z):
     """exp(-z), (1 - exp(-z)) / z and (z - 1 + exp(-z)) / z^2, without loss of digits near z = 0."""
     if z == 0.0:
@@ -70,7 +68,7 @@ def fading(z):
     return 1.0 - z * first, first, total
 
 
-@njit(**_OPTIONS)
+@compiled
 def gap_at(t, motion):
     """Gap, its rate and its acceleration (mm, mm/s, mm/s^2) at a time t (s) of a motion."""
     if motion[0] == 1.0:
@@ -92,7 +90,7 @@ def gap_at(t, motion):
     )
 
 
-@njit(**_OPTIONS)
+@compiled
 def _first_turn(motion, gain, rate_gain):
     """Sign of f'' at the begin, the first time at which it changes, and the time between later changes (s)."""
     if motion[0] == 0.0:
@@ -111,7 +109,7 @@ def _first_turn(motion, gain, rate_gain):
     return convex, (np.arctanh(-rate * ratio) / -rate if rate < 0.0 else ratio), np.inf
 
 
-@njit(**_OPTIONS)
+@compiled
 def _flight_turn(motion, gain, rate_gain):
     """What `_first_turn` gives, without contact: f'' falls or rises monotonically with the speed of the part."""
     _, _, _, speed, acceleration, coulomb, drag, _, _ = motion
@@ -123,7 +121,7 @@ def _flight_turn(motion, gain, rate_gain):
     return convex, np.log(-fades / constant) / drag, np.inf
 
 
-@njit(**_OPTIONS)
+@compiled
 def later_swing(motion, t):
     """The same swing with its time counted from `t` (s) on."""
     kind, rest, trend, p, q, alpha, square, rate, slow = motion
@@ -133,7 +131,7 @@ def later_swing(motion, t):
     return (kind, rest + trend * t, trend, now, closing + alpha * now, alpha, square, rate, slow)
 
 
-@njit(**_OPTIONS)
+@compiled
 def later_flight(motion, t):
     """The same flight with its time counted from `t` (s) on."""
     kind, _, _, speed, acceleration, coulomb, drag, _, _ = motion
@@ -142,21 +140,21 @@ def later_flight(motion, t):
     return (kind, gap, rate, speed * whole - coulomb * t * first, acceleration, coulomb, drag, 0.0, 0.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def swing_change(motion):
     """The rate of a swing, as a swing."""
     kind, _, trend, p, q, alpha, square, rate, slow = motion
     return (kind, trend, 0.0, q - alpha * p, square * p - alpha * q, alpha, square, rate, slow)
 
 
-@njit(**_OPTIONS)
+@compiled
 def swing_bound(motion, gain, rate_gain, duration):
     """What f of a swing cannot exceed over a time (s)."""
     line, lean = _line(motion, gain, rate_gain, 0.0, 0.0)
     return max(line, line + lean * duration) + _swinging(motion, gain, rate_gain)[0]
 
 
-@njit(**_OPTIONS)
+@compiled
 def _swinging(motion, gain, rate_gain):
     """Greatest size of what swings in f at the begin, and how fast it fades (1/s); infinite where it does not swing."""
     _, _, _, p, q, alpha, square, rate, _ = motion
@@ -166,7 +164,7 @@ def _swinging(motion, gain, rate_gain):
     return size, alpha
 
 
-@njit(**_OPTIONS)
+@compiled
 def _line(motion, gain, rate_gain, constant, trend):
     """What does not swing in f: its value at the begin and its slope."""
     if motion[0] == 0.0:
@@ -174,14 +172,14 @@ def _line(motion, gain, rate_gain, constant, trend):
     return gain * motion[1] + rate_gain * motion[2] + constant, gain * motion[2] + trend
 
 
-@njit(**_OPTIONS)
+@compiled
 def _values(t, motion, gain, rate_gain, constant, trend):
     """Value of f at a time, and its slope."""
     gap, rate, acceleration = gap_at(t, motion)
     return gain * gap + rate_gain * rate + constant + trend * t, gain * rate + rate_gain * acceleration + trend
 
 
-@njit(**_OPTIONS)
+@compiled
 def first_negative(motion, gain, rate_gain, constant, trend, value, slope, end):
     """First time (s) up to `end` at which f = gain delta + rate_gain delta' + constant + trend t turns negative; else infinite.
 
@@ -207,7 +205,7 @@ def first_negative(motion, gain, rate_gain, constant, trend, value, slope, end):
         left, turn, convex = stop, turn + period, not convex
 
 
-@njit(**_OPTIONS)
+@compiled
 def _from_left(motion, gain, rate_gain, constant, trend, value, slope, t, stop):
     """First zero of a convex f that is not negative at a time, before another; infinite where there is none."""
     for _ in range(_NEWTON):
@@ -223,7 +221,7 @@ def _from_left(motion, gain, rate_gain, constant, trend, value, slope, t, stop):
     return t
 
 
-@njit(**_OPTIONS)
+@compiled
 def _from_right(motion, gain, rate_gain, constant, trend, value, slope, left, t):
     """Zero of a concave f that is negative at a time and was not at an earlier one."""
     for _ in range(_NEWTON):

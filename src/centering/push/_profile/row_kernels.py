@@ -1,11 +1,8 @@
 """Compiled rows (duration s, velocity mm/s, acceleration mm/s^2) of pushes; rows may have no length."""
 
 from math import ceil, sqrt
-from typing import Any
 
-from numba import njit
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 ROWS = 8
 """So many rows at most has a push."""
@@ -17,13 +14,13 @@ _BREAKAWAY_SPEED = 1.0  # mm/s: what is stored in the contact when the part brea
 _CLEAR = 0.5  # mm that the tip is drawn back by
 
 
-@njit(**_OPTIONS)
+@compiled
 def _row(out, k, duration, velocity, acceleration):
     out[k, 0], out[k, 1], out[k, 2] = max(duration, 0.0), velocity, acceleration
     return k + 1
 
 
-@njit(**_OPTIONS)
+@compiled
 def trapezoid_rows(distance, speed, acceleration, out):
     """From rest to rest, as fast as may be; return how many rows."""
     top = min(speed, sqrt(acceleration * distance))
@@ -33,7 +30,7 @@ def trapezoid_rows(distance, speed, acceleration, out):
     return _row(out, 2, rise, top, -acceleration)
 
 
-@njit(**_OPTIONS)
+@compiled
 def last_rows(rows, count, travel):
     """Leave of the first `count` rows, all forward, what the tip does on its last `travel`; return how many rows that are."""
     k, left = count - 1, travel
@@ -50,13 +47,13 @@ def last_rows(rows, count, travel):
     return count - k
 
 
-@njit(**_OPTIONS)
+@compiled
 def _whole(time, period):
     """A time, made longer to a whole number of periods, where these are not 0."""
     return ceil(time / period - 1e-9) * period if period > 0.0 else time
 
 
-@njit(**_OPTIONS)
+@compiled
 def _ramps(way, speed, slow, gain, brake, period):
     """Top speed of a run that begins at a slow one and ends at rest, times of its two ramps."""
     top = min(speed, sqrt((way + slow * slow * 0.5 / gain) / (0.5 / gain + 0.5 / brake)))
@@ -68,7 +65,7 @@ def _ramps(way, speed, slow, gain, brake, period):
     return top, rise, fall
 
 
-@njit(**_OPTIONS)
+@compiled
 def gentle_rows(distance, speed, closing, gain, brake, period, most, out):
     """Slow until the contact has closed, faster, to rest, and drawn back; return how many rows."""
     slow, half, k, way = min(_BREAKAWAY_SPEED, speed, sqrt(2.0 * brake * distance)), sqrt(_CLEAR / most), 0, distance
@@ -86,7 +83,7 @@ def gentle_rows(distance, speed, closing, gain, brake, period, most, out):
     return _row(out, k, half, -most * half, most)
 
 
-@njit(**_OPTIONS)
+@compiled
 def push_rows(push, reach, longer, out):
     """A push from first touch on, where `reach` (mm) is left to the axis, with a stroke so much longer; how many rows."""
     if push[SHAPE] < 0.5:

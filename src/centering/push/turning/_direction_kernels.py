@@ -6,10 +6,8 @@ p x^, the normal n = (c - p x^)/|c - p x^|. All positions are in the frame of th
 """
 
 from math import cos, pi, sin, sqrt
-from typing import Any
 
 import numpy as np
-from numba import njit
 
 from centering.push.turning._slide_kernels import (
     MOTION,
@@ -24,8 +22,7 @@ from centering.push.turning._slide_kernels import (
     tip_after,
     to_event,
 )
-
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
 
 # State of a ring under a tip: centre, its velocity, its way over the table; distance of the tip from the axis, 1 where the ring
 # rests on the table; contact force now and at most; time since the start, of the first touch (< 0: none yet); way of the slide
@@ -45,7 +42,7 @@ _PARTS = 4  # in which a slide that goes on after the stroke is followed
 _HELD = 1.0 / 16.0  # of mu_k g: what is left of it at least, for a bound of the time
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def place(offset, angle, radius, w, state):
     """Put a ring that rests on the table at a polar angle (rad), with the tip at its rim."""
     state[:] = 0.0
@@ -54,7 +51,7 @@ def place(offset, angle, radius, w, state):
     state[TIP], state[RESTS], state[TOUCH] = state[X] + sqrt(radius * radius - state[Y] * state[Y]), 1.0, -1.0
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _carry(ring, h, state, out):
     """Centre and velocity of a ring that rests, after the table has turned for a time h."""
     w = ring[2]
@@ -63,7 +60,7 @@ def _carry(ring, h, state, out):
     out[V_X], out[V_Y] = -w * out[Y], w * out[X]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _held(ring, tip, h, state, out):
     """Contact force after a rest of h, what friction holds over what it can (> 1: it gives way), whether there is contact."""
     law, _, w = ring
@@ -75,7 +72,7 @@ def _held(ring, tip, h, state, out):
     return force, sqrt(l_x * l_x + l_y * l_y) / law[_FS], pushes > 0.0
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _to_crest(ring, tip, h, state, out):
     """The time of the greatest load in a rest, where that rises at first and falls at the end; else h."""
     if _held(ring, tip, h - _EDGE * h, state, out)[1] <= _held(ring, tip, h, state, out)[1]:
@@ -92,7 +89,7 @@ def _to_crest(ring, tip, h, state, out):
     return high
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _to_change(ring, tip, h, pushes, state, out):
     """The time at which a rest ends or the contact begins or ends, at most h; by halving."""
     _, load, pushed = _held(ring, tip, h, state, out)
@@ -109,7 +106,7 @@ def _to_change(ring, tip, h, pushes, state, out):
     return high
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _out_of_reach(ring, tip, left, state):
     """A time in which tip and ring cannot meet, s."""
     gap = sqrt((state[X] - tip[0]) ** 2 + state[Y] ** 2) - ring[1]
@@ -117,7 +114,7 @@ def _out_of_reach(ring, tip, left, state):
     return min(gap / fastest, left) if fastest > 0.0 else left
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _rest(ring, tip, longest, left, state, out):
     """Let a ring rest until something happens, at most for `left`; return for how long."""
     _, load, pushes = _held(ring, tip, 0.0, state, out)
@@ -133,7 +130,7 @@ def _rest(ring, tip, longest, left, state, out):
     return h
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _note(h, force, most, pushes, state, out):
     """Where the ring is, what pushes it, at most, and since when."""
     for i in range(MOTION):
@@ -143,7 +140,7 @@ def _note(h, force, most, pushes, state, out):
         state[TOUCH] = state[CLOCK] + h
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _step(ring, tip, touching, h, tolerance, state, k, end):
     """One smooth step of a slide, at most h and as the error allows: how long it is, and the next may be; 0: it must creep."""
     while h > _SHORT:
@@ -155,7 +152,7 @@ def _step(ring, tip, touching, h, tolerance, state, k, end):
     return 0.0, 2.0 * _SHORT
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _advance(ring, tip, touching, h, left, tolerance, state, k, end):
     """One step of a slide, up to an event: its length, that of the next, whether what acts has changed."""
     h = min(h, _BRAKED * time_left(ring, state, k[0]))
@@ -168,7 +165,7 @@ def _advance(ring, tip, touching, h, left, tolerance, state, k, end):
     return to_event(ring, tip, touching, h, state, k, end) if changed else h, following, changed
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _slide(ring, tip, h, longest, left, tolerance, fresh, state, k, end):
     """Let a ring slide for one step: its length, that of the next, whether what acts must be looked at anew."""
     touching = contact(ring, tip, state)[1] > 0.0 if fresh else state[FORCE] > 0.0
@@ -189,7 +186,7 @@ def _slide(ring, tip, h, longest, left, tolerance, fresh, state, k, end):
     return h, following, changed
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def push_on_table(parameters, radius, spindle_speed, segments, tolerance, state):
     """Move the tip by a profile and the ring by what acts on it: contact along the normal, friction against the slip, inertia.
 
@@ -213,7 +210,7 @@ def push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
             left -= h
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def land(parameters, radius, spindle_speed, segments, tolerance, state):
     """`push_on_table`, and on with a tip that stays where it is until the ring rests; RESTS is 0 where it goes on sliding.
 

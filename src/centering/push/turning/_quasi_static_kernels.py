@@ -5,11 +5,8 @@ and acceleration. The table turns by a constant speed w (rad/s, from x to y). Se
 """
 
 from math import atan2, ceil, cos, sin, sqrt
-from typing import Any
 
-from numba import njit
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 # What `touch_back` writes: polar angle of the centre at first touch, time from the start of the profile, travel of the tip after
 # it; whether it was found.
@@ -19,14 +16,14 @@ _FINE = 0.02  # rad: turn of a step of the quasi-static path; its error of fourt
 _HALVINGS = 60
 
 
-@njit(**_OPTIONS)
+@compiled
 def _slope(r, w, v, x, beta):
     """Turn of the contact normal when no force acts across it: R beta' = w (R - p cos beta) + v sin beta with p = R + x."""
     half = sin(beta / 2.0)
     return (w * (2.0 * r * half * half - x * cos(beta)) + v * sin(beta)) / r
 
 
-@njit(**_OPTIONS)
+@compiled
 def _earlier(r, w, v, a, x, beta, h):
     """Tip and normal a time h before x and beta, the tip then at speed v with acceleration a: one step of fourth order."""
     x_half, x_full = x + v * h / 2.0 - a * h * h / 8.0, x + v * h - a * h * h / 2.0
@@ -38,13 +35,13 @@ def _earlier(r, w, v, a, x, beta, h):
     return x_full, beta - h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _off_axis(r, x, beta):
     """Distance of the ring's centre from the axis."""
     return sqrt(x * x + 4.0 * (r + x) * r * sin(beta / 2.0) ** 2)
 
 
-@njit(**_OPTIONS)
+@compiled
 def touch_back(r, w, segments, offset, out):
     """Follow the quasi-static push backward from the axis until the ring is `offset` away: where and when it is touched."""
     x, beta, left = 0.0, 0.0, 0.0

@@ -1,29 +1,26 @@
 """Compiled place of a ring's rim on the push line, Mears (3.1) to (3.3); by angle from alignment (rad), offset, radius (mm)."""
 
 from math import cos, pi, sin, sqrt
-from typing import Any
 
-from numba import njit
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 _PLACES, _CLOSER = 24, 8  # each time twelve times closer: the place to 1e-8 rad, the value to rounding
 
 
-@njit(**_OPTIONS)
+@compiled
 def advance(angle, offset, radius):
     """How far the rim comes until alignment, d_lead of Mears (5.5); written so that small offsets and angles lose no digits."""
     half, across = sin(angle / 2.0), offset * sin(angle)
     return 2.0 * offset * half * half + across * across / (radius + sqrt(radius * radius - across * across))
 
 
-@njit(**_OPTIONS)
+@compiled
 def reach(angle, offset, radius):
     """How far the rim is beyond that of a ring on the axis."""
     return offset - advance(angle, offset, radius)
 
 
-@njit(**_OPTIONS)
+@compiled
 def motion(angle, offset, radius):
     """Distance of the rim from the axis, its first and its second derivative by the angle, Mears (3.1) and (3.2)."""
     c, s = offset * cos(angle), offset * sin(angle)
@@ -31,7 +28,7 @@ def motion(angle, offset, radius):
     return c + g, -s - s * c / g, -c - (c * c - s * s) / g - (s * c) ** 2 / g**3
 
 
-@njit(**_OPTIONS)
+@compiled
 def greatest(offset, radius, order):
     """Greatest slope (order 1) or curvature (2) of the rim in a turn, by size, mm: about the best of many places, ever closer."""
     low, high, most = 0.0, pi, 0.0
@@ -45,7 +42,7 @@ def greatest(offset, radius, order):
     return most
 
 
-@njit(**_OPTIONS)
+@compiled
 def ahead(rows, until, angle, offset, radius, w, total, places):
     """How far the rim gets ahead of a tip that runs up by rows from `total` before the axis' rim, at most.
 

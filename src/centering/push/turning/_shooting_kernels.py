@@ -5,16 +5,13 @@ by its law (`PushModel.parameters`), radius (mm) and the speed of the table (rad
 """
 
 from math import atan2, cos, hypot, inf, isfinite, sin, tan
-from typing import Any
 
 import numpy as np
-from numba import njit
 
 from centering.push._profile.row_kernels import ROWS, TOTAL, push_rows
 from centering.push.turning._direction_kernels import CLOCK, RESTS, STATES, X, Y, land, place
 from centering.push.turning._rim_kernels import reach
-
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
 
 # What a search keeps: angle of first touch (rad), lengthening of the stroke; what is missed there, astray (rad) and left along
 # the way; 1 where the ring comes to rest there; the inverse of the derivatives, by rows.
@@ -33,7 +30,7 @@ _TENTH, _SHORTEST = 0.1, -0.8  # by which a stroke is shortened in search, and a
 _SLOPES = 0.5, 2.0  # slopes that a secant may have
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _missed(ring, push, offset, angle, longer, tolerance):
     """What a push misses: astray (rad), left along the way, infinite where there is none; whether the ring rests there."""
     law, radius, w = ring
@@ -52,19 +49,19 @@ def _missed(ring, push, offset, angle, longer, tolerance):
     return atan2(-y, -x), 1.0 + x, state[RESTS]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _look(ring, push, offset, tolerance, aim):
     aim[ASTRAY], aim[ALONG], aim[STILL] = _missed(ring, push, offset, aim[ANGLE], aim[LONGER], tolerance)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _at(angle, longer, aim):
     """Begin a search there, with the derivatives where all is small: the angle turns the way, the stroke lengthens it."""
     aim[:] = 0.0
     aim[ANGLE], aim[LONGER], aim[_A], aim[_D] = angle, longer, 1.0, -1.0
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _differences(ring, push, offset, aim):
     """Take the derivatives by differences, where these are sound."""
     _look(ring, push, offset, _COARSE, aim)
@@ -77,12 +74,12 @@ def _differences(ring, push, offset, aim):
         aim[_A], aim[_B], aim[_C], aim[_D] = d / det, -b / det, -c / det, a / det
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _missing(aim):
     return max(abs(aim[ASTRAY]), abs(aim[ALONG]))
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _move(ring, push, offset, tolerance, aim):
     """One step of Broyden's method."""
     by, on = -(aim[_A] * aim[ASTRAY] + aim[_B] * aim[ALONG]), -(aim[_C] * aim[ASTRAY] + aim[_D] * aim[ALONG])
@@ -99,7 +96,7 @@ def _move(ring, push, offset, tolerance, aim):
         aim[_A], aim[_B], aim[_C], aim[_D] = aim[_A] + by * one, aim[_B] + by * other, aim[_C] + on * one, aim[_D] + on * other
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _follow(ring, push, offset, tolerance, near, aim):
     """Follow what is missed to within `near` of nothing; `aim` becomes the best place that was found."""
     now = aim.copy()
@@ -114,7 +111,7 @@ def _follow(ring, push, offset, tolerance, near, aim):
     aim[_A:] = now[_A:]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _solved(ring, push, offset, aim):
     """Search from `aim` on, with coarse steps and then fine ones; return whether it hits."""
     _follow(ring, push, offset, _COARSE, _ROUGH, aim)
@@ -122,7 +119,7 @@ def _solved(ring, push, offset, aim):
     return _missing(aim) <= _FAIR and aim[LONGER] > _SHORTEST and aim[STILL] > 0.5
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _turned(ring, push, offset, angle, longer):
     """The angle with which a stroke goes through the axis, roughly, and what it then leaves along the way."""
     along = inf
@@ -132,7 +129,7 @@ def _turned(ring, push, offset, angle, longer):
     return angle, along
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _thrown(ring, push, offset, angle, aim):
     """Begin near the shorter stroke with which a ring that is thrown beyond the axis no longer is; whether there is one."""
     longer = 0.0
@@ -145,13 +142,13 @@ def _thrown(ring, push, offset, angle, aim):
     return False
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def left_of(aim):
     """Distance from the axis at which the ring is left; infinite where it is not pushed toward it."""
     return hypot(aim[ALONG], (1.0 - aim[ALONG]) * tan(aim[ASTRAY])) if abs(aim[ASTRAY]) < _ASTRAY else inf
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _straight(ring, push, offset, angle, aim):
     """Leave the stroke and find the angle with which the ring goes through the axis, by secants; the best place in `aim`."""
     slope, now = 1.0, aim.copy()
@@ -171,7 +168,7 @@ def _straight(ring, push, offset, angle, aim):
             aim[:] = now
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def aimed(law, radius, spindle_speed, push, offset, angle, aim):
     """Find the push with which nothing is missed, near an angle; else of those tried the one that leaves least.
 

@@ -5,16 +5,13 @@ the normal, and what the part's sideways slip takes from the friction and gives 
 """
 
 from math import ceil, hypot, sqrt
-from typing import Any
 
 import numpy as np
-from numba import njit
 
 from centering.push._contact.reaction_kernels import BREAKAWAY_TIME, COLUMNS, DONE, _finish, _segment, end_speed
 from centering.push._contact.sample_kernels import state_in
 from centering.push.turning._direction_kernels import RESTS, TIP, V_X, V_Y, X, Y, push_on_table
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 DURATION, VELOCITY, ACCELERATION, HELD, SLID, PIECE_COLUMNS = range(6)
 """Columns of a piece: s, mm/s, mm/s^2 of the tip along the normal; loads of friction at rest and in motion, N."""
@@ -23,7 +20,7 @@ _LEAST = 0.05  # of the friction in motion: loads leave as much
 _SHORTEST = 1e-9  # s
 
 
-@njit(**_OPTIONS)
+@compiled
 def _seen(parameters, w, v, state):
     """Speed of the tip along the normal against the table (mm/s), load on the friction at rest, and in motion (N)."""
     m, f_s, f_k = parameters[0], parameters[3], parameters[4]
@@ -43,7 +40,7 @@ def _seen(parameters, w, v, state):
     return closing, held, -f_k * (1.0 - share) - outward - m * (w + turn) * side
 
 
-@njit(**_OPTIONS)
+@compiled
 def follow(parameters, radius, w, segments, tolerance, longest, state, out):
     """Push the ring of `state` by the rows of `segments` on the table, in pieces of at most `longest` (s); return how many.
 
@@ -66,14 +63,14 @@ def follow(parameters, radius, w, segments, tolerance, longest, state, out):
     return count
 
 
-@njit(**_OPTIONS)
+@compiled
 def _law(parameters, held, slid):
     """The reaction model's parameters under loads."""
     slows = max(parameters[4] + slid, _LEAST * parameters[4])
     return parameters[0], parameters[1], parameters[2], max(parameters[3] + held, slows), slows, parameters[5]
 
 
-@njit(**_OPTIONS)
+@compiled
 def loaded_push(parameters, pieces, start, out, log):
     """Simulate a push as `reaction_kernels.push` does, with loads on the friction that change from piece to piece."""
     out[:COLUMNS] = 0.0
@@ -98,7 +95,7 @@ def loaded_push(parameters, pieces, start, out, log):
     return status
 
 
-@njit(**_OPTIONS)
+@compiled
 def loaded_pushes(parameters, pieces, start, out, status):
     """Simulate the same push with each row of parameters."""
     nothing = np.empty((0, 7))
@@ -106,7 +103,7 @@ def loaded_pushes(parameters, pieces, start, out, status):
         status[i] = loaded_push(parameters[i], pieces, start, out[i], nothing)
 
 
-@njit(**_OPTIONS)
+@compiled
 def loaded_sample(parameters, pieces, log, times, out):
     """Write tip position (mm), part position (mm), part speed (mm/s) and contact force (N) at times (s, increasing)."""
     row, last, piece, until = 0, log.shape[0] - 1, 0, pieces[0, DURATION]

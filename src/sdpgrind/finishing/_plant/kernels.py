@@ -4,17 +4,13 @@ Rows of a course are what is played: its columns are named below. Between rows e
 in place; serial. Lengths are mm, times s, angles rad, torques N m.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.finishing.timing._table_kernels import table_step
 from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import controller_step, feed_override, torque_at
 from sdpgrind.finishing.torque._slots import ANGLE, ESTIMATE, MEAN_TORQUE, REFERENCE
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
 # Columns of a course: time, commands of the table, tip, normal, azimuth of the tool, what weight presses, direction to next row.
 TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, COLUMNS = 0, 1, 3, 6, 9, 12, 13, 16
@@ -44,7 +40,7 @@ _ROUNDING = 1e-3  # of a tick: times that are summed up end where the motion doe
 _FLYING = 1e-9  # N m: less is rounding
 
 
-@njit(**_OPTIONS)
+@compiled
 def field(waves, place, along):
     """Height (mm) of a field at a place, and its slope along a direction; waves have vector, phase and amplitude in a row."""
     height, slope = 0.0, 0.0
@@ -56,7 +52,7 @@ def field(waves, place, along):
     return height, slope
 
 
-@njit(**_OPTIONS)
+@compiled
 def _play(course, state, seconds):
     """Play on by some seconds; the place in the course is a leg and a share of it."""
     last = course.shape[0] - 1
@@ -70,12 +66,12 @@ def _play(course, state, seconds):
     return leg, (state[PLAYED] - course[leg, TIME]) / (course[leg + 1, TIME] - course[leg, TIME])
 
 
-@njit(**_OPTIONS)
+@compiled
 def _between(course, leg, share, column):
     return course[leg, column] + share * (course[leg + 1, column] - course[leg, column])
 
 
-@njit(**_OPTIONS)
+@compiled
 def touch(course, waves, loop, cell, state, seconds):
     """Play on by some seconds: where the tool touches then, the angle at which it does, and how steep the error is there.
 
@@ -109,7 +105,7 @@ def touch(course, waves, loop, cell, state, seconds):
     return place, along, slope, weight
 
 
-@njit(**_OPTIONS)
+@compiled
 def _deviate(course, leg, normal, off, state):
     """Keep the largest distance from the path, in the surface and across the planned direction."""
     ahead, up = 0.0, 0.0
@@ -122,7 +118,7 @@ def _deviate(course, leg, normal, off, state):
     state[DEVIATION] = max(state[DEVIATION], np.sqrt(across))
 
 
-@njit(**_OPTIONS)
+@compiled
 def begin(course, waves, loop, cell, state):
     """Put the tool where the course begins."""
     place, _, _, _ = touch(course, waves, loop, cell, state, 0.0)
@@ -130,13 +126,13 @@ def begin(course, waves, loop, cell, state):
     state[SURFACE] = surface_angle(cell, state)
 
 
-@njit(**_OPTIONS)
+@compiled
 def surface_angle(cell, state):
     """Motor angle (rad) at which the surface is touched, from that at which the planned one is."""
     return -state[HEIGHT] / (cell[LEVER] * np.cos(cell[CONTACT_ANGLE]))
 
 
-@njit(**_OPTIONS)
+@compiled
 def _slide(place, along, cell, state):
     """Feed (mm/s) of the contact since the last tick, and its share along the azimuth of the tool, nothing where it stands."""
     speed, forward = 0.0, 0.0
@@ -149,7 +145,7 @@ def _slide(place, along, cell, state):
     return forward / max(state[FEED], _STUCK)
 
 
-@njit(**_OPTIONS)
+@compiled
 def tick(course, waves, loop, cell, axis, state, axis_state, trace, current, override):
     """Advance by a tick with a current (A) and a share of the planned speed, both held."""
     before = state[PLAYED]
@@ -169,7 +165,7 @@ def tick(course, waves, loop, cell, axis, state, axis_state, trace, current, ove
     _keep(state, cell, trace)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _converted(current, cell):
     """What the converter makes of a current: whole steps, clipped."""
     most, step = cell[CURRENT_MAX], cell[CURRENT_STEP]
@@ -179,7 +175,7 @@ def _converted(current, cell):
     return min(max(current, -most), most)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _count(state, flying):
     """Take a tick of the motion into means and sums of squares (Welford)."""
     state[COUNT] += 1.0
@@ -193,7 +189,7 @@ def _count(state, flying):
         state[LIFTED] += 1.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _keep(state, cell, trace):
     """Keep every so-manieth tick; where there is no more room, every other one of them."""
     if state[TICKS] % state[EVERY] != 0.0:
@@ -213,13 +209,13 @@ def _keep(state, cell, trace):
     state[SAMPLES] = row + 1
 
 
-@njit(**_OPTIONS)
+@compiled
 def shown(cell, axis_state):
     """What the encoder says, rad."""
     return encoder_reading(axis_state[ANGLE] + cell[OFFSET], cell[RESOLUTION])
 
 
-@njit(**_OPTIONS)
+@compiled
 def finish(course, waves, loop, cell, axis, state, axis_state, trace, law, controller, time, torque, known, table, most):
     """Work on under a controller until the table of rows is full or the part is done; return rows, and whether it is done."""
     for row in range(table.shape[0]):

@@ -1,10 +1,10 @@
 """Joints from poses in closed form, one branch of the arm at a time, as plain serial loops over numbers."""
 
 import math
-from typing import Any
 
 import numpy as np
-from numba import njit
+
+from sdpgrind.base.compiled import compiled
 
 VERTICAL = 1e-13
 """Horizontal part of the tool's axis below which it is vertical: beyond, rounding alone would turn the first joint."""
@@ -13,10 +13,9 @@ STRETCHED = 1e-12
 CROOKED = 1e-5
 """Error of a rotation matrix, summed over its entries, that is taken for rounding in a file."""
 _TURN = 2 * math.pi
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
 
-@njit(**_OPTIONS)
+@compiled
 def first_fault(poses):
     """Index of the first pose that is none (NaN, crooked, mirrored, another last row), or -1."""
     for i in range(len(poses)):
@@ -35,7 +34,7 @@ def first_fault(poses):
     return -1
 
 
-@njit(**_OPTIONS)
+@compiled
 def _first_azimuth(poses, pitch, middle):
     """Of the first joint at a run's begin: that of the first pose whose tool is not vertical."""
     for i in range(len(poses)):
@@ -45,7 +44,7 @@ def _first_azimuth(poses, pitch, middle):
     return middle
 
 
-@njit(**_OPTIONS)
+@compiled
 def _joints_of(pose, lengths, radius, pitch, elbow, before, out):
     """Joints of one pose, angles anyhow; tells whether the wrist is within reach (else the arm points to it)."""
     d1, a2, a3, d5 = lengths
@@ -75,7 +74,7 @@ def _joints_of(pose, lengths, radius, pitch, elbow, before, out):
     return reached
 
 
-@njit(**_OPTIONS)
+@compiled
 def inverse(poses, lengths, radius, pitch, elbow, middle, continuous, joints, reached):
     """Joints of all poses in one branch (pitch and elbow: +1 or -1), into `joints` (m, 7) and `reached` (m,).
 
@@ -101,7 +100,7 @@ def inverse(poses, lengths, radius, pitch, elbow, middle, continuous, joints, re
                 joints[i, j] += _TURN * turns
 
 
-@njit(**_OPTIONS)
+@compiled
 def first_beyond(joints, reached, low, high):
     """Index of the first pose that is out of reach or has a joint beyond its limits, or -1."""
     for i in range(len(joints)):
@@ -113,7 +112,7 @@ def first_beyond(joints, reached, low, high):
     return -1
 
 
-@njit(**_OPTIONS)
+@compiled
 def travel(joints, speed, turn):
     """Time of a way from pose to pose, by the joint that needs longest; and the first pose after which an angle turns too far."""
     time, at = 0.0, -1

@@ -1,13 +1,9 @@
 """Length along intervals on which speed is a Legendre series, and its inverse."""
 
-from typing import Any
-
-from numba import njit
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 
-@njit(**_OPTIONS)
+@compiled
 def _travelled(series, x):
     """Integral of a Legendre series from -1 to x, and the series at x."""
     before, now = 1.0, x
@@ -20,14 +16,14 @@ def _travelled(series, x):
     return length, speed
 
 
-@njit(**_OPTIONS)
+@compiled
 def travelled(series, interval, x, out):
     """Integral of the series of `interval` (m,) up to `x` (m,) in [-1, 1]."""
     for m in range(len(interval)):
         out[m] = _travelled(series[interval[m]], x[m])[0]
 
 
-@njit(**_OPTIONS)
+@compiled
 def inverted(series, interval, length, out):
     """Where in [-1, 1] the integral is `length` (m,): Newton within a bracket that shrinks, as length rises."""
     for m in range(len(interval)):

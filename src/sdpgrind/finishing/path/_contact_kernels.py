@@ -1,14 +1,11 @@
 """Chain rule from the unit square to the surface, and frames, as serial loops over arrays."""
 
 from math import sqrt
-from typing import Any
 
-from numba import njit
-
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def along(coefficients, piece, t, slack, out):
     """Polynomials (k, degree + 1, 2) of the pieces at t, with two derivatives, into `out` (m, 3, 2).
 
@@ -30,7 +27,7 @@ def along(coefficients, piece, t, slack, out):
     return outside
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def speeds(jets, su, sv, out):
     """``|Q'|`` for parameters that move by `jets` (m, 3, 2), mm a unit of t."""
     for m in range(len(out)):
@@ -40,7 +37,7 @@ def speeds(jets, su, sv, out):
         out[m] = sqrt(total)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def follow(jets, place, su, sv, suu, suv, svv, outward, speed, tangent, bend, normal, area):
     """Unit tangents, curvature vectors and normals for jets (m, 3, 2) of (u, v); `place` says which rows of the surface."""
     for m in range(len(place)):
@@ -64,7 +61,7 @@ def follow(jets, place, su, sv, suu, suv, svv, outward, speed, tangent, bend, no
             normal[m, c] *= outward / area[m]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def put_frames(point, place, tangent, normal, out):
     """Write frames (x = t, y = n x t, z = n) into `out` (m, 4, 4); `place` says which points."""
     for m in range(len(place)):

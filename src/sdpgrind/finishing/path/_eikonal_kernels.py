@@ -1,13 +1,14 @@
 """Distance from a border in the metric of a surface: |grad d|^2 with the inverse metric = 1, on a grid, by sweeps."""
 
 import numpy as np
-from numba import njit
+
+from sdpgrind.base.compiled import compiled
 
 _NEIGHBOURS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
 """Around a node, in order: each with the next spans one of eight triangles."""
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def sweep(E, F, G, d, most):
     """First order, into `d` (n, m), whose finite entries are given: sweeps from all four corners until nothing changes.
 
@@ -31,7 +32,7 @@ def sweep(E, F, G, d, most):
     return most + 1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def refine(E, F, G, d, known, order, fixed):
     """Second order: nodes of `d` that are not `fixed` (n m,) once more, in `order` (n m,), from those of `known` (n, m).
 
@@ -45,7 +46,7 @@ def refine(E, F, G, d, known, order, fixed):
         known[i, j] = d[i, j]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _first(e, f, g, d, i, j):
     """Least distance of a node by way of its triangles or along its edges, and which one, by its first neighbour; first order."""
     best, triangle, edge = np.inf, 0, False
@@ -64,7 +65,7 @@ def _first(e, f, g, d, i, j):
     return best, triangle, edge
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _second(e, f, g, d, i, j, first, k, edge):
     """The same by way of the triangle or edge that was best, second order where the neighbours behind allow it."""
     wa, ra = _behind(e, f, g, d, i, j, k)
@@ -77,7 +78,7 @@ def _second(e, f, g, d, i, j, first, k, edge):
     return found if found < np.inf else first
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _behind(e, f, g, d, i, j, k):
     """Weight w and rest r of the slope from a neighbour, w d - r: (3 d - 4 d1 + d2)/2 where d2 fits a slope, else d - d1."""
     near, far = _at(d, i, j, k, 1), _at(d, i, j, k, 2)
@@ -88,14 +89,14 @@ def _behind(e, f, g, d, i, j, k):
     return 1.0, near
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _at(d, i, j, k, steps):
     """Distance of the node so many steps away in a direction; inf: there is none, or it is not known."""
     p, q = i + steps * _NEIGHBOURS[k, 0], j + steps * _NEIGHBOURS[k, 1]
     return d[p, q] if 0 <= p < d.shape[0] and 0 <= q < d.shape[1] else np.inf
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _through(e, f, g, k, wa, ra, wb, rb):
     """Distance d whose slopes towards two neighbours fit a gradient of length 1 that comes from between them; else inf.
 

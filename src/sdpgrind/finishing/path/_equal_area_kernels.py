@@ -1,17 +1,15 @@
 """From shares of area to parameters: cumulative areas as polynomials in cells, inverted and differentiated, point by point."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
+
 _TIMES = 60
 NO_AREA = 1e-9
 """Of the mean density: where it is less the map has no derivative."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _polynomial(powers, x):
     """Value and two derivatives."""
     value, first, second = 0.0, 0.0, 0.0
@@ -22,7 +20,7 @@ def _polynomial(powers, x):
     return value, first, 2.0 * second
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _root(powers, goal, x):
     """Where in [0, 1] a rising polynomial is `goal`: Newton within a bracket."""
     low, high = 0.0, 1.0
@@ -41,7 +39,7 @@ def _root(powers, goal, x):
     return x
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _cell_of(before, powers, i, x, goal):
     """Number of the cell in a row (cells, degree + 1, ...) whose area up to its lower end is no more than `goal`."""
     low, high = 0, powers.shape[1]
@@ -57,7 +55,7 @@ def _cell_of(before, powers, i, x, goal):
     return low
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def carry(breaks_u, breaks_v, strips, across, cells, jets, out):
     """Jets (m, 3, 2) of (a, b) over into jets of (u, v).
 

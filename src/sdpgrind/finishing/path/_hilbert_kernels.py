@@ -1,11 +1,8 @@
 """Nodes of a Hilbert curve by their index, two bits at a time."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 # A curve begins in the corner (0, 0) and ends in (1, 0), is mirrored in the diagonal, or is one of both turned by 180 degrees.
 # By state and quarter: where the quarter lies (2 x + y), and in what state the curve runs in it.
@@ -13,7 +10,7 @@ _PLACE = np.array([[0, 1, 3, 2], [0, 2, 3, 1], [3, 2, 0, 1], [3, 1, 0, 2]], dtyp
 _STATE = np.array([[1, 0, 0, 3], [0, 1, 1, 2], [3, 2, 2, 1], [2, 3, 3, 0]], dtype=np.uint8)
 
 
-@njit(**_OPTIONS)
+@compiled
 def nodes_by_index(order, out):
     """Write the 4^order nodes into `out` (4^order, 2): from (0, 0) to (2^order - 1, 0)."""
     for index in range(out.shape[0]):

@@ -1,10 +1,11 @@
 """Lines one after the other, each as far on as the widest gap from the last allows."""
 
 import numpy as np
-from numba import njit
+
+from sdpgrind.base.compiled import compiled
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def march(total, slope, across, gap, count):
     """Places (count,) of lines: the first half a `gap` from the border, each other one `gap` from the last where it is widest.
 
@@ -24,7 +25,7 @@ def march(total, slope, across, gap, count):
     return lines
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def value(total, slope, across, place):
     """Distance of a place from the border in one row."""
     last = across.size - 1
@@ -34,7 +35,7 @@ def value(total, slope, across, place):
     return _cubic(total, slope, across, j, (place - across[j]) / (across[j + 1] - across[j]))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _cubic(total, slope, across, j, t):
     """Hermite's cubic in interval `j` at the share `t`."""
     h = across[j + 1] - across[j]
@@ -43,7 +44,7 @@ def _cubic(total, slope, across, j, t):
     return total[j] + t * (left + t * (3.0 * rise - 2.0 * left - right + t * (left + right - 2.0 * rise)))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _place(total, slope, across, j, wanted):
     """Where the distance in one row is `wanted`, in interval `j`: regula falsi after Illinois."""
     last = across.size - 1

@@ -1,14 +1,11 @@
 """Points and derivatives of a (rational) B-spline surface at scattered parameters."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def find_span(knots, degree, x):
     """Index of the non-empty span that x lies in, by halving; the right end belongs to the last one."""
     low, high = degree, len(knots) - degree - 1
@@ -25,7 +22,7 @@ def find_span(knots, degree, x):
     return low
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def basis(knots, degree, span, x, out):
     """Basis functions of a span with two derivatives, into `out` (3, degree + 2).
 
@@ -45,7 +42,7 @@ def basis(knots, degree, span, x, out):
             left = right
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def divide_by_weight(flat):
     """Quotient rule, in place: rows (w Q, w) with u, v, uu, uv, vv derivatives become those of Q."""
     w, wu, wv = flat[0, 3], flat[1, 3], flat[2, 3]
@@ -59,7 +56,7 @@ def divide_by_weight(flat):
         flat[0, c], flat[1, c], flat[2, c] = q, qu, qv
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
     """Write Q, Qu, Qv, Quu, Quv, Qvv at each (u, v) into `out` (6, m, 3).
 
@@ -89,7 +86,7 @@ def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
                 out[d, k, c] = flat[d, c]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def along_v(points, first, degree, bv, row):
     """Sum one line of control points against the basis along v and its derivatives, into `row` (3, 4)."""
     row[:] = 0.0

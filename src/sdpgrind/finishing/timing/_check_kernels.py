@@ -1,16 +1,16 @@
 """How much of the limits a time law uses, at many places between its knots."""
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.finishing.timing._cubic import advanced
 from sdpgrind.finishing.timing._path_kernels import derivatives, piece_at
 
-_advanced = njit(cache=True, nogil=True)(advanced)
+_advanced = compiled(advanced)
 QUANTITIES = 4  # speed, acceleration, jerk of the joints; feed
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def note(time, law, path, joints, limits, feed_max, found):
     """Note in found (4, 4) = (ratio, joint, time, length) what the law uses of each limit at one time within its piece."""
     start, s, v, a, j = law
@@ -26,14 +26,14 @@ def note(time, law, path, joints, limits, feed_max, found):
             _greater(found[2], abs(jerk) / limits[2, i], i, start + time, length)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _greater(row, ratio, joint, time, length):
     """Keep the greatest ratio and where it was."""
     if ratio > row[0]:
         row[0], row[1], row[2], row[3] = ratio, joint, time, length
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def worst(breaks, polynomials, law, limits, feed_max, refine, found):
     """Greatest share of each limit over a law (5, k + 1) = (knots, length, feed, acceleration, jerk) into found (k, 4, 4)."""
     joints, piece = np.empty((4, polynomials.shape[2])), 0

@@ -1,10 +1,11 @@
 """Joints and their derivatives along a run, from the polynomials of its spline."""
 
 import numpy as np
-from numba import njit
+
+from sdpgrind.base.compiled import compiled
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def piece_at(breaks, place, hint):
     """Index of the piece that holds a place; `hint` is where to look first."""
     last = breaks.size - 2
@@ -15,7 +16,7 @@ def piece_at(breaks, place, hint):
     return min(max(np.searchsorted(breaks, place, side="right") - 1, 0), last)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def derivatives(polynomial, x, out):
     """Value and three derivatives of every joint, out (4, n), of one piece's polynomials (6, n) at x from its begin."""
     c = polynomial
@@ -26,7 +27,7 @@ def derivatives(polynomial, x, out):
         out[3, i] = 6 * c[3, i] + x * (24 * c[4, i] + x * 60 * c[5, i])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def evaluate(breaks, polynomials, places, out):
     """Fill out (m, 4, n) with values and derivatives at places (m,)."""
     piece = 0

@@ -4,12 +4,13 @@ A row r of the constraints is ``|p u + c x|`` <= 1; it holds at both ends of eve
 """
 
 import numpy as np
-from numba import njit
+
+from sdpgrind.base.compiled import compiled
 
 TINY = 1e-13
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _narrow(p, c, x, span):
     """Narrow span = (least u, its slope over x, greatest u, its slope, greatest x) by the rows of one end of an interval."""
     for r in range(p.size):
@@ -24,7 +25,7 @@ def _narrow(p, c, x, span):
             span[2], span[3] = slope * x + half, slope
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _span(p, c, p_next, c_next, step, x, cap, cap_next, span):
     """Accelerations that are allowed on an interval begun at x, so that it ends within [0, cap_next]."""
     span[0], span[1], span[2], span[3] = -x / (2 * step), -0.5 / step, (cap_next - x) / (2 * step), -0.5 / step
@@ -33,7 +34,7 @@ def _span(p, c, p_next, c_next, step, x, cap, cap_next, span):
     _narrow(p_next, c_next, x, span)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _highest(p, c, p_next, c_next, step, cap, cap_next, span):
     """Greatest x from which an acceleration is allowed: Newton from the right, on a convex, piecewise linear function."""
     x = cap
@@ -48,7 +49,7 @@ def _highest(p, c, p_next, c_next, step, cap, cap_next, span):
     return x
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def fastest(steps, p, c, cap, x):
     """Fill x (m,) with the greatest course from rest to rest: rows p, c (m, r), greatest x at each point cap (m,)."""
     span, last = np.empty(5), cap.size - 1

@@ -1,17 +1,14 @@
 """The table's position loop, one sample after the other."""
 
-from typing import Any
+from sdpgrind.base.compiled import compiled
 
-from numba import njit
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
 OLD, NEW, OUTPUT, LOOP = 9, 12, 15, 18
 """A loop: matrix (3, 3) of the state, weights (3,) of the command before and after a sample, output (3,); how many they are."""
 COMMAND, TABLE = 3, 4
 """State of an axis of the table: three of the loop and the last command; how many they are."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def table_step(loop, state, command):
     """Advance an axis of the table by a sample and return where it is, mm from where it began: Wang, section 3.
 
@@ -36,7 +33,7 @@ def table_step(loop, state, command):
     return place
 
 
-@njit(**_OPTIONS)
+@compiled
 def follow(loop, state, command, position):
     """Fill position (m,) with the answer to a command (m,) that begins at 0."""
     for k in range(command.size):

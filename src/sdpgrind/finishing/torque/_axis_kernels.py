@@ -1,18 +1,15 @@
 """The torque axis over a tick, exactly: it swings in contact, flies without, touches and lifts in between."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.finishing.torque import _slots as at
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _EVENTS = 100
 """Touches and lifts within a piece of a tick; a contact lasts half a period, so that there are never more than a few."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def encoder_reading(angle, resolution):
     """Angle (rad) that an encoder of a resolution (rad) shows; the angle itself where the resolution is 0."""
     if resolution <= 0.0:
@@ -20,7 +17,7 @@ def encoder_reading(angle, resolution):
     return resolution * np.floor(angle / resolution + 0.5)
 
 
-@njit(**_OPTIONS)
+@compiled
 def axis_tick(state, current, load_torque, surface, next_surface, axis):
     """Advance the axis exactly over a tick and return the contact torque at its end, N m.
 
@@ -51,7 +48,7 @@ def axis_tick(state, current, load_torque, surface, next_surface, axis):
     return stiffness * max(gap, 0.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _piece(gap, speed, left, push, depth, frequency):
     """Gap (rad, positive in contact) and speed after a time, through touches and lifts; push (rad/s^2), depth at rest (rad)."""
     for _ in range(_EVENTS):
@@ -64,7 +61,7 @@ def _piece(gap, speed, left, push, depth, frequency):
     return gap, speed
 
 
-@njit(**_OPTIONS)
+@compiled
 def _first(a, b, c):
     """First x > 0 at which a x^2 + 2 b x + c, with c >= 0, turns negative; infinite where it never does."""
     root = b * b - a * c
@@ -73,7 +70,7 @@ def _first(a, b, c):
     return (b + np.sqrt(root)) / -a if a < 0.0 else np.inf
 
 
-@njit(**_OPTIONS)
+@compiled
 def _in_contact(gap, speed, left, depth, frequency):
     """Swing about the depth at rest until the end or until it lifts: a quadratic in the tangent of half the phase."""
     rate = speed / frequency
@@ -89,7 +86,7 @@ def _in_contact(gap, speed, left, depth, frequency):
     return 0.0, min(lifting, 0.0), left - 2.0 * np.arctan(half) / frequency
 
 
-@njit(**_OPTIONS)
+@compiled
 def _in_flight(gap, speed, left, push):
     """Fall towards or away from the surface until the end or until it touches."""
     time = _first(-0.5 * push, -0.5 * speed, -gap)

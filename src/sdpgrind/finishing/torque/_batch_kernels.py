@@ -1,20 +1,17 @@
 """Many runs of the torque axis under one controller, compiled: the same steps as everywhere else."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.finishing.torque import _slots as at
 from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import controller_step, feed_override
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 SHOWN, CURRENT, TORQUE, ESTIMATE, PATH_TIME, COLUMNS = range(6)
 """Columns: angle (rad), current from then on (A), contact torque (N m), estimate (N m), how far the motion is played (s)."""
 
 
-@njit(**_OPTIONS)
+@compiled
 def batch(law, start, time, torque, axis, resolution, offsets, depth, surface, load, out):
     """Run from each offset (rad) of surface and encoder, pressed in by a depth (rad); rows of `out` are samples."""
     state, motor = np.empty(start.size), np.empty(at.STATES)

@@ -1,16 +1,12 @@
 """One sample of each kind of torque controller: reading in, current out."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.finishing.torque import _slots as at
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
-
-@njit(**_OPTIONS)
+@compiled
 def controller_step(law, state, motor_angle, path_time, time, torque, true_torque, true_speed):
     """Take a sample of a controller whose reference depends on how far the motion has been played; return the current, A.
 
@@ -30,13 +26,13 @@ def controller_step(law, state, motor_angle, path_time, time, torque, true_torqu
     return controller_sample(law, state, motor_angle, torque_at(time, torque, path_time, state), true_torque, true_speed)
 
 
-@njit(**_OPTIONS)
+@compiled
 def feed_override(law, state):
     """Return 1.0 when so many samples have been taken that the contact has settled, else 0.0: dimensionless."""
     return 1.0 if state[at.COUNT] > law[at.SETTLE_STEPS] else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def torque_at(time, torque, path_time, state):
     """Return the torque reference (N m) at a time of the motion (s): straight between its times, held beyond.
 
@@ -63,7 +59,7 @@ def torque_at(time, torque, path_time, state):
     return torque[k] + (torque[k + 1] - torque[k]) * ((path_time - time[k]) / (time[k + 1] - time[k]))
 
 
-@njit(**_OPTIONS)
+@compiled
 def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_speed):
     """Take a sample of a controller and return the current that the motor is given from now on, A: quantised and clipped.
 
@@ -102,7 +98,7 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
     return current
 
 
-@njit(**_OPTIONS)
+@compiled
 def _begin(law, state, motor_angle):
     """Begin the observer where the first reading is, wherever the encoder has its zero; nothing is touched there."""
     if np.isfinite(motor_angle):
@@ -112,7 +108,7 @@ def _begin(law, state, motor_angle):
             state[at.OBS_TORQUE] = -law[at.LAW_STIFFNESS] * motor_angle
 
 
-@njit(**_OPTIONS)
+@compiled
 def _limited(law, torque):
     """Current (A) for a torque (N m), in the converter's steps and within the limit."""
     current = torque / law[at.MOTOR_CONSTANT]
@@ -123,7 +119,7 @@ def _limited(law, torque):
     return min(max(current, -most), most)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _pidff(law, state, true_torque, true_speed):
     """PID on the torque error, derivative by k_e omega, the reference fed forward: Wang (6)."""
     torque, speed = true_torque, true_speed
@@ -149,7 +145,7 @@ def _pidff(law, state, true_torque, true_speed):
     return current
 
 
-@njit(**_OPTIONS)
+@compiled
 def _observed(law, state):
     """Estimate the torque, and return what pulls the observer's motor to the true one, N m: Wang (9), corrected."""
     error = state[at.READING] - state[at.OBS_ANGLE]
@@ -162,7 +158,7 @@ def _observed(law, state):
     return error
 
 
-@njit(**_OPTIONS)
+@compiled
 def _foresee(law, state, current, pull):
     """Advance the observer by the current that is really given."""
     step, inertia = law[at.SAMPLE_TIME], law[at.LAW_INERTIA]
@@ -178,7 +174,7 @@ def _foresee(law, state, current, pull):
     state[at.OBS_TORQUE] -= step * law[at.OBS_KI] * pull
 
 
-@njit(**_OPTIONS)
+@compiled
 def _damped(law, state):
     """The reference, less damping by the speed without its slow part."""
     speed = state[at.MOTION_SPEED]
@@ -188,7 +184,7 @@ def _damped(law, state):
     return current
 
 
-@njit(**_OPTIONS)
+@compiled
 def _lqg(law, state):
     """Kalman filter over angle, speed, what the contact lacks of k_e theta, and its rate; then state feedback."""
     error = state[at.READING] - state[at.OBS_ANGLE]

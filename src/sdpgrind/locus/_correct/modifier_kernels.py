@@ -1,14 +1,14 @@
 """The best point of a problem that has changed a little, from the one before."""
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import work_size
-from sdpgrind.locus._trace.kkt_kernels import _OPTIONS, GOOD, curvature, newton, sizes
+from sdpgrind.locus._trace.kkt_kernels import GOOD, curvature, newton, sizes
 from sdpgrind.locus._trace.seed_kernels import _mended
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def resettle(kkt, n, m, h, hidden, point, held):
     """Solve the conditions again and mend the set, in place; gives the curvature, -inf where no best point is near."""
     work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))

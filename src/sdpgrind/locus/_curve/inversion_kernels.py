@@ -1,14 +1,11 @@
 """The hidden state that a measurement tells of, and the best point for it, in one compiled call; see `_inversion`."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run, work_size
 from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 CONTROLS, RESPONSE, SLOPE, TAPE, LOW, HIGH, DIRECTION, GUESS, HEAD = range(9)
 """Head of what is packed: how many controls, places of the response and of its slope in what the tape gives, numbers of the
 tape; range of the state, whether the response rises (1) or falls (-1) with it, where to begin. Then the tape, then the table."""
@@ -20,7 +17,7 @@ CLOSE, ROUNDING = 1e-10, 1e-14
 """Last step of Newton's method over the state (what is left is of the order of its square), and over the range: no distance."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def find_state(tape, inputs, places, low, high, direction, measured, work, out):
     """Change one of `inputs` until the response is what was measured, and say where that is.
 
@@ -63,7 +60,7 @@ def find_state(tape, inputs, places, low, high, direction, measured, work, out):
     return NO_KEY
 
 
-@njit(forceinline=True, **_OPTIONS)
+@compiled(forceinline=True, error_model="numpy")
 def _newton(miss, slope):
     """The step to the root of the tangent; NaN where the slope tells nothing."""
     if miss == 0.0:
@@ -71,7 +68,7 @@ def _newton(miss, slope):
     return -miss / slope if 0.0 < slope < np.inf else np.nan
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def retrieve(packed, controls, measured, out):
     """Put the hidden state that a measurement at `controls` (array, or tuple of floats) tells of, and the columns of the table
     for it, into `out`; say whether they are inside.

@@ -2,12 +2,11 @@
 
 import math
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
+
 COUNTS = 5
 """Numbers at the head of a tape: inputs, outputs, constants, results, runs of one operation."""
 BLOCK = 32
@@ -23,14 +22,14 @@ Op = IntEnum(
 """What a tape can do: the name of each is that of CasADi's operation, without its ``OP_``."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def work_size(tape):
     """Numbers that `run` needs to work with."""
     counts = tape[:COUNTS].view(np.int64)
     return counts[0] + counts[2] + counts[3]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def run(tape, inputs, work, out):
     """Evaluate a tape at `inputs` (flat) into `out` (flat, by columns), in the room of `work` (at least `work_size`).
 
@@ -71,7 +70,7 @@ def run(tape, inputs, work, out):
         out[k] = work[code[at + k]]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def room(tape, count):
     """Where `run_block` works on as many points at once: a row for each number, one after the other, constants filled in."""
     counts = tape[:COUNTS].view(np.int64)
@@ -82,7 +81,7 @@ def room(tape, count):
     return work
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def run_block(tape, work, out):
     """Evaluate a tape at as many points as `out` (points, outputs) has rows; inputs are the first rows of `work`, see `room`.
 
@@ -103,7 +102,7 @@ def run_block(tape, work, out):
             out[i, k] = work[first + i]
 
 
-@njit(forceinline=True, **_OPTIONS)
+@compiled(forceinline=True, error_model="numpy")
 def _row(op, work, x, y, to, size):
     """Do one operation on the numbers from `x` and from `y` on: what is met most in loops of its own."""
     if op == Op.MUL:
@@ -126,7 +125,7 @@ def _row(op, work, x, y, to, size):
             work[to + k] = _apply(op, work[x + k], work[y + k])
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def run_many(tape, inputs, out):
     """Evaluate a tape at each row of `inputs` (k, n_in) into the rows of `out` (k, n_out)."""
     whole = len(inputs) // BLOCK * BLOCK
@@ -142,7 +141,7 @@ def run_many(tape, inputs, out):
         run(tape, inputs[k], single, out[k])
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _apply(op, x, y):
     """What is not in `run`; rare ones are one call away."""
     if op == Op.NEG:
@@ -166,7 +165,7 @@ def _apply(op, x, y):
     return _smooth(op, x, y) if op < Op.LT else _choice(op, x, y)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _smooth(op, x, y):
     """Functions of angles and the like."""
     if op == Op.SIN:
@@ -202,7 +201,7 @@ def _smooth(op, x, y):
     return np.expm1(x) if op == Op.EXPM1 else np.hypot(x, y)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _choice(op, x, y):
     """Comparisons, logic (what is not 0 is true, NaN as well), and functions with steps or corners."""
     if op == Op.LT:
@@ -236,7 +235,7 @@ def _choice(op, x, y):
     return np.fmod(x, y) if op == Op.FMOD else _remainder(x, y)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _remainder(x, y):
     """What x is from the nearest multiple of y, from the even one of two that are as near (IEEE 754)."""
     if np.isinf(y):

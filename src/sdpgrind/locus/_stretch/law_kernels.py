@@ -1,14 +1,13 @@
 """Compiled core of controllers on a locus: `step` and batches run through here."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._trace.table_kernels import look_up
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL, WAITED, HELD = range(8)
 """State: coordinate, last two errors, updates since one was missing, samples since the start, estimated actual coordinate,
 samples that were waited for it, samples in a row that asked for less than the end of the stretch allows (step alone counts)."""
@@ -29,7 +28,7 @@ class Law(NamedTuple):
     slopes: Floats  # packed table of the loop slope
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def hermite(t, step, first, last, first_slope, last_slope):
     """Cubic with these values and slopes at the ends of an interval, at the share `t` of it."""
     rise = last - first
@@ -38,7 +37,7 @@ def hermite(t, step, first, last, first_slope, last_slope):
     return first + t * (step * first_slope + t * (square + t * cube))
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def find(value, knots, values, slopes):
     """Coordinate at which a monotone column has a value, clamped: Newton's steps, halving where they leave the interval."""
     rising = values[-1] > values[0]
@@ -75,7 +74,7 @@ def find(value, knots, values, slopes):
     return knots[low] + t * step
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _slope(t, step, first, last, first_slope, last_slope):
     """Of `hermite` by the share."""
     rise = last - first
@@ -84,21 +83,21 @@ def _slope(t, step, first, last, first_slope, last_slope):
     return step * first_slope + t * (2.0 * square + 3.0 * t * cube)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def find_many(value, knots, values, slopes, out):
     """Fill `out` (N,) with the coordinates of values (N,)."""
     for k in range(value.size):
         out[k] = find(value[k], knots, values, slopes)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def begin(state, start, actual):
     """Make the state of the next run, at the place `start`; the actual coordinate begins at `actual`."""
     state[:] = 0.0
     state[PLACE], state[ACTUAL] = start, actual
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def follow(state, law):
     """Count a sample, and let the estimate of the actual coordinate go on for the period since the last one."""
     if state[SAMPLES] > 0.0:
@@ -106,7 +105,7 @@ def follow(state, law):
     state[SAMPLES] += 1.0
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def advance(state, law, error, base):
     """Koren (36) and Fig. 3: the next place, from an error that is limit less response at the place `base`; NaN: it is kept."""
     if np.isnan(error):
@@ -124,7 +123,7 @@ def advance(state, law, error, base):
     return state[PLACE]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def gain_at(law, place):
     """Integral gain at a place."""
     if not law.scheduled:
@@ -134,7 +133,7 @@ def gain_at(law, place):
     return law.integral / abs(slope[0])
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def advance_many(states, law, errors):
     """`advance` of every run from its own place: states (N, STATES), errors (N,)."""
     for k in range(errors.size):

@@ -1,10 +1,10 @@
 """A feasible place where no point of a lattice is one."""
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import work_size
-from sdpgrind.locus._trace.kkt_kernels import _OPTIONS, evaluate, sizes, solve
+from sdpgrind.locus._trace.kkt_kernels import evaluate, sizes, solve
 
 AIM = 1e-8
 """How far inside the limits, scaled; there is room for a barrier."""
@@ -13,7 +13,7 @@ EDGE = 1e-4
 STARTS, STEPS = 5, 60
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def reach(kkt, n, m, h, hidden, t, lattice):
     """From the points of a lattice that are the least infeasible to a feasible place (n,); NaN: none was found."""
     work, d, point = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h)), np.zeros(n + m + 2)
@@ -30,7 +30,7 @@ def reach(kkt, n, m, h, hidden, t, lattice):
     return np.full(n, np.nan)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _excess(d, m):
     """By how much limits are exceeded: sum of squares; inf where there is no value."""
     total = 0.0
@@ -39,7 +39,7 @@ def _excess(d, m):
     return total if np.isfinite(total) and np.isfinite(d[0]) else np.inf
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _gone_inside(kkt, n, m, h, hidden, t, point, work, d):
     """Least squares on what is exceeded, by Levenberg's method; says whether nothing is in the end."""
     damping, before = 1e-3, np.inf

@@ -1,12 +1,12 @@
 """What gives way where something becomes active that cannot be held beside all that is: at corners."""
 
 import numpy as np
-from numba import njit
 
-from sdpgrind.locus._trace.kkt_kernels import _OPTIONS, gradient_row, solve
+from sdpgrind.base.compiled import compiled
+from sdpgrind.locus._trace.kkt_kernels import gradient_row, solve
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _column(d, k, held, n, m, out):
     """Gradient by the controls of the k-th of all bounds and constraints."""
     if k < n:
@@ -17,7 +17,7 @@ def _column(d, k, held, n, m, out):
             out[i] = d[1 + m + (1 + k - n) * n + i]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def multiplier(d, point, k, held, n, m, h, t):
     """Of the k-th of all bounds and constraints, over the weight of the cost's own scale."""
     if k >= n:
@@ -25,7 +25,7 @@ def multiplier(d, point, k, held, n, m, h, t):
     return -held[k] * gradient_row(d, point, k, n, m, h, t, np.empty(point.size))
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def exchange(d, point, held, new, n, m, h, t):
     """Let the member of a set go whose multiplier is the first to vanish as that of the new one grows, and say which.
 

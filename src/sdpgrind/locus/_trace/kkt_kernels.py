@@ -6,11 +6,9 @@ followed. A set says of each control whether it is free (0) or held at its least
 constraint whether it is active (1).
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run
 
 CLOSE = 1e-13
@@ -18,16 +16,15 @@ CLOSE = 1e-13
 STILL = 1e-8
 """Last step of such a point: where branches cross, a residual is small far away."""
 GOOD = 1e-10
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def sizes(kkt, n, m, h):
     """How long what the tape gives is."""
     return (1 + m) * (1 + n + n * n + n * h + h)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def evaluate(kkt, n, h, point, hidden, t, work, out):
     """Run the tape at a point: `hidden` are the places of all hidden states, of which the t-th is the point's own."""
     for i in range(n):
@@ -38,7 +35,7 @@ def evaluate(kkt, n, h, point, hidden, t, work, out):
     run(kkt, work, work, out)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def gradient_row(d, point, i, n, m, h, t, row):
     """Slope of the Lagrangian by the i-th control, and its derivatives by all unknowns into `row`."""
     f = 1 + m
@@ -56,7 +53,7 @@ def gradient_row(d, point, i, n, m, h, t, row):
     return value
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def constraint_row(d, j, n, m, h, t, row):
     """The j-th constraint (1..m), and its derivatives by all unknowns into `row`."""
     f = 1 + m
@@ -67,7 +64,7 @@ def constraint_row(d, j, n, m, h, t, row):
     return d[j]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def conditions(d, point, held, n, m, h, t, residual, jacobian):
     """F(Y) and F_Y, n + 1 + m rows: slopes or bounds, the sum of squares, constraints or multipliers."""
     f = 1 + m
@@ -93,7 +90,7 @@ def conditions(d, point, held, n, m, h, t, residual, jacobian):
             residual[n + j] = point[n + j]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def solve(a, b):
     """Solve a x = b in place by elimination with the largest pivots; gives the determinant (0: none solved)."""
     size = b.size
@@ -124,7 +121,7 @@ def solve(a, b):
     return determinant
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def tangent_at(d, point, held, n, m, h, t, along, tangent):
     """Unit vector along the curve on the side of `along`; gives the determinant of the bordered Jacobian."""
     size = point.size
@@ -144,7 +141,7 @@ def tangent_at(d, point, held, n, m, h, t, along, tangent):
     return determinant * length
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
     """Solve F(Y) = 0 with row.(Y - anchor) = 0 from `point`, in place; gives steps taken and the residual left.
 
@@ -177,7 +174,7 @@ def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
     return most, left
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def free_directions(d, held, n, m, basis):
     """Orthonormal rows in `basis`: first the span of active gradients over free controls, then what is left; gives both numbers.
 
@@ -205,7 +202,7 @@ def free_directions(d, held, n, m, basis):
     return active, -1 if dependent else rows - active
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _orthonormal(basis, k, n, least):
     """Make row k orthogonal to those above and of length 1; says whether enough was left."""
     before = _length(basis, k, n)
@@ -224,7 +221,7 @@ def _orthonormal(basis, k, n, least):
     return True
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _length(basis, k, n):
     total = 0.0
     for i in range(n):
@@ -232,7 +229,7 @@ def _length(basis, k, n):
     return np.sqrt(total)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def curvature(d, point, held, n, m):
     """Least curvature of the Lagrangian in directions that active gradients leave free; inf: none is left."""
     basis = np.zeros((n + m + 1, n))
@@ -250,7 +247,7 @@ def curvature(d, point, held, n, m):
     return np.linalg.eigvalsh(0.5 * (reduced + reduced.T))[0]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _curved(d, point, basis, a, b, n, m):
     """Second derivative of the Lagrangian along rows a and b, for a unit of the cost."""
     hess, total = (1 + m) * (1 + n), 0.0

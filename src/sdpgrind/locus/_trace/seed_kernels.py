@@ -1,10 +1,10 @@
 """Best points from nowhere: the least places of a lattice, down a barrier, to the conditions of a best point."""
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run, run_many, work_size
-from sdpgrind.locus._trace.kkt_kernels import _OPTIONS, GOOD, curvature, evaluate, gradient_row, newton, sizes
+from sdpgrind.locus._trace.kkt_kernels import GOOD, curvature, evaluate, gradient_row, newton, sizes
 
 FIRST, SHRINK, LAST = 0.1, 0.03, 2e-12
 """Of the barrier: its weight goes down from 0.1 of the room around the start to 2e-12."""
@@ -16,7 +16,7 @@ FLAT = 1e-8
 """Curvature that is none."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def lattice_minima(first, n, m, hidden, lattice, ticks):
     """Indices of feasible points of a lattice that are no worse than all their neighbours, along controls and across."""
     cost = _costs(first, n, m, hidden, lattice)
@@ -26,7 +26,7 @@ def lattice_minima(first, n, m, hidden, lattice, ticks):
     return np.flatnonzero(chosen)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def lattice_best(first, n, m, hidden, t, places, lattice):
     """For each place of the t-th hidden state, index and cost of the cheapest feasible point of a lattice; inf: none."""
     found, costs, all_hidden = np.zeros(places.size, dtype=np.int64), np.empty(places.size), hidden.copy()
@@ -38,7 +38,7 @@ def lattice_best(first, n, m, hidden, t, places, lattice):
     return found, costs
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _costs(first, n, m, hidden, lattice):
     """At all points of a lattice; inf where one is not feasible."""
     given, out = np.empty((len(lattice), n + hidden.size)), np.empty((len(lattice), 1 + m))
@@ -54,7 +54,7 @@ def _costs(first, n, m, hidden, lattice):
     return cost
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _has_better_neighbour(cost, k, n, ticks):
     for step in range(3**n):
         other, inside, stride, code, rest = k, True, 1, step, k
@@ -68,7 +68,7 @@ def _has_better_neighbour(cost, k, n, ticks):
     return False
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _merit(first, n, m, given, weight, work, out):
     """Cost with the barrier; inf outside."""
     inside = 1.0
@@ -85,7 +85,7 @@ def _merit(first, n, m, given, weight, work, out):
     return total if np.isfinite(total) else np.inf
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _barrier_system(d, q, n, m, weight, hessian, gradient):
     f = 1 + m
     for i in range(n):
@@ -101,7 +101,7 @@ def _barrier_system(d, q, n, m, weight, hessian, gradient):
                 hessian[i, k] += force * (d[f * (1 + n) + (j * n + i) * n + k] + d[f + j * n + i] * d[f + j * n + k] / -d[j])
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _downhill(hessian, gradient, factor, step):
     """Newton's step, or one as if the curvature were greater where it does not lead down."""
     extra = 0.0
@@ -113,7 +113,7 @@ def _downhill(hessian, gradient, factor, step):
         extra = max(1e-3, 4.0 * extra)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _factored(a, extra, factor):
     """Cholesky's factor of a + extra; False where that has a direction that does not curve up."""
     for i in range(a.shape[0]):
@@ -132,7 +132,7 @@ def _factored(a, extra, factor):
     return True
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _solved(factor, b):
     """Solve with a factor, in place."""
     n = b.size
@@ -146,7 +146,7 @@ def _solved(factor, b):
         b[i] /= factor[i, i]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d, work_first, out):
     """Down to the least cost with a barrier of this weight, from `given`, in place."""
     hessian, factor, gradient, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
@@ -175,7 +175,7 @@ def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d
             return
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _guess(d, q, weight, n, m, held, point):
     """Set and multipliers where the barrier ended."""
     near = np.sqrt(weight)
@@ -190,7 +190,7 @@ def _guess(d, q, weight, n, m, held, point):
     point[n : n + f] /= np.sqrt(np.sum(point[n : n + f] ** 2))
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _mended(d, point, held, n, m, h, t):
     """Drop what pulls the wrong way, add what is violated; says whether anything was wrong."""
     row, worst, index = np.empty(point.size), -1e-9, -1
@@ -212,7 +212,7 @@ def _mended(d, point, held, n, m, h, t):
     return True
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def best_points(kkt, first, n, m, h, hidden, t, starts):
     """Best points below feasible starts: points (k, n + m + 2), sets (k, n + m), curvatures (k,); see `best_point`."""
     count = len(starts)
@@ -222,7 +222,7 @@ def best_points(kkt, first, n, m, h, hidden, t, starts):
     return points, sets, curvatures
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     """A best point below a feasible start, into `point` and `held`.
 
@@ -255,7 +255,7 @@ def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
         weight = max(weight * SHRINK, LAST)
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _pulled(d, point, held, n, m, h, t):
     """Least pull at what is held or active; where there is hardly any, many points may be as good, and this is only one end."""
     row, least = np.empty(point.size), np.inf
@@ -268,7 +268,7 @@ def _pulled(d, point, held, n, m, h, t):
     return least
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _room(first, n, m, given, work, out):
     """Least distance to a bound or a limit, at most 1: a barrier of more weight would push a start out of its valley."""
     run(first, given, work, out)
@@ -280,7 +280,7 @@ def _room(first, n, m, given, work, out):
     return max(least, 1e-6)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
     """Solve the conditions from a guess of point and set, and mend the set; gives the curvature, -inf if that leads nowhere."""
     for _ in range(2 * (n + m) + 2):

@@ -1,16 +1,16 @@
 """Tables along a run of nodes: guesses by cubics, made exact by one step of Newton's method for whole blocks of points."""
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import BLOCK, room, run_block, work_size
-from sdpgrind.locus._trace.kkt_kernels import _OPTIONS, CLOSE, conditions, curvature, gradient_row, newton, sizes, solve
+from sdpgrind.locus._trace.kkt_kernels import CLOSE, conditions, curvature, gradient_row, newton, sizes, solve
 
 EXACT = 1e-11
 """Residual that one step must leave; where it leaves more there are further ones."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls, residuals, curvatures):
     """Fill a table of `points` along nodes of one set, at equal lengths of arc.
 
@@ -38,7 +38,7 @@ def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls,
             curvatures[place] = curvature(d[k], points[place], held, n, m)
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _lengths(nodes):
     """Length of the polygon up to each node."""
     arc = np.zeros(len(nodes))
@@ -50,7 +50,7 @@ def _lengths(nodes):
     return arc
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _cubic(nodes, tangents, arc, k, s, point, row):
     """Near the point at length s, in segment k; and near the tangent there."""
     span = arc[k + 1] - arc[k]
@@ -61,7 +61,7 @@ def _cubic(nodes, tangents, arc, k, s, point, row):
         row[i] = (1 - u) * tangents[k, i] + u * tangents[k + 1, i]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _run(kkt, n, h, hidden, t, points, work, d):
     """Run the tape at all of the points; what is left of the block is done like the last of them."""
     for k in range(BLOCK):
@@ -74,7 +74,7 @@ def _run(kkt, n, h, hidden, t, points, work, d):
     run_block(kkt, work, d)
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _step(d, point, row, held, n, m, h, t, a, b):
     """One step of Newton's method across the curve."""
     conditions(d, point, held, n, m, h, t, b, a)
@@ -85,7 +85,7 @@ def _step(d, point, row, held, n, m, h, t, a, b):
             point[i] -= b[i]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _largest(values):
     """Of their sizes; inf where one is no number."""
     largest = 0.0
@@ -96,7 +96,7 @@ def _largest(values):
     return largest
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _finish(kkt, d, point, row, held, n, m, h, hidden, t, a, b, work, tangent, pulls):
     """Residual of a point, after further steps where it is too large; its tangent, and how bounds are pulled at."""
     last = point.size - 1

@@ -1,24 +1,22 @@
 """Look up a table of values and exact slopes, packed in one flat array; see `_table`."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from sdpgrind.base.compiled import compiled
+
 INSIDE, BELOW, ABOVE, NO_KEY = range(4)
 """What a look-up says of its key: in the table, below or above it (the end is given), or NaN."""
 HEAD = 5
 """Numbers at the head: nodes, columns, cells of the guide (all by their bits), least key, cells per unit of the key."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def packed_size(n_node, n_column, n_cell):
     """Numbers of a packed table: head, keys, values and slopes node by node, guide."""
     return HEAD + n_node * (1 + 2 * n_column) + n_cell + 1
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def pack(key, columns, slopes, n_cell):
     """Pack a table whose key rises: the guide says of each cell of equal width which interval its start lies in."""
     n_node, n_column = columns.shape
@@ -40,13 +38,13 @@ def pack(key, columns, slopes, n_cell):
     return packed
 
 
-@njit(forceinline=True, **_OPTIONS)
+@compiled(forceinline=True, error_model="numpy")
 def _cell(packed, key):
     """The cell of a key; rounding is the same for nodes and for what is looked up, so that the guide never misleads."""
     return np.int64((key - packed[3]) * packed[4])
 
 
-@njit(forceinline=True, **_OPTIONS)
+@compiled(forceinline=True, error_model="numpy")
 def locate(packed, key):
     """Index of the interval that a key of the table lies in: from the guide, then by halving what the cell leaves."""
     whole = packed.view(np.int64)
@@ -63,7 +61,7 @@ def locate(packed, key):
     return low
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def look_up(packed, key, out):
     """Put the columns at a key into `out` and say where the key is; outside the table: those of the end; NaN: nothing."""
     whole = packed.view(np.int64)
@@ -83,7 +81,7 @@ def look_up(packed, key, out):
     return BELOW if below else ABOVE
 
 
-@njit(forceinline=True, **_OPTIONS)
+@compiled(forceinline=True, error_model="numpy")
 def _interpolate(packed, k, key, out):
     """The cubic of interval k."""
     whole = packed.view(np.int64)
@@ -97,7 +95,7 @@ def _interpolate(packed, k, key, out):
         out[j] = value + t * (start + t * (3.0 * rise - 2.0 * start - end + t * (start + end - 2.0 * rise)))
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def look_up_many(packed, keys, out):
     """Look up many keys (k,) into `out` (k, columns) and return the index of the first that is NaN, -1 if none is."""
     bad = -1

@@ -1,12 +1,11 @@
 """Follow a branch of best points by pseudo-arclength, through changes of what is held and active, to where it ends."""
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import work_size
 from sdpgrind.locus._trace.exchange_kernels import exchange
 from sdpgrind.locus._trace.kkt_kernels import (
-    _OPTIONS,
     GOOD,
     constraint_row,
     curvature,
@@ -30,7 +29,7 @@ STEPS = 5
 """Of Newton's method in one corrector."""
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, found):
     """What must stay >= 0: two for each control, one for each constraint, the ends of the range, feasibility, fold, branch."""
     row = np.empty(point.size)
@@ -49,7 +48,7 @@ def signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, f
     found[k + 2], found[k + 3], found[k + 4] = point[n], rising * tangent[point.size - 1], determinant
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def event_of(k, held, n, m):
     """Kind and index of the sign that failed."""
     if k < 2 * n:
@@ -63,7 +62,7 @@ def event_of(k, held, n, m):
     return (RANGE, RANGE, INFEASIBLE, FOLD, BRANCH)[k - 2 * n - m], k - 2 * n - m
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def switch(kind, index, held, n):
     """Change the set."""
     if kind == LOW:
@@ -78,7 +77,7 @@ def switch(kind, index, held, n):
         held[n + index] = 1
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def away(kind, index, was, d, point, tangent, n, m, h, t):
     """How fast what has changed moves along the tangent into what is allowed; negative: the tangent points the wrong way."""
     row = np.empty(point.size)
@@ -93,7 +92,7 @@ def away(kind, index, was, d, point, tangent, n, m, h, t):
     return tangent[n + 1 + index]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def _locate(
     kkt, n, m, h, hidden, t, held, low, high, rising, orientation, start, direction, k, left, right, span,
     point, tangent, work, d, found,
@@ -121,14 +120,14 @@ def _locate(
     return s
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _record(points, tangents, sets, events, count, point, tangent, held, kind, index):
     points[count], tangents[count], sets[count] = point, tangent, held
     events[count, 0], events[count, 1] = kind, index
     return count + 1
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points, tangents, sets, events):
     """Follow the branch through `first` to the side where the place of the hidden state rises (1) or falls (-1).
 
@@ -223,7 +222,7 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
     return _record(points, tangents, sets, events, count, point, tangent, held, FULL, 0)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def settle_at(kkt, n, m, h, hidden, t, held, point, most):
     """Solve the conditions at the point's own place of the hidden state, in place; gives the residual."""
     work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
@@ -232,7 +231,7 @@ def settle_at(kkt, n, m, h, hidden, t, held, point, most):
     return newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d)[1]
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def reach(kkt, n, m, h, hidden, t, held, nodes, place, point):
     """The point of a run at a place of the hidden state, in place: straight between nodes, then exact; gives the residual."""
     last = nodes.shape[1] - 1
@@ -247,7 +246,7 @@ def reach(kkt, n, m, h, hidden, t, held, nodes, place, point):
     return settle_at(kkt, n, m, h, hidden, t, held, point, 12)
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def between(left, right, along_left, along_right, place, point):
     """Where a cubic between two nodes has a place of the hidden state, into `point`; gives the length between the nodes."""
     last = left.size - 1
@@ -264,7 +263,7 @@ def between(left, right, along_left, along_right, place, point):
     return span
 
 
-@njit(**_OPTIONS)
+@compiled(error_model="numpy")
 def tangent_of(kkt, n, m, h, hidden, t, held, point, along, tangent):
     """Unit vector along the curve at a point on it, on the side of `along`."""
     work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))

@@ -55,7 +55,9 @@ class DressedGrinding(Frozen):
     def __post_init__(self) -> None:
         checks.kind("grinding", self.grinding, Grinding, " (see locus.processes.Grinding)")
         if self.grinding.roughness is None:
-            raise ValueError("grinding must have a roughness (see locus.processes.Roughness): the coarsest lead is best without; got none")
+            raise ValueError(
+                "grinding must have a roughness (see locus.processes.Roughness): the coarsest lead is best without; got none"
+            )
         checks.share("area", self.area)
         checks.positive("area_exponent", self.area_exponent)
 

@@ -1,10 +1,8 @@
 """One sample of the controllers of plunge cycles, compiled: `CycleController.step` and whole parts run through here."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._control.online_kernels import estimated, know_nothing, spread
 from sdpgrind.plunge._control.state import (
     BALANCE,
@@ -36,10 +34,9 @@ from sdpgrind.plunge._model.kernels import beyond, burn_depth, deflected, least_
 
 ROUND_ENOUGH = 1.004
 """Rate over the final one with which a part may end."""
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
 
-@njit(**_OPTIONS)
+@compiled
 def start_control(state, law):
     """Make the state of the next part."""
     state[:] = 0.0
@@ -48,7 +45,7 @@ def start_control(state, law):
     know_nothing(state, law)
 
 
-@njit(**_OPTIONS)
+@compiled
 def control_step(state, law, size, power):
     """Take readings of size (mm) and power (W), NaN where there is none, decide, and return the command rate (mm/s)."""
     core = worn(law.core, state[SHARPNESS]) if law.online else law.core
@@ -66,14 +63,14 @@ def control_step(state, law, size, power):
     return state[COMMAND]
 
 
-@njit(**_OPTIONS)
+@compiled
 def _done(state, law):
     """Whether the part is to size and, as far as the rate is learned, round: size is known no better than the gauge errs."""
     waits = law.online and state[SECTION] == SPARK_OUT and state[RATE] > ROUND_ENOUGH * law.final_rate
     return state[REMAINING] <= (-law.size_sd if waits else 0.0)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _decide(state, law, core):
     state[BALANCED] = 0.0
     if state[SECTION] == RETRACT:
@@ -86,7 +83,7 @@ def _decide(state, law, core):
     return _until_spark_out(state, law, core, command)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _predict(state, law, core):
     """Where the wheel is after a sample of the last command."""
     u, dt, scale, before = state[COMMAND], law.sample_time, state[SCALE], state[Y]
@@ -103,7 +100,7 @@ def _predict(state, law, core):
         spread(state, law, core, u, removed / dt)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _predict_printed(state, law):
     """(5), after the delay of touch-in."""
     u, dt = state[COMMAND], law.sample_time
@@ -114,7 +111,7 @@ def _predict_printed(state, law):
         state[RATE] = pole * state[RATE] + (1.0 - pole) * u
 
 
-@njit(**_OPTIONS)
+@compiled
 def _usable(state, law, size):
     """Whether a reading of size is one: there, not frozen, no jump beyond noise or feed; count those that are not."""
     last, noise = state[SIZE], OUTLYING * law.size_sd
@@ -128,7 +125,7 @@ def _usable(state, law, size):
     return True
 
 
-@njit(**_OPTIONS)
+@compiled
 def _balanced_rate(state, law, core, ahead, reach):
     """The rate up to `reach` (mm/s) whose damage is as deep as the stock at the next sample, less the margin."""
     state[TARGET] = state[REMAINING] - ahead - law.safety_margin
@@ -139,7 +136,7 @@ def _balanced_rate(state, law, core, ahead, reach):
     return rate_of_burn(state[TARGET], state[BURNING], reach, core)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _printed(state, law):
     """Sections by (2), (3) and (5) as printed, with a constant time constant."""
     v, left, first = state[RATE], state[REMAINING], False
@@ -158,7 +155,7 @@ def _printed(state, law):
     return min(max((aim - law.pole * v) / (1.0 - law.pole), 0.0), law.rate_max)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _spark_out_printed(state, law):
     """(2) in (3): q_k = tau (v_k - v_f); armed above the final rate only."""
     v, last = state[RATE], _final_rate(state, law)
@@ -167,20 +164,20 @@ def _spark_out_printed(state, law):
         state[SECTION] = SPARK_OUT
 
 
-@njit(**_OPTIONS)
+@compiled
 def _creep(state, law):
     """Nothing is commanded until the final rate is reached; where size is not, that rate is kept."""
     last = _final_rate(state, law)
     return last if state[RATE] <= last else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _final_rate(state, law):
     """Infeed rate at size, mm/s: round enough, and without damage."""
     return min(law.final_rate, state[BURNING])
 
 
-@njit(**_OPTIONS)
+@compiled
 def _balance(state, law, core):
     """Full rate until the damage would be deeper than the stock at the next sample, then just as deep."""
     v, dt = state[RATE], law.sample_time
@@ -199,21 +196,21 @@ def _balance(state, law, core):
     return command
 
 
-@njit(**_OPTIONS)
+@compiled
 def _removed(state, law, core, command):
     """What a command (mm/s) removes in a sample, mm: by halves of both rates it would be 1e-6 too little, all of it damage."""
     y, _ = deflected(state[Y], state[RATE], command, law.sample_time / state[SCALE], 1, core)
     return command * law.sample_time - state[SCALE] * (y - state[Y])
 
 
-@njit(**_OPTIONS)
+@compiled
 def _to_rate(state, law, core, aim, removed):
     """The command (mm/s) that comes to a rate at the next sample if so much is removed until then, mm."""
     needed = (state[SCALE] * (beyond(aim, core) - state[Y]) + removed) / law.sample_time
     return min(max(needed, 0.0), law.rate_max)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _room(state, law, core):
     """How much may be commanded (mm) so that no damage to come is too deep, even if nothing more is commanded then.
 
@@ -229,7 +226,7 @@ def _room(state, law, core):
     return least - (state[SCALE] * state[Y] - state[REMAINING])
 
 
-@njit(**_OPTIONS)
+@compiled
 def _staged(state, law):
     """A rough rate, then a slower one: the sample in which the stock is reached gets of both, so that it is exact between."""
     if state[SECTION] == BALANCE:
@@ -244,7 +241,7 @@ def _staged(state, law):
     return share * law.rough_rate + (1.0 - share) * law.stage_rate
 
 
-@njit(**_OPTIONS)
+@compiled
 def _until_spark_out(state, law, core, command):
     """The command, or the last of it before spark-out: exact between samples."""
     allowed = _allowed(state, law, core)
@@ -254,7 +251,7 @@ def _until_spark_out(state, law, core, command):
     return max(allowed, 0.0) / law.sample_time
 
 
-@njit(**_OPTIONS)
+@compiled
 def _allowed(state, law, core):
     """How much may still be commanded (mm) so that the deflection that is given back leaves the final rate at size."""
     kept = beyond(_final_rate(state, law), core)

@@ -1,10 +1,8 @@
 """What a controller learns while it grinds, compiled: contact, deflection and sharpness, by a Kalman filter of size and power."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._control.state import (
     BELIEVED,
     BLANK,
@@ -29,10 +27,8 @@ from sdpgrind.plunge._control.state import (
 )
 from sdpgrind.plunge._model.kernels import burning_begins, rate_near, worn
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
-
-@njit(**_OPTIONS)
+@compiled
 def know_nothing(state, law):
     """Of the contact, as before it."""
     state[SCALE] = state[SHARPNESS] = 1.0
@@ -42,7 +38,7 @@ def know_nothing(state, law):
     cov[2, 2], cov[3, 3] = law.scale_sd**2, law.sharpness_sd**2
 
 
-@njit(**_OPTIONS)
+@compiled
 def spread(state, law, core, u, v):
     """Covariance after a sample of the last command, u and v in mm/s; the wear that the model knows."""
     dt, scale, cov = law.sample_time, state[SCALE], state[COVARIANCE:].reshape(4, 4)
@@ -61,7 +57,7 @@ def spread(state, law, core, u, v):
     cov[0, 0] += DEFLECTION_DRIFT**2
 
 
-@njit(**_OPTIONS)
+@compiled
 def estimated(state, law, size, power):
     """Correct by both readings and return the core of the wheel as it is now: Kalman's filter about the last estimate.
 
@@ -94,7 +90,7 @@ def estimated(state, law, size, power):
     return core
 
 
-@njit(**_OPTIONS)
+@compiled
 def _touched(state, law, x, noise):
     """Whether the wheel touches: power says so, and how far it is in; long without power the command must be believed."""
     known = x == x
@@ -112,7 +108,7 @@ def _touched(state, law, x, noise):
     return True
 
 
-@njit(**_OPTIONS)
+@compiled
 def _correct(state, x, off, h0, h1, h2, variance):
     """One correction, of a reading that depends on deflection x, zero and scale by h0, h1 and h2; return x."""
     cov = state[COVARIANCE:].reshape(4, 4)

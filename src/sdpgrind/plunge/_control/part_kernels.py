@@ -3,13 +3,12 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._control import state as places
 from sdpgrind.plunge._control.control_kernels import control_step
 from sdpgrind.plunge._model.kernels import Core, damage, deflected, rate, rate_near, worn
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)
 """State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges, what
 the actuator owes of its command, samples."""
@@ -70,7 +69,7 @@ def rig(model: Any, stock: float, sample_time: float, samples_max: int = 20_000)
     )
 
 
-@njit(**_OPTIONS)
+@compiled
 def start_part(state, rig):
     """Make the state of a part that nobody has touched."""
     state[:] = 0.0
@@ -79,7 +78,7 @@ def start_part(state, rig):
     state[SLACK] = state[PART_SLACK] = np.inf
 
 
-@njit(**_OPTIONS)
+@compiled
 def read(state, rig, of_size, of_power):
     """Readings of size (mm), power (W) and whether it is clipped, from two standard normal numbers."""
     now = rig.stock - state[REMAINING]
@@ -91,7 +90,7 @@ def read(state, rig, of_size, of_power):
     return size + rig.size_offset + rig.size_sd * of_size, min(power, rig.power_max), saturated
 
 
-@njit(**_OPTIONS)
+@compiled
 def true_power(state, rig):
     """Power at the contact, W: in proportion to the deflection until the wheel cuts."""
     core, v = worn(rig.core, state[WORN]), state[RATE]
@@ -101,7 +100,7 @@ def true_power(state, rig):
     return core.power0 * x / rig.core.K0 if x > 0.0 else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def judge(state, rig, balanced):
     """Keep the least slacks: of all samples with damage, and of those in which the controller balances."""
     burn = damage(state[RATE], worn(rig.core, state[WORN]))
@@ -112,7 +111,7 @@ def judge(state, rig, balanced):
         state[SLACK] = min(state[SLACK], slack)
 
 
-@njit(**_OPTIONS)
+@compiled
 def advance(state, rig, command_rate):
     """Feed for a sample at a command rate, mm/s."""
     u, dt = command_rate, rig.sample_time
@@ -133,7 +132,7 @@ def advance(state, rig, command_rate):
     state[SAMPLES] += 1.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _wear(rig, removed, duration):
     """By how much the wear flat area grows, over that at the start, while so much (mm) is removed in a time (s)."""
     if rig.growth <= 0.0 or removed <= 0.0:
@@ -141,7 +140,7 @@ def _wear(rig, removed, duration):
     return rig.growth * (removed / duration / rig.growth_rate) ** rig.growth_exponent * removed
 
 
-@njit(**_OPTIONS)
+@compiled
 def grind(state, rig, brain, law, normals, table, row):
     """Run a part under a controller until it is done or the normal numbers are used up; return rows of the table so far.
 

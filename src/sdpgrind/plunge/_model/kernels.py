@@ -1,9 +1,10 @@
 """Deflection and depth of damage against the infeed rate, as plain serial loops over numbers."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from sdpgrind.base.compiled import compiled
 
 DECAY = 0.915
 """Of the peak temperature below a moving band, in units of sqrt(alpha l_c/v_w), where its Peclet number is 10 to 30."""
@@ -11,7 +12,6 @@ PLACES = 12
 """Rates at which it is asked whether deflection less depth of damage rises."""
 FLAT = 1e-12
 """Slope (mm) by the logarithm of the rate that is none."""
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
 
 class Core(NamedTuple):
@@ -41,33 +41,33 @@ class Give(NamedTuple):
     p: float
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def beyond(v, core):
     """Deflection beyond what ploughing takes, y = x - K0, mm."""
     return core.K1 * v + core.K2 * v**core.p
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def burn_depth(v, core):
     """Depth of damage, mm; negative: what is left; v > 0."""
     root = np.sqrt(np.sqrt(v))
     return core.reach * root * np.log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
 
 
-@njit(**_OPTIONS)
+@compiled
 def worn(core, ratio):
     """The core of a wheel whose wear flats have grown by `ratio`."""
     k2, heat2, power2 = core.K2 * ratio, core.heat2 * ratio, core.power2 * ratio
     return Core(core.K0, core.K1, k2, core.p, core.heat0, core.heat1, heat2, core.reach, core.power0, core.power1, power2)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _heat_slope(t, core):
     """Derivative of heat less what is stood by t = v^(1/4)."""
     return 4.0 * (core.heat1 * t**4 + core.p * core.heat2 * t ** (4.0 * core.p)) / t - 1.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def _least_heat(high, core):
     """Where heat less what is stood is least, in t = v^(1/4) <= high: the slope rises, and is bisected."""
     if _heat_slope(high, core) <= 0.0:
@@ -82,7 +82,7 @@ def _least_heat(high, core):
     return low
 
 
-@njit(**_OPTIONS)
+@compiled
 def damage(v, core):
     """Depth of damage, mm; 0 below the rate at which burning begins, where ploughing alone would make it positive."""
     if v <= 0.0:
@@ -95,7 +95,7 @@ def damage(v, core):
     return depth if everywhere else 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def burning_begins(core, near, rate_max):
     """The rate (mm/s) above which the work burns, no more than `rate_max`, from a rate near by.
 
@@ -117,7 +117,7 @@ def burning_begins(core, near, rate_max):
     return min(t**4, rate_max)
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def newton(y, w, core, enough):
     """Infeed rate (mm/s) of a deflection y > 0 beyond ploughing, from a start w = v^p: y is convex in w.
 
@@ -133,7 +133,7 @@ def newton(y, w, core, enough):
     return w**q
 
 
-@njit(**_OPTIONS)
+@compiled
 def rate(y, core):
     """Infeed rate (mm/s) of a deflection y beyond ploughing, from above; 0 where the wheel only ploughs."""
     if y <= 0.0:
@@ -144,7 +144,7 @@ def rate(y, core):
     return newton(y, w, core, 1e-8)
 
 
-@njit(**_OPTIONS)
+@compiled
 def rate_near(y, near, core):
     """The same from a rate near by, to 1e-11: faster by half in a loop over time."""
     if y <= 0.0 or near <= 0.0:
@@ -155,7 +155,7 @@ def rate_near(y, near, core):
     return newton(y, start, core, 1e-6) if start > 0.0 else rate(y, core)
 
 
-@njit(**_OPTIONS)
+@compiled
 def rates(y, core):
     """The same of an array."""
     out = np.empty(y.size)
@@ -164,7 +164,7 @@ def rates(y, core):
     return out
 
 
-@njit(**_OPTIONS)
+@compiled
 def rate_of_burn(depth, low, high, core):
     """The greatest rate in [low, high] (mm/s) whose damage is no deeper than `depth` (mm), where it grows with the rate.
 
@@ -190,7 +190,7 @@ def rate_of_burn(depth, low, high, core):
     return v
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def over_burn(v, scale, core):
     """Deflection, by its scale, less depth of damage (mm), and its slope by the logarithm of the rate (mm)."""
     root, w = np.sqrt(np.sqrt(v)), v**core.p
@@ -201,7 +201,7 @@ def over_burn(v, scale, core):
     return scale * (core.K1 * v + core.K2 * w) - depth, scale * y_slope - depth_slope
 
 
-@njit(**_OPTIONS)
+@compiled
 def least_over_burn(scale, low, high, core):
     """Least of deflection, by its scale, less depth of damage (mm) of all rates (mm/s) at which it turns from falling to rising.
 
@@ -220,7 +220,7 @@ def least_over_burn(scale, low, high, core):
     return least
 
 
-@njit(**_OPTIONS)
+@compiled
 def _turn(low, falls, high, rises, scale, core):
     """The same (mm) where it turns between two rates, by the rule of Illinois: to `FLAT` times the logarithm of their ratio."""
     side = 0
@@ -240,7 +240,7 @@ def _turn(low, falls, high, rises, scale, core):
     return value
 
 
-@njit(**_OPTIONS)
+@compiled
 def deflected(y, near, command_rate, duration, steps, core):
     """Deflection beyond ploughing (mm) and rate after some time (s) at a held command rate, from a rate near that of y.
 

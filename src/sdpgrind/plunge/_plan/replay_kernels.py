@@ -1,30 +1,27 @@
 """Commands played through the dynamics of the process, as plain serial loops: planned ones, and those of a record."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._model.kernels import Give, deflected, rate
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 COLUMNS = 5
 """Of what is played: time (s), remaining stock, deflection beyond ploughing (mm), infeed rate (mm/s), wear flat area."""
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _speed(y, area, give, wear):
     return rate(y, Give(give[0], give[1] * area / wear[0], give[2]))
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _slopes(y, area, command, give, wear):
     """Of deflection, stock and area; wear: area for which `give` holds, growth (1/mm), exponent, reference rate (mm/s)."""
     v = _speed(y, area, give, wear)
     return command - v, -v, wear[1] * (v / wear[3]) ** wear[2] * v
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _step(state, h, command, give, wear):
     y, left, area = state
     a = _slopes(y, area, command, give, wear)
@@ -38,7 +35,7 @@ def _step(state, h, command, give, wear):
     )
 
 
-@njit(**_OPTIONS)
+@compiled
 def play(stock, commands, durations, gives, wear, steps, spare, out, interval):
     """Play commands from the first touch until the stock is ground off; `spare` further steps (s) at the last command.
 
@@ -74,7 +71,7 @@ def play(stock, commands, durations, gives, wear, steps, spare, out, interval):
     return row
 
 
-@njit(**_OPTIONS)
+@compiled
 def deflections(first, command_rate, step, substeps, core):
     """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands (mm/s) hold for a step (s)."""
     out = np.empty((step.size + 1, 2))
@@ -86,7 +83,7 @@ def deflections(first, command_rate, step, substeps, core):
     return out
 
 
-@njit(**_OPTIONS)
+@compiled
 def lags(first, pole, given):
     """What a lag holds (mm) at each reading, from the first on: x+ = pole x + given."""
     out = np.empty(pole.size + 1)

@@ -1,14 +1,11 @@
 """Compiled look-ups in policy tables [row, mode, node], multilinear in any number of axes."""
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
+from sdpgrind.base.compiled import compiled
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _cell(shape, index, point, corner, low):
     """Flat node and weight of a corner (bits of `corner`) of the cell around index[:, point]; `low` is its lowest node."""
     node, weight = 0, 1.0
@@ -20,13 +17,13 @@ def _cell(shape, index, point, corner, low):
     return node, weight
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _lowest(shape, index, point, low):
     for axis in range(shape.size):
         low[axis] = max(0, min(int(np.floor(index[axis, point])), shape[axis] - 2))
 
 
-@njit(**_OPTIONS)
+@compiled
 def interpolate(table, row, mode, shape, index, out):
     """out[p] = table interpolated at index[:, p] (cells) in slice (row[p], mode[p])."""
     low = np.empty(shape.size, dtype=np.int64)
@@ -40,7 +37,7 @@ def interpolate(table, row, mode, shape, index, out):
         out[point] = total
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _crossing(at, row, mode, index, nodes):
     """Number of the cell of kinks (-1: none) that a point is inside of, the cell, and where in it the point lies."""
     cell = max(0, min(int(np.floor(index)), nodes - 2))
@@ -48,7 +45,7 @@ def _crossing(at, row, mode, index, nodes):
     return at[row, mode, cell] if 0.0 < part < 1.0 else -1, cell, part
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _least(first, last, cost, part):
     """The first of the lowest lines, and its height."""
     line, low = first, np.inf
@@ -59,7 +56,7 @@ def _least(first, last, cost, part):
     return line, low
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _next_least(first, last, cost, act, part, chosen):
     """Height of the lowest line of any other action than `chosen`."""
     low = np.inf
@@ -69,7 +66,7 @@ def _next_least(first, last, cost, act, part, chosen):
     return low
 
 
-@njit(**_OPTIONS)
+@compiled
 def least_move(kinks, row, mode, index, out):
     """Set out[p] to the number of the lowest line of a move in the cell of each point, -1 where there is none."""
     at, start, cost, _, act, _ = kinks
@@ -83,7 +80,7 @@ def least_move(kinks, row, mode, index, out):
                     low, out[point] = here, k
 
 
-@njit(**_OPTIONS)
+@compiled
 def least_line(at, start, cost, row, mode, index, out):
     """On one axis, set out[p] to the least of the lines of cost where the action changes inside a cell."""
     for point in range(out.size):
@@ -92,7 +89,7 @@ def least_line(at, start, cost, row, mode, index, out):
             out[point] = _least(start[number], start[number + 1], cost, part)[1]
 
 
-@njit(**_OPTIONS)
+@compiled
 def act(table, kinks, row, mode, shape, index, out):
     """Action at every point: interpolated inside one move; where the action changes inside a cell, that of the least line.
 

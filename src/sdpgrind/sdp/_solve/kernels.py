@@ -7,20 +7,21 @@ nodes of other axes). `rough[group, row]` marks laws so narrow that their expect
 have a kink at every node: no curve is laid through them.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
+
+from sdpgrind.base.compiled import compiled
+
+REORDER = {"contract", "nsz", "reassoc"}
+"""What a sum may do for the sake of speed: another order, fused products; NaN and infinity stay (chosen)."""
 
 TIE_ABS, TIE_REL = 1e-9, 1e-7
 CUBIC = 0.8
 """Share of the difference between cubic and parabola that counts as error of the cubic (0.01 to 0.74 was measured)."""
 UNSEEN = 0.5
 """Share of what a level lies below its neighbours that may hide in a kink between them."""
-_OPTIONS: Any = {"cache": True, "nogil": True, "fastmath": {"reassoc", "contract", "nsz"}}
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always", fastmath=REORDER)
 def _dot(weight, group, row, first_lag, low, high, flipped, target, node, nodes):
     """Sum of weight[lag] * value[node - lag] over the targets 1..nodes-1; `flipped` is the value from the top down."""
     begin = max(low, node - (nodes - 1))
@@ -35,7 +36,7 @@ def _dot(weight, group, row, first_lag, low, high, flipped, target, node, nodes)
     return total
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always", fastmath=REORDER)
 def _expect(group, row, node, tables, value, flipped, level):
     """E value(next) + charges of one row at one node. `flipped` is measured from the value of node 0."""
     weight, first_lag, reach, gone, stopped, above, charge, target, part, _ = tables
@@ -58,7 +59,7 @@ def _expect(group, row, node, tables, value, flipped, level):
     return total + charge[group, row, node]
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
     """Fill out[k, node] = E of the coarse rows; `dense[k, node]` already holds the inner sums where `use_dense`."""
     _, _, _, gone, stopped, above, charge, target, _, _ = tables
@@ -82,12 +83,12 @@ def scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
             line -= (value[to, nodes - 1] - bottom) * above[group, row]
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always", fastmath=REORDER)
 def tie(value):
     return TIE_ABS + TIE_REL * abs(value)
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def _vertex(levels, a, qa, qb, qc, e, qe):
     """Least point of the cubic through the levels a, a + 1, a + 2 (the middle one the lowest) and e.
 
@@ -119,7 +120,7 @@ def _vertex(levels, a, qa, qb, qc, e, qe):
     return x, value, CUBIC * abs(value - flat)
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always", fastmath=REORDER)
 def _next(a, b, c, qa, qb, qc, halve):
     """Level to try inside the bracket a < b < c: the vertex of the parabola (in the number of the level), or a halving."""
     if b - a <= 0 or (halve and c - b >= b - a):
@@ -136,7 +137,7 @@ def _next(a, b, c, qa, qb, qc, halve):
     return min(max(x, a + 1), c - 1)
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def _descend(group, base, node, f, low, high, stride, q, before, after, tables, value, flipped, level, levels):
     """Follow the minimum around level `f` (value `q`, scanned neighbours `before` and `after`) inside the regime [low, high].
 
@@ -170,7 +171,7 @@ def _descend(group, base, node, f, low, high, stride, q, before, after, tables, 
     return u, best, wrong
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out, state):
     """Best row of one move at every node: every local minimum of the scan, in every regime, is followed down.
 
@@ -211,7 +212,7 @@ def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value
                     out_q[node] = min(out_q[node], q)
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def first_least(q, levels, out_q, out_u, out_a):
     """Least row at every node where only the levels count; ties go to the first. Two passes that run along the nodes."""
     count, nodes = levels.size, out_q.size
@@ -232,7 +233,7 @@ def first_least(q, levels, out_q, out_u, out_a):
         out_u[node], out_a[node] = levels[row % count], row // count
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, complete, coarse_q, out_q, out_u, out_a, state):
     """Moves begin to end of a bundle, all groups: out[move, group, node] = least expectation, with its control and entry.
 
@@ -274,7 +275,7 @@ def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, comp
             )
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always", fastmath=REORDER)
 def _promising(q, before, after, minimum):
     """Whether the neighbourhood of a scanned level may hold less than `minimum`: twice what convexity would let it hide."""
     hidden = 0.0
@@ -285,7 +286,7 @@ def _promising(q, before, after, minimum):
     return q - 2.0 * hidden < minimum
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
     """Best row at every node where all rows q[row, node] are known: the level, or the parabola through its neighbours."""
     count = levels.size

@@ -3,17 +3,16 @@
 Symbols as in `_kernels`.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.sdp._solve.kernels import push, tie
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "fastmath": {"reassoc", "contract", "nsz"}}
+REORDER = {"contract", "nsz", "reassoc"}
+"""What a sum may do for the sake of speed: another order, fused products; NaN and infinity stay (chosen)."""
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def choose(stop_q, found, shared, out):
     """One backward step: value[mode, node] = min over stops and moves; tell whether all are finite.
 
@@ -56,7 +55,7 @@ def choose(stop_q, found, shared, out):
     return finite
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def _complete(sums, low, high, scan_tables, bottom, top, level):
     """Turn inner sums of the scanned rows low to high into expectations; as `scan`, in one run over contiguous memory."""
     charge, gone = scan_tables[0][low:high].ravel(), scan_tables[1][low:high].ravel()
@@ -75,7 +74,7 @@ def _complete(sums, low, high, scan_tables, bottom, top, level):
             flat[k] -= (top - bottom) * above[k]
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def _wanted(duration, left):
     """First and last (exclusive) of the moves that begin within the `left` rows still to come; none: 0, 0."""
     begin, end = 0, 0
@@ -85,7 +84,7 @@ def _wanted(duration, left):
     return begin, end
 
 
-@njit(**_OPTIONS)
+@compiled(fastmath=REORDER)
 def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, scan_tables, plan, tables, shared, table, state):
     """A whole backward induction in one axis and one mode; see `_stages` for what it does stage by stage.
 

@@ -4,15 +4,14 @@ The cut is that of the pass planner (`sdpgrind.weldbead.passes`), the table and 
 they are put together, with runout, spin and the inertia of the grinder. Arrays are changed in place; serial.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.weldbead.force.kernels import drive_step, sensor_step
 from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, Core, Step, cut_step
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _NO_PATH = np.zeros(2)
 
 # Places in the state of a machine: mm, s, N, rad, rad/s, mm^3.
@@ -44,7 +43,7 @@ class Layout(NamedTuple):
     contact_stiffness: float  # N/mm
 
 
-@njit(**_OPTIONS)
+@compiled
 def inertial(grinder, state):
     """Slope and offset of the torque (N mm) that turns the grinder, against its deflection after the step.
 
@@ -55,14 +54,14 @@ def inertial(grinder, state):
     return slope, slope * state[DEFLECTION] + J / h * state[DEFLECTION_RATE]
 
 
-@njit(**_OPTIONS)
+@compiled
 def moved(grinder, state, deflection):
     """Keep the deflection and its rate."""
     state[DEFLECTION_RATE] = (deflection - state[DEFLECTION]) / grinder.step
     state[DEFLECTION] = deflection
 
 
-@njit(**_OPTIONS)
+@compiled
 def ground(bead, core, cut, grinder, state, height):
     """Bring the disc to where it is now, and cut: volume (mm^3) and torque (N mm) at the contact.
 
@@ -87,7 +86,7 @@ def ground(bead, core, cut, grinder, state, height):
     return volume, torque
 
 
-@njit(**_OPTIONS)
+@compiled
 def spun(grinder, friction_ratio, torque, state):
     """Turn the disc on, and let its spin follow its load."""
     state[PHASE] = (state[PHASE] + grinder.step * state[SPIN]) % (2.0 * np.pi)
@@ -96,7 +95,7 @@ def spun(grinder, friction_ratio, torque, state):
     state[SPIN] += share * (loaded - state[SPIN])
 
 
-@njit(**_OPTIONS)
+@compiled
 def sensed(core, grinder, state, before, sensors, sensor_core, table):
     """Both force sensors over one grinding sub-step, forces a straight line in it."""
     now = state[FORCE]
@@ -109,7 +108,7 @@ def sensed(core, grinder, state, before, sensors, sensor_core, table):
     state[SHOWN] = now
 
 
-@njit(**_OPTIONS)
+@compiled
 def sample(bead, core, cut, grinder, state, feed, command, drive, drive_core, sensors, sensor_core, layout):
     """Advance by one control sample at a feed (mm/s) with a platform command (mm) that is held."""
     state[FORCE_SUM] = 0.0

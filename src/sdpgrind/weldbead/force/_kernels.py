@@ -5,15 +5,13 @@ their own. One sub-step of a table drive is exact for a command that is held ove
 the sub-step (implicitly), so that the speed is exactly 0 while the table sticks and nothing chatters.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.compiled import compiled
 from sdpgrind.control.kernels import LawCore, law_output, law_update, quantised
-
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
 
 class DriveCore(NamedTuple):
@@ -66,20 +64,20 @@ class ControlCore(NamedTuple):
     approach: float
 
 
-@njit(**_OPTIONS)
+@compiled
 def play_step(position, played, half):
     """Follow `position` with play of half-width `half` (mm): what is driven moves only when it is pushed."""
     return min(max(played, position - half), position + half)
 
 
-@njit(**_OPTIONS)
+@compiled
 def backlash_step(position, platform, half, touch):
     """Platform in a dead zone: pressed down to where the contact force ends (`touch`, mm) or to the lower flank."""
     moved = min(max(platform, position - half), position + half)
     return max(position - half, touch) if moved > touch else moved
 
 
-@njit(**_OPTIONS)
+@compiled
 def drive_step(state, command, core, touch):
     """Advance a table drive by one sub-step in place and return the platform position (mm).
 
@@ -102,7 +100,7 @@ def drive_step(state, command, core, touch):
     return state[4]
 
 
-@njit(**_OPTIONS)
+@compiled
 def _slide(state, x, v, w, command, core):
     """One sub-step in motion: the friction that would stop the table, or all there is of it."""
     A, b, f = core.transition, core.command, core.friction
@@ -117,7 +115,7 @@ def _slide(state, x, v, w, command, core):
             state[1] = 0.0
 
 
-@njit(**_OPTIONS)
+@compiled
 def sensor_step(state, force, core):
     """Advance a force sensor by one sub-step in place; `force` (N) is that at the end of the sub-step."""
     order = core.output.size
@@ -134,7 +132,7 @@ def sensor_step(state, force, core):
         _filter(state, total, core, order)
 
 
-@njit(**_OPTIONS)
+@compiled
 def _row(core, state, i, last, force):
     """One entry of the analogue state, put behind the state until all are done."""
     order = core.output.size
@@ -145,7 +143,7 @@ def _row(core, state, i, last, force):
     return total
 
 
-@njit(**_OPTIONS)
+@compiled
 def _filter(state, value, core, order):
     """Digital filter of second order, transposed direct form."""
     b, a = core.numerator, core.denominator
@@ -155,13 +153,13 @@ def _filter(state, value, core, order):
     state[order + 3] = out
 
 
-@njit(**_OPTIONS)
+@compiled
 def sensor_read(state, core, noise):
     """Return what the sensor shows (N): its last filtered sample, noise added, in whole quanta."""
     return quantised(state[core.output.size + 3] + noise, core.quantum)
 
 
-@njit(**_OPTIONS)
+@compiled
 def control_step(core, state, work, force, demand, position):
     """Return the platform command (mm) of one sample.
 
@@ -193,13 +191,13 @@ def control_step(core, state, work, force, demand, position):
     return command
 
 
-@njit(**_OPTIONS)
+@compiled
 def contact_force(platform, surface, stiffness):
     """Force (N) of a stiff contact: none where the platform is below what it presses against."""
     return stiffness * max(0.0, platform - surface)
 
 
-@njit(**_OPTIONS)
+@compiled
 def plant_sample(command, drive, sensor, drive_core, sensor_core, surface, stiffness, forces):
     """Advance drive, contact and sensor by one control sample; `surface` and `forces` have one entry a sub-step."""
     for j in range(surface.size):
@@ -208,7 +206,7 @@ def plant_sample(command, drive, sensor, drive_core, sensor_core, surface, stiff
         sensor_step(sensor, forces[j], sensor_core)
 
 
-@njit(**_OPTIONS)
+@compiled
 def simulate_core(control, state, drive, sensor, queue, cores, demand, position, surface, stiffness, noise, record):
     """Close the loop over stiff contact. `surface`: (samples, sub-steps) mm; `record`: forces (samples, sub-steps) N.
 
@@ -226,7 +224,7 @@ def simulate_core(control, state, drive, sensor, queue, cores, demand, position,
     return commands, readings
 
 
-@njit(**_OPTIONS)
+@compiled
 def delay_step(queue, value):
     """Put `value` into a queue of whole samples in place, and return what comes out."""
     if queue.size == 0:

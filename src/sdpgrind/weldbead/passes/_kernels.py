@@ -9,8 +9,8 @@ are its solutions.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.base.units import N_MM_S_PER_W
 
 WIND, TIP_X, TIP_Z, RATE, WEAR, TOUCHED, PATCHES = range(7)
@@ -20,7 +20,6 @@ DONE, STALLED, OVERLAPPING = 0, 1, 2
 FREE, RUB, CUT = 0, 1, 2
 GIVEN, INVERSE, FEEDBACK = 0, 1, 2
 _TOLERANCE = 1e-13  # rad
-_OPTIONS: Any = {"cache": True, "nogil": True}
 
 
 class Core(NamedTuple):
@@ -61,7 +60,7 @@ class Step(NamedTuple):
     time: float  # since the step before, s
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def torque_at(wind, core):
     """Torque of the spring (N mm); beyond the end of its table it goes on as straight as it came."""
     if wind <= 0.0:
@@ -73,7 +72,7 @@ def torque_at(wind, core):
     return core.torques[k - 1] + slope * (wind - core.angles[k - 1])
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def removal(torque, core):
     """Volume removed in a second (mm^3/s): what the power exceeds the idle power by, over the specific energy."""
     shaft = core.friction_ratio * torque
@@ -81,7 +80,7 @@ def removal(torque, core):
     return max(0.0, (power - core.idle_power) / core.specific_energy)
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _along(path, bead, x):
     """Height of the path of the tip at x; level beyond its ends."""
     place = min(max((x - bead.start) / bead.spacing, 0.0), path.size - 1.0)
@@ -89,7 +88,7 @@ def _along(path, bead, x):
     return path[k] + (place - k) * (path[k + 1] - path[k])
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def tip(wind, step, core, state, path, bead):
     """Place of the tip (mm), its height, and the height of the center."""
     angle = step.relaxed_angle - wind
@@ -100,7 +99,7 @@ def tip(wind, step, core, state, path, bead):
     return x, height - drop + state[WEAR] + step.offset, height
 
 
-@njit(**_OPTIONS)
+@compiled
 def swept(bead, core, state, step, wind, x, y, cut):
     """Volume (mm^3) between the bead and the lower surface of the disc with its tip at x, y; taken away where `cut`."""
     old_x, old_y = state[TIP_X], state[TIP_Z]
@@ -128,14 +127,14 @@ def swept(bead, core, state, step, wind, x, y, cut):
     return volume
 
 
-@njit(**_OPTIONS)
+@compiled
 def _excess(wind, share, carried, bead, core, state, step, path):
     """Volume in the way less what the step removes: falls as the disc winds up."""
     x, y, _ = tip(wind, step, core, state, path, bead)
     return swept(bead, core, state, step, wind, x, y, False) - step.time * share * removal(torque_at(wind, core), core) - carried
 
 
-@njit(**_OPTIONS)
+@compiled
 def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
     """Least wind-up with nothing left in the way (`most` if there is none): a bracket round the last one, then false position
     that halves the end that stays.
@@ -173,7 +172,7 @@ def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
     return high, True
 
 
-@njit(**_OPTIONS)
+@compiled
 def _raised(wind, wanted, bead, core, state, step, path):
     """How much higher (mm) than asked the disc must go, wound up to `wind`, to sweep only the volume `wanted`."""
     x, y, _ = tip(wind, step, core, state, path, bead)
@@ -191,7 +190,7 @@ def _raised(wind, wanted, bead, core, state, step, path):
     return high
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _worn(bead, core, state, angle, x, y):
     """How far (mm) the face recedes in a step: what it cuts over G, on the ring it wears; the length of the patch cancels."""
     into = (x - state[TIP_X]) * np.sin(angle) - (y - state[TIP_Z]) * np.cos(angle)
@@ -199,7 +198,7 @@ def _worn(bead, core, state, angle, x, y):
     return max(0.0, into) * bead.area[k] / bead.spacing / (core.grinding_ratio * 2.0 * np.pi * core.radius)
 
 
-@njit(**_OPTIONS)
+@compiled
 def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
     """Bring the disc to `step`, cut, and keep the state.
 
@@ -229,7 +228,7 @@ def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
     return DONE, volume, torque, height + higher
 
 
-@njit(**_OPTIONS)
+@compiled
 def grind(bead, core, state, center, height, relaxed_angle, time, path, mode, gains, most, second_order, out):
     """A whole pass; out[step] = wind-up, torque, fly height, tip x, tip z, removal rate, volume, patches, limited (1).
 

@@ -3,11 +3,9 @@
 Slower, without a grid: what is left over of the error is that of the step in time. For a disc that is moved as given.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from sdpgrind.base.compiled import compiled
 from sdpgrind.weldbead.passes._kernels import (
     DONE,
     OVERLAPPING,
@@ -22,19 +20,18 @@ from sdpgrind.weldbead.passes._kernels import (
     torque_at,
 )
 
-_OPTIONS: Any = {"cache": True, "nogil": True}
 _WALL = 1e-9
 """Width (mm) of what stands upright where the disc comes down."""
 _TOLERANCE = 1e-13  # rad
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _lower(at, old_x, old_y, x, y, rise):
     """Height of the lower surface of the disc: the way of the tip, then the face."""
     return old_y + (y - old_y) * (at - old_x) / (x - old_x) if at < x else y + rise * (at - x)
 
 
-@njit(inline="always", **_OPTIONS)
+@compiled(inline="always")
 def _piece(start, end, above, below):
     """Area between two lines over [start, end] where the gap, `above` at the start and `below` at the end, is positive."""
     if above >= 0.0 and below >= 0.0:
@@ -44,7 +41,7 @@ def _piece(start, end, above, below):
     return 0.5 * (end - start) * max(above, below) ** 2 / abs(above - below)
 
 
-@njit(**_OPTIONS)
+@compiled
 def swept(px, pz, size, top, state, center, x, y, rise, cut, cut_x, cut_z):
     """Area (mm^2) between the polyline and the lower surface; where `cut`, its new points there, their number and patches."""
     old_x, old_y = state[TIP_X], state[TIP_Z]
@@ -80,7 +77,7 @@ def swept(px, pz, size, top, state, center, x, y, rise, cut, cut_x, cut_z):
     return area, points + 1 if points > 0 else 0, patches
 
 
-@njit(**_OPTIONS)
+@compiled
 def _spliced(px, pz, size, cut_x, cut_z, points):
     """Put new points in the place of those that lie between the first and the last of them; return how many there are."""
     low = np.searchsorted(px[:size], cut_x[0], side="left")
@@ -96,7 +93,7 @@ def _spliced(px, pz, size, cut_x, cut_z, points):
     return used + tail
 
 
-@njit(**_OPTIONS)
+@compiled
 def _excess(wind, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z):
     angle = relaxed - wind
     x, y = center - core.radius * np.cos(angle), height - core.radius * np.sin(angle)
@@ -104,7 +101,7 @@ def _excess(wind, share, carried, time, px, pz, size, top, width, core, state, c
     return width * area - time * share * removal(torque_at(wind, core), core) - carried
 
 
-@njit(**_OPTIONS)
+@compiled
 def _least_wind(last, most, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z):
     """Least wind-up that leaves nothing in the way, by halving a bracket round the last one; inf if there is none."""
     low, high, stride = 0.0, min(last + 1e-4, most), 1e-4
@@ -124,7 +121,7 @@ def _least_wind(last, most, share, carried, time, px, pz, size, top, width, core
     return high
 
 
-@njit(**_OPTIONS)
+@compiled
 def grind(px, pz, size, width, core, center, height, relaxed, times, second_order, out):
     """A whole pass; `px`, `pz` have room for new points. Rows of `out` as of `_kernels.grind`. Return code, steps, points."""
     state, top = np.zeros(STATES), np.max(pz[:size])
