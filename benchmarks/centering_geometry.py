@@ -11,6 +11,7 @@ from measure import in_turn
 from numba import njit
 
 import centering
+from sdpgrind.base.compiled import opened
 from sdpgrind.identify import kernels
 
 RADIUS, OFFSET, TURN = 61.94, 3.6, 2.0 * np.pi  # mm, mm, rad
@@ -39,7 +40,7 @@ def rotated(rows, array, out):
     for k in range(rows.shape[0]):
         work[:] = rows[k]
         kernels.rotate(array, work)
-        kernels.solve(array, out)
+        opened(kernels._solve)(array, out)
 
 
 @njit(cache=True)

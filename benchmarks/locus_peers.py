@@ -12,8 +12,12 @@ import numpy as np
 from scipy import optimize
 
 from sdpgrind import locus
+from sdpgrind.base.compiled import opened
 from sdpgrind.locus._problem.tape_kernels import work_size
-from sdpgrind.locus._trace.kkt_kernels import evaluate, sizes
+from sdpgrind.locus._trace.kkt_kernels import _evaluate, _sizes
+
+evaluate = opened(_evaluate)
+sizes = opened(_sizes)
 
 
 class Scaled:

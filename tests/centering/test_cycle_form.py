@@ -7,11 +7,14 @@ import pytest
 
 import hwsim
 from centering.cycle._control.form import RingFilter
-from centering.cycle._control.form_kernels import LAST, SIZE, write_row
+from centering.cycle._control.form_kernels import LAST, SIZE, _write_row
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.settings import CycleSettings
 from centering.push._machine.presets import preset
 from hwsim.plants._probe.ring import Ring
+from sdpgrind.base.compiled import opened
+
+write_row = opened(_write_row)
 
 RADIUS, TIP, NOISE = 60.0, 3.75, 3e-4  # mm
 HEIGHT = NOISE * (SIZE / 60) ** 0.5  # mm: sd of the surface at a place, by a turn of 60 readings

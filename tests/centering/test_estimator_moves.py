@@ -7,9 +7,12 @@ from scipy.stats import binom, chi2
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.estimator import GeometryEstimator
-from centering.circle._estimator.look_kernels import has_moved
+from centering.circle._estimator.look_kernels import _has_moved
 from centering.circle._fit.curve import circle_reading
+from sdpgrind.base.compiled import opened
 from sdpgrind.identify import Status
+
+has_moved = opened(_has_moved)
 
 RADIUS, SIGMA, OFFSET = 61.94, 0.01, 3.6
 

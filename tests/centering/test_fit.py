@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from centering.circle._fit import fit_kernels as at
 from centering.circle._fit.curve import circle_derivatives, circle_reading
 from centering.circle._fit.fit import fit_circle, formed
+from sdpgrind.base.compiled import opened
 from sdpgrind.identify import Status
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
@@ -358,11 +359,11 @@ def test_triangle_is_a_qr():
     rng = np.random.default_rng(0)
     rows, upper, out, result = rng.normal(size=(4, 30)), np.zeros((3, 4)), np.zeros(3), np.zeros(at.RESULT)
     matrix, goal = rows[:3].T.copy(), rows[3].copy()
-    at.triangle(rows, upper)
-    assert at.solved(upper, out)
+    opened(at._triangle)(rows, upper)
+    assert opened(at._solved)(upper, out)
     assert out == pytest.approx(np.linalg.lstsq(matrix, goal, rcond=None)[0])
     assert rows[3] == pytest.approx(goal - matrix @ out)
-    at.spread(upper, result)
+    opened(at._spread)(upper, result)
     inverse = np.linalg.inv(matrix.T @ matrix)
     assert result[at.INVERSE :].reshape(3, 3) == pytest.approx(inverse)
     widened = np.sqrt(np.diag(matrix.T @ matrix) * np.diag(inverse))
@@ -372,20 +373,20 @@ def test_triangle_is_a_qr():
 def test_a_triangle_without_rank_is_not_solved():
     rows, upper = np.zeros((4, 5)), np.zeros((3, 4))
     rows[0] = 1.0
-    at.triangle(rows, upper)
-    assert not at.solved(upper, np.zeros(3))
+    opened(at._triangle)(rows, upper)
+    assert not opened(at._solved)(upper, np.zeros(3))
 
 
 def test_slopes_and_residuals():
     angle, reading = arc_of(90), circle_reading(arc_of(90), RADIUS, OFFSET, PHI) + 0.01
-    data, rows, left = at.prepared(angle, reading, np.full(91, 0.01)), np.zeros((4, 92)), np.zeros(91)
+    data, rows, left = opened(at._prepared)(angle, reading, np.full(91, 0.01)), np.zeros((4, 92)), np.zeros(91)
     circle = np.array([RADIUS, *centre(OFFSET)])
-    at.slopes(data, circle - [0.01, 0, 0], np.full(91, 2.0), rows)
+    opened(at._slopes)(data, circle - [0.01, 0, 0], np.full(91, 2.0), rows)
     to_polar = np.array([[1, 0, 0], [0, np.cos(PHI), -OFFSET * np.sin(PHI)], [0, np.sin(PHI), OFFSET * np.cos(PHI)]])
     assert rows[:3, :91].T @ to_polar == pytest.approx(2 * circle_derivatives(angle, RADIUS, OFFSET, PHI), abs=1e-12)
-    assert at.residuals(data, circle - [0.01, 0, 0], left)
+    assert opened(at._residuals)(data, circle - [0.01, 0, 0], left)
     assert left == pytest.approx(np.full(91, 0.01), abs=1e-12)
-    assert not at.residuals(data, np.array([5.0, 5.0, 1.0]), left)
+    assert not opened(at._residuals)(data, np.array([5.0, 5.0, 1.0]), left)
 
 
 @pytest.mark.parametrize("size", [1, 2, 7, 360])
@@ -393,7 +394,7 @@ def test_ranked(size):
     rng = np.random.default_rng(size)
     for values in (rng.normal(size=size), rng.integers(0, 3, size).astype(float), np.zeros(size)):
         for place in (0, size // 2, size - 1):
-            assert at.ranked(values.copy(), place) == np.sort(values)[place]
+            assert opened(at._ranked)(values.copy(), place) == np.sort(values)[place]
 
 
 def test_distinct():

@@ -14,6 +14,7 @@ from centering.circle._fit.fit import fit_circle
 from centering.circle._fit.fit_noise import step_noise, travel_of
 from centering.circle._fit.residuals import residual_checks
 from centering.roundness import Spectrum
+from sdpgrind.base.compiled import opened
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
 TRUE = np.array([RADIUS, OFFSET * np.cos(PHI), OFFSET * np.sin(PHI)])
@@ -57,8 +58,8 @@ def expected_inflation(angle, rho):
     """Of residuals as they are in the mean: beside form over a turn; over an arc beside the circle, in matrices."""
     count, lags = angle.size, np.arange(angle.size)
     if count == 360:
-        left = kernels.expected(rho, count, TWO_PI / count)[0]
-        return np.sqrt((count - kernels.COLUMNS) / left * kernels.once(rho, count, TWO_PI / count))
+        left = opened(kernels._expected)(rho, count, TWO_PI / count)[0]
+        return np.sqrt((count - kernels.COLUMNS) / left * opened(kernels._once)(rho, count, TWO_PI / count))
     slopes = circle_derivatives(angle, RADIUS, OFFSET, PHI)
     rest = np.eye(count) - slopes @ np.linalg.pinv(slopes)
     left = rest @ rho ** abs(np.subtract.outer(lags, lags)) @ rest
@@ -169,9 +170,9 @@ def test_lobes_are_taken_out_by_least_squares():
     columns *= (RADIUS / side)[:, np.newaxis]
     value = np.linalg.lstsq(columns, left, rcond=None)[0]
     out = left.copy()
-    assert kernels.freed(TURN, READ, circle, out) == pytest.approx(np.hypot(value[1], value[2]))
+    assert opened(kernels._freed)(TURN, READ, circle, out) == pytest.approx(np.hypot(value[1], value[2]))
     assert out == pytest.approx(left - columns @ value, abs=1e-12)
-    assert kernels.freed(TURN[:90], READ[:90], circle, left[:90].copy()) < 0
+    assert opened(kernels._freed)(TURN[:90], READ[:90], circle, left[:90].copy()) < 0
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])
@@ -186,8 +187,8 @@ def test_what_noise_leaves_beside_lobes(rho):
     left = rest @ covariance @ rest
     step = np.eye(200) - np.roll(np.eye(200), 1, axis=0)
     wanted = np.trace(left), np.trace(step @ left @ step.T)
-    assert kernels.expected(rho, 200, TWO_PI / 200) == pytest.approx(wanted, rel=1e-9)
-    assert kernels.fading(wanted[1] / wanted[0], 200, TWO_PI / 200) == pytest.approx(rho, abs=1e-4)
+    assert opened(kernels._expected)(rho, 200, TWO_PI / 200) == pytest.approx(wanted, rel=1e-9)
+    assert opened(kernels._fading)(wanted[1] / wanted[0], 200, TWO_PI / 200) == pytest.approx(rho, abs=1e-4)
 
 
 # Covered angle --------------------------------------------------------------------------------------------------------

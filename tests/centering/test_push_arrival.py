@@ -8,6 +8,7 @@ from centering.push._plan.arrival import Arrival
 from centering.push._plan.push import plan_push
 from centering.push.turning import _direction_kernels as at
 from sdpgrind import units
+from sdpgrind.base.compiled import opened
 
 PRINTED = preset("printed")
 
@@ -30,7 +31,7 @@ def drawn(push, count, rng):
         state[at.X], state[at.Y], state[at.V_X], state[at.V_Y] = place.real, place.imag, -w * place.imag, w * place.real
         state[at.TIP], state[at.RESTS], state[at.TOUCH] = tip + scatter.stop_sd * rng.standard_normal(), 1.0, -1.0
         whole = np.vstack(([(early, rows[0, 1], 0.0)], rows, [(0.08, 0.0, 0.0)]))
-        at.push_on_table(law, 89.5, w, whole, 4e-5, state)
+        opened(at._push_on_table)(law, 89.5, w, whole, 4e-5, state)
         end = complex(state[at.X], state[at.Y]) * np.exp(1j * (touch.angle + w * early - w * state[at.CLOCK]))
         ends.append(start + (end - start) * np.exp(1j * scatter.direction_sd * rng.standard_normal()))
     return np.array([(end.real, end.imag) for end in ends])

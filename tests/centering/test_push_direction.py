@@ -14,10 +14,13 @@ from centering.push._profile.rows import after, forward, remaining
 from centering.push.turning import _direction_kernels as at
 from centering.push.turning import _quasi_static_kernels as back
 from centering.push.turning import _slide_kernels as slide
-from centering.push.turning._direction_kernels import push_on_table
+from centering.push.turning._direction_kernels import _push_on_table
 from centering.push.turning._quasi_static_kernels import touch_back
 from centering.push.turning._shooting import landing, ring_state
 from sdpgrind import units
+from sdpgrind.base.compiled import opened
+
+push_on_table = opened(_push_on_table)
 
 PRINTED = preset("printed")
 SPEED = units.rpm(20.0)
@@ -170,9 +173,9 @@ def _stepped_slide(law, w, tip, touching, start, time, steps):
     """Where a smooth slide leads in so many equal steps."""
     ring, y, end, k = (law, 89.5, w), np.array(start), np.empty(slide.MOTION), np.empty((slide.STAGES, slide.MOTION))
     for _ in range(steps):
-        slide.slope(ring, tip, touching, y, k[0])
-        slide.stride(ring, tip, touching, time / steps, y, k, end)
-        tip, y = slide.tip_after(tip, time / steps), end.copy()
+        opened(slide._slope)(ring, tip, touching, y, k[0])
+        opened(slide._stride)(ring, tip, touching, time / steps, y, k, end)
+        tip, y = opened(slide._tip_after)(tip, time / steps), end.copy()
     return y
 
 

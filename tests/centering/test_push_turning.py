@@ -16,6 +16,7 @@ from centering.push.turning._shooting import landing, ring_state
 from centering.push.turning._turning import TableProfile, turning_profile
 from centering.push.turning._turning_trace import TablePushTrace, simulate_table_push
 from sdpgrind import units
+from sdpgrind.base.compiled import opened
 
 PROBLEM = preset("printed")
 MODEL = PROBLEM.model
@@ -34,7 +35,7 @@ def in_the_plane(model, touch, offset, w):
         for k in range(pieces):
             row = np.array([[length, velocity + acceleration * length * k, acceleration]])
             before = _slip(state, w)
-            at.push_on_table(model.parameters, RADIUS, w, row, 1e-9, state)
+            opened(at._push_on_table)(model.parameters, RADIUS, w, row, 1e-9, state)
             along += 0.5 * (before + _slip(state, w)) * length
         if state[at.CLOCK] >= rows[:, 0].sum() - 1e-9 and state[at.RESTS] > 0.5:
             break

@@ -5,9 +5,19 @@ import pytest
 from circle_twins import distances, on_rays, random_profile
 from scipy.spatial import ConvexHull
 
-from centering.roundness._direction_kernels import four_about, gaps, ranked
-from centering.roundness._distance_kernels import crossing, extremes, parting, standing
-from centering.roundness._proof_kernels import across, ball, cell_bound, empty_reach, height, steepness, zone_reach
+from centering.roundness._direction_kernels import _four_about, _ranked, gaps
+from centering.roundness._distance_kernels import _crossing, _parting, _standing, extremes
+from centering.roundness._proof_kernels import _across, _cell_bound, _height, ball, empty_reach, steepness, zone_reach
+from sdpgrind.base.compiled import opened
+
+across = opened(_across)
+cell_bound = opened(_cell_bound)
+crossing = opened(_crossing)
+four_about = opened(_four_about)
+height = opened(_height)
+parting = opened(_parting)
+ranked = opened(_ranked)
+standing = opened(_standing)
 
 RNG = np.random.default_rng(11)
 

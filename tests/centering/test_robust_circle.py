@@ -9,6 +9,7 @@ from centering.circle._fit import robust_kernels as robust
 from centering.circle._fit.curve import circle_derivatives, circle_reading
 from centering.circle._fit.fit import fit_circle
 from centering.circle._fit.robust import triples
+from sdpgrind.base.compiled import opened
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
 LOSSES = ("huber", "soft_l1")
@@ -205,8 +206,8 @@ def test_the_axis_outside_of_the_part(loss):
 def test_least_median():
     angle, rng = arc_of(90), np.random.default_rng(4)
     reading = spiked(angle, OFFSET, 0.3, rng)
-    data, circle, chosen = fit.prepared(angle, reading, np.zeros(91)), np.zeros(3), triples(angle)
-    found = robust.least_median(data, chosen, circle)
+    data, circle, chosen = opened(fit._prepared)(angle, reading, np.zeros(91)), np.zeros(3), triples(angle)
+    found = opened(robust._least_median)(data, chosen, circle)
     points, best = reading * np.exp(1j * angle), np.inf
     for a, b, c in chosen:
         w = (points[c] - points[a]) / (points[b] - points[a])
@@ -224,11 +225,11 @@ def test_weigh_and_sift(loss):
     rng = np.random.default_rng(5)
     left = np.append(rng.normal(0, 0.01, 80), [0.5, -0.7, 0.06])
     kept, weight, result = np.zeros(83, dtype=bool), np.zeros(83), np.zeros(fit.RESULT)
-    scale = robust.sifted(left, 0.02, kept)
+    scale = opened(robust._sifted)(left, 0.02, kept)
     inner = np.abs(left[np.abs(left) <= 0.12])
     assert kept.sum() == inner.size == 81
     assert scale == pytest.approx(1.4826 * np.sort(inner)[40] * np.sqrt(81 / 78), rel=1e-4)
-    mean = robust.weigh(left, scale, loss, kept, weight, result)
+    mean = opened(robust._weigh)(left, scale, loss, kept, weight, result)
     z = np.where(kept, left, 0.0) / scale
     bend = robust.BEND
     score = np.clip(z, -bend, bend) if loss == robust.HUBER else z / np.sqrt(1 + (z / bend) ** 2)

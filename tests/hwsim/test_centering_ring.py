@@ -28,6 +28,7 @@ from centering.push._profile.profile import TipProfile
 from centering.push.turning import _direction_kernels as plane
 from centering.push.turning._sliding import ring_friction, slide_to_rest
 from hwsim.plants._probe.ring import Ring
+from sdpgrind.base.compiled import opened
 
 TOUCHING = 1e-9  # mm
 AROUND = (np.arange(4000) + 0.5) * (2 * pi / 4000)
@@ -91,7 +92,7 @@ def test_on_a_turning_table_a_push_is_that_of_the_planner(mass, spin, speed):
     state = np.zeros(plane.STATES)
     state[plane.X], state[plane.Y], state[plane.V_X], state[plane.V_Y] = 3.0, -1.0, spin, 3.0 * spin
     state[plane.RESTS], state[plane.TOUCH], state[plane.TIP] = 1.0, -1.0, 3.0 + sqrt(RADIUS**2 - 1.0) + 0.05
-    plane.push_on_table(of.model.parameters, RADIUS, spin, rows, 2e-6, state)
+    opened(plane._push_on_table)(of.model.parameters, RADIUS, spin, rows, 2e-6, state)
     assert center(part) == pytest.approx((state[plane.X], -state[plane.Y]), abs=1e-4)  # mm; the other way errs by its steps
 
 
@@ -209,30 +210,30 @@ def test_a_table_that_speeds_up_holds_the_spin_of_the_ring_with_the_friction_tha
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.019, 0.021, 0.4, 0.999, 1.0, 1.3, 60.0])
 def test_friction_of_a_ring_is_the_sum_around_it(ratio):
-    force, moment = friction.shares(ratio, 1.0)
+    force, moment = opened(friction._shares)(ratio, 1.0)
     assert (force, moment) == pytest.approx(ring_friction(ratio, 1.0), abs=1e-12)
     if abs(ratio - 1.0) > 0.01:  # at equal speeds one point stands still
         assert (force, moment) == pytest.approx(shares_of(ratio, 1.0), abs=1e-9)
-    assert friction.shares(1.0, ratio)[::-1] == pytest.approx((force, moment), abs=1e-12)
+    assert opened(friction._shares)(1.0, ratio)[::-1] == pytest.approx((force, moment), abs=1e-12)
 
 
 def test_what_is_left_for_the_place_is_on_the_limit():
     for moment in (0.01, 0.3, 0.63662, 0.9, 0.999):
-        force = friction.held(moment)
+        force = opened(friction._held)(moment)
         ratio = brentq(lambda e, moment=moment: shares_of(e, 1.0)[1] - moment, 1e-4, 200.0)
         assert force == pytest.approx(shares_of(ratio, 1.0)[0], abs=1e-5)
-    assert (friction.held(0.0), friction.held(1.0), friction.held(2.0)) == (1.0, 0.0, 0.0)
+    assert (opened(friction._held)(0.0), opened(friction._held)(1.0), opened(friction._held)(2.0)) == (1.0, 0.0, 0.0)
 
 
 @given(st.floats(0.02, 1.5), st.floats(0.02, 1.5))
 def test_a_ring_begins_to_move_the_way_in_which_it_is_set_in_motion(pull, turn):
     """Else friction, taken against another way, would stop it where it begins, again and again."""
-    onward, around = friction.begins(pull, turn, 1.0)
-    force, moment = friction.shares(onward, around)
+    onward, around = opened(friction._begins)(pull, turn, 1.0)
+    force, moment = opened(friction._shares)(onward, around)
     assert (pull - force) * around == pytest.approx(
         (turn - moment) * onward, abs=1e-10
     )  # shares are one value within 1e-12 of equal
-    if pull > 1.01 * friction.held(turn):  # beyond what friction can hold
+    if pull > 1.01 * opened(friction._held)(turn):  # beyond what friction can hold
         assert pull > force and turn > moment
 
 
@@ -241,7 +242,7 @@ def test_a_table_that_speeds_up_throws_a_heavy_ring_on_little_friction_and_does_
     of = problem(mass=18.9, radius=89.5, mu_static=0.1, mu_kinetic=0.075)
     part = started(exact(of, ring=at(4.95, radius=89.5), start_gap=20.0), 0.0)
     part.step({"spindle_speed": 10.4}, 0)
-    left = friction.held(10.0 * 89.5 / (0.1 * 9807.0)) * 0.1 * 9807.0 / 4.95
+    left = opened(friction._held)(10.0 * 89.5 / (0.1 * 9807.0)) * 0.1 * 9807.0 / 4.95
     slips = (left**2 - 10.0**2) ** 0.25 / 10.0  # s: w^4 + alpha^2 on the limit
     part.move_to(0.98 * slips)
     assert part.outcome()["slipped"] == 0.0

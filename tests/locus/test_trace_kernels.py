@@ -4,16 +4,19 @@ import numpy as np
 import pytest
 from hard_problems import PROBLEMS, one, problem
 
+from sdpgrind.base.compiled import opened
 from sdpgrind.locus._problem.tape_kernels import work_size
 from sdpgrind.locus._trace import kkt_kernels as kkt
 from sdpgrind.locus._trace import trace_kernels as kernels
-from sdpgrind.locus._trace.exchange_kernels import exchange
+from sdpgrind.locus._trace.exchange_kernels import _exchange
+
+exchange = opened(_exchange)
 
 
 def given(system, point, hidden):
     """What the tape gives at a point."""
-    d = np.empty(kkt.sizes(system.kkt_tape, system.n, system.m, system.h))
-    kkt.evaluate(system.kkt_tape, system.n, system.h, point, hidden, 0, np.empty(work_size(system.kkt_tape)), d)
+    d = np.empty(opened(kkt._sizes)(system.kkt_tape, system.n, system.m, system.h))
+    opened(kkt._evaluate)(system.kkt_tape, system.n, system.h, point, hidden, 0, np.empty(work_size(system.kkt_tape)), d)
     return d
 
 
@@ -22,14 +25,14 @@ def test_elimination(size):
     rng = np.random.default_rng(size)
     a, b = rng.normal(size=(size, size)), rng.normal(size=size)
     x = b.copy()
-    determinant = kkt.solve(a.copy(), x)
+    determinant = opened(kkt._solve)(a.copy(), x)
     np.testing.assert_allclose(x, np.linalg.solve(a, b), rtol=1e-9)
     assert determinant == pytest.approx(np.linalg.det(a), rel=1e-9)
 
 
 def test_no_solution_is_told():
-    assert kkt.solve(np.zeros((2, 2)), np.ones(2)) == 0.0
-    assert kkt.solve(np.array([[1.0, 2.0], [2.0, 4.0]]), np.ones(2)) == pytest.approx(0.0, abs=1e-15)
+    assert opened(kkt._solve)(np.zeros((2, 2)), np.ones(2)) == 0.0
+    assert opened(kkt._solve)(np.array([[1.0, 2.0], [2.0, 4.0]]), np.ones(2)) == pytest.approx(0.0, abs=1e-15)
 
 
 @pytest.mark.parametrize("name", ["three-controls", "four-controls", "koren"])
@@ -43,7 +46,7 @@ def test_jacobian_of_the_conditions_is_that_of_differences(name):
 
     def f(at):
         residual, jacobian = np.empty(size), np.empty((size, size))
-        kkt.conditions(given(system, at, np.zeros(1)), at, held, n, m, 1, 0, residual, jacobian)
+        opened(kkt._conditions)(given(system, at, np.zeros(1)), at, held, n, m, 1, 0, residual, jacobian)
         return residual[:-1].copy(), jacobian[:-1].copy()
 
     _, jacobian = f(point)
@@ -63,7 +66,9 @@ def test_reduced_curvature_by_singular_values(name):
     gradient, hessians = d[1 + m + n : 1 + m + 2 * n], d[(1 + m) * (1 + n) :][: (1 + m) * n * n].reshape(1 + m, n, n)
     basis = np.linalg.svd(gradient[None])[2][1:]
     hessian = np.tensordot(point[n : n + 1 + m], hessians, 1) / point[n]
-    assert kkt.curvature(d, point, held, n, m) == pytest.approx(np.linalg.eigvalsh(basis @ hessian @ basis.T)[0], rel=1e-9)
+    assert opened(kkt._curvature)(d, point, held, n, m) == pytest.approx(
+        np.linalg.eigvalsh(basis @ hessian @ basis.T)[0], rel=1e-9
+    )
 
 
 def corner():
@@ -86,8 +91,8 @@ def test_the_member_whose_multiplier_vanishes_first_gives_way():
     np.testing.assert_array_equal(held, [1, 0, 1])
     assert np.sum(point[2:4] ** 2) == pytest.approx(1.0)
     d = given(system, point, np.zeros(1))
-    assert kkt.gradient_row(d, point, 1, 2, 1, 1, 0, np.empty(5)) == pytest.approx(0.0, abs=1e-12)
-    assert kkt.gradient_row(d, point, 0, 2, 1, 1, 0, np.empty(5)) < 0
+    assert opened(kkt._gradient_row)(d, point, 1, 2, 1, 1, 0, np.empty(5)) == pytest.approx(0.0, abs=1e-12)
+    assert opened(kkt._gradient_row)(d, point, 0, 2, 1, 1, 0, np.empty(5)) < 0
 
 
 def test_where_none_gives_way_feasibility_ends():

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 import hwsim
 from sdpgrind import physics, plunge
+from sdpgrind.base.compiled import opened
 from sdpgrind.plunge import kernels
 from sdpgrind.plunge._control import state as places
 from sdpgrind.plunge._model import kernels as _kernels
@@ -37,18 +38,18 @@ wheels = st.builds(
 def test_rate_of_a_deflection(model, y, near):
     expected = Wheel(model).rate(y)
     assert _kernels.rate(y, model.core) == pytest.approx(expected, rel=1e-12)
-    assert _kernels.rate_near(y, near, model.core) == pytest.approx(expected, rel=1e-10)
+    assert opened(_kernels._rate_near)(y, near, model.core) == pytest.approx(expected, rel=1e-10)
 
 
 def test_no_rate_where_the_wheel_only_ploughs():
     for y in (0.0, -1e-3):
-        assert _kernels.rate(y, MODEL.core) == _kernels.rate_near(y, 0.01, MODEL.core) == 0.0
+        assert _kernels.rate(y, MODEL.core) == opened(_kernels._rate_near)(y, 0.01, MODEL.core) == 0.0
 
 
 def test_rates_of_a_linear_machine():
     core = MODEL.replace(linear_time_constant=1.9).core
     assert _kernels.rate(0.019, core) == pytest.approx(0.01, rel=1e-13)
-    assert _kernels.rate_near(0.019, 0.02, core) == pytest.approx(0.01, rel=1e-13)
+    assert opened(_kernels._rate_near)(0.019, 0.02, core) == pytest.approx(0.01, rel=1e-13)
 
 
 @settings(max_examples=60, deadline=None)
@@ -56,21 +57,21 @@ def test_rates_of_a_linear_machine():
 def test_depth_of_damage(model, v):
     depth = Wheel(model).burn_depth(v)
     assert _kernels.burn_depth(v, model.core) == pytest.approx(depth, rel=1e-9, abs=1e-12)
-    assert _kernels.damage(v, model.core) in (0.0, pytest.approx(depth, rel=1e-9, abs=1e-12))
+    assert opened(_kernels._damage)(v, model.core) in (0.0, pytest.approx(depth, rel=1e-9, abs=1e-12))
 
 
 def test_ploughing_alone_is_no_damage():
     low, high = MODEL.burn_onset
-    assert _kernels.burn_depth(low / 2, MODEL.core) > 0 == _kernels.damage(low / 2, MODEL.core)
-    assert _kernels.damage(1.01 * high, MODEL.core) > 0 == _kernels.damage(0.99 * high, MODEL.core)
-    assert _kernels.damage(0.0, MODEL.core) == 0.0
+    assert _kernels.burn_depth(low / 2, MODEL.core) > 0 == opened(_kernels._damage)(low / 2, MODEL.core)
+    assert opened(_kernels._damage)(1.01 * high, MODEL.core) > 0 == opened(_kernels._damage)(0.99 * high, MODEL.core)
+    assert opened(_kernels._damage)(0.0, MODEL.core) == 0.0
 
 
 @settings(max_examples=60, deadline=None)
 @given(model=wheels, near=st.floats(1e-6, 0.2), rate_max=st.floats(0.01, 0.09))
 def test_rate_at_which_burning_begins(model, near, rate_max):
     expected = Wheel(model).burn_rate(rate_max)
-    found = _kernels.burning_begins(model.core, near, rate_max)
+    found = opened(_kernels._burning_begins)(model.core, near, rate_max)
     if expected is not None:
         assert found == pytest.approx(expected, rel=1e-8)
     else:  # at every rate: the one at which heat exceeds least what is stood
@@ -107,7 +108,7 @@ def test_least_of_deflection_less_damage(model, scale, rate_max, share):
     high = low * (rate_max / low) ** share
     over = np.array([scale * wheel.beyond(v) - wheel.burn_depth(v) for v in np.geomspace(low, high, 2001)])
     between = float(np.abs(np.diff(over, 2)).max()) / 8
-    found = _kernels.least_over_burn(scale, low, high, model.core)
+    found = opened(_kernels._least_over_burn)(scale, low, high, model.core)
     assert min(found, over[-1]) == pytest.approx(over.min(), abs=between + 1e-11)  # damage of both to 1e-9 of itself
     assert found == math.inf or found in (pytest.approx(over[0], abs=1e-11), pytest.approx(turned(over), abs=between + 1e-11))
     if np.diff(over).max() < 0:
@@ -123,14 +124,14 @@ def turned(over):
 def test_a_turn_is_found_wherever_it_lies():
     """In the first cell, in the last one, and just before the end; never at the end itself."""
     model = MODEL.replace(wear_flat_area=0.015625, stiffness=4041.0, burning=physics.BurningLimit(6.205, 3.0), work_rotation=22.0)
-    turn = brentq(lambda v: _kernels.over_burn(v, 1.0, model.core)[1], 0.01, 0.06, xtol=1e-15)
+    turn = brentq(lambda v: opened(_kernels._over_burn)(v, 1.0, model.core)[1], 0.01, 0.06, xtol=1e-15)
     least = Wheel(model).beyond(turn) - Wheel(model).burn_depth(turn)
     for below, above in itertools.product((0.5, 1e-2, 1e-5), (1e-6, 1e-3, 0.05, 1.0)):
-        found = _kernels.least_over_burn(1.0, turn * (1 - below), turn * (1 + above), model.core)
+        found = opened(_kernels._least_over_burn)(1.0, turn * (1 - below), turn * (1 + above), model.core)
         assert found == pytest.approx(least, abs=1e-11)
     for low, high in ((0.5, 1 - 1e-6), (1.0, 1.0)):
-        assert _kernels.least_over_burn(1.0, low * turn * (1 - 1e-6), high * turn * (1 - 1e-6), model.core) == math.inf
-    rising = _kernels.least_over_burn(1.0, 1.01 * turn, 2 * turn, model.core)
+        assert opened(_kernels._least_over_burn)(1.0, low * turn * (1 - 1e-6), high * turn * (1 - 1e-6), model.core) == math.inf
+    rising = opened(_kernels._least_over_burn)(1.0, 1.01 * turn, 2 * turn, model.core)
     assert rising == pytest.approx(Wheel(model).beyond(1.01 * turn) - Wheel(model).burn_depth(1.01 * turn), abs=1e-11)
 
 
@@ -140,13 +141,13 @@ def test_slope_of_deflection_less_damage(model, scale, v):
     """By differences over a step h of the logarithm, of fourth order: wrong by h^4 and by rounding over h."""
     wheel, h = Wheel(model), 1e-3
     over = [scale * wheel.beyond(v * math.exp(k * h)) - wheel.burn_depth(v * math.exp(k * h)) for k in (-2, -1, 0, 1, 2)]
-    value, slope = _kernels.over_burn(v, scale, model.core)
+    value, slope = opened(_kernels._over_burn)(v, scale, model.core)
     assert value == pytest.approx(over[2], abs=1e-11)
     assert slope == pytest.approx((over[0] - 8 * over[1] + 8 * over[3] - over[4]) / (12 * h), abs=1e-10, rel=1e-9)
 
 
 def test_wear_multiplies_sliding_alone():
-    worn, fresh = _kernels.worn(MODEL.core, 1.3), MODEL.replace(wear_flat_area=1.3 * MODEL.wear_flat_area).core
+    worn, fresh = opened(_kernels._worn)(MODEL.core, 1.3), MODEL.replace(wear_flat_area=1.3 * MODEL.wear_flat_area).core
     np.testing.assert_allclose(worn, fresh, rtol=1e-13)
 
 

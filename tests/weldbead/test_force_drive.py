@@ -7,8 +7,12 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from sdpgrind import units
+from sdpgrind.base.compiled import opened
 from sdpgrind.weldbead import force
-from sdpgrind.weldbead.force._kernels import backlash_step, drive_step, play_step
+from sdpgrind.weldbead.force._kernels import _backlash_step, _play_step, drive_step
+
+backlash_step = opened(_backlash_step)
+play_step = opened(_play_step)
 
 STEP = 1 / 2880
 DESIGN = force.table_drive()

@@ -16,7 +16,7 @@ _HALVINGS = 60
 
 
 @compiled
-def shares(v, s):
+def _shares(v, s):
     """Force over mu M g against the slide, and moment over mu M g R against the spin; not both speeds are 0."""
     if s == 0.0:
         return 1.0, 0.0
@@ -51,7 +51,7 @@ def _series(e):
 
 
 @compiled
-def held(moment):
+def _held(moment):
     """Share of the greatest friction that is left to hold the place of a ring while a share holds its spin."""
     if moment <= 0.0:
         return 1.0
@@ -60,15 +60,15 @@ def held(moment):
     low, high = 0.0, 0.5 * np.pi
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        if shares(np.cos(middle), np.sin(middle))[1] < moment:
+        if _shares(np.cos(middle), np.sin(middle))[1] < moment:
             low = middle
         else:
             high = middle
-    return shares(np.cos(low), np.sin(low))[0]
+    return _shares(np.cos(low), np.sin(low))[0]
 
 
 @compiled
-def begins(pull, turn, most):
+def _begins(pull, turn, most):
     """Cosine and sine of how a ring at rest begins to slide and to spin: the way in which what friction leaves sets it in motion.
 
     `pull` at its place and `turn` at its rim, N, > 0, against a friction of `most`, which is not enough to hold both.
@@ -77,7 +77,7 @@ def begins(pull, turn, most):
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         cosine, sine = np.cos(middle), np.sin(middle)
-        force, moment = shares(cosine, sine)
+        force, moment = _shares(cosine, sine)
         if (turn - most * moment) * cosine > (pull - most * force) * sine:
             low = middle
         else:

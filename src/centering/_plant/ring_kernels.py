@@ -70,7 +70,7 @@ def hold(cell, scale):
     """Set friction, over that of the model; so much a changing speed of the table leaves for the place."""
     cell[slide.FRICTION] = scale
     spin = cell[slide.SPINDLE_ACCELERATION] * cell[slide.ROUND] * cell[slide.INERTIA]
-    cell[slide.HELD] = friction.held(spin / (cell[slide.BREAKAWAY] * scale))
+    cell[slide.HELD] = friction._held(spin / (cell[slide.BREAKAWAY] * scale))
 
 
 @compiled
@@ -104,10 +104,10 @@ def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin
     most = cell[slide.COULOMB] * cell[slide.FRICTION]
     force, moment, sense = 1.0, 0.0, np.sign(spin)
     if spin != 0.0:
-        force, moment = friction.shares(speed, abs(spin))
+        force, moment = friction._shares(speed, abs(spin))
     elif turn != 0.0 and speed == 0.0:
-        onward, around = friction.begins(np.sqrt(pull_x * pull_x + pull_y * pull_y), inertia * abs(turn), most)
-        force, moment = friction.shares(onward, around)
+        onward, around = friction._begins(np.sqrt(pull_x * pull_x + pull_y * pull_y), inertia * abs(turn), most)
+        force, moment = friction._shares(onward, around)
         sense = np.sign(turn)
     pull_x -= most * force * way_x + cell[slide.VISCOUS] * speed_x
     pull_y -= most * force * way_y + cell[slide.VISCOUS] * speed_y

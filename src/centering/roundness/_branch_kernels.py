@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from centering.roundness._direction_kernels import ranked
-from centering.roundness._distance_kernels import distance, extremes
+from centering.roundness._direction_kernels import _ranked
+from centering.roundness._distance_kernels import _distance, extremes
 from centering.roundness._mic_kernels import empty_circle
 from centering.roundness._mzc_kernels import zone as zone_exchange
-from centering.roundness._proof_kernels import ball, cell_bound, height, steepness
+from centering.roundness._proof_kernels import _cell_bound, _height, ball, steepness
 from sdpgrind.base.compiled import compiled
 
 _LEVELS = 44
@@ -58,7 +58,7 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
         if _off_hull(hull, cx, cy) > around:
             continue
         if not zone and level == _FREE:  # no exchange has come to hold a circle here
-            found[3], found[4] = min(found[3], below), min(found[4], height(x, y, cx, cy, zone))
+            found[3], found[4] = min(found[3], below), min(found[4], _height(x, y, cx, cy, zone))
             continue
         done += sizes[level] + _CELL
         if level % 3 == 0 and slack < alike:
@@ -91,11 +91,11 @@ def _quarter(x, y, here, size, zone, stack, depth, found, basis):
     values, belows = np.empty(4), np.empty(4)
     for k in range(4):
         kx, ky = cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1)
-        value, belows[k] = cell_bound(xs, ys, kx, ky, half * _ROOT_2, zone, px, py)
+        value, belows[k] = _cell_bound(xs, ys, kx, ky, half * _ROOT_2, zone, px, py)
         values[k] = -value
         if zone and value < found[2]:
             _note(x, y, kx, ky, found)
-    for k in ranked(values):
+    for k in _ranked(values):
         _push(stack, depth, cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1), half, level, belows[k])
         depth += 1
     return depth
@@ -104,7 +104,7 @@ def _quarter(x, y, here, size, zone, stack, depth, found, basis):
 @compiled
 def _note(x, y, cx, cy, found):
     """Note a centre of a zone, no optimum, that beats the best."""
-    value = height(x, y, cx, cy, True)
+    value = _height(x, y, cx, cy, True)
     if value < found[2]:
         found[0], found[1], found[2], found[5] = cx, cy, value, 0.0
         found[3] = min(found[3], value)
@@ -123,7 +123,7 @@ def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, alike, found, basis
         return known
     for k in range(4):
         trial[k] = here[trial[k]]
-    whole = height(x, y, cx, cy, zone)
+    whole = _height(x, y, cx, cy, zone)
     _box(cx, cy, whole, alike, found)
     if whole < found[2]:
         found[0], found[1], found[2], found[5] = cx, cy, whole, 1.0
@@ -174,7 +174,7 @@ def _keep(x, y, here, size, cx, cy, around, zone, kept):
     _, most, _, least = extremes(xs, ys, cx, cy)
     left = 0
     for k in range(size):
-        away = distance(xs, ys, cx, cy, k)
+        away = _distance(xs, ys, cx, cy, k)
         if away <= least + 2.0 * around or (zone and away >= most - 2.0 * around):
             kept[left] = here[k]
             left += 1

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.roundness._distance_kernels import distance
+from centering.roundness._distance_kernels import _distance
 from sdpgrind.base.compiled import compiled
 
 _BINS = 512
@@ -61,7 +61,7 @@ def gaps(x, y, cx, cy):
 
 
 @compiled
-def four_about(x, y, cx, cy, basis):
+def _four_about(x, y, cx, cy, basis):
     """Put two far and two near points into `basis` (4,) that alternate about a centre: the extremes of four sectors."""
     sector = np.zeros(x.size, dtype=np.int8)
     if x.size <= _FEW or not _by_bins(x, y, cx, cy, sector):
@@ -70,7 +70,7 @@ def four_about(x, y, cx, cy, basis):
     slot = np.array([0, 2, 1, 3])
     for k in range(x.size):
         s = sector[k]
-        away = distance(x, y, cx, cy, k)
+        away = _distance(x, y, cx, cy, k)
         if (away > best[s]) if s % 2 == 0 else (away < best[s]):
             best[s], basis[slot[s]] = away, k
 
@@ -91,7 +91,7 @@ def _by_bins(x, y, cx, cy, sector):
 
 
 @compiled
-def ranked(values):
+def _ranked(values):
     """Indices from the smallest value to the largest: Shell's sort, which compiles in a fraction of the time of numpy's."""
     order = np.arange(values.size)
     step = values.size // 2
@@ -112,6 +112,6 @@ def _by_order(x, y, cx, cy, sector):
     place = np.empty(x.size)
     for k in range(x.size):
         place[k] = _diamond(x[k] - cx, y[k] - cy)
-    order = ranked(place)
+    order = _ranked(place)
     for k in range(x.size):
         sector[order[k]] = 4 * k // x.size

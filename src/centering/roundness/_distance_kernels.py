@@ -26,13 +26,13 @@ def extremes(x, y, cx, cy):
 
 
 @compiled
-def distance(x, y, cx, cy, k):
+def _distance(x, y, cx, cy, k):
     """Of a point from a centre, mm."""
     return np.sqrt((x[k] - cx) * (x[k] - cx) + (y[k] - cy) * (y[k] - cy))
 
 
 @compiled
-def towards(x, y, cx, cy, k):
+def _towards(x, y, cx, cy, k):
     """Unit vector from a centre to a point; none where that lies on it."""
     dx, dy = x[k] - cx, y[k] - cy
     length = max(np.sqrt(dx * dx + dy * dy), _NEAREST)
@@ -40,7 +40,7 @@ def towards(x, y, cx, cy, k):
 
 
 @compiled
-def crossing(x, y, i, j, k, m):
+def _crossing(x, y, i, j, k, m):
     """Centre (mm) as far from point i as from j, and from k as from m; infinite where the bisectors are parallel."""
     ax, ay, bx, by = x[j] - x[i], y[j] - y[i], x[m] - x[k], y[m] - y[k]
     det = ax * by - ay * bx
@@ -52,23 +52,23 @@ def crossing(x, y, i, j, k, m):
 
 
 @compiled
-def standing(x, y, cx, cy, i, j, k):
+def _standing(x, y, cx, cy, i, j, k):
     """How far a centre lies inside the triangle of the directions of three points: negative outside, 0 up to rounding."""
-    px, py = towards(x, y, cx, cy, i)
-    qx, qy = towards(x, y, cx, cy, j)
-    rx, ry = towards(x, y, cx, cy, k)
+    px, py = _towards(x, y, cx, cy, i)
+    qx, qy = _towards(x, y, cx, cy, j)
+    rx, ry = _towards(x, y, cx, cy, k)
     one, two, three = px * qy - py * qx, qx * ry - qy * rx, rx * py - ry * px
     stood = max(min(one, two, three), min(-one, -two, -three))
     return 0.0 if abs(stood) < _EVEN else stood
 
 
 @compiled
-def parting(x, y, cx, cy, p, q, i, j):
+def _parting(x, y, cx, cy, p, q, i, j):
     """How far points i and j part p from q in direction as a centre sees them: negative where they do not, 0 up to rounding."""
-    ux, uy = towards(x, y, cx, cy, i)
-    vx, vy = towards(x, y, cx, cy, j)
-    px, py = towards(x, y, cx, cy, p)
-    qx, qy = towards(x, y, cx, cy, q)
+    ux, uy = _towards(x, y, cx, cy, i)
+    vx, vy = _towards(x, y, cx, cy, j)
+    px, py = _towards(x, y, cx, cy, p)
+    qx, qy = _towards(x, y, cx, cy, q)
     one, two = (vx - ux) * (py - uy) - (vy - uy) * (px - ux), (vx - ux) * (qy - uy) - (vy - uy) * (qx - ux)
     parted = max(min(one, -two), min(-one, two))
     return 0.0 if abs(parted) < _EVEN else parted

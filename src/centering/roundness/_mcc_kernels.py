@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.roundness._distance_kernels import crossing, distance, extremes
+from centering.roundness._distance_kernels import _crossing, _distance, extremes
 from sdpgrind.base.compiled import compiled
 
 _STEPS = 300
@@ -32,7 +32,7 @@ def smallest_circle(x, y, tolerance, basis):
 def _two(x, y, i, j):
     """Circle on two points as a diameter."""
     cx, cy = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])
-    return cx, cy, max(distance(x, y, cx, cy, i), distance(x, y, cx, cy, j))
+    return cx, cy, max(_distance(x, y, cx, cy, i), _distance(x, y, cx, cy, j))
 
 
 @compiled
@@ -46,8 +46,8 @@ def _grow(x, y, new, size, basis, tolerance):
     if best == np.inf:  # three contacts only where no diameter does: else its centre would be at the mercy of rounding
         for a in range(size):
             for b in range(a + 1, size):
-                cx, cy = crossing(x, y, new, basis[a], new, basis[b])
-                cover = max(distance(x, y, cx, cy, new), _cover(x, y, cx, cy, basis, size))
+                cx, cy = _crossing(x, y, new, basis[a], new, basis[b])
+                cover = max(_distance(x, y, cx, cy, new), _cover(x, y, cx, cy, basis, size))
                 if cover < best:
                     best, bx, by, first, second = cover, cx, cy, a, b
     one, two = basis[first], basis[second]
@@ -55,7 +55,7 @@ def _grow(x, y, new, size, basis, tolerance):
     if second < 0:
         return bx, by, best, 2
     basis[2] = two
-    return bx, by, distance(x, y, bx, by, new), 3
+    return bx, by, _distance(x, y, bx, by, new), 3
 
 
 @compiled
@@ -63,5 +63,5 @@ def _cover(x, y, cx, cy, basis, size):
     """Distance of the farthest point of the basis from a centre."""
     most = 0.0
     for k in range(size):
-        most = max(most, distance(x, y, cx, cy, basis[k]))
+        most = max(most, _distance(x, y, cx, cy, basis[k]))
     return most

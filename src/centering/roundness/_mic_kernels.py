@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.roundness._distance_kernels import crossing, distance, extremes, standing, towards
+from centering.roundness._distance_kernels import _crossing, _distance, _standing, _towards, extremes
 from sdpgrind.base.compiled import compiled
 
 _STEPS = 300
@@ -15,14 +15,14 @@ def empty_circle(x, y, cx, cy, tolerance, basis):
     if not _three_about(x, y, cx, cy, basis):
         return cx, cy, 0.0, False
     ox, oy = cx, cy
-    cx, cy = crossing(x, y, basis[0], basis[1], basis[0], basis[2])
+    cx, cy = _crossing(x, y, basis[0], basis[1], basis[0], basis[2])
     for _ in range(_STEPS):
         if np.isinf(cx):
             break
-        radius = min(distance(x, y, cx, cy, basis[0]), distance(x, y, cx, cy, basis[1]), distance(x, y, cx, cy, basis[2]))
+        radius = min(_distance(x, y, cx, cy, basis[0]), _distance(x, y, cx, cy, basis[1]), _distance(x, y, cx, cy, basis[2]))
         _, _, near, least = extremes(x, y, cx, cy)
         if least >= radius - tolerance:
-            if standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0:
+            if _standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0:
                 return cx, cy, least, True
             break
         cx, cy = _shrink(x, y, cx, cy, near, basis)
@@ -46,13 +46,13 @@ def _three_about(x, y, cx, cy, basis):
 def _against(x, y, cx, cy, ex, ey, basis):
     """Take the point most along a direction as the second and one against both as the third; whether they hold the centre."""
     basis[1] = _most_along(x, y, cx, cy, ex, ey)
-    ax, ay = towards(x, y, cx, cy, basis[0])
-    bx, by = towards(x, y, cx, cy, basis[1])
+    ax, ay = _towards(x, y, cx, cy, basis[0])
+    bx, by = _towards(x, y, cx, cy, basis[1])
     sx, sy = ax + bx, ay + by
     if np.hypot(sx, sy) < 1e-9:  # opposite each other: any third does
         sx, sy = ay, -ax
     basis[2] = _most_along(x, y, cx, cy, -sx, -sy)
-    return standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0
+    return _standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0
 
 
 @compiled
@@ -60,7 +60,7 @@ def _most_along(x, y, cx, cy, ex, ey):
     """Point that lies most in a direction of a centre."""
     best, most = 0, -np.inf
     for k in range(x.size):
-        dx, dy = towards(x, y, cx, cy, k)
+        dx, dy = _towards(x, y, cx, cy, k)
         along = dx * ex + dy * ey
         if along > most:
             best, most = k, along
@@ -73,11 +73,11 @@ def _shrink(x, y, old_x, old_y, new, basis):
     best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0
     for k in range(3):
         i, j, drop = basis[(k + 1) % 3], basis[(k + 2) % 3], basis[k]
-        cx, cy = crossing(x, y, new, i, new, j)
+        cx, cy = _crossing(x, y, new, i, new, j)
         if np.isinf(cx):
             continue
-        stood = min(standing(x, y, old_x, old_y, new, i, j), 0.0)
-        outside = distance(x, y, cx, cy, drop) - distance(x, y, cx, cy, new)
+        stood = min(_standing(x, y, old_x, old_y, new, i, j), 0.0)
+        outside = _distance(x, y, cx, cy, drop) - _distance(x, y, cx, cy, new)
         if stood > least or (stood == least and outside > best):
             best, least, bx, by, out = outside, stood, cx, cy, k
     basis[out] = new

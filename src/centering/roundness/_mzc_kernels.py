@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from centering.roundness._direction_kernels import four_about
-from centering.roundness._distance_kernels import crossing, distance, extremes, parting
+from centering.roundness._direction_kernels import _four_about
+from centering.roundness._distance_kernels import _crossing, _distance, _parting, extremes
 from sdpgrind.base.compiled import compiled
 
 _STEPS = 300
@@ -16,20 +16,20 @@ def zone(x, y, cx, cy, tolerance, basis):
     Every centre is the exact one of its four contacts, where two bisectors cross: nothing is linearised. `basis` (4,) is given
     two outer contacts and two inner ones.
     """
-    four_about(x, y, cx, cy, basis)
+    _four_about(x, y, cx, cy, basis)
     _, most, _, least = extremes(x, y, cx, cy)
     best, bx, by = most - least, cx, cy
-    cx, cy = crossing(x, y, basis[0], basis[1], basis[2], basis[3])
+    cx, cy = _crossing(x, y, basis[0], basis[1], basis[2], basis[3])
     for _ in range(_STEPS):
         if np.isinf(cx):
             break
-        outer = max(distance(x, y, cx, cy, basis[0]), distance(x, y, cx, cy, basis[1]))
-        inner = min(distance(x, y, cx, cy, basis[2]), distance(x, y, cx, cy, basis[3]))
+        outer = max(_distance(x, y, cx, cy, basis[0]), _distance(x, y, cx, cy, basis[1]))
+        inner = min(_distance(x, y, cx, cy, basis[2]), _distance(x, y, cx, cy, basis[3]))
         far, most, near, least = extremes(x, y, cx, cy)
         if most - least < best:
             best, bx, by = most - least, cx, cy
         if most - outer <= tolerance and inner - least <= tolerance:
-            return cx, cy, most - least, parting(x, y, cx, cy, basis[0], basis[1], basis[2], basis[3]) >= 0.0
+            return cx, cy, most - least, _parting(x, y, cx, cy, basis[0], basis[1], basis[2], basis[3]) >= 0.0
         if most - outer >= inner - least:
             cx, cy = _enter(x, y, cx, cy, far, basis, 0)
         else:
@@ -45,11 +45,11 @@ def _enter(x, y, old_x, old_y, new, basis, side):
     best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0
     for k in range(2):
         keep, drop = basis[side + 1 - k], basis[side + k]
-        cx, cy = crossing(x, y, new, keep, i, j)
+        cx, cy = _crossing(x, y, new, keep, i, j)
         if np.isinf(cx):
             continue
-        parted = min(parting(x, y, old_x, old_y, new, keep, i, j), 0.0)
-        room = sign * (distance(x, y, cx, cy, new) - distance(x, y, cx, cy, drop))
+        parted = min(_parting(x, y, old_x, old_y, new, keep, i, j), 0.0)
+        room = sign * (_distance(x, y, cx, cy, new) - _distance(x, y, cx, cy, drop))
         if parted > least or (parted == least and room > best):
             best, least, bx, by, out = room, parted, cx, cy, k
     basis[side + out] = new

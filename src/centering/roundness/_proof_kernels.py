@@ -7,7 +7,7 @@ directions of inner contacts and a those of outer ones, ``|P - c - v| <= |P - c|
 
 import numpy as np
 
-from centering.roundness._distance_kernels import extremes, towards
+from centering.roundness._distance_kernels import _towards, extremes
 from sdpgrind.base.compiled import compiled
 
 _HALF_TURN = np.pi + 0.02
@@ -15,7 +15,7 @@ _HALF_TURN = np.pi + 0.02
 
 
 @compiled
-def height(x, y, cx, cy, zone):
+def _height(x, y, cx, cy, zone):
     """What is to be made least at a centre, mm: the width between two circles, or else the negative radius of the empty one."""
     _, most, _, least = extremes(x, y, cx, cy)
     return most - least if zone else -least
@@ -30,9 +30,9 @@ def steepness(x, y, cx, cy, basis, zone):
     px, py = np.empty(4), np.empty(4)
     size = 4 if zone else 3
     for k in range(size):
-        px[k], py[k] = towards(x, y, cx, cy, basis[2 + k // 2 if zone else k])
+        px[k], py[k] = _towards(x, y, cx, cy, basis[2 + k // 2 if zone else k])
         if zone:
-            ax, ay = towards(x, y, cx, cy, basis[k % 2])
+            ax, ay = _towards(x, y, cx, cy, basis[k % 2])
             px[k], py[k] = px[k] - ax, py[k] - ay
     least = np.inf
     for i in range(size):
@@ -80,7 +80,7 @@ def empty_reach(radius, outer, gap):
 
 
 @compiled
-def cell_bound(x, y, cx, cy, around, zone, px, py):
+def _cell_bound(x, y, cx, cy, around, zone, px, py):
     """Height at a centre, and what it is at least within a distance `around` (mm) of it.
 
     Bounds come from the farthest and the nearest point and from known contacts `px`, `py` (4,), of a zone two outer, two inner:
@@ -95,7 +95,7 @@ def cell_bound(x, y, cx, cy, around, zone, px, py):
     last = 4 if zone else 3
     below, bend = -np.inf, 0.5 * around * around / (least - around)
     if not zone:
-        opposite = across(x, y, cx, cy, near)
+        opposite = _across(x, y, cx, cy, near)
         rise[4], gx[4], gy[4] = _rise(x[opposite], y[opposite], cx, cy, -1.0)
     for k in range(last + 1):
         new = k == last
@@ -110,7 +110,7 @@ def cell_bound(x, y, cx, cy, around, zone, px, py):
 
 
 @compiled
-def across(x, y, cx, cy, near):
+def _across(x, y, cx, cy, near):
     """Nearest of the points that a centre sees more than 120 deg off a given one; that one itself where there are none."""
     dx, dy = x[near] - cx, y[near] - cy
     square, best, least = dx * dx + dy * dy, near, np.inf

@@ -5,11 +5,14 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from sdpgrind.base.compiled import opened
 from sdpgrind.finishing.path import _spacing as spacing
-from sdpgrind.finishing.path._spacing_kernels import march, value
+from sdpgrind.finishing.path._spacing_kernels import _value, march
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.path._zigzag import zigzag
 from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, uneven_surfaces
+
+value = opened(_value)
 
 SURFACES = {"nominal": nominal_surface(), **uneven_surfaces()}
 CASES = [(name, along) for name in SURFACES for along in "uv"]

@@ -7,10 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
 
-from sdpgrind.finishing.surface._bspline_kernels import find_span
+from sdpgrind.base.compiled import opened
+from sdpgrind.finishing.surface._bspline_kernels import _find_span
 from sdpgrind.finishing.surface._evaluation import bases
 from sdpgrind.finishing.surface._presets import nominal_surface, sphere_surface, uneven_surfaces
 from sdpgrind.finishing.surface._surface import Surface
+
+find_span = opened(_find_span)
 
 SEEDS = st.integers(0, 2**32 - 1)
 SURFACES = {"nominal": nominal_surface(), "ball": sphere_surface(20.0), **uneven_surfaces()}

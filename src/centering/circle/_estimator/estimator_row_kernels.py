@@ -17,19 +17,19 @@ _STEEPEST = 0.25  # cosine between the probe and the surface's normal: offsets u
 
 
 @compiled(error_model="numpy")
-def write_row(state, angle, reading, row):
+def _write_row(state, angle, reading, row):
     """Write regressors, target and lobes of a reading: error of the reading = target - regressors @ (q, x, y)."""
-    write_row_at(state, np.cos(angle), np.sin(angle), reading, row)
+    _write_row_at(state, np.cos(angle), np.sin(angle), reading, row)
 
 
 @compiled(error_model="numpy")
-def write_row_at(state, c, s, reading, row):
+def _write_row_at(state, c, s, reading, row):
     """The same at an angle of this cosine and sine."""
     if state[at.LIMACON] != 0.0:
         if state[at.KNOWN] > 0.0:
             reading -= _known_form(state, c, s)
         row[0], row[1], row[2], row[3] = 1.0, c, s, reading - state[at.REFERENCE]
-        write_lobes(state, c, s, 1.0, row)
+        _write_lobes(state, c, s, 1.0, row)
         return
     r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
     part_x, part_y, along = r * c - x, r * s - y, r - (x * c + y * s)
@@ -43,7 +43,7 @@ def write_row_at(state, c, s, reading, row):
         part_x, part_y = part_x / distance, part_y / distance
         if state[at.KNOWN] > 0.0:
             r -= _known_form(state, part_x, part_y) * steep
-        write_lobes(state, part_x, part_y, steep, row)
+        _write_lobes(state, part_x, part_y, steep, row)
     across = steep * per_start
     row[0], row[1], row[2] = steep, r * c * across, r * s * across
     row[3] = 0.5 * (r - start) * (r + start) * across
@@ -64,7 +64,7 @@ def _wave(c, s, upr):
 
 
 @compiled(error_model="numpy")
-def write_lobes(state, c, s, slope, row):
+def _write_lobes(state, c, s, slope, row):
     """What lobes of amplitude 1 add to a reading."""
     for n in range(int(state[at.FORMS])):
         cosine, sine = _wave(c, s, state[at.TAIL + 2 * n])

@@ -21,7 +21,7 @@ _MANY = 12  # of them in a row
 
 
 @compiled(error_model="numpy")
-def objection(state, angle, reading):
+def _objection(state, angle, reading):
     """Why a reading cannot be taken; 0 if it can."""
     if not (np.isfinite(angle) and np.isfinite(reading)):
         return NOT_FINITE
@@ -43,21 +43,21 @@ def _is_coarse(state, step):
 
 
 @compiled(error_model="numpy")
-def travel(state, array, angle):
+def _travel(state, array, angle):
     """Go on to an angle: way travelled, what of the part has been seen, what is forgotten."""
     if state[at.INDEX] > 0.0:
         step = angle - state[at.LAST_ANGLE]
         state[at.COARSE] = state[at.COARSE] + 1.0 if _is_coarse(state, step) else 0.0
         state[at.LAST_STEP] = step
-        step = way_of(state, step)
-        cover(state, step)
+        step = _way_of(state, step)
+        _cover(state, step)
         if state[at.LOG_FORGETTING] != 0.0 and step != 0.0:
             _forget(state, array, np.exp(state[at.LOG_FORGETTING] * abs(step)))
     state[at.LAST_ANGLE] = angle
 
 
 @compiled(error_model="numpy")
-def way_of(state, step):
+def _way_of(state, step):
     """Way of a step: one of more than half a turn goes on in the sense of rotation, whether turns are counted or not."""
     if abs(step) <= 0.5 * _TURN:
         return step
@@ -66,7 +66,7 @@ def way_of(state, step):
 
 
 @compiled(error_model="numpy")
-def cover(state, step):
+def _cover(state, step):
     """Widen what has been seen by a step, of a gap by a usual step only."""
     state[at.POSITION] += step
     way = abs(step)

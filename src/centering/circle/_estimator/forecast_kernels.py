@@ -3,9 +3,9 @@
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator_row_kernels import write_lobes
-from centering.circle._estimator.noise_kernels import arrays, freedom_of, known_quantile, quantile
-from centering.circle._estimator.validity_kernels import conclude, form_bound, may_have_moved, ratio_of, worst
+from centering.circle._estimator.estimator_row_kernels import _write_lobes
+from centering.circle._estimator.noise_kernels import _arrays, _freedom_of, _known_quantile, _quantile
+from centering.circle._estimator.validity_kernels import _conclude, _form_bound, _ratio_of, _worst, may_have_moved
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
@@ -32,7 +32,7 @@ def _forecast(state):
     each = _TURN / _STEPS
     usual = state[at.PATH] / state[at.MOVES]
     count = each / usual * state[at.USED] / state[at.SEEN]
-    width = arrays(state).shape[1]
+    width = _arrays(state).shape[1]
     ahead, row = np.zeros((3, width)), np.empty(width)
     back_to_edge = state[at.HIGH] - state[at.POSITION] if state[at.DIRECTION] > 0.0 else state[at.POSITION] - state[at.LOW]
     covered, before, stride, n = state[at.COVERED] - back_to_edge, ahead.copy(), _STRIDE, 0
@@ -89,21 +89,21 @@ def _further_turns(state, turn, count):
 @compiled(error_model="numpy")
 def _closeness(state, ahead, turns, count):
     """Square of tolerance over band, at the noise and correlation of now, after `count` readings that are `turns` times ahead."""
-    array, row = arrays(state)[:3].copy(), np.empty(ahead.shape[1])
+    array, row = _arrays(state)[:3].copy(), np.empty(ahead.shape[1])
     for i in range(3):
         row[:] = ahead[i]
         row[:i] = 0.0
         row *= np.sqrt(turns)
         rotate(array, row)
     value, information = np.empty(3), np.empty((3, 3))
-    conclude(state, array, array.copy(), value, information)
+    _conclude(state, array, array.copy(), value, information)
     inflation, freedom = state[at.INFLATION], state[at.FREEDOM]
     if state[at.FREED] == 0.0:
-        freedom = freedom_of(state[at.WEIGHT] + count, inflation)
-    seen = quantile(state, freedom) * state[at.FIT_NOISE] * inflation if state[at.FREEDOM] > 0.0 else 0.0
-    reach = max(seen, known_quantile(state) * state[at.NOISE] * max(inflation, 1.0))
-    band = reach * worst(information[1, 1], information[1, 2], information[2, 2]) + form_bound(state, array)
-    return (state[at.TOLERANCE] / (band * ratio_of(state, value))) ** 2
+        freedom = _freedom_of(state[at.WEIGHT] + count, inflation)
+    seen = _quantile(state, freedom) * state[at.FIT_NOISE] * inflation if state[at.FREEDOM] > 0.0 else 0.0
+    reach = max(seen, _known_quantile(state) * state[at.NOISE] * max(inflation, 1.0))
+    band = reach * _worst(information[1, 1], information[1, 2], information[2, 2]) + _form_bound(state, array)
+    return (state[at.TOLERANCE] / (band * _ratio_of(state, value))) ** 2
 
 
 @compiled(error_model="numpy")
@@ -114,11 +114,11 @@ def _expected_row(state, angle, row):
     if state[at.LIMACON] != 0.0:
         row[0], row[1], row[2] = 1.0, c, s
         row[3] = state[at.RADIUS] + state[at.TIP] - start + x * c + y * s
-        write_lobes(state, c, s, 1.0, row)
+        _write_lobes(state, c, s, 1.0, row)
         return
     radius = state[at.RADIUS] + state[at.TIP]
     across = np.sqrt(max(radius**2 - (x * s - y * c) ** 2, 0.01 * radius**2))
     r, cosine = x * c + y * s + across, across / radius
     row[0], row[1], row[2] = 1.0 / cosine, r * c / (start * cosine), r * s / (start * cosine)
     row[3] = 0.5 * (r - start) * (r + start) / (start * cosine)
-    write_lobes(state, (r * c - x) / radius, (r * s - y) / radius, 1.0 / cosine, row)
+    _write_lobes(state, (r * c - x) / radius, (r * s - y) / radius, 1.0 / cosine, row)

@@ -4,11 +4,11 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.estimator_row_kernels import write_row
-from centering.circle._estimator.estimator_travel_kernels import COMPLETE, MOVED, REFUSED, SHIFTED, TAKEN, objection, travel
-from centering.circle._estimator.look_kernels import has_moved
-from centering.circle._estimator.noise_kernels import arrays
-from centering.circle._estimator.turn_kernels import gather
+from centering.circle._estimator.estimator_row_kernels import _write_row
+from centering.circle._estimator.estimator_travel_kernels import COMPLETE, MOVED, REFUSED, SHIFTED, TAKEN, _objection, _travel
+from centering.circle._estimator.look_kernels import _has_moved
+from centering.circle._estimator.noise_kernels import _arrays
+from centering.circle._estimator.turn_kernels import _gather
 from centering.circle._estimator.validity_kernels import judge
 from sdpgrind.base.compiled import compiled
 
@@ -21,13 +21,13 @@ _EACH = 8  # so many at most
 
 
 @compiled(error_model="numpy")
-def least_noise(state):
+def _least_noise(state):
     """Least noise of the gate, in the triangle's."""
     return max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
 
 
 @compiled(error_model="numpy")
-def rotate_if_tame(state, array, row):
+def _rotate_if_tame(state, array, row):
     """Rotate a row in, unless the reading lies too far from what those before predict; what is left of it, inf if it was not.
 
     What a rotation leaves is the error of the prediction over its standard deviation, for noise 1. Nothing is written before
@@ -64,7 +64,7 @@ def _rotation(pivot, entry):
 @compiled(error_model="numpy")
 def _is_wild(state, left, cosine):
     """Whether a rotation, whose cosines' product is given, left more than the noise of the readings before allows."""
-    freedom, least = state[at.WEIGHT] - 3.0, least_noise(state)
+    freedom, least = state[at.WEIGHT] - 3.0, _least_noise(state)
     if left * left * freedom <= _WILD * _WILD * state[at.SQUARES] or left <= _WILD * least:
         return False
     if state[at.COVERED] < state[at.GATE_FROM] or freedom < 1.0:
@@ -83,10 +83,10 @@ def _wild(freedom):
 
 
 @compiled(error_model="numpy")
-def note(state, row, weight, way):
+def _note(state, row, weight, way):
     """Take in what a row says beside the triangle: its block, its bias, the difference to the row before."""
     h0, h1, h2, t = row[0], row[1], row[2], row[3]
-    gather(state, h0, h1, h2, t, way)
+    _gather(state, h0, h1, h2, t, way)
     share = weight * state[at.NEW_BIAS]
     state[at.BIAS] += share * h0
     state[at.BIAS + 1] += share * h1
@@ -105,7 +105,7 @@ def note(state, row, weight, way):
 
 
 @compiled(error_model="numpy")
-def count(state, array, left, weight):
+def _count(state, array, left, weight):
     """Count a row that was rotated in, and what that has left; the centre then weighs the rows to come."""
     state[at.SQUARES] += left * left
     state[at.WEIGHT] += weight
@@ -117,7 +117,7 @@ def count(state, array, left, weight):
 
 
 @compiled(error_model="numpy")
-def remember(state, angle, reading):
+def _remember(state, angle, reading):
     """Write a reading into the ring; whether the one that it replaces was refused no longer counts."""
     cell = at.RING_AT + at.CELL * (int(state[at.SEEN]) % at.RING)
     state[at.BAD] -= state[cell + 2]
@@ -146,7 +146,7 @@ def _see_step(state, reading):
 @compiled(error_model="numpy")
 def _keep(state, array):
     """Every 30 readings keep the triangle and its sums; the older of two is of before any reading in the ring."""
-    younger, older = arrays(state)[3:6], arrays(state)[6:9]
+    younger, older = _arrays(state)[3:6], _arrays(state)[6:9]
     for i in range(3):
         for j in range(i, array.shape[1]):
             older[i, j] = younger[i, j]
@@ -161,27 +161,27 @@ def _keep(state, array):
 @compiled(error_model="numpy")
 def _take(state, array, row, angle, reading):
     """Take a reading; what became of it, or (negative) why it cannot be taken: then nothing has changed."""
-    code = objection(state, angle, reading)
+    code = _objection(state, angle, reading)
     if code != TAKEN:
         return code
-    travel(state, array, angle)
+    _travel(state, array, angle)
     if int(state[at.SEEN]) % at.RING == 0:
         _keep(state, array)
-    cell = remember(state, angle, reading)
-    write_row(state, angle, reading, row)
+    cell = _remember(state, angle, reading)
+    _write_row(state, angle, reading, row)
     state[at.INDEX] += 1.0
     state[at.SEEN] += 1.0
-    left = rotate_if_tame(state, array, row)
+    left = _rotate_if_tame(state, array, row)
     if left == np.inf:
         state[cell + 2] = 1.0
         state[at.BAD] += 1.0
         state[at.IN_A_ROW] += 1.0
         return MOVED if 2.0 * state[at.BAD] > at.RING else REFUSED
     state[at.IN_A_ROW] = 0.0
-    note(state, row, 1.0, state[at.TRAVEL])
-    count(state, array, left, 1.0)
+    _note(state, row, 1.0, state[at.TRAVEL])
+    _count(state, array, left, 1.0)
     if int(state[at.SEEN]) % at.RING == 0:
-        return COMPLETE if state[at.SEEN] == at.RING else SHIFTED if has_moved(state, array) else TAKEN
+        return COMPLETE if state[at.SEEN] == at.RING else SHIFTED if _has_moved(state, array) else TAKEN
     return TAKEN
 
 
@@ -189,7 +189,7 @@ def _take(state, array, row, angle, reading):
 def take(state, angle, reading):
     """Take one reading."""
     state = borrowed(state)
-    rows = arrays(state)
+    rows = _arrays(state)
     return _take(state, rows[:3], rows[15], angle, reading)
 
 
@@ -200,7 +200,7 @@ def run(state, angle, reading, start, until_valid):
     Returns how many there were by then, what became of the last, and whether it was wanted and made it so.
     """
     state = borrowed(state)
-    rows = arrays(state)
+    rows = _arrays(state)
     array, row = rows[:3], rows[15]
     for i in range(start, angle.shape[0]):
         code = _take(state, array, row, angle[i], reading[i])

@@ -11,8 +11,8 @@ given: what is more than white noise then makes the readings doubtful until the 
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.noise_kernels import arrays, back, differences, freedom_of, inflation_of
-from centering.circle._estimator.turn_kernels import in_first_turn
+from centering.circle._estimator.noise_kernels import _arrays, _back, _differences, _freedom_of, _inflation_of
+from centering.circle._estimator.turn_kernels import _in_first_turn
 from sdpgrind.base.compiled import compiled
 
 _RARE = 13.815510557964274  # of a look, where nothing has moved, 1e-6; logarithm of its inverse
@@ -31,7 +31,7 @@ def _older(state, window):
     kept = at.KEPT + at.KEPT_SIZE * window
     begin = 3 + 3 * window
     left = np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - state[kept + at.KEPT_WAY]))
-    return arrays(state)[begin : begin + 3], kept, left
+    return _arrays(state)[begin : begin + 3], kept, left
 
 
 @compiled(error_model="numpy")
@@ -165,8 +165,8 @@ def _as_told(state, found, lagged, rounding):
     if not _form_is_given(state):
         return 0.0, 0.0
     squares, weight = state[at.SQUARES] - found, state[at.WEIGHT] - 2.0
-    inflation = inflation_of(state, squares, weight, lagged, rounding)
-    return _variance(state, squares, weight - 3.0) * inflation * inflation, freedom_of(weight, inflation)
+    inflation = _inflation_of(state, squares, weight, lagged, rounding)
+    return _variance(state, squares, weight - 3.0) * inflation * inflation, _freedom_of(weight, inflation)
 
 
 @compiled(error_model="numpy")
@@ -179,12 +179,12 @@ def _remember(state, looks, found):
 
 
 @compiled(error_model="numpy")
-def has_moved(state, array):
+def _has_moved(state, array):
     """Look at the latest 30 readings, and every other time at the latest 60; write whether they are doubtful."""
     value = np.empty(3)
-    back(array, 3, value)
-    lagged, rounding = differences(state, value)
-    doubt, state[at.DOUBT] = not _form_is_given(state) and in_first_turn(state), 0.0
+    _back(array, 3, value)
+    lagged, rounding = _differences(state, value)
+    doubt, state[at.DOUBT] = not _form_is_given(state) and _in_first_turn(state), 0.0
     both = int(state[at.SEEN]) // at.RING % 2 == 0
     for window in range(2 if both or doubt else 1):
         found = _find(state, array, value, window)
@@ -200,11 +200,11 @@ def has_moved(state, array):
 
 
 @compiled(error_model="numpy")
-def move_by(state, value):
+def _move_by(state, value):
     """Move within the latest 60 readings (of 30 where there are no more before); into `value` what was before it."""
     triangle, _, left = _older(state, 1 if state[at.KEPT + at.KEPT_SIZE] > 3.0 else 0)
-    array, now = arrays(state)[:3], np.empty(3)
-    back(array, 3, now)
-    back(triangle, 3, value)
+    array, now = _arrays(state)[:3], np.empty(3)
+    _back(array, 3, now)
+    _back(triangle, 3, value)
     x, y, _ = _found_move(state, array, now, triangle, left)
     return x, y

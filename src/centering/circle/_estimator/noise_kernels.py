@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.turn_kernels import long_noise, moved_by_form
+from centering.circle._estimator.turn_kernels import _long_noise, _moved_by_form
 from sdpgrind.base.compiled import compiled
 
 _TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
@@ -15,7 +15,7 @@ _SIGNIFICANT = 2.0  # standard deviations from which on a correlation of residua
 
 
 @compiled(error_model="numpy")
-def arrays(state):
+def _arrays(state):
     """The arrays at the end of the state: rows 0 to 2 the triangle, 3 to 8 two older ones, then room."""
     forms = int(state[at.FORMS])
     begin = at.TAIL + 2 * forms + 3 * int(state[at.KNOWN])
@@ -23,7 +23,7 @@ def arrays(state):
 
 
 @compiled(error_model="numpy")
-def back(array, column, out):
+def _back(array, column, out):
     """Back-substitution of any column."""
     for i in range(2, -1, -1):
         rest = array[i, column]
@@ -33,7 +33,7 @@ def back(array, column, out):
 
 
 @compiled(error_model="numpy")
-def write_covariance(array, out):
+def _write_covariance(array, out):
     """Write (R'R)^-1 of a triangle R."""
     a, b, c = 1.0 / array[0, 0], 1.0 / array[1, 1], 1.0 / array[2, 2]
     ab, bc = -array[0, 1] * a * b, -array[1, 2] * b * c
@@ -45,7 +45,7 @@ def write_covariance(array, out):
 
 
 @compiled(error_model="numpy")
-def student(state, freedom):
+def _student(state, freedom):
     """Quantile of Student's law: from the table, or expanded about the normal law (1e-8 from 64 on)."""
     if freedom < 1.0:
         return inf
@@ -61,21 +61,21 @@ def student(state, freedom):
 
 
 @compiled(error_model="numpy")
-def quantile(state, freedom):
+def _quantile(state, freedom):
     """Standard deviations within which the centre lies: t, or sqrt(2 F) of both coordinates, in closed form."""
     if state[at.JOINT] == 0.0:
-        return student(state, freedom)
+        return _student(state, freedom)
     return np.sqrt(freedom * np.expm1(-2.0 * state[at.BEYOND] / freedom)) if freedom >= 1.0 else inf
 
 
 @compiled(error_model="numpy")
-def known_quantile(state):
+def _known_quantile(state):
     """The same where the noise is known."""
     return np.sqrt(-2.0 * state[at.BEYOND]) if state[at.JOINT] != 0.0 else state[at.NORMAL]
 
 
 @compiled(error_model="numpy")
-def differences(state, value):
+def _differences(state, value):
     """Sum of squared differences of successive residuals of the fit of the readings alone; how far rounding may make it wrong."""
     q, x, y, k = value[0], value[1], value[2], at.LAG
     squares = q * q * state[k] + x * x * state[k + 4] + y * y * state[k + 7] + state[k + 9]
@@ -94,7 +94,7 @@ def correlation(squares, weight, lagged):
 
 
 @compiled(error_model="numpy")
-def inflation_of(state, squares, weight, lagged, rounding):
+def _inflation_of(state, squares, weight, lagged, rounding):
     """What correlation makes of the noise, where residuals are so large that it can be told."""
     least = _TELLING * state[at.NOISE] * state[at.RATIO]
     if weight <= 4.0 or squares <= weight * least * least or squares <= _ABOVE_ROUNDING * rounding:
@@ -104,43 +104,43 @@ def inflation_of(state, squares, weight, lagged, rounding):
 
 
 @compiled(error_model="numpy")
-def freedom_of(weight, inflation):
+def _freedom_of(weight, inflation):
     """Degrees of freedom of the noise, inflated: with an estimated correlation its logarithm has the variance 2/these (AR(1))."""
     return weight / (1.0 + 2.0 * inflation * inflation) - 3.0 if inflation > 1.0 else weight - 3.0
 
 
 @compiled(error_model="numpy")
-def noise(state):
+def _noise(state):
     """Sd of the triangle's noise, its degrees of freedom, the inflation, and the squared differences of residuals.
 
     Readings that are correlated count for fewer.
     """
-    rows = arrays(state)
+    rows = _arrays(state)
     value = rows[15]
-    back(rows, 3, value)
-    lagged, rounding = differences(state, value)
+    _back(rows, 3, value)
+    lagged, rounding = _differences(state, value)
     weight = state[at.WEIGHT]
-    inflation = inflation_of(state, state[at.SQUARES], weight, lagged, rounding)
-    freedom = freedom_of(weight, inflation)
+    inflation = _inflation_of(state, state[at.SQUARES], weight, lagged, rounding)
+    freedom = _freedom_of(weight, inflation)
     sd = np.sqrt(state[at.SQUARES] / (weight - 3.0 * inflation**2)) if freedom > 0.0 else inf
     return sd, freedom, inflation, lagged
 
 
 @compiled(error_model="numpy")
-def write_noise(state, ratio, form):
+def _write_noise(state, ratio, form):
     """Write noise, freedom, inflation and the bound on form (over the ratio), as they make the least band.
 
     Where the correlation is significant and whole turns have told form from noise, that is noise freed of form, and what form
     does to the centre. The inflation is less than 1 then where form does no harm.
     """
-    sd, freedom, inflation, lagged = noise(state)
+    sd, freedom, inflation, lagged = _noise(state)
     state[at.FREED] = 0.0
     if inflation > 1.0 and state[at.TURNS] > 0.0:
-        long, free = long_noise(state, 0.5 * lagged / state[at.WEIGHT]), at.ABOVE * state[at.TURNS]
-        if quantile(state, free) * long < quantile(state, freedom) * sd * inflation:
+        long, free = _long_noise(state, 0.5 * lagged / state[at.WEIGHT]), at.ABOVE * state[at.TURNS]
+        if _quantile(state, free) * long < _quantile(state, freedom) * sd * inflation:
             state[at.FREED] = 1.0
             sd, freedom = np.sqrt(state[at.SQUARES] / (state[at.WEIGHT] - 3.0)), free
             inflation = long / sd
-            form = max(form, moved_by_form(state))
+            form = max(form, _moved_by_form(state))
     state[at.FIT_NOISE], state[at.FREEDOM], state[at.INFLATION] = sd / ratio, freedom, inflation
     state[at.FORM_BOUND] = form * ratio

@@ -3,12 +3,12 @@
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator_row_kernels import write_row
-from centering.circle._estimator.estimator_travel_kernels import cover, way_of
-from centering.circle._estimator.kernels import remember
-from centering.circle._estimator.look_kernels import move_by
-from centering.circle._estimator.noise_kernels import arrays, known_quantile
-from centering.circle._estimator.start_kernels import clear, end_start, replay, ring
+from centering.circle._estimator.estimator_row_kernels import _write_row
+from centering.circle._estimator.estimator_travel_kernels import _cover, _way_of
+from centering.circle._estimator.kernels import _remember
+from centering.circle._estimator.look_kernels import _move_by
+from centering.circle._estimator.noise_kernels import _arrays, _known_quantile
+from centering.circle._estimator.start_kernels import _replay, _ring, clear, end_start
 from centering.circle._estimator.validity_kernels import holds_axis, judge
 from sdpgrind.base.compiled import compiled
 
@@ -39,32 +39,32 @@ def restart(state, shifted):
     if state[at.SEEN] == at.RING:
         end_start(state)
     else:
-        replay(state, np.ones(at.RING))
+        _replay(state, np.ones(at.RING))
 
 
 @compiled(error_model="numpy")
 def _again(state, cell, before):
     """Go over a reading of the ring once more: what it covers and where it stands in the ring."""
-    cover(state, way_of(state, cell[0] - before[0]))
+    _cover(state, _way_of(state, cell[0] - before[0]))
     state[at.TRAVEL] = cell[3]
-    remember(state, cell[0], cell[1])
+    _remember(state, cell[0], cell[1])
     state[at.SEEN] += 1.0
 
 
 @compiled(error_model="numpy")
 def _write_evidence(state, shifted, evidence):
     """Write how much each reading of the ring, from the newest on, speaks for that it was read after the move."""
-    cells, newest = ring(state), int(state[at.SEEN]) - 1
+    cells, newest = _ring(state), int(state[at.SEEN]) - 1
     if not shifted:
         for k in range(at.RING):
             evidence[k] = 1.0 if cells[(newest - k) % at.RING, 2] != 0.0 else -1.0
         return
-    value, row = np.empty(3), arrays(state)[15]
-    x, y = move_by(state, value)
+    value, row = np.empty(3), _arrays(state)[15]
+    x, y = _move_by(state, value)
     first = -(value[1] * x + value[2] * y) * state[at.PER_REFERENCE]
     for k in range(at.RING):
         cell = cells[(newest - k) % at.RING]
-        write_row(state, cell[0], cell[1], row)
+        _write_row(state, cell[0], cell[1], row)
         error = row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2]
         step = row[0] * first + row[1] * x + row[2] * y
         evidence[k] = step * (2.0 * error - step) if cell[2] == 0.0 else 0.0
@@ -73,7 +73,7 @@ def _write_evidence(state, shifted, evidence):
 @compiled(error_model="numpy")
 def _since_moved(state, evidence):
     """The latest readings from that one on since which the evidence is most; oldest first."""
-    cells, newest = ring(state), int(state[at.SEEN]) - 1
+    cells, newest = _ring(state), int(state[at.SEEN]) - 1
     best, total, length = -np.inf, 0.0, 1
     for k in range(at.RING):
         total += evidence[k]
@@ -89,7 +89,7 @@ def _since_moved(state, evidence):
 @compiled(error_model="numpy")
 def _go_back(state):
     """Be as it was some readings before: the older of the two triangles that are kept, and its sums."""
-    rows = arrays(state)
+    rows = _arrays(state)
     for i in range(3):
         for j in range(i, rows.shape[1]):
             rows[i, j] = rows[6 + i, j]
@@ -104,7 +104,7 @@ def carry_radius(state):
     """Keep the radius and the noise as known beforehand."""
     judge(state, 0.0)
     # the quantile is in it: what is told by few readings would else be used as if the noise were known
-    reach = state[at.REACH] / known_quantile(state)
+    reach = state[at.REACH] / _known_quantile(state)
     sd = reach * np.sqrt(state[at.SHAPE]) * state[at.INFLATION] + state[at.FORM_BOUND]
     if state[at.FREEDOM] < 1.0 or not sd > 0.0 or not _tells_radius(state):
         return

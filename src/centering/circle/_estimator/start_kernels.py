@@ -4,10 +4,10 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.estimator_row_kernels import write_row, write_row_at
+from centering.circle._estimator.estimator_row_kernels import _write_row, _write_row_at
 from centering.circle._estimator.estimator_travel_kernels import PIVOT
-from centering.circle._estimator.kernels import count, least_noise, note, rotate_if_tame
-from centering.circle._estimator.noise_kernels import arrays, back
+from centering.circle._estimator.kernels import _count, _least_noise, _note, _rotate_if_tame
+from centering.circle._estimator.noise_kernels import _arrays, _back
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
@@ -18,7 +18,7 @@ _LONG = 0.5  # rad: arc over which it does not in any case
 
 
 @compiled(error_model="numpy")
-def ring(state):
+def _ring(state):
     """The latest readings: angle, reading, whether refused, way travelled, number."""
     return state[at.RING_AT : at.RING_AT + at.RING * at.CELL].reshape((at.RING, at.CELL))
 
@@ -35,11 +35,11 @@ def clear(state):
     """Forget every reading but not what is known beforehand."""
     _zero(state, at.SEEN, at.RADIUS)
     _zero(state, at.RING_AT, at.TAIL)
-    rows = arrays(state)
+    rows = _arrays(state)
     for i in range(3, 9):
         _zero(rows[i], 0, rows.shape[1])
     state[at.GATE_FROM] = np.inf
-    clear_fit(state)
+    _clear_fit(state)
 
 
 @compiled(error_model="numpy")
@@ -51,25 +51,25 @@ def _empty(array):
 
 
 @compiled(error_model="numpy")
-def clear_fit(state):
+def _clear_fit(state):
     """Forget the rows, not where the spindle is."""
     state[at.USED] = state[at.LAGGED] = state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
     state[at.RATIO] = 1.0
     _zero(state, at.SUM, at.SUM + at.SUMS)
     _zero(state, at.BLOCK_BEGIN, at.RADIUS)
-    _empty(arrays(state)[:3])
+    _empty(_arrays(state)[:3])
 
 
 @compiled(error_model="numpy")
-def replay(state, core):
+def _replay(state, core):
     """Fit anew the readings of a ring that begins at its first cell, those that are not refused, in their order.
 
     With `core` those marked by it first; the others follow if they do not lie too far from them.
     """
     x, y = state[at.CENTER_X], state[at.CENTER_Y]
-    clear_fit(state)
+    _clear_fit(state)
     state[at.CENTER_X], state[at.CENTER_Y] = x, y  # the fit before weighs the first few
-    cells = ring(state)
+    cells = _ring(state)
     for late in range(2):
         for i in range(int(state[at.SEEN])):
             if cells[i, 2] != 0.0 or (core[i] == 0.0) != (late == 1):
@@ -84,27 +84,27 @@ def replay(state, core):
 @compiled(error_model="numpy")
 def _fold(state, cell):
     """Take the row of a reading in the ring."""
-    rows = arrays(state)
+    rows = _arrays(state)
     array, row = rows[:3], rows[15]
-    write_row(state, cell[0], cell[1], row)
+    _write_row(state, cell[0], cell[1], row)
     weight = np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - cell[3]))
-    note(state, row, weight, cell[3])
+    _note(state, row, weight, cell[3])
     root = np.sqrt(weight)
     for k in range(row.shape[0]):
         row[k] *= root
     rotate(array, row)
-    count(state, array, row[3], weight)
+    _count(state, array, row[3], weight)
 
 
 @compiled(error_model="numpy")
 def _is_far(state, cell):
     """Whether a reading in the ring lies too far from what the triangle predicts; it is not taken."""
-    rows = arrays(state)
-    write_row(state, cell[0], cell[1], rows[15])
+    rows = _arrays(state)
+    _write_row(state, cell[0], cell[1], rows[15])
     for i in range(3):
         for j in range(i, rows.shape[1]):
             rows[9 + i, j] = rows[i, j]
-    return rotate_if_tame(state, rows[9:12], rows[15]) == np.inf
+    return _rotate_if_tame(state, rows[9:12], rows[15]) == np.inf
 
 
 @compiled(error_model="numpy")
@@ -114,7 +114,7 @@ def end_start(state):
     The rows of a spindle that stands explain any reading: none can be refused before the arc GATE_FROM.
     """
     state = borrowed(state)
-    cells, room = ring(state), np.empty(at.RING)
+    cells, room = _ring(state), np.empty(at.RING)
     state[at.GATE_FROM] = 0.0
     if state[at.LIMACON] == 0.0:
         for i in range(1, at.RING):
@@ -142,14 +142,14 @@ def _screen(state, room):
     """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
     error, core = np.empty(at.RING), np.ones(at.RING)
     middle = _agreed_errors(state, error, room)
-    least = least_noise(state) / state[at.RATIO]
+    least = _least_noise(state) / state[at.RATIO]
     scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * middle, least)
     for i in range(at.RING):
         core[i] = 1.0 if error[i] <= _CORE * scale + state[at.FORM_GATE] else 0.0
-    replay(state, core)
+    _replay(state, core)
     for i in range(at.RING):
         core[i] = 1.0
-    replay(state, core)
+    _replay(state, core)
 
 
 @compiled(error_model="numpy")
@@ -192,7 +192,7 @@ def _agreed_errors(state, best, room):
 @compiled(error_model="numpy")
 def _places(state):
     """Cosine and sine of the angle of each reading in the ring, and the reading."""
-    cells, out = ring(state), np.empty((at.RING, 3))
+    cells, out = _ring(state), np.empty((at.RING, 3))
     for i in range(at.RING):
         out[i, 0], out[i, 1], out[i, 2] = np.cos(cells[i, 0]), np.sin(cells[i, 0]), cells[i, 1]
     return out
@@ -204,16 +204,16 @@ def _write_errors(state, places, three, value, error, least):
 
     Returns whether their median may be less than `least`. Once half of them and one are not, it is not: no more are written.
     """
-    rows, far = arrays(state), 0
+    rows, far = _arrays(state), 0
     array, row = rows[:3], rows[15]
     _empty(array)
     for i in three:
-        write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
+        _write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
         rotate(array, row)
-    back(array, 3, value)
+    _back(array, 3, value)
     state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
     for i in range(at.RING):
-        write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
+        _write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
         error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2]) / state[at.RATIO]
         far += error[i] >= least
         if 2 * far > at.RING:

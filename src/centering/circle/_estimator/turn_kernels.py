@@ -29,13 +29,13 @@ def _square(state, begin):
 
 
 @compiled(error_model="numpy")
-def in_first_turn(state):
+def _in_first_turn(state):
     """Whether no whole turn has been seen; of readings so coarse that none tells form from noise, what they cover counts."""
     return state[at.TURNS] == 0.0 and state[at.COVERED] < _TURN
 
 
 @compiled(error_model="numpy")
-def gather(state, h0, h1, h2, target, way):
+def _gather(state, h0, h1, h2, target, way):
     """Add a row, not yet weighed, to its block; `way` is what had been travelled by then."""
     if state[at.BLOCK_COUNT] > 0.0 and way - state[at.BLOCK_BEGIN] >= _BLOCK:
         _end_block(state)
@@ -95,7 +95,7 @@ def _write_waves(state, x, y, vector):
 
 
 @compiled(error_model="numpy")
-def triangle(array, size):
+def _triangle(array, size):
     """Cholesky's triangle of the first columns and the last, in place; whether each wave is told from those before."""
     last = at.SIDE - 1
     for i in range(size):
@@ -122,7 +122,7 @@ def _end_turn(state):
     left = np.exp(state[at.LOG_FORGETTING] * 2.0 * np.pi)
     total *= left
     total += turn
-    if triangle(turn, last):
+    if _triangle(turn, last):
         step, low, waves = state[at.PATH] / state[at.MOVES], 0.0, 0.0
         for i in range(at.CIRCLE_AND_FORM, last):
             low += turn[i, last] ** 2
@@ -137,7 +137,7 @@ def _end_turn(state):
 
 
 @compiled(error_model="numpy")
-def long_noise(state, differences):
+def _long_noise(state, differences):
     """Sd of the noise that moves the centre, as of independent readings; `differences` is half their mean square."""
     low = state[at.LOW_SQUARES] / (at.ABOVE * state[at.TURNS])
     each = state[at.PATH] / state[at.MOVES]
@@ -149,12 +149,12 @@ def long_noise(state, differences):
 
 
 @compiled(error_model="numpy")
-def moved_by_form(state):
+def _moved_by_form(state):
     """How far lobes of 2 to 5 upr, as large as they are found, move the centre of all readings, over the ratio, mm."""
     array, size, last = _square(state, at.TOTAL) + _square(state, at.TURN), at.CIRCLE_AND_FORM, at.SIDE - 1
     if state[at.BLOCK_COUNT] > 0.0:
         _add_block(state, array)
-    if not triangle(array, size):
+    if not _triangle(array, size):
         return np.inf
     with_form, without = np.empty(size), np.empty(3)
     for i in range(size - 1, -1, -1):

@@ -8,8 +8,8 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.noise_kernels import arrays, back, known_quantile, quantile, write_covariance, write_noise
-from centering.circle._estimator.turn_kernels import in_first_turn
+from centering.circle._estimator.noise_kernels import _arrays, _back, _known_quantile, _quantile, _write_covariance, _write_noise
+from centering.circle._estimator.turn_kernels import _in_first_turn
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
@@ -37,14 +37,14 @@ def _weighing_noise(state, ratio):
 @compiled(error_model="numpy")
 def _with_center(state, array, value, weighing):
     """Take in that the centre is not endlessly far, unless so much is known that it says nothing: it bounds any covariance."""
-    row, weight = arrays(state)[15], weighing / (_FAR * state[at.LARGEST])
+    row, weight = _arrays(state)[15], weighing / (_FAR * state[at.LARGEST])
     if weight <= _NOTHING * min(array[0, 0], array[1, 1], array[2, 2]):
         return
     for i in range(3):
         row[:] = 0.0
         row[i] = weight
         rotate(array, row)
-    back(array, 3, value)
+    _back(array, 3, value)
 
 
 @compiled(error_model="numpy")
@@ -58,7 +58,7 @@ def _radius(state, value):
 
 
 @compiled(error_model="numpy")
-def ratio_of(state, value):
+def _ratio_of(state, value):
     """The triangle's noise over that of a reading."""
     if state[at.LIMACON] != 0.0:
         return 1.0
@@ -95,21 +95,21 @@ def _with_radius(state, array, value, weighing, room):
         row *= weight
         rotate(room, row)
         before_x, before_y = value[1], value[2]
-        back(room, 3, value)
+        _back(room, 3, value)
         if abs(value[1] - before_x) + abs(value[2] - before_y) <= _CLOSE * state[at.LARGEST]:
             break
     array[:] = room
 
 
 @compiled(error_model="numpy")
-def conclude(state, array, room, value, information):
+def _conclude(state, array, room, value, information):
     """Values (q, x, y) and their inverse information from a triangle of readings, which is changed, and all that is known."""
-    back(array, 3, value)
-    weighing = _weighing_noise(state, ratio_of(state, value))
+    _back(array, 3, value)
+    weighing = _weighing_noise(state, _ratio_of(state, value))
     _with_center(state, array, value, weighing)
     if state[at.PRIOR_SD] > 0.0:
         _with_radius(state, array, value, weighing, room)
-    write_covariance(array, information)
+    _write_covariance(array, information)
     if state[at.LIMACON] == 0.0 and state[at.WEIGHT] > _ENOUGH:
         _without_bias(state, value, information)
 
@@ -117,7 +117,7 @@ def conclude(state, array, room, value, information):
 @compiled(error_model="numpy")
 def _without_bias(state, value, information):
     """Take off what the square of the noise adds to the values: rows hold the reading, noise and all."""
-    ratio = ratio_of(state, value)
+    ratio = _ratio_of(state, value)
     scale = state[at.SQUARES] / (state[at.WEIGHT] - 3.0) / ratio
     first = scale * state[at.BIAS] / ratio
     second = scale * (state[at.BIAS + 1] / ratio + state[at.BIAS + 3])
@@ -127,25 +127,25 @@ def _without_bias(state, value, information):
 
 
 @compiled(error_model="numpy")
-def worst(a, b, c):
+def _worst(a, b, c):
     """Root of the largest eigenvalue of ((a, b), (b, c))."""
     half = 0.5 * (a - c)
     return np.sqrt(0.5 * (a + c) + np.sqrt(half * half + b * b))
 
 
 @compiled(error_model="numpy")
-def form_bound(state, array):
+def _form_bound(state, array):
     """Greatest error of the centre from the assumed lobes, each in its worst phase, over the ratio, mm."""
     if state[at.FORMS] == 0.0:
         return 0.0
     value, other, total = np.empty(3), np.empty(3), 0.0
     for n in range(int(state[at.FORMS])):
-        back(array, 4 + 2 * n, value)
-        back(array, 5 + 2 * n, other)
+        _back(array, 4 + 2 * n, value)
+        _back(array, 5 + 2 * n, other)
         a = value[1] ** 2 + other[1] ** 2
         b = value[1] * value[2] + other[1] * other[2]
         c = value[2] ** 2 + other[2] ** 2
-        total += worst(a, b, c) * state[at.TAIL + 2 * n + 1]
+        total += _worst(a, b, c) * state[at.TAIL + 2 * n + 1]
     return total
 
 
@@ -158,16 +158,16 @@ def judge(state, least):
     if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
         return False
     state = borrowed(state)
-    rows = arrays(state)
+    rows = _arrays(state)
     array, room = rows[9:12], rows[12:15]
     for i in range(3):
         for j in range(i, rows.shape[1]):
             array[i, j] = rows[i, j]
     value, information = state[at.VALUE : at.VALUE + 3], state[at.INFORMATION : at.INFORMATION + 9].reshape((3, 3))
-    conclude(state, array, room, value, information)
-    ratio = ratio_of(state, value)
+    _conclude(state, array, room, value, information)
+    ratio = _ratio_of(state, value)
     _write_fit(state, value, information, ratio)
-    write_noise(state, ratio, form_bound(state, array))
+    _write_noise(state, ratio, _form_bound(state, array))
     return _write_band(state)
 
 
@@ -176,7 +176,7 @@ def _write_fit(state, value, information, ratio):
     """Write radius, centre and their covariance for noise 1."""
     state[at.RADIUS] = _radius(state, value) - state[at.TIP]
     state[at.FIT_X], state[at.FIT_Y] = value[1], value[2]
-    row, square = arrays(state)[15], ratio * ratio
+    row, square = _arrays(state)[15], ratio * ratio
     _radius_row(state, value, row)
     state[at.SHAPE] = 0.0
     for j in range(3):
@@ -186,7 +186,7 @@ def _write_fit(state, value, information, ratio):
             state[at.SHAPE + j] = state[at.SHAPE + 3 * j] = square * across
             for k in range(1, 3):
                 state[at.SHAPE + 3 * j + k] = square * information[j, k]
-    state[at.SPREAD] = ratio * worst(information[1, 1], information[1, 2], information[2, 2])
+    state[at.SPREAD] = ratio * _worst(information[1, 1], information[1, 2], information[2, 2])
 
 
 @compiled(error_model="numpy")
@@ -214,7 +214,7 @@ def _write_rounding(state):
     state[at.FIT_NOISE] = max(state[at.FIT_NOISE], rounding)
     free = max((state[at.FIT_NOISE] / step) ** 2 - 1.0 / 12.0, 0.0)
     together = rounding * np.sqrt(state[at.WEIGHT]) * np.exp(-2.0 * np.pi**2 * free)
-    state[at.INFLATION] = max(state[at.INFLATION], together / (quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE]))
+    state[at.INFLATION] = max(state[at.INFLATION], together / (_quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE]))
 
 
 @compiled(error_model="numpy")
@@ -226,14 +226,14 @@ def in_doubt(state):
 @compiled(error_model="numpy")
 def may_have_moved(state):
     """Whether readings of less than a turn disagree, as after a move or by form; after a turn that is taken for form."""
-    return state[at.DOUBT] != 0.0 and in_first_turn(state)
+    return state[at.DOUBT] != 0.0 and _in_first_turn(state)
 
 
 @compiled(error_model="numpy")
 def _write_band(state):
     """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
     _write_rounding(state)
-    seen, least = quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE], known_quantile(state) * state[at.NOISE]
+    seen, least = _quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE], _known_quantile(state) * state[at.NOISE]
     if state[at.FREED] != 0.0 and seen * state[at.INFLATION] < least:
         state[at.INFLATION], seen = 1.0, 0.0
     measured = seen >= least

@@ -37,7 +37,7 @@ less than half, and (J'J)^-1 by rows."""
 
 
 @compiled(error_model="numpy")
-def prepared(angle, reading, form):
+def _prepared(angle, reading, form):
     """Rows of data (4, m)."""
     data = np.empty((4, angle.size))
     for i in range(angle.size):
@@ -46,7 +46,7 @@ def prepared(angle, reading, form):
 
 
 @compiled(error_model="numpy")
-def dot(a, b):
+def _dot(a, b):
     """Sum of products, in four sums at a time."""
     one, two, three, four = 0.0, 0.0, 0.0, 0.0
     whole = a.size - a.size % 4
@@ -61,21 +61,21 @@ def dot(a, b):
 
 
 @compiled(error_model="numpy")
-def triangle(rows, upper):
+def _triangle(rows, upper):
     """Make the first three rows (4, n) orthonormal and take them out of the last, in place; their triangle to `upper` (3, 4)."""
     for i in range(3):
-        upper[i, i] = np.sqrt(dot(rows[i], rows[i]))
+        upper[i, i] = np.sqrt(_dot(rows[i], rows[i]))
         if upper[i, i] > 0.0:
             for k in range(rows.shape[1]):
                 rows[i, k] /= upper[i, i]
         for j in range(i + 1, 4):
-            upper[i, j] = dot(rows[i], rows[j])
+            upper[i, j] = _dot(rows[i], rows[j])
             for k in range(rows.shape[1]):
                 rows[j, k] -= upper[i, j] * rows[i, k]
 
 
 @compiled(error_model="numpy")
-def solved(upper, out):
+def _solved(upper, out):
     """Solve a triangle (3, 4) for `out` (3,); whether it can be."""
     for i in range(2, -1, -1):
         if upper[i, i] <= 0.0:
@@ -88,7 +88,7 @@ def solved(upper, out):
 
 
 @compiled(error_model="numpy")
-def spread(upper, result):
+def _spread(upper, result):
     """Write the inverse of R'R, the worst widening of a standard deviation by the other quantities, and of which it is."""
     back = np.zeros((3, 3))
     back[0, 0], back[1, 1], back[2, 2] = 1.0 / upper[0, 0], 1.0 / upper[1, 1], 1.0 / upper[2, 2]
@@ -107,15 +107,15 @@ def spread(upper, result):
 
 
 @compiled(error_model="numpy")
-def holds_axis(circle):
+def _holds_axis(circle):
     """Whether the spindle's axis lies in a circle."""
     return circle[1] * circle[1] + circle[2] * circle[2] < circle[0] * circle[0] and circle[0] > 0.0
 
 
 @compiled(error_model="numpy")
-def residuals(data, circle, out):
+def _residuals(data, circle, out):
     """Write reading less the exact curve of a circle to `out`; whether the curve exists."""
-    if not holds_axis(circle):
+    if not _holds_axis(circle):
         return False
     for i in range(data.shape[1]):
         c, s = data[0, i], data[1, i]
@@ -125,7 +125,7 @@ def residuals(data, circle, out):
 
 
 @compiled(error_model="numpy")
-def slopes(data, circle, weight, rows):
+def _slopes(data, circle, weight, rows):
     """Write the weighted derivatives of the exact curve by radius, x and y to `rows` (3, m)."""
     for i in range(data.shape[1]):
         c, s = data[0, i], data[1, i]
@@ -137,52 +137,52 @@ def slopes(data, circle, weight, rows):
 
 
 @compiled(error_model="numpy")
-def started(data, rows, circle):
+def _started(data, rows, circle):
     """Find a circle by r^2 = 2 x r cos + 2 y r sin + c, else by the limacon; how that ended."""
     m, upper = data.shape[1], np.empty((3, 4))
     rows[:, m] = 0.0
     for i in range(m):
         r = data[2, i]
         rows[0, i], rows[1, i], rows[2, i], rows[3, i] = 1.0, 2.0 * r * data[0, i], 2.0 * r * data[1, i], r * r
-    triangle(rows, upper)
-    if not solved(upper, circle):
+    _triangle(rows, upper)
+    if not _solved(upper, circle):
         return SINGULAR
     circle[0] = np.sqrt(max(circle[0] + circle[1] ** 2 + circle[2] ** 2, 0.0))
-    if not holds_axis(circle):
+    if not _holds_axis(circle):
         for i in range(m):
             rows[0, i], rows[1, i], rows[2, i], rows[3, i] = 1.0, data[0, i], data[1, i], data[2, i]
-        triangle(rows, upper)
-        if not (solved(upper, circle) and holds_axis(circle)):
+        _triangle(rows, upper)
+        if not (_solved(upper, circle) and _holds_axis(circle)):
             circle[0], circle[1], circle[2] = data[2].mean(), 0.0, 0.0
-    return FITTED if holds_axis(circle) else OUTSIDE
+    return FITTED if _holds_axis(circle) else OUTSIDE
 
 
 @compiled(error_model="numpy")
-def direction(data, circle, weight, left, prior_weight, rows, step, result):
+def _direction(data, circle, weight, left, prior_weight, rows, step, result):
     """Write the Gauss-Newton step and its inverse information; return what it takes off the sum of squares, < 0: singular."""
     m, upper = data.shape[1], np.empty((3, 4))
-    slopes(data, circle, weight, rows)
+    _slopes(data, circle, weight, rows)
     rows[0, m], rows[1, m], rows[2, m] = prior_weight, 0.0, 0.0
     for i in range(m):
         rows[3, i] = weight[i] * left[i]
     rows[3, m] = prior_weight * left[m]
-    triangle(rows, upper)
-    if not solved(upper, step):
+    _triangle(rows, upper)
+    if not _solved(upper, step):
         return -1.0
-    spread(upper, result)
+    _spread(upper, result)
     return upper[0, 3] ** 2 + upper[1, 3] ** 2 + upper[2, 3] ** 2
 
 
 @compiled(error_model="numpy")
-def moved(data, circle, step, prior_mean, prior_weight, left):
+def _moved(data, circle, step, prior_mean, prior_weight, left):
     """Go along a step, halved until it does not raise the sum of squares; the share gone, 0: none."""
     m, trial, share = data.shape[1], np.empty(3), 1.0
-    cost = dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
+    cost = _dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
     for _ in range(HALVINGS):
         trial[0], trial[1], trial[2] = circle[0] + share * step[0], circle[1] + share * step[1], circle[2] + share * step[2]
-        if residuals(data, trial, left):
+        if _residuals(data, trial, left):
             left[m] = prior_mean - trial[0]
-            now = dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
+            now = _dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
             if np.sqrt(now) <= np.sqrt(cost) + np.sqrt(m) * ROUNDING * circle[0]:
                 circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
                 return share
@@ -191,16 +191,16 @@ def moved(data, circle, step, prior_mean, prior_weight, left):
 
 
 @compiled(error_model="numpy")
-def improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
+def _improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
     """Go one Gauss-Newton step from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
     m, step, before = data.shape[1], np.empty(3), result[UNIT]
-    square = dot(left[:m], left[:m])
+    square = _dot(left[:m], left[:m])
     result[UNIT] = max(np.sqrt(square / max(result[FREEDOM], 1.0)), noise_sd)
     weight = result[UNIT] / prior_sd
-    gain = direction(data, result, even, left, weight, rows, step, result)
+    gain = _direction(data, result, even, left, weight, rows, step, result)
     if gain < 0.0:
         return SINGULAR
-    share = moved(data, result, step, prior_mean, weight, left)
+    share = _moved(data, result, step, prior_mean, weight, left)
     if share == 0.0:
         return OUTSIDE
     result[FREEDOM] = m - 3.0 + weight * weight * result[INVERSE]
@@ -216,17 +216,17 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result
 
     A radius prior of an infinite sd is none; the noise is that which the fit leaves, at least `noise_sd`.
     """
-    m, data = angle.size, prepared(angle, reading, form)
+    m, data = angle.size, _prepared(angle, reading, form)
     rows, even = np.empty((4, m + 1)), np.ones(m)
-    ended = started(data, rows, result)
-    if ended != FITTED or not residuals(data, result, left):
+    ended = _started(data, rows, result)
+    if ended != FITTED or not _residuals(data, result, left):
         return max(ended, SINGULAR)
     left[m], result[FREEDOM], result[UNIT], result[AWAY], result[TAKEN] = prior_mean - result[0], m - 3.0, 0.0, 0.0, 0.0
     ended = ENDLESS
     while ended == ENDLESS and result[TAKEN] < STEPS:
         result[TAKEN] += 1.0
-        ended = improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result)
-    result[NOISE] = result[SEEN] = np.sqrt(dot(left[:m], left[:m]) / max(result[FREEDOM], 1.0))
+        ended = _improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result)
+    result[NOISE] = result[SEEN] = np.sqrt(_dot(left[:m], left[:m]) / max(result[FREEDOM], 1.0))
     result[UNIT] = max(result[NOISE], noise_sd)
     return ended
 
@@ -249,7 +249,7 @@ def distinct(angle, enough):
 
 
 @compiled(error_model="numpy")
-def ranked(values, wanted):
+def _ranked(values, wanted):
     """The value at a place of the sorted list, by partition; the values are put in another order."""
     low, high = 0, values.size - 1
     while low < high:
@@ -279,7 +279,7 @@ def swept(line):
         if line[i] > line[i - 1] + SAME:
             steps[count] = line[i] - line[i - 1]
             count += 1
-    widest = GAP * ranked(steps[:count], count // 2) if count > 0 else 0.0
+    widest = GAP * _ranked(steps[:count], count // 2) if count > 0 else 0.0
     for i in range(count):
         total += steps[i] if steps[i] <= widest else 0.0
     return total

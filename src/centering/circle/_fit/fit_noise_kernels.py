@@ -51,7 +51,7 @@ def travelled(angle):
 
 
 @compiled(error_model="numpy")
-def resemblance(line):
+def _resemblance(line):
     """Sum of squares, and that of differences of successive values over it."""
     squares, lagged = 0.0, 0.0
     for i in range(line.size):
@@ -98,7 +98,7 @@ def _solved(array, out):
 
 
 @compiled(error_model="numpy")
-def freed(angle, reading, circle, line):
+def _freed(angle, reading, circle, line):
     """Take lobes of 2 to 5 upr out of the residuals, in place; how far they move the centre, less than 0: not told."""
     array, row, found = np.zeros((COLUMNS, COLUMNS + 1)), np.empty(COLUMNS + 1), np.empty(COLUMNS)
     for k in range(line.size):
@@ -116,7 +116,7 @@ def freed(angle, reading, circle, line):
 
 
 @compiled(error_model="numpy")
-def expected(rho, count, step):
+def _expected(rho, count, step):
     """Squares of noise of sd 1, and of its differences, that are left beside the columns of a circle and its lobes."""
     end = rho**count
     squares = count * (1.0 + end) / (1.0 - end)
@@ -130,12 +130,12 @@ def expected(rho, count, step):
 
 
 @compiled(error_model="numpy")
-def fading(differences, count, step):
+def _fading(differences, count, step):
     """The rho whose noise leaves such differences over its squares, where the columns of circle and lobes are taken out."""
     low, high = 0.0, MOST
     for _ in range(40):
         rho = 0.5 * (low + high)
-        a, b = expected(rho, count, step)
+        a, b = _expected(rho, count, step)
         if b > differences * a:
             low = rho
         else:
@@ -144,13 +144,13 @@ def fading(differences, count, step):
 
 
 @compiled(error_model="numpy")
-def once(rho, count, step):
+def _once(rho, count, step):
     """Square of the noise of sd 1 at 1 upr, which moves the centre; twice that of its spectrum where it walks at random."""
     return (1.0 - rho * rho) / (1.0 - 2.0 * rho * np.cos(step) + rho * rho) * (1.0 + rho**count)
 
 
 @compiled(error_model="numpy")
-def certain(rho, count, step):
+def _certain(rho, count, step):
     """Degrees of freedom of the noise that moves the centre: 2 over the variance of the logarithm of its square, by Whittle."""
     a, b, c, h = 0.5 * count, 0.0, count / (1.0 - rho * rho), 0.0
     for n in range(LOBES + 1):
@@ -172,7 +172,7 @@ def noise(angle, reading, circle, left, order, whole, told):
             count += 1
     kept, line = kept[:count], line[:count]
     told[RATIO], told[INFLATION], told[FREEDOM], told[SHIFT] = 1.0, 1.0, count - 3.0, 0.0
-    before, differences = resemblance(line)
+    before, differences = _resemblance(line)
     plain = 1.0 - 0.5 * differences
     rho = min(plain + (2.0 + 5.0 * plain) / count, MOST)
     if count < 5 or rho <= SIGNIFICANT / np.sqrt(count):
@@ -181,20 +181,20 @@ def noise(angle, reading, circle, left, order, whole, told):
     told[RATIO] = np.sqrt((count - 3.0) / (count - 3.0 * min(longer, (count - 4.0) / 8.0)))
     told[INFLATION], told[FREEDOM] = factor(rho), max(count / (1.0 + 2.0 * longer) - 3.0, 1.0)
     if whole and count > 2 * COLUMNS:
-        _noise_beside_form(freed(angle[kept], reading[kept], circle, line), line, before, whole, told)
+        _noise_beside_form(_freed(angle[kept], reading[kept], circle, line), line, before, whole, told)
 
 
 @compiled(error_model="numpy")
 def _noise_beside_form(moved, line, before, whole, told):
     """Write what is told of noise that lobes have been taken out of; less than 0: they could not."""
     count, step = line.size, TURN * whole / line.size
-    squares, differences = resemblance(line)
-    rho = fading(differences, count, step)
+    squares, differences = _resemblance(line)
+    rho = _fading(differences, count, step)
     if moved < 0.0:
         return
     rho = rho if rho > SIGNIFICANT / np.sqrt(count) else 0.0
     told[RATIO] = np.sqrt(squares / (count - COLUMNS) / before * (count - 3.0))
-    told[INFLATION] = np.sqrt((count - COLUMNS) / expected(rho, count, step)[0] * once(rho, count, step))
+    told[INFLATION] = np.sqrt((count - COLUMNS) / _expected(rho, count, step)[0] * _once(rho, count, step))
     told[FREEDOM], told[SHIFT] = count - COLUMNS, moved
     if rho > 0.0:  # what walks at random is known by the few slow waves only that are left
-        told[FREEDOM] = max(min(certain(rho, count, step), SLOW * whole / rho**count), 1.0)
+        told[FREEDOM] = max(min(_certain(rho, count, step), SLOW * whole / rho**count), 1.0)

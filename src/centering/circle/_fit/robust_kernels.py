@@ -18,7 +18,7 @@ LEAST, CHANGING = 4, 15  # steps taken at least; in which the scale and what is 
 
 
 @compiled(error_model="numpy")
-def through(data, triple, circle):
+def _through(data, triple, circle):
     """Write the circle through three readings; whether there is one that holds the axis."""
     a, b, c = triple[0], triple[1], triple[2]
     ax, ay = data[2, a] * data[0, a], data[2, a] * data[1, a]
@@ -30,11 +30,11 @@ def through(data, triple, circle):
     bb, cc = bx * bx + by * by, cx * cx + cy * cy
     x, y = (cy * bb - by * cc) / area, (bx * cc - cx * bb) / area
     circle[0], circle[1], circle[2] = np.hypot(x, y), ax + x, ay + y
-    return fit.holds_axis(circle)
+    return fit._holds_axis(circle)
 
 
 @compiled(error_model="numpy")
-def least_median(data, triples, circle):
+def _least_median(data, triples, circle):
     """Write the circle, of those through triples, that has half of the readings nearest; return how near, infinite without one.
 
     Three readings lie on the circle itself: two more than half are counted.
@@ -43,20 +43,20 @@ def least_median(data, triples, circle):
     trial, left = np.empty(3), np.empty(m)
     half = min(m // 2 + 1, m - 1)
     for k in range(triples.shape[0]):
-        if not (through(data, triples[k], trial) and fit.residuals(data, trial, left)):
+        if not (_through(data, triples[k], trial) and fit._residuals(data, trial, left)):
             continue
         nearer = 0
         for i in range(m):
             left[i] = abs(left[i])
             nearer += left[i] < best
         if nearer > half:
-            best = fit.ranked(left, half)
+            best = fit._ranked(left, half)
             circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
     return best
 
 
 @compiled(error_model="numpy")
-def sifted(left, scale, kept):
+def _sifted(left, scale, kept):
     """Mark the readings that are not far off; return the sd that the median of theirs tells. Of few readings all are kept."""
     m, near, count = kept.size, np.empty(kept.size), 0
     for i in range(m):
@@ -67,11 +67,11 @@ def sifted(left, scale, kept):
     if count < m // 2 + 3:
         kept[:] = True
         return scale
-    return NORMAL * fit.ranked(near[:count], count // 2) * np.sqrt(count / (count - 3.0))
+    return NORMAL * fit._ranked(near[:count], count // 2) * np.sqrt(count / (count - 3.0))
 
 
 @compiled(error_model="numpy")
-def weigh(left, scale, loss, kept, weight, result):
+def _weigh(left, scale, loss, kept, weight, result):
     """Write root weights, the sd of a reading that a plain fit would need for this covariance, and degrees of freedom; return
     the sum of the slopes of the score.
     """
@@ -96,12 +96,12 @@ def weigh(left, scale, loss, kept, weight, result):
 
 
 @compiled(error_model="numpy")
-def advanced(data, circle, step, left):
+def _advanced(data, circle, step, left):
     """Go along a step, halved until the curve exists; whether it does."""
     trial, share = np.empty(3), 1.0
     for _ in range(fit.HALVINGS):
         trial[0], trial[1], trial[2] = circle[0] + share * step[0], circle[1] + share * step[1], circle[2] + share * step[2]
-        if fit.residuals(data, trial, left):
+        if fit._residuals(data, trial, left):
             circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
             return True
         share *= 0.5
@@ -109,17 +109,17 @@ def advanced(data, circle, step, left):
 
 
 @compiled(error_model="numpy")
-def reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result):
+def _reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result):
     """Go one step of the weighted problem from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
     m, step = data.shape[1], np.empty(3)
-    mean = weigh(left, scale, loss, kept, weight, result)
+    mean = _weigh(left, scale, loss, kept, weight, result)
     result[fit.UNIT] = max(result[fit.SEEN], noise_sd)
     left[m] = prior_mean - result[fit.RADIUS]
     held = np.sqrt(mean) * result[fit.UNIT] / prior_sd
-    gain = fit.direction(data, result, weight, left, held, rows, step, result)
+    gain = fit._direction(data, result, weight, left, held, rows, step, result)
     if gain < 0.0:
         return fit.SINGULAR
-    if not advanced(data, result, step, left):
+    if not _advanced(data, result, step, left):
         return fit.OUTSIDE
     settled = gain <= fit.SETTLED * scale**2 + m * (fit.ROUNDING * result[fit.RADIUS]) ** 2
     return fit.FITTED if settled else fit.ENDLESS
@@ -133,30 +133,30 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
 
     The covariance is Huber's: scale^2 times mean of the squared score over the squared mean of its slope, times (J'J)^-1.
     """
-    m, data = angle.size, fit.prepared(angle, reading, form)
+    m, data = angle.size, fit._prepared(angle, reading, form)
     rows, weight, kept = np.empty((4, m + 1)), np.empty(m), np.empty(m, dtype=np.bool_)
-    near = least_median(data, triples, result)
-    if near == np.inf and fit.started(data, rows, result) != fit.FITTED:
+    near = _least_median(data, triples, result)
+    if near == np.inf and fit._started(data, rows, result) != fit.FITTED:
         return fit.SINGULAR
-    fit.residuals(data, result, left)
+    fit._residuals(data, result, left)
     width = NORMAL * (1.0 + 5.0 / (m - 3.0)) * near  # where infinite, nothing is far off
     ended, result[fit.TAKEN] = fit.ENDLESS, 0.0
     while result[fit.TAKEN] < LEAST or (ended == fit.ENDLESS and result[fit.TAKEN] < fit.STEPS):
         result[fit.TAKEN] += 1.0
         if result[fit.TAKEN] <= CHANGING:
             least = fit.ROUNDING * result[fit.RADIUS]
-            width = max(sifted(left, max(width, least), kept), least)
+            width = max(_sifted(left, max(width, least), kept), least)
             scale = max(width, noise_sd)
-        ended = reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result)
+        ended = _reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result)
         if ended == fit.SINGULAR or ended == fit.OUTSIDE:
             return ended
-    weigh(left, scale, loss, kept, weight, result)
+    _weigh(left, scale, loss, kept, weight, result)
     result[fit.UNIT] = max(result[fit.SEEN], noise_sd)
     counted = np.empty(m)
     for i in range(m):
         counted[i] = weight[i] ** 2 * left[i] if kept[i] else np.nan
         weight[i] = 1.0 if kept[i] else 0.0
-    fit.direction(data, result, weight, left, result[fit.UNIT] / prior_sd, rows, np.empty(3), result)
+    fit._direction(data, result, weight, left, result[fit.UNIT] / prior_sd, rows, np.empty(3), result)
     left[:m] = counted
     result[fit.NOISE] = scale
     return ended

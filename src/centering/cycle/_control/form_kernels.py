@@ -20,7 +20,7 @@ _STEPS, _CLOSE = 8, 1e-5  # mm: Gauss-Newton ends with a step of the centre that
 
 
 @compiled(error_model="numpy")
-def write_row(angle, reading, x, y, radius, turning, row):
+def _write_row(angle, reading, x, y, radius, turning, row):
     """Write the derivatives of a reading by the values; return by how much (mm) it is more than that of a circle, and its weight.
 
     `turning` is the error of an angle over that of a reading, rad/mm: where the rim goes fast, readings tell less.
@@ -44,7 +44,7 @@ def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, ve
     """Add readings to normal equations about a value: upper triangle; `radius` is that of dR = 0, tip included."""
     row = np.empty(SIZE)
     for k in range(angles.size):
-        target, weight = write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)
+        target, weight = _write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)
         for i in range(3):
             target += row[i] * value[i]
         for i in range(SIZE):
@@ -86,7 +86,7 @@ def residuals(angles, readings, value, radius, turning):
     """Squares that a value leaves of the readings, by their weights, and squared differences of successive ones: sums, mm^2."""
     row, squares, lagged, before = np.empty(SIZE), 0.0, 0.0, 0.0
     for k in range(angles.size):
-        left, weight = write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)
+        left, weight = _write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)
         for i in range(3, SIZE):
             left -= row[i] * value[i]
         left *= np.sqrt(weight)
@@ -115,7 +115,7 @@ def forget_center(matrix, vector, known, told):
 def lobes_at(angle, value, radius):
     """By how much (mm) lobes make a reading more at an angle of the spindle."""
     row, total = np.empty(SIZE), 0.0
-    write_row(angle, 0.0, value[0], value[1], radius + value[2], 0.0, row)
+    _write_row(angle, 0.0, value[0], value[1], radius + value[2], 0.0, row)
     for i in range(3, SIZE):
         total += row[i] * value[i]
     return total

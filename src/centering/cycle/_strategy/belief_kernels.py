@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.cycle._strategy.outcome_kernels import scale_at, travel_at
+from centering.cycle._strategy.outcome_kernels import _scale_at, travel_at
 from sdpgrind.base.compiled import compiled
 
 _PARTS, _PUSHES = 41, 17
@@ -12,7 +12,7 @@ _STRANGERS = 1e-3  # share of parts whose friction is nothing that is known: eve
 
 
 @compiled
-def likelihood(table, grid, stroke, part, push_sd, noise, travelled):
+def _likelihood(table, grid, stroke, part, push_sd, noise, travelled):
     """Density of a travel (mm) of a part with a friction scale, but for a factor; the push scatters about that.
 
     Between two grid points of the push the travel is smeared over their distance: what is measured may be much finer.
@@ -46,8 +46,8 @@ def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
     nodes = table.shape[1]
     scales, weights = np.empty(nodes), np.empty(nodes)
     for i in range(nodes):
-        scales[i] = scale_at(grid, i)
-        weights[i] = (scale_at(grid, i + 0.5) - scale_at(grid, i - 0.5)) / scales[i]
+        scales[i] = _scale_at(grid, i)
+        weights[i] = (_scale_at(grid, i + 0.5) - _scale_at(grid, i - 0.5)) / scales[i]
     stranger = _moments(table, grid, stroke, scales, weights / weights.sum(), push_sd, noise, travelled)
     wrong = _STRANGERS * stranger[0] > (1.0 - _STRANGERS) * belief[0]
     found = stranger if wrong else belief
@@ -59,7 +59,7 @@ def _moments(table, grid, stroke, scales, weights, push_sd, noise, travelled):
     """How well friction scales with weights explain a travel, and their mean and sd after it."""
     total, first, second, about = 0.0, 0.0, 0.0, scales[scales.size // 2]
     for i in range(scales.size):
-        weight, off = weights[i] * likelihood(table, grid, stroke, scales[i], push_sd, noise, travelled), scales[i] - about
+        weight, off = weights[i] * _likelihood(table, grid, stroke, scales[i], push_sd, noise, travelled), scales[i] - about
         total += weight
         first += weight * off
         second += weight * off * off

@@ -7,7 +7,7 @@ from sdpgrind.base.compiled import compiled
 
 
 @compiled
-def between(values, i):
+def _between(values, i):
     """Value at a place between the nodes, linear."""
     a = min(int(i), values.size - 2)
     return values[a] + (i - a) * (values[a + 1] - values[a])
@@ -16,7 +16,7 @@ def between(values, i):
 @compiled
 def table_speed(speeds, axis, offset):
     """Table speed (rad/s) at an offset (mm): linear in the logarithm; `axis` = (log low, step) of the offset."""
-    return between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))
+    return _between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))
 
 
 @compiled
@@ -32,7 +32,7 @@ def waiting_time(phase, busy, speed, arc, before, acceleration):
 
 
 @compiled
-def learning_rate(travel, friction, weight, noise):
+def _learning_rate(travel, friction, weight, noise):
     """Mean travel (mm), and what a mm more says of a push's friction, in its standard deviations: the best linear guess."""
     mean, square, product = 0.0, 0.0, 0.0
     for q in range(travel.size):
@@ -45,7 +45,7 @@ def learning_rate(travel, friction, weight, noise):
 
 
 @compiled
-def turn_to(along, across):
+def _turn_to(along, across):
     """Angle (rad) that the table turns until the high point of a ring is under the tip again, in (0, 2 pi]."""
     phase = -np.arctan2(across, along)
     return phase if phase > 0.0 else phase + 2.0 * np.pi
@@ -55,7 +55,7 @@ def turn_to(along, across):
 def push_once(offset, travel, angle):
     """Offset (mm) after a push, and the angle (rad) that the table turns until its high point is under the tip again."""
     along, across = offset - travel * np.cos(angle), -travel * np.sin(angle)
-    return np.hypot(along, across), turn_to(along, across)
+    return np.hypot(along, across), _turn_to(along, across)
 
 
 @compiled
@@ -111,11 +111,11 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
             out[p] = np.inf
             starts[p + 1] = at
             continue
-        pressed = between(contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0))
+        pressed = _between(contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0))
         before = table_speed(speeds, axis, d)
         for q in range(count):
             moved[q] = travel_at(travel, grid, s + place[q], m + spread * luck[q])
-        expected, rate = learning_rate(moved, luck, weight, noise)
+        expected, rate = _learning_rate(moved, luck, weight, noise)
         time, many = 0.0, 0
         for q in range(count):
             x, w = moved[q], weight[q]
@@ -125,8 +125,8 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
                 time += w * (pressed + busy + arc / at_end)
                 continue
             i = min(max((0.5 * np.log(square) - log_low) / log_step, 0.0), n_offset - 1.0)
-            speed = between(speeds, i)
-            time += w * waiting_time(turn_to(along, across), pressed + busy, speed, arc, before, acceleration)
+            speed = _between(speeds, i)
+            time += w * waiting_time(_turn_to(along, across), pressed + busy, speed, arc, before, acceleration)
             learned = min(max(m + share * rate * (x - expected), low), high)
             j = min((learned - low) / step, n_friction - 1.0)
             a, b = min(int(i), n_offset - 2), min(int(j), n_friction - 2)

@@ -8,7 +8,7 @@ from sdpgrind.base.compiled import compiled
 
 
 @compiled
-def place(axes, offset, friction):
+def _place(axes, offset, friction):
     """Cells of an offset (mm) and a friction scale; `axes` = (log low, log step, nodes, low, step, nodes)."""
     i = min(max((np.log(offset) - axes[0]) / axes[1], 0.0), axes[2] - 1.0)
     return i, min(max((friction - axes[3]) / axes[4], 0.0), axes[5] - 1.0)
@@ -17,7 +17,7 @@ def place(axes, offset, friction):
 @compiled
 def value_at(value, axes, offset, friction, pushes):
     """Expected time (s), bilinear in log offset and friction scale."""
-    i, j = place(axes, offset, friction)
+    i, j = _place(axes, offset, friction)
     a, b = min(int(i), value.shape[1] - 2), min(int(j), value.shape[2] - 2)
     x, y = i - a, j - b
     v = value[pushes]
@@ -27,7 +27,7 @@ def value_at(value, axes, offset, friction, pushes):
 @compiled
 def choose(policy, outcomes, speeds, axes, offset, friction, pushes):
     """Kind, aim (mm), stroke (mm) and table speed (rad/s) of the best push; `policy` holds kind and share of the offset."""
-    i, j = place(axes, offset, friction)
+    i, j = _place(axes, offset, friction)
     a, b = int(np.rint(i)), int(np.rint(j))
     kind, aim = policy[0][pushes, a, b], policy[1][pushes, a, b] * offset
     last, grid = outcomes[2][kind], outcomes[3]

@@ -9,13 +9,13 @@ FINE = 0.25
 
 
 @compiled
-def scale_at(grid, j):
+def _scale_at(grid, j):
     """Friction scale of a node, or between nodes."""
     return 1.0 + FINE * np.sinh(grid[2] + grid[3] * j)
 
 
 @compiled
-def scale_cell(grid, scale, scales):
+def _scale_cell(grid, scale, scales):
     """Cell of a friction scale among so many, and how far it is through that."""
     j = min(max((np.arcsinh((scale - 1.0) / FINE) - grid[2]) / grid[3], 0.0), scales - 1.0)
     b = min(int(j), scales - 2)
@@ -30,7 +30,7 @@ def travel_at(table, grid, stroke, scale):
     strokes, scales = table.shape
     i = min(max((np.log(stroke) - grid[0]) / grid[1], 0.0), strokes - 1.0)
     a = min(int(i), strokes - 2)
-    b, y = scale_cell(grid, scale, scales)
+    b, y = _scale_cell(grid, scale, scales)
     x = i - a
     low = (1.0 - x) * table[a, b] + x * table[a + 1, b]
     return (1.0 - y) * low + y * ((1.0 - x) * table[a, b + 1] + x * table[a + 1, b + 1])
@@ -39,7 +39,7 @@ def travel_at(table, grid, stroke, scale):
 @compiled
 def stroke_for(mean, grid, last, scale, travel):
     """Least stroke (mm) whose mean travel reaches `travel` (mm) at a scale; infinite where no stroke up to node `last` does."""
-    b, y = scale_cell(grid, scale, mean.shape[1])
+    b, y = _scale_cell(grid, scale, mean.shape[1])
     if (1.0 - y) * mean[last, b] + y * mean[last, b + 1] < travel:
         return np.inf
     low, high = -1, last

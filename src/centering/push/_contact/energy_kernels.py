@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.push._contact.swing_kernels import fading, gap_at
+from centering.push._contact.swing_kernels import _fading, _gap_at
 from sdpgrind.base.compiled import compiled
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -13,7 +13,7 @@ _GONE = 40.0
 
 
 @compiled
-def swing_energies(motion, tip_speed, tip_acceleration, parameters, duration):
+def _swing_energies(motion, tip_speed, tip_acceleration, parameters, duration):
     """Work of the contact on the part and of the part against drag, N mm, over a time (s) in contact."""
     _, _, _, _, _, alpha, square, rate, slow = motion
     fast = np.sqrt(alpha * alpha - square) if rate > 0.0 else alpha - rate
@@ -36,7 +36,7 @@ def _panels(motion, tip_speed, tip_acceleration, parameters, begin, end, rate):
         middle = begin + (2 * i + 1) * half
         for j in range(_NODES.size):
             t = middle + half * _NODES[j]
-            gap, closing, _ = gap_at(t, motion)
+            gap, closing, _ = _gap_at(t, motion)
             speed = tip_speed + tip_acceleration * t - closing
             work += _WEIGHTS[j] * (k * gap + b * closing) * speed
             drag += _WEIGHTS[j] * speed * speed
@@ -44,7 +44,7 @@ def _panels(motion, tip_speed, tip_acceleration, parameters, begin, end, rate):
 
 
 @compiled
-def flight_energies(speed, coulomb, viscous_rate, viscous, duration):
+def _flight_energies(speed, coulomb, viscous_rate, viscous, duration):
     """Work of a part against drag in flight, N mm: speed (mm/s), deceleration (mm/s^2) and drag (1/s, N s/mm) at its begin."""
     n = int(viscous_rate * duration) + 1
     half = 0.5 * duration / n
@@ -52,7 +52,7 @@ def flight_energies(speed, coulomb, viscous_rate, viscous, duration):
     for i in range(n):
         for j in range(_NODES.size):
             t = half * (2 * i + 1 + _NODES[j])
-            whole, first, _ = fading(viscous_rate * t)
+            whole, first, _ = _fading(viscous_rate * t)
             now = speed * whole - coulomb * t * first
             drag += _WEIGHTS[j] * now * now
     return half * viscous * drag

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from centering.push._contact.energy_kernels import flight_energies, swing_energies
+from centering.push._contact.energy_kernels import _flight_energies, _swing_energies
 from centering.push._contact.swing_kernels import (
-    first_negative,
-    flight,
-    gap_at,
-    later_flight,
-    later_swing,
-    swing,
-    swing_bound,
-    swing_change,
+    _first_negative,
+    _flight,
+    _gap_at,
+    _later_flight,
+    _later_swing,
+    _swing,
+    _swing_bound,
+    _swing_change,
 )
 from sdpgrind.base.compiled import compiled
 
@@ -24,7 +24,7 @@ _SPARE_TURNS = 4
 
 
 @compiled
-def mode_of(law, gap, closing, speed, acceleration):
+def _mode_of(law, gap, closing, speed, acceleration):
     """Mode of a state: gap (mm), its rate (mm/s), speed of the part (mm/s) and acceleration of the tip (mm/s^2)."""
     mass, k, b, static, coulomb, viscous = law
     force = k * gap + b * closing
@@ -43,18 +43,18 @@ def mode_of(law, gap, closing, speed, acceleration):
 
 
 @compiled
-def horizon(law, mode, gap, tip_speed, speed):
+def _horizon(law, mode, gap, tip_speed, speed):
     """Time (s) within which a motion ends by itself when the tip (mm/s, not advancing) keeps its speed; 0: the part rests."""
     if mode in (REST, STICK):
         return 0.0  # a tip that recedes only clears the spring
     if mode == FREE:
         return 2.0 * _stop(law, speed)
-    motion = swing(gap, tip_speed - speed, tip_speed, 0.0, law)
+    motion = _swing(gap, tip_speed - speed, tip_speed, 0.0, law)
     return 2.0 * np.pi / motion[7] if motion[7] > 0.0 else _SETTLED / motion[8]
 
 
 @compiled
-def phase(law, mode, gap, tip_speed, acceleration, speed, left, peak):
+def _phase(law, mode, gap, tip_speed, acceleration, speed, left, peak):
     """How long a phase lasts (s, up to `left`), the mode after, gap and speed at its end, and the peak force if above `peak`."""
     if mode == SLIP:
         return _slip(law, gap, tip_speed, acceleration, speed, left, peak)
@@ -68,10 +68,10 @@ def phase(law, mode, gap, tip_speed, acceleration, speed, left, peak):
 @compiled
 def _rest(law, gap, tip_speed, acceleration, left):
     """Apart, at rest: until the tip touches, or comes back before the spring was clear."""
-    motion = flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
+    motion = _flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
     taken, touched = _contact(law, motion, left)
     if taken == np.inf:
-        return left, REST, gap_at(left, motion)[0], 0.0, 0.0
+        return left, REST, _gap_at(left, motion)[0], 0.0, 0.0
     force = law[1] * touched + law[2] * (tip_speed + acceleration * taken)
     return taken, SLIP if force > law[3] else STICK, touched, 0.0, max(force, 0.0)
 
@@ -80,17 +80,17 @@ def _rest(law, gap, tip_speed, acceleration, left):
 def _stick(law, gap, tip_speed, acceleration, left):
     """Touching, at rest: until the force reaches breaking away, or falls to nothing."""
     _, k, b, static, _, _ = law
-    motion = flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
+    motion = _flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
     force, rise = k * gap + b * tip_speed, k * tip_speed + b * acceleration
-    breaks = first_negative(motion, -k, -b, static, 0.0, max(static - force, 0.0), -rise, left)
-    clears = first_negative(motion, k, b, 0.0, 0.0, force, rise, min(left, breaks))
+    breaks = _first_negative(motion, -k, -b, static, 0.0, max(static - force, 0.0), -rise, left)
+    clears = _first_negative(motion, k, b, 0.0, 0.0, force, rise, min(left, breaks))
     taken = min(breaks, clears, left)
     after = SLIP if breaks < clears else REST
-    gap_after, closing, _ = gap_at(taken, motion)
+    gap_after, closing, _ = _gap_at(taken, motion)
     peak = static if breaks <= taken else max(force, k * gap_after + b * closing)
     turn = -rise / (k * acceleration) if acceleration < 0.0 else -1.0
     if 0.0 < turn < taken:
-        gap_turn, closing, _ = gap_at(turn, motion)
+        gap_turn, closing, _ = _gap_at(turn, motion)
         peak = max(peak, k * gap_turn + b * closing)
     return taken, after, gap_after, 0.0, peak
 
@@ -100,14 +100,14 @@ def _free(law, gap, tip_speed, acceleration, speed, left):
     """Moving without contact: until it touches again, or rests."""
     mass, _, b, _, coulomb, viscous = law
     stop = _stop(law, speed)
-    motion = flight(gap, tip_speed - speed, speed, acceleration, coulomb / mass, viscous / mass)
+    motion = _flight(gap, tip_speed - speed, speed, acceleration, coulomb / mass, viscous / mass)
     taken, touched = _contact(law, motion, min(left, stop))
     if taken < np.inf:
-        _, closing, _ = gap_at(taken, motion)
+        _, closing, _ = _gap_at(taken, motion)
         force = law[1] * touched + b * closing
         return taken, SLIP, touched, max(tip_speed + acceleration * taken - closing, 0.0), max(force, 0.0)
     taken = min(left, stop)
-    gap_after, closing, _ = gap_at(taken, motion)
+    gap_after, closing, _ = _gap_at(taken, motion)
     speed_after = max(tip_speed + acceleration * taken - closing, 0.0) if taken < stop else 0.0
     return taken, REST, gap_after, speed_after, 0.0
 
@@ -124,17 +124,17 @@ def _stop(law, speed):
 def _contact(law, motion, end):
     """First time (s) up to `end` at which gap and force are both positive, infinite: none; and the gap then (mm)."""
     k, b = law[1], law[2]
-    gap, rate, change = gap_at(0.0, motion)
+    gap, rate, change = _gap_at(0.0, motion)
     begun = 0.0
     if gap >= 0.0 and b > 0.0:
         force, rise = k * gap + b * rate, k * rate + b * change
-        begun = first_negative(motion, -k, -b, 0.0, 0.0, max(-force, 0.0), -rise, end)
+        begun = _first_negative(motion, -k, -b, 0.0, 0.0, max(-force, 0.0), -rise, end)
         if begun == np.inf:
             return np.inf, 0.0
-        gap, rate, change = gap_at(begun, motion)
+        gap, rate, change = _gap_at(begun, motion)
         if gap >= 0.0:
             return begun, gap
-        later = _touch(later_flight(motion, begun), gap, rate, end - begun)
+        later = _touch(_later_flight(motion, begun), gap, rate, end - begun)
         return begun + later, 0.0
     return _touch(motion, gap, rate, end), 0.0
 
@@ -142,7 +142,7 @@ def _contact(law, motion, end):
 @compiled
 def _touch(motion, gap, rate, end):
     """First time (s) up to `end` at which a gap that is not positive becomes so."""
-    return first_negative(motion, -1.0, 0.0, 0.0, 0.0, max(-gap, 0.0), -rate, end)
+    return _first_negative(motion, -1.0, 0.0, 0.0, 0.0, max(-gap, 0.0), -rate, end)
 
 
 @compiled
@@ -153,13 +153,13 @@ def _slip(law, gap, tip_speed, acceleration, speed, left, peak):
     force = k * gap + b * closing
     gained = (force - coulomb - viscous * speed) / mass
     rise = k * closing + b * (acceleration - gained)
-    motion = swing(gap, closing, tip_speed, acceleration, law)
+    motion = _swing(gap, closing, tip_speed, acceleration, law)
     if speed == 0.0:
         gained = max(gained, 0.0)  # it has just broken away
-    stops = first_negative(motion, 0.0, -1.0, tip_speed, acceleration, speed, gained, left)
-    leaves = first_negative(motion, k, b, 0.0, 0.0, max(force, 0.0), rise, min(left, stops))
+    stops = _first_negative(motion, 0.0, -1.0, tip_speed, acceleration, speed, gained, left)
+    leaves = _first_negative(motion, k, b, 0.0, 0.0, max(force, 0.0), rise, min(left, stops))
     taken = min(stops, leaves, left)
-    gap_after, closing_after, _ = gap_at(taken, motion)
+    gap_after, closing_after, _ = _gap_at(taken, motion)
     speed_after = max(tip_speed + acceleration * taken - closing_after, 0.0)
     force_after = k * gap_after + b * closing_after
     greatest = _greatest_force(law, motion, rise, taken, max(peak, force, force_after))
@@ -173,30 +173,30 @@ def _greatest_force(law, motion, rise, left, peak):
     """Greatest force (N) of a swing over a time (s) where that is above `peak`, else `peak`; exact at its stationary points."""
     k, b = law[1], law[2]
     sign = 1.0 if rise > 0.0 else -1.0
-    _, second, third = gap_at(0.0, swing_change(motion))
+    _, second, third = _gap_at(0.0, _swing_change(motion))
     slope = sign * (k * second + b * third)
     for _ in range(_SPARE_TURNS + int(max(motion[7], 0.0) * left / np.pi)):
-        if swing_bound(motion, k, b, left) <= peak:
+        if _swing_bound(motion, k, b, left) <= peak:
             break
-        turn = first_negative(swing_change(motion), sign * k, sign * b, 0.0, 0.0, max(sign * rise, 0.0), slope, left)
+        turn = _first_negative(_swing_change(motion), sign * k, sign * b, 0.0, 0.0, max(sign * rise, 0.0), slope, left)
         if turn == np.inf:
             break
-        motion, left, rise = later_swing(motion, turn), left - turn, 0.0
+        motion, left, rise = _later_swing(motion, turn), left - turn, 0.0
         if sign > 0.0:
-            gap, closing, _ = gap_at(0.0, motion)
+            gap, closing, _ = _gap_at(0.0, motion)
             peak = max(peak, k * gap + b * closing)
             if motion[7] > 0.0 and left * motion[7] <= np.pi:
                 break  # the next maximum is more than half a period away
-        _, second, third = gap_at(0.0, swing_change(motion))
+        _, second, third = _gap_at(0.0, _swing_change(motion))
         sign = -sign
         slope = max(sign * (k * second + b * third), 0.0)
     return peak
 
 
 @compiled
-def phase_energies(law, mode, gap, tip_speed, acceleration, speed, duration):
+def _phase_energies(law, mode, gap, tip_speed, acceleration, speed, duration):
     """Work of the contact and of the part against drag, N mm, over a phase in which the part moves."""
     if mode == SLIP:
-        motion = swing(gap, tip_speed - speed, tip_speed, acceleration, law)
-        return swing_energies(motion, tip_speed, acceleration, law, duration)
-    return 0.0, flight_energies(speed, law[4] / law[0], law[5] / law[0], law[5], duration)
+        motion = _swing(gap, tip_speed - speed, tip_speed, acceleration, law)
+        return _swing_energies(motion, tip_speed, acceleration, law, duration)
+    return 0.0, _flight_energies(speed, law[4] / law[0], law[5] / law[0], law[5], duration)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.push._contact.phase_kernels import FREE, SLIP, horizon, mode_of, phase, phase_energies
+from centering.push._contact.phase_kernels import FREE, SLIP, _horizon, _mode_of, _phase, _phase_energies
 from centering.push._profile.profile_rows import STILL
 from sdpgrind.base.compiled import compiled
 
@@ -59,7 +59,7 @@ def push(parameters, segments, start, out, log):
         tip_speed += acceleration * duration
         if status != DONE:
             return status
-    tip_speed = end_speed(segments, tip_speed)
+    tip_speed = _end_speed(segments, tip_speed)
     if tip_speed <= 0.0:
         tip, gap, speed, status = _segment(law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums)
         speed = 0.0 if status == DONE else speed
@@ -68,7 +68,7 @@ def push(parameters, segments, start, out, log):
 
 
 @compiled
-def end_speed(segments, speed):
+def _end_speed(segments, speed):
     """The speed (mm/s) at the end of segments, 0 where it is what rounding leaves of a standstill."""
     greatest = 0.0
     for s in range(segments.shape[0]):
@@ -81,15 +81,15 @@ def end_speed(segments, speed):
 def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums):
     """Follow the part over a segment, infinite: until it rests; return tip position (mm), gap (mm), speed (mm/s) and status."""
     time, begun, stalled = 0.0, out[TIME], 0
-    mode = mode_of(law, gap, tip_speed - speed, speed, acceleration)
+    mode = _mode_of(law, gap, tip_speed - speed, speed, acceleration)
     while True:
         moved = tip + (tip_speed + 0.5 * acceleration * time) * time
         velocity = tip_speed + acceleration * time
         _note(mode, moved, velocity, acceleration, gap, speed, out, log, sums)
-        left = duration - time if duration < np.inf else horizon(law, mode, gap, velocity, speed)
+        left = duration - time if duration < np.inf else _horizon(law, mode, gap, velocity, speed)
         if left <= 0.0:
             break
-        taken, after, gap_after, speed_after, peak = phase(law, mode, gap, velocity, acceleration, speed, left, out[PEAK_FORCE])
+        taken, after, gap_after, speed_after, peak = _phase(law, mode, gap, velocity, acceleration, speed, left, out[PEAK_FORCE])
         out[PEAK_FORCE] = max(out[PEAK_FORCE], peak)
         _add_energies(law, mode, gap, velocity, acceleration, speed, speed_after, gap_after, taken, sums)
         time, gap, speed = time + taken, gap_after, speed_after
@@ -133,7 +133,7 @@ def _add_energies(law, mode, gap, tip_speed, acceleration, speed, speed_after, g
     """Add the works of a phase."""
     if mode in (SLIP, FREE):
         travel = (tip_speed + 0.5 * acceleration * taken) * taken - (gap_after - gap)
-        work, drag = phase_energies(law, mode, gap, tip_speed, acceleration, speed, taken)
+        work, drag = _phase_energies(law, mode, gap, tip_speed, acceleration, speed, taken)
         sums[_WORK] += work
         sums[_FRICTION] += law[4] * travel + drag
 

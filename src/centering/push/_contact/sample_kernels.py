@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.push._contact.phase_kernels import FREE, SLIP, STICK
-from centering.push._contact.swing_kernels import flight, gap_at, swing
+from centering.push._contact.swing_kernels import _flight, _gap_at, _swing
 from sdpgrind.base.compiled import compiled
 
 
@@ -18,21 +18,21 @@ def sample(parameters, log, times, out):
     for i in range(times.size):
         while row < last and log[row + 1, 0] <= times[i]:
             row += 1
-        out[i] = state_in(law, log[row], times[i] - log[row, 0])
+        out[i] = _state_in(law, log[row], times[i] - log[row, 0])
 
 
 @compiled
-def state_in(law, begun, t):
+def _state_in(law, begun, t):
     """Tip position, part position, part speed and contact force a time (s) after the begin of a phase."""
     mode, tip, tip_speed, acceleration, gap, speed = int(begun[1]), begun[2], begun[3], begun[4], begun[5], begun[6]
     mass, k, b, _, coulomb, viscous = law
     if mode == SLIP:
-        motion = swing(gap, tip_speed - speed, tip_speed, acceleration, law)
+        motion = _swing(gap, tip_speed - speed, tip_speed, acceleration, law)
     elif mode == FREE:
-        motion = flight(gap, tip_speed - speed, speed, acceleration, coulomb / mass, viscous / mass)
+        motion = _flight(gap, tip_speed - speed, speed, acceleration, coulomb / mass, viscous / mass)
     else:
-        motion = flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
-    here, closing, _ = gap_at(t, motion)
+        motion = _flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
+    here, closing, _ = _gap_at(t, motion)
     position = tip + (tip_speed + 0.5 * acceleration * t) * t
     moving = max(tip_speed + acceleration * t - closing, 0.0) if mode in (SLIP, FREE) else 0.0
     force = max(k * here + b * closing, 0.0) if mode in (SLIP, STICK) else 0.0

@@ -18,7 +18,7 @@ _SERIES = 0.3
 
 
 @compiled
-def swing(gap, rate, tip_speed, tip_acceleration, parameters):
+def _swing(gap, rate, tip_speed, tip_acceleration, parameters):
     """Motion in contact with a moving part: mm, mm/s of the gap, mm/s and mm/s^2 of the tip at its begin; Mears (5.27)."""
     mass, k, b, _, coulomb, viscous = parameters
     damping = b + viscous
@@ -35,7 +35,7 @@ def swing(gap, rate, tip_speed, tip_acceleration, parameters):
 
 
 @compiled
-def flight(gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate):
+def _flight(gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate):
     """Motion without contact, or of a part at rest (speed and both decelerations 0); mm, mm/s, mm/s, mm/s^2, mm/s^2, 1/s."""
     return (0.0, gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate, 0.0, 0.0)
 
@@ -54,7 +54,7 @@ def _basis(t, alpha, rate, slow):
 
 
 @compiled
-def fading(z):
+def _fading(z):
     """exp(-z), (1 - exp(-z)) / z and (z - 1 + exp(-z)) / z^2, without loss of digits near z = 0."""
     if z == 0.0:
         return 1.0, 1.0, 0.5
@@ -69,7 +69,7 @@ def fading(z):
 
 
 @compiled
-def gap_at(t, motion):
+def _gap_at(t, motion):
     """Gap, its rate and its acceleration (mm, mm/s, mm/s^2) at a time t (s) of a motion."""
     if motion[0] == 1.0:
         _, rest, trend, p, q, alpha, square, rate, slow = motion
@@ -80,7 +80,7 @@ def gap_at(t, motion):
     _, gap, rate, speed, acceleration, coulomb, drag, _, _ = motion
     if speed == 0.0:
         return gap + (rate + 0.5 * acceleration * t) * t, rate + acceleration * t, acceleration
-    whole, first, second = fading(drag * t)
+    whole, first, second = _fading(drag * t)
     lost = drag * speed + coulomb  # deceleration at the begin
     slowed = lost * t * first
     return (
@@ -122,7 +122,7 @@ def _flight_turn(motion, gain, rate_gain):
 
 
 @compiled
-def later_swing(motion, t):
+def _later_swing(motion, t):
     """The same swing with its time counted from `t` (s) on."""
     kind, rest, trend, p, q, alpha, square, rate, slow = motion
     c, s = _basis(t, alpha, rate, slow)
@@ -132,23 +132,23 @@ def later_swing(motion, t):
 
 
 @compiled
-def later_flight(motion, t):
+def _later_flight(motion, t):
     """The same flight with its time counted from `t` (s) on."""
     kind, _, _, speed, acceleration, coulomb, drag, _, _ = motion
-    gap, rate, _ = gap_at(t, motion)
-    whole, first, _ = fading(drag * t)
+    gap, rate, _ = _gap_at(t, motion)
+    whole, first, _ = _fading(drag * t)
     return (kind, gap, rate, speed * whole - coulomb * t * first, acceleration, coulomb, drag, 0.0, 0.0)
 
 
 @compiled
-def swing_change(motion):
+def _swing_change(motion):
     """The rate of a swing, as a swing."""
     kind, _, trend, p, q, alpha, square, rate, slow = motion
     return (kind, trend, 0.0, q - alpha * p, square * p - alpha * q, alpha, square, rate, slow)
 
 
 @compiled
-def swing_bound(motion, gain, rate_gain, duration):
+def _swing_bound(motion, gain, rate_gain, duration):
     """What f of a swing cannot exceed over a time (s)."""
     line, lean = _line(motion, gain, rate_gain, 0.0, 0.0)
     return max(line, line + lean * duration) + _swinging(motion, gain, rate_gain)[0]
@@ -175,12 +175,12 @@ def _line(motion, gain, rate_gain, constant, trend):
 @compiled
 def _values(t, motion, gain, rate_gain, constant, trend):
     """Value of f at a time, and its slope."""
-    gap, rate, acceleration = gap_at(t, motion)
+    gap, rate, acceleration = _gap_at(t, motion)
     return gain * gap + rate_gain * rate + constant + trend * t, gain * rate + rate_gain * acceleration + trend
 
 
 @compiled
-def first_negative(motion, gain, rate_gain, constant, trend, value, slope, end):
+def _first_negative(motion, gain, rate_gain, constant, trend, value, slope, end):
     """First time (s) up to `end` at which f = gain delta + rate_gain delta' + constant + trend t turns negative; else infinite.
 
     `value` >= 0 and `slope` are those of f at time 0; a value of 0 that rises is no zero.

@@ -12,15 +12,15 @@ import numpy as np
 from centering.push.turning._slide_kernels import (
     MOTION,
     STAGES,
-    contact,
-    creep,
-    crest,
-    gain,
-    slope,
-    stride,
-    time_left,
-    tip_after,
-    to_event,
+    _contact,
+    _creep,
+    _crest,
+    _gain,
+    _slope,
+    _stride,
+    _time_left,
+    _tip_after,
+    _to_event,
 )
 from sdpgrind.base.compiled import compiled
 
@@ -65,7 +65,7 @@ def _held(ring, tip, h, state, out):
     """Contact force after a rest of h, what friction holds over what it can (> 1: it gives way), whether there is contact."""
     law, _, w = ring
     _carry(ring, h, state, out)
-    force, pushes, n_x, n_y = contact(ring, tip_after(tip, h), out)
+    force, pushes, n_x, n_y = _contact(ring, _tip_after(tip, h), out)
     force = force if pushes > 0.0 else 0.0
     thrown = law[_M] * w * w
     l_x, l_y = thrown * out[X] + force * n_x, thrown * out[Y] + force * n_y
@@ -144,7 +144,7 @@ def _note(h, force, most, pushes, state, out):
 def _step(ring, tip, touching, h, tolerance, state, k, end):
     """One smooth step of a slide, at most h and as the error allows: how long it is, and the next may be; 0: it must creep."""
     while h > _SHORT:
-        error = stride(ring, tip, touching, h, state, k, end)
+        error = _stride(ring, tip, touching, h, state, k, end)
         longer = max(_SAFETY * (tolerance / max(error, 1e-300)) ** (1.0 / _ORDER), _SHRINK)
         if error <= tolerance:
             return h, h * min(longer, _GROWTH)
@@ -155,39 +155,39 @@ def _step(ring, tip, touching, h, tolerance, state, k, end):
 @compiled(error_model="numpy")
 def _advance(ring, tip, touching, h, left, tolerance, state, k, end):
     """One step of a slide, up to an event: its length, that of the next, whether what acts has changed."""
-    h = min(h, _BRAKED * time_left(ring, state, k[0]))
+    h = min(h, _BRAKED * _time_left(ring, state, k[0]))
     h, following = _step(ring, tip, touching, h, tolerance, state, k, end)
     if h == 0.0:
         h = min(_SHORT, left)
-        state[RESTS] = 1.0 if creep(ring, tip, h, state, end) else 0.0
+        state[RESTS] = 1.0 if _creep(ring, tip, h, state, end) else 0.0
         return h, following, True
-    changed = (contact(ring, tip_after(tip, h), end)[1] > 0.0) != touching
-    return to_event(ring, tip, touching, h, state, k, end) if changed else h, following, changed
+    changed = (_contact(ring, _tip_after(tip, h), end)[1] > 0.0) != touching
+    return _to_event(ring, tip, touching, h, state, k, end) if changed else h, following, changed
 
 
 @compiled(error_model="numpy")
 def _slide(ring, tip, h, longest, left, tolerance, fresh, state, k, end):
     """Let a ring slide for one step: its length, that of the next, whether what acts must be looked at anew."""
-    touching = contact(ring, tip, state)[1] > 0.0 if fresh else state[FORCE] > 0.0
+    touching = _contact(ring, tip, state)[1] > 0.0 if fresh else state[FORCE] > 0.0
     if fresh:
-        slope(ring, tip, touching, state, k[0])
-    first, rise = gain(ring, tip, state, k[0])
+        _slope(ring, tip, touching, state, k[0])
+    first, rise = _gain(ring, tip, state, k[0])
     h = min(h, left if touching else min(longest, left))  # a contact that begins is not passed over
     h, following, changed = _advance(ring, tip, touching, h, left, tolerance, state, k, end)
-    after = tip_after(tip, h)
-    last, fall = gain(ring, after, end, k[STAGES - 1])
-    pushes = contact(ring, after, end)[1] > 0.0
+    after = _tip_after(tip, h)
+    last, fall = _gain(ring, after, end, k[STAGES - 1])
+    pushes = _contact(ring, after, end)[1] > 0.0
     force = last if pushes else 0.0
     state[FREE] = 0.0 if touching else state[FREE] + end[WAY] - state[WAY]
     state[FREE_MAX] = max(state[FREE_MAX], state[FREE])
-    _note(h, force, crest(h, first, rise, last, fall) if touching else force, pushes, state, end)
+    _note(h, force, _crest(h, first, rise, last, fall) if touching else force, pushes, state, end)
     for i in range(MOTION):
         k[0, i] = k[STAGES - 1, i]
     return h, following, changed
 
 
 @compiled(error_model="numpy")
-def push_on_table(parameters, radius, spindle_speed, segments, tolerance, state):
+def _push_on_table(parameters, radius, spindle_speed, segments, tolerance, state):
     """Move the tip by a profile and the ring by what acts on it: contact along the normal, friction against the slip, inertia.
 
     From event to event (contact begins or ends, friction gives way or stops the ring) by steps of fifth order that err by
@@ -205,7 +205,7 @@ def push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
                 h, step, fresh = _rest(ring, tip, longest, left, state, end), _SHORT, True
             else:
                 h, step, fresh = _slide(ring, tip, step, longest, left, tolerance, fresh, state, k, end)
-            state[TIP], v, _ = tip_after(tip, h)
+            state[TIP], v, _ = _tip_after(tip, h)
             state[CLOCK] += h
             left -= h
 
@@ -219,10 +219,10 @@ def land(parameters, radius, spindle_speed, segments, tolerance, state):
     is thrown off.
     """
     off = parameters[_M] * spindle_speed**2 * sqrt(state[X] ** 2 + state[Y] ** 2) / parameters[_FK]
-    push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
+    _push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
     wait, swing = np.zeros((1, 3)), 2.0 * pi * sqrt(parameters[_M] / parameters[_K])
     slide = 2.0 * (np.abs(segments[:, 1]).max() + 1.0) * parameters[_M] / parameters[_FK]
     wait[0, 0] = (slide + swing) / (max(1.0 - off, _HELD) * _PARTS)
     for _ in range(2 * _PARTS):
         if state[RESTS] < 0.5:
-            push_on_table(parameters, radius, spindle_speed, wait, tolerance, state)
+            _push_on_table(parameters, radius, spindle_speed, wait, tolerance, state)

@@ -25,14 +25,14 @@ _TINY = 1e-300
 
 
 @compiled(error_model="numpy")
-def tip_after(tip, h):
+def _tip_after(tip, h):
     """The tip a time h later."""
     place, v, a = tip
     return place - (v + a * h / 2.0) * h, v + a * h, a
 
 
 @compiled(error_model="numpy")
-def contact(ring, tip, state):
+def _contact(ring, tip, state):
     """Force of spring and damper, the lesser of it and the spring alone (> 0: they push), and the normal."""
     law, r, _ = ring
     place, v, _ = tip
@@ -45,51 +45,51 @@ def contact(ring, tip, state):
 
 
 @compiled(error_model="numpy")
-def slip_of(ring, state):
+def _slip_of(ring, state):
     """Velocity over the table."""
     return state[V_X] + ring[2] * state[Y], state[V_Y] - ring[2] * state[X]
 
 
 @compiled(error_model="numpy")
-def slope(ring, tip, touching, state, out):
+def _slope(ring, tip, touching, state, out):
     """Derivatives of a slide by time: contact along the normal, friction against the slip."""
     law = ring[0]
-    s_x, s_y = slip_of(ring, state)
+    s_x, s_y = _slip_of(ring, state)
     slip = sqrt(s_x * s_x + s_y * s_y)
     drag = (law[_FK] / max(slip, _TINY) + law[_KV]) / law[_M]
     out[X], out[Y], out[WAY] = state[V_X], state[V_Y], slip
     out[V_X], out[V_Y] = -drag * s_x, -drag * s_y
     if touching:
-        force, _, n_x, n_y = contact(ring, tip, state)
+        force, _, n_x, n_y = _contact(ring, tip, state)
         out[V_X] += force * n_x / law[_M]
         out[V_Y] += force * n_y / law[_M]
 
 
 @compiled(error_model="numpy")
-def stride(ring, tip, touching, h, y, k, end):
+def _stride(ring, tip, touching, h, y, k, end):
     """One step from slopes k[0] to `end`, by Dormand and Prince; k[6] are the slopes there. Return the error of order 4, mm."""
     for i in range(MOTION):
         end[i] = y[i] + h * k[0, i] / 5.0
-    slope(ring, tip_after(tip, h / 5.0), touching, end, k[1])
+    _slope(ring, _tip_after(tip, h / 5.0), touching, end, k[1])
     for i in range(MOTION):
         end[i] = y[i] + h * (3 / 40 * k[0, i] + 9 / 40 * k[1, i])
-    slope(ring, tip_after(tip, 0.3 * h), touching, end, k[2])
+    _slope(ring, _tip_after(tip, 0.3 * h), touching, end, k[2])
     for i in range(MOTION):
         end[i] = y[i] + h * (44 / 45 * k[0, i] - 56 / 15 * k[1, i] + 32 / 9 * k[2, i])
-    slope(ring, tip_after(tip, 0.8 * h), touching, end, k[3])
+    _slope(ring, _tip_after(tip, 0.8 * h), touching, end, k[3])
     for i in range(MOTION):
         gained = 19372 / 6561 * k[0, i] - 25360 / 2187 * k[1, i] + 64448 / 6561 * k[2, i] - 212 / 729 * k[3, i]
         end[i] = y[i] + h * gained
-    slope(ring, tip_after(tip, 8 / 9 * h), touching, end, k[4])
+    _slope(ring, _tip_after(tip, 8 / 9 * h), touching, end, k[4])
     for i in range(MOTION):
         gained = 9017 / 3168 * k[0, i] - 355 / 33 * k[1, i] + 46732 / 5247 * k[2, i] + 49 / 176 * k[3, i]
         end[i] = y[i] + h * (gained - 5103 / 18656 * k[4, i])
-    after = tip_after(tip, h)
-    slope(ring, after, touching, end, k[5])
+    after = _tip_after(tip, h)
+    _slope(ring, after, touching, end, k[5])
     for i in range(MOTION):
         gained = 35 / 384 * k[0, i] + 500 / 1113 * k[2, i] + 125 / 192 * k[3, i] - 2187 / 6784 * k[4, i] + 11 / 84 * k[5, i]
         end[i] = y[i] + h * gained
-    slope(ring, after, touching, end, k[6])
+    _slope(ring, after, touching, end, k[6])
     return _error(ring[0], h, k)
 
 
@@ -105,27 +105,27 @@ def _error(law, h, k):
 
 
 @compiled(error_model="numpy")
-def to_event(ring, tip, touching, h, y, k, end):
+def _to_event(ring, tip, touching, h, y, k, end):
     """Shorten a step after which the contact pushes where it did not, or no more: by the rule of Illinois; the time of it."""
     sign, low, high, side = -1.0 if touching else 1.0, 0.0, h, 0
-    before = min(sign * contact(ring, tip, y)[1], -_TINY)
-    after = sign * contact(ring, tip_after(tip, h), end)[1]
+    before = min(sign * _contact(ring, tip, y)[1], -_TINY)
+    after = sign * _contact(ring, _tip_after(tip, h), end)[1]
     for _ in range(_MOST):
         if high - low <= _EXACT:
             break
         t = min(max(high - after * (high - low) / (after - before), low + _EXACT / 3), high - _EXACT / 3)
-        stride(ring, tip, touching, t, y, k, end)
-        now = sign * contact(ring, tip_after(tip, t), end)[1]
+        _stride(ring, tip, touching, t, y, k, end)
+        now = sign * _contact(ring, _tip_after(tip, t), end)[1]
         if now > 0.0:
             high, after, before, side = t, now, before / 2 if side > 0 else before, 1
         else:
             low, before, after, side = t, min(now, -_TINY), after / 2 if side < 0 else after, -1
-    stride(ring, tip, touching, high, y, k, end)
+    _stride(ring, tip, touching, high, y, k, end)
     return high
 
 
 @compiled(error_model="numpy")
-def creep(ring, tip, h, y, end):
+def _creep(ring, tip, h, y, end):
     """One step so short that all but friction may be taken as constant: friction stops the ring, it does not reverse it.
 
     Return whether it has stopped. So slides begin and end, where the direction of friction is not smooth.
@@ -135,9 +135,9 @@ def creep(ring, tip, h, y, end):
     for i in range(MOTION):
         end[i] = y[i]
     end[X], end[Y] = y[X] + y[V_X] * h / 2.0, y[Y] + y[V_Y] * h / 2.0
-    force, pushes, n_x, n_y = contact(ring, tip_after(tip, h / 2.0), end)
+    force, pushes, n_x, n_y = _contact(ring, _tip_after(tip, h / 2.0), end)
     force = force if pushes > 0.0 else 0.0
-    s_x, s_y = slip_of(ring, end)
+    s_x, s_y = _slip_of(ring, end)
     s_x, s_y = s_x + h * force * n_x / m, s_y + h * force * n_y / m
     slip, lost = sqrt(s_x * s_x + s_y * s_y), h * law[_FK] / m
     kept = 0.0 if slip <= lost else (1.0 - lost / slip) / (1.0 + h * law[_KV] / m)
@@ -147,20 +147,20 @@ def creep(ring, tip, h, y, end):
 
 
 @compiled(error_model="numpy")
-def time_left(ring, y, slopes):
+def _time_left(ring, y, slopes):
     """After which a slide would stop if it were braked as it is now, s; infinite where it gains speed."""
     w = ring[2]
-    s_x, s_y = slip_of(ring, y)
+    s_x, s_y = _slip_of(ring, y)
     braked = -(s_x * (slopes[V_X] + w * y[V_Y]) + s_y * (slopes[V_Y] - w * y[V_X]))
     return (s_x * s_x + s_y * s_y) / braked if braked > 0.0 else np.inf
 
 
 @compiled(error_model="numpy")
-def gain(ring, tip, y, slopes):
+def _gain(ring, tip, y, slopes):
     """Force of the contact and its derivative by time."""
     law, _, _ = ring
     _, v, a = tip
-    force, _, n_x, n_y = contact(ring, tip, y)
+    force, _, n_x, n_y = _contact(ring, tip, y)
     u_x, u_y = y[V_X] + v, y[V_Y]
     across, away = u_y * n_x - u_x * n_y, max(y[X] - tip[0], _TINY)
     away = away / n_x
@@ -169,7 +169,7 @@ def gain(ring, tip, y, slopes):
 
 
 @compiled(error_model="numpy")
-def crest(h, first, rise, last, fall):
+def _crest(h, first, rise, last, fall):
     """Greatest of a force over a step, by its values and derivatives at both ends."""
     if not rise > 0.0 > fall:
         return max(first, last)

@@ -8,9 +8,9 @@ from math import ceil, hypot, sqrt
 
 import numpy as np
 
-from centering.push._contact.reaction_kernels import BREAKAWAY_TIME, COLUMNS, DONE, _finish, _segment, end_speed
-from centering.push._contact.sample_kernels import state_in
-from centering.push.turning._direction_kernels import RESTS, TIP, V_X, V_Y, X, Y, push_on_table
+from centering.push._contact.reaction_kernels import BREAKAWAY_TIME, COLUMNS, DONE, _end_speed, _finish, _segment
+from centering.push._contact.sample_kernels import _state_in
+from centering.push.turning._direction_kernels import RESTS, TIP, V_X, V_Y, X, Y, _push_on_table
 from sdpgrind.base.compiled import compiled
 
 DURATION, VELOCITY, ACCELERATION, HELD, SLID, PIECE_COLUMNS = range(6)
@@ -54,7 +54,7 @@ def follow(parameters, radius, w, segments, tolerance, longest, state, out):
             v = segments[k, 1] + segments[k, 2] * length * j
             first, held, slid = _seen(parameters, w, v, state)
             row[0, 0], row[0, 1], row[0, 2] = length, v, segments[k, 2]
-            push_on_table(parameters, radius, w, row, tolerance, state)
+            _push_on_table(parameters, radius, w, row, tolerance, state)
             last, held_after, slid_after = _seen(parameters, w, v + segments[k, 2] * length, state)
             if count < out.shape[0]:
                 out[count, 0], out[count, 1], out[count, 2] = length, first, (last - first) / length
@@ -87,7 +87,7 @@ def loaded_push(parameters, pieces, start, out, log):
         tip_speed += pieces[k, ACCELERATION] * pieces[k, DURATION]
         if status != DONE:
             return status
-    tip_speed = end_speed(pieces, tip_speed)
+    tip_speed = _end_speed(pieces, tip_speed)
     if tip_speed <= 0.0:
         tip, gap, speed, status = _segment(law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums)
         speed = 0.0 if status == DONE else speed
@@ -113,4 +113,4 @@ def loaded_sample(parameters, pieces, log, times, out):
             while piece < pieces.shape[0] - 1 and until <= log[row, 0] + _SHORTEST:
                 piece += 1
                 until += pieces[piece, DURATION]
-        out[i] = state_in(_law(parameters, pieces[piece, HELD], pieces[piece, SLID]), log[row], times[i] - log[row, 0])
+        out[i] = _state_in(_law(parameters, pieces[piece, HELD], pieces[piece, SLID]), log[row], times[i] - log[row, 0])

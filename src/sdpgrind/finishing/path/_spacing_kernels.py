@@ -21,12 +21,12 @@ def march(total, slope, across, gap, count):
             place = min(place, _place(total[i], slope[i], across, interval[i], reached[i] + step))
         lines[k] = place
         for i in range(rows):
-            reached[i] = value(total[i], slope[i], across, place)
+            reached[i] = _value(total[i], slope[i], across, place)
     return lines
 
 
 @compiled
-def value(total, slope, across, place):
+def _value(total, slope, across, place):
     """Distance of a place from the border in one row."""
     last = across.size - 1
     if place >= across[last]:

@@ -6,7 +6,7 @@ from sdpgrind.base.compiled import compiled
 
 
 @compiled(error_model="numpy")
-def find_span(knots, degree, x):
+def _find_span(knots, degree, x):
     """Index of the non-empty span that x lies in, by halving; the right end belongs to the last one."""
     low, high = degree, len(knots) - degree - 1
     while knots[high - 1] == knots[high]:
@@ -23,7 +23,7 @@ def find_span(knots, degree, x):
 
 
 @compiled(error_model="numpy")
-def basis(knots, degree, span, x, out):
+def _basis(knots, degree, span, x, out):
     """Basis functions of a span with two derivatives, into `out` (3, degree + 2).
 
     Cox-de Boor over the functions that are not zero in this span: each support holds the span, which is not empty, so that the
@@ -43,7 +43,7 @@ def basis(knots, degree, span, x, out):
 
 
 @compiled(error_model="numpy")
-def divide_by_weight(flat):
+def _divide_by_weight(flat):
     """Quotient rule, in place: rows (w Q, w) with u, v, uu, uv, vv derivatives become those of Q."""
     w, wu, wv = flat[0, 3], flat[1, 3], flat[2, 3]
     for c in range(3):
@@ -66,12 +66,12 @@ def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
     bu, bv = np.empty((3, degree_u + 2)), np.empty((3, degree_v + 2))
     row, flat = np.empty((3, 4)), np.empty((6, 4))
     for k in range(len(u)):
-        at_u, at_v = find_span(knots_u, degree_u, u[k]), find_span(knots_v, degree_v, v[k])
-        basis(knots_u, degree_u, at_u, u[k], bu)
-        basis(knots_v, degree_v, at_v, v[k], bv)
+        at_u, at_v = _find_span(knots_u, degree_u, u[k]), _find_span(knots_v, degree_v, v[k])
+        _basis(knots_u, degree_u, at_u, u[k], bu)
+        _basis(knots_v, degree_v, at_v, v[k], bv)
         flat[:] = 0.0
         for i in range(degree_u + 1):
-            along_v(net[at_u - degree_u + i], at_v - degree_v, degree_v, bv, row)
+            _along_v(net[at_u - degree_u + i], at_v - degree_v, degree_v, bv, row)
             for c in range(4):
                 flat[0, c] += bu[0, i] * row[0, c]
                 flat[1, c] += bu[1, i] * row[0, c]
@@ -80,14 +80,14 @@ def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
                 flat[4, c] += bu[1, i] * row[1, c]
                 flat[5, c] += bu[0, i] * row[2, c]
         if rational:
-            divide_by_weight(flat)
+            _divide_by_weight(flat)
         for d in range(6):
             for c in range(3):
                 out[d, k, c] = flat[d, c]
 
 
 @compiled(error_model="numpy")
-def along_v(points, first, degree, bv, row):
+def _along_v(points, first, degree, bv, row):
     """Sum one line of control points against the basis along v and its derivatives, into `row` (3, 4)."""
     row[:] = 0.0
     for j in range(degree + 1):

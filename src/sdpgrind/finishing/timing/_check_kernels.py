@@ -4,18 +4,18 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.finishing.timing._cubic import advanced
-from sdpgrind.finishing.timing._path_kernels import derivatives, piece_at
+from sdpgrind.finishing.timing._path_kernels import _derivatives, _piece_at
 
 _advanced = compiled(advanced)
 QUANTITIES = 4  # speed, acceleration, jerk of the joints; feed
 
 
 @compiled
-def note(time, law, path, joints, limits, feed_max, found):
+def _note(time, law, path, joints, limits, feed_max, found):
     """Note in found (4, 4) = (ratio, joint, time, length) what the law uses of each limit at one time within its piece."""
     start, s, v, a, j = law
     length, feed, bend = _advanced(time, s, v, a, j)
-    derivatives(path[0], length - path[1], joints)
+    _derivatives(path[0], length - path[1], joints)
     _greater(found[3], feed / feed_max, -1, start + time, length)
     for i in range(joints.shape[1]):
         q1, q2, q3 = joints[1, i], joints[2, i], joints[3, i]
@@ -44,5 +44,5 @@ def worst(breaks, polynomials, law, limits, feed_max, refine, found):
         parts = refine * max(1, int(np.ceil(2.0 * (law[1, k + 1] - law[1, k]) / spacing)))
         for i in range(parts + 1):
             time = span * i / parts
-            piece = piece_at(breaks, _advanced(time, *row[1:])[0], piece)
-            note(time, row, (polynomials[piece], breaks[piece]), joints, limits, feed_max, found[k])
+            piece = _piece_at(breaks, _advanced(time, *row[1:])[0], piece)
+            _note(time, row, (polynomials[piece], breaks[piece]), joints, limits, feed_max, found[k])

@@ -6,7 +6,7 @@ from sdpgrind.base.compiled import compiled
 
 
 @compiled
-def piece_at(breaks, place, hint):
+def _piece_at(breaks, place, hint):
     """Index of the piece that holds a place; `hint` is where to look first."""
     last = breaks.size - 2
     if breaks[hint] <= place < breaks[hint + 1]:
@@ -17,7 +17,7 @@ def piece_at(breaks, place, hint):
 
 
 @compiled
-def derivatives(polynomial, x, out):
+def _derivatives(polynomial, x, out):
     """Value and three derivatives of every joint, out (4, n), of one piece's polynomials (6, n) at x from its begin."""
     c = polynomial
     for i in range(c.shape[1]):
@@ -32,5 +32,5 @@ def evaluate(breaks, polynomials, places, out):
     """Fill out (m, 4, n) with values and derivatives at places (m,)."""
     piece = 0
     for k in range(places.size):
-        piece = piece_at(breaks, places[k], piece)
-        derivatives(polynomials[piece], places[k] - breaks[piece], out[k])
+        piece = _piece_at(breaks, places[k], piece)
+        _derivatives(polynomials[piece], places[k] - breaks[piece], out[k])

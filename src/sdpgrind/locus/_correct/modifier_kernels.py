@@ -4,22 +4,22 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import work_size
-from sdpgrind.locus._trace.kkt_kernels import GOOD, curvature, newton, sizes
+from sdpgrind.locus._trace.kkt_kernels import GOOD, _curvature, _newton, _sizes
 from sdpgrind.locus._trace.seed_kernels import _mended
 
 
 @compiled(error_model="numpy")
 def resettle(kkt, n, m, h, hidden, point, held):
     """Solve the conditions again and mend the set, in place; gives the curvature, -inf where no best point is near."""
-    work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
+    work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
     row = np.zeros(point.size)
     row[point.size - 1] = 1.0
     for _ in range(2 * (n + m) + 2):
         point[point.size - 1] = hidden[0]
         anchor = point.copy()
-        left = newton(kkt, n, m, h, hidden, 0, held, anchor, row, 20, point, work, d)[1]
+        left = _newton(kkt, n, m, h, hidden, 0, held, anchor, row, 20, point, work, d)[1]
         if not left <= GOOD:
             return -np.inf
         if not _mended(d, point, held, n, m, h, 0):
-            return curvature(d, point, held, n, m)
+            return _curvature(d, point, held, n, m)
     return -np.inf

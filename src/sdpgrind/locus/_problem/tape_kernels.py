@@ -71,7 +71,7 @@ def run(tape, inputs, work, out):
 
 
 @compiled(error_model="numpy")
-def room(tape, count):
+def _room(tape, count):
     """Where `run_block` works on as many points at once: a row for each number, one after the other, constants filled in."""
     counts = tape[:COUNTS].view(np.int64)
     work = np.empty(work_size(tape) * count)
@@ -82,7 +82,7 @@ def room(tape, count):
 
 
 @compiled(error_model="numpy")
-def run_block(tape, work, out):
+def _run_block(tape, work, out):
     """Evaluate a tape at as many points as `out` (points, outputs) has rows; inputs are the first rows of `work`, see `room`.
 
     Operation by operation for many points: what each is has to be asked once, and a processor does several numbers at a time.
@@ -130,12 +130,12 @@ def run_many(tape, inputs, out):
     """Evaluate a tape at each row of `inputs` (k, n_in) into the rows of `out` (k, n_out)."""
     whole = len(inputs) // BLOCK * BLOCK
     if whole:
-        work = room(tape, BLOCK)
+        work = _room(tape, BLOCK)
         for since in range(0, whole, BLOCK):
             for i in range(inputs.shape[1]):
                 for k in range(BLOCK):
                     work[i * BLOCK + k] = inputs[since + k, i]
-            run_block(tape, work, out[since : since + BLOCK])
+            _run_block(tape, work, out[since : since + BLOCK])
     single = np.empty(work_size(tape))
     for k in range(whole, len(inputs)):
         run(tape, inputs[k], single, out[k])

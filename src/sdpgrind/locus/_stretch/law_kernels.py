@@ -29,7 +29,7 @@ class Law(NamedTuple):
 
 
 @compiled(error_model="numpy")
-def hermite(t, step, first, last, first_slope, last_slope):
+def _hermite(t, step, first, last, first_slope, last_slope):
     """Cubic with these values and slopes at the ends of an interval, at the share `t` of it."""
     rise = last - first
     square = 3.0 * rise - step * (2.0 * first_slope + last_slope)
@@ -38,7 +38,7 @@ def hermite(t, step, first, last, first_slope, last_slope):
 
 
 @compiled(error_model="numpy")
-def find(value, knots, values, slopes):
+def _find(value, knots, values, slopes):
     """Coordinate at which a monotone column has a value, clamped: Newton's steps, halving where they leave the interval."""
     rising = values[-1] > values[0]
     low, high = 0, knots.size - 1
@@ -58,7 +58,7 @@ def find(value, knots, values, slopes):
     a, b = ends
     t = (value - values[low]) / (values[high] - values[low])
     for _ in range(60):
-        off = hermite(t, step, values[low], values[high], slopes[low], slopes[high]) - value
+        off = _hermite(t, step, values[low], values[high], slopes[low], slopes[high]) - value
         if sign * off > 0.0:
             b = t
         else:
@@ -87,7 +87,7 @@ def _slope(t, step, first, last, first_slope, last_slope):
 def find_many(value, knots, values, slopes, out):
     """Fill `out` (N,) with the coordinates of values (N,)."""
     for k in range(value.size):
-        out[k] = find(value[k], knots, values, slopes)
+        out[k] = _find(value[k], knots, values, slopes)
 
 
 @compiled(error_model="numpy")
@@ -111,7 +111,7 @@ def advance(state, law, error, base):
     if np.isnan(error):
         state[UPDATES] = 0.0
         return state[PLACE]
-    change = gain_at(law, base) * error
+    change = _gain_at(law, base) * error
     if state[UPDATES] >= 1.0:  # the first update knows no change of the error
         change += law.proportional * (error - state[LAST])
     if state[UPDATES] >= 2.0:
@@ -124,7 +124,7 @@ def advance(state, law, error, base):
 
 
 @compiled(error_model="numpy")
-def gain_at(law, place):
+def _gain_at(law, place):
     """Integral gain at a place."""
     if not law.scheduled:
         return law.integral

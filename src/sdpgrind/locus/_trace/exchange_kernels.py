@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.locus._trace.kkt_kernels import gradient_row, solve
+from sdpgrind.locus._trace.kkt_kernels import _gradient_row, _solve
 
 
 @compiled(error_model="numpy")
@@ -18,15 +18,15 @@ def _column(d, k, held, n, m, out):
 
 
 @compiled(error_model="numpy")
-def multiplier(d, point, k, held, n, m, h, t):
+def _multiplier(d, point, k, held, n, m, h, t):
     """Of the k-th of all bounds and constraints, over the weight of the cost's own scale."""
     if k >= n:
         return point[1 + k]
-    return -held[k] * gradient_row(d, point, k, n, m, h, t, np.empty(point.size))
+    return -held[k] * _gradient_row(d, point, k, n, m, h, t, np.empty(point.size))
 
 
 @compiled(error_model="numpy")
-def exchange(d, point, held, new, n, m, h, t):
+def _exchange(d, point, held, new, n, m, h, t):
     """Let the member of a set go whose multiplier is the first to vanish as that of the new one grows, and say which.
 
     The gradient of the new one depends on those of the others. Multipliers are left as they are then. Gives -1 where none
@@ -39,12 +39,12 @@ def exchange(d, point, held, new, n, m, h, t):
         _column(d, others[r], held, n, m, columns[r])
     _column(d, new, held, n, m, column)
     rates = -columns @ column
-    if others.size == 0 or solve(columns @ columns.T, rates) == 0.0:
+    if others.size == 0 or _solve(columns @ columns.T, rates) == 0.0:
         return -1
     first, grown = -1, np.inf
     for r in range(others.size):
         if rates[r] < -1e-9:
-            reach = max(multiplier(d, point, others[r], held, n, m, h, t), 0.0) / -rates[r]
+            reach = max(_multiplier(d, point, others[r], held, n, m, h, t), 0.0) / -rates[r]
             if reach < grown:
                 first, grown = others[r], reach
     if first < 0:

@@ -19,13 +19,13 @@ GOOD = 1e-10
 
 
 @compiled(error_model="numpy")
-def sizes(kkt, n, m, h):
+def _sizes(kkt, n, m, h):
     """How long what the tape gives is."""
     return (1 + m) * (1 + n + n * n + n * h + h)
 
 
 @compiled(error_model="numpy")
-def evaluate(kkt, n, h, point, hidden, t, work, out):
+def _evaluate(kkt, n, h, point, hidden, t, work, out):
     """Run the tape at a point: `hidden` are the places of all hidden states, of which the t-th is the point's own."""
     for i in range(n):
         work[i] = point[i]
@@ -36,7 +36,7 @@ def evaluate(kkt, n, h, point, hidden, t, work, out):
 
 
 @compiled(error_model="numpy")
-def gradient_row(d, point, i, n, m, h, t, row):
+def _gradient_row(d, point, i, n, m, h, t, row):
     """Slope of the Lagrangian by the i-th control, and its derivatives by all unknowns into `row`."""
     f = 1 + m
     hess, mixed = f * (1 + n), f * (1 + n + n * n)
@@ -54,7 +54,7 @@ def gradient_row(d, point, i, n, m, h, t, row):
 
 
 @compiled(error_model="numpy")
-def constraint_row(d, j, n, m, h, t, row):
+def _constraint_row(d, j, n, m, h, t, row):
     """The j-th constraint (1..m), and its derivatives by all unknowns into `row`."""
     f = 1 + m
     row[:] = 0.0
@@ -65,12 +65,12 @@ def constraint_row(d, j, n, m, h, t, row):
 
 
 @compiled(error_model="numpy")
-def conditions(d, point, held, n, m, h, t, residual, jacobian):
+def _conditions(d, point, held, n, m, h, t, residual, jacobian):
     """F(Y) and F_Y, n + 1 + m rows: slopes or bounds, the sum of squares, constraints or multipliers."""
     f = 1 + m
     for i in range(n):
         if held[i] == 0:
-            residual[i] = gradient_row(d, point, i, n, m, h, t, jacobian[i])
+            residual[i] = _gradient_row(d, point, i, n, m, h, t, jacobian[i])
         else:
             jacobian[i, :] = 0.0
             jacobian[i, i] = 1.0
@@ -83,7 +83,7 @@ def conditions(d, point, held, n, m, h, t, residual, jacobian):
     residual[n] = total
     for j in range(1, f):
         if held[n + j - 1] == 1:
-            residual[n + j] = constraint_row(d, j, n, m, h, t, jacobian[n + j])
+            residual[n + j] = _constraint_row(d, j, n, m, h, t, jacobian[n + j])
         else:
             jacobian[n + j, :] = 0.0
             jacobian[n + j, n + j] = 1.0
@@ -91,7 +91,7 @@ def conditions(d, point, held, n, m, h, t, residual, jacobian):
 
 
 @compiled(error_model="numpy")
-def solve(a, b):
+def _solve(a, b):
     """Solve a x = b in place by elimination with the largest pivots; gives the determinant (0: none solved)."""
     size = b.size
     determinant = 1.0
@@ -122,16 +122,16 @@ def solve(a, b):
 
 
 @compiled(error_model="numpy")
-def tangent_at(d, point, held, n, m, h, t, along, tangent):
+def _tangent_at(d, point, held, n, m, h, t, along, tangent):
     """Unit vector along the curve on the side of `along`; gives the determinant of the bordered Jacobian."""
     size = point.size
     a, residual = np.empty((size, size)), np.empty(size)
-    conditions(d, point, held, n, m, h, t, residual, a)
+    _conditions(d, point, held, n, m, h, t, residual, a)
     for k in range(size):
         a[size - 1, k] = along[k]
         tangent[k] = 0.0
     tangent[size - 1] = 1.0
-    determinant = solve(a, tangent)
+    determinant = _solve(a, tangent)
     length = 0.0
     for k in range(size):
         length += tangent[k] ** 2
@@ -142,7 +142,7 @@ def tangent_at(d, point, held, n, m, h, t, along, tangent):
 
 
 @compiled(error_model="numpy")
-def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
+def _newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
     """Solve F(Y) = 0 with row.(Y - anchor) = 0 from `point`, in place; gives steps taken and the residual left.
 
     `d` holds what the tape gives at the point reached.
@@ -151,8 +151,8 @@ def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
     a, b = np.empty((size, size)), np.empty(size)
     before, moved = np.inf, np.inf
     for step in range(most + 1):
-        evaluate(kkt, n, h, point, hidden, t, work, d)
-        conditions(d, point, held, n, m, h, t, b, a)
+        _evaluate(kkt, n, h, point, hidden, t, work, d)
+        _conditions(d, point, held, n, m, h, t, b, a)
         along = 0.0
         for k in range(size):
             a[size - 1, k] = row[k]
@@ -166,7 +166,7 @@ def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
         if left <= CLOSE or step == most or (left <= GOOD and left > 0.1 * before and moved <= STILL):
             return step, left
         before, moved = left, 0.0
-        if solve(a, b) == 0.0:
+        if _solve(a, b) == 0.0:
             return step, np.inf
         for k in range(size):
             point[k] -= b[k]
@@ -175,7 +175,7 @@ def newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
 
 
 @compiled(error_model="numpy")
-def free_directions(d, held, n, m, basis):
+def _free_directions(d, held, n, m, basis):
     """Orthonormal rows in `basis`: first the span of active gradients over free controls, then what is left; gives both numbers.
 
     The second is negative where active gradients depend on each other.
@@ -230,10 +230,10 @@ def _length(basis, k, n):
 
 
 @compiled(error_model="numpy")
-def curvature(d, point, held, n, m):
+def _curvature(d, point, held, n, m):
     """Least curvature of the Lagrangian in directions that active gradients leave free; inf: none is left."""
     basis = np.zeros((n + m + 1, n))
-    active, free = free_directions(d, held, n, m, basis)
+    active, free = _free_directions(d, held, n, m, basis)
     if free < 0:
         return -np.inf
     if free == 0:

@@ -4,7 +4,7 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run, run_many, work_size
-from sdpgrind.locus._trace.kkt_kernels import GOOD, curvature, evaluate, gradient_row, newton, sizes
+from sdpgrind.locus._trace.kkt_kernels import GOOD, _curvature, _evaluate, _gradient_row, _newton, _sizes
 
 FIRST, SHRINK, LAST = 0.1, 0.03, 2e-12
 """Of the barrier: its weight goes down from 0.1 of the room around the start to 2e-12."""
@@ -154,7 +154,7 @@ def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d
     before = _merit(first, n, m, given, weight, work_first, out)
     for _ in range(30):
         point[:n] = given[:n]
-        evaluate(kkt, n, h, point, hidden, t, work, d)
+        _evaluate(kkt, n, h, point, hidden, t, work, d)
         _barrier_system(d, given, n, m, weight, hessian, gradient)
         _downhill(hessian, gradient, factor, step)
         step *= min(1.0, LONGEST / max(np.max(np.abs(step)), 1e-300))
@@ -195,7 +195,7 @@ def _mended(d, point, held, n, m, h, t):
     """Drop what pulls the wrong way, add what is violated; says whether anything was wrong."""
     row, worst, index = np.empty(point.size), -1e-9, -1
     for i in range(n):
-        slope = gradient_row(d, point, i, n, m, h, t, row)
+        slope = _gradient_row(d, point, i, n, m, h, t, row)
         value = min(point[i], 1.0 - point[i]) if held[i] == 0 else -held[i] * slope
         if value < worst:
             worst, index = value, i
@@ -218,19 +218,19 @@ def best_points(kkt, first, n, m, h, hidden, t, starts):
     count = len(starts)
     points, sets, curvatures = np.zeros((count, n + m + 2)), np.zeros((count, n + m), dtype=np.int64), np.empty(count)
     for k in range(count):
-        curvatures[k] = best_point(kkt, first, n, m, h, hidden, t, starts[k], points[k], sets[k])
+        curvatures[k] = _best_point(kkt, first, n, m, h, hidden, t, starts[k], points[k], sets[k])
     return points, sets, curvatures
 
 
 @compiled(error_model="numpy")
-def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
+def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     """A best point below a feasible start, into `point` and `held`.
 
     Gives the curvature there: positive for a least cost, 0 where there is none (many points are as good), -inf if none was found.
     As soon as the barrier is low, a way over to the conditions of a best point is looked for; a long one is not trusted, nor one
     to a limit that hardly pulls.
     """
-    work, d, row = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h)), np.zeros(n + m + 2)
+    work, d, row = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h)), np.zeros(n + m + 2)
     work_first, out, given = np.empty(work_size(first)), np.empty(1 + m), np.empty(n + h)
     given[:n], given[n:], row[n + m + 1] = start, hidden, 1.0
     point[n + m + 1], flat = hidden[t], False
@@ -240,9 +240,9 @@ def best_point(kkt, first, n, m, h, hidden, t, start, point, held):
         _centre(kkt, first, n, m, h, hidden, t, weight, 1e-3 if last else 0.1, given, point, work, d, work_first, out)
         if weight <= LOW or last:
             point[:n] = given[:n]
-            evaluate(kkt, n, h, point, hidden, t, work, d)
+            _evaluate(kkt, n, h, point, hidden, t, work, d)
             _guess(d, given, weight, n, m, held, point)
-            flat = abs(curvature(d, point, held, n, m)) <= FLAT
+            flat = abs(_curvature(d, point, held, n, m)) <= FLAT
             found = _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d)
             moved = 0.0
             for i in range(n):
@@ -261,7 +261,7 @@ def _pulled(d, point, held, n, m, h, t):
     row, least = np.empty(point.size), np.inf
     for i in range(n):
         if held[i] != 0:
-            least = min(least, -held[i] * gradient_row(d, point, i, n, m, h, t, row))
+            least = min(least, -held[i] * _gradient_row(d, point, i, n, m, h, t, row))
     for j in range(m):
         if held[n + j] == 1:
             least = min(least, point[n + 1 + j])
@@ -284,9 +284,9 @@ def _room(first, n, m, given, work, out):
 def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
     """Solve the conditions from a guess of point and set, and mend the set; gives the curvature, -inf if that leads nowhere."""
     for _ in range(2 * (n + m) + 2):
-        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(12), point, work, d)[1]
+        left = _newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(12), point, work, d)[1]
         if not left <= GOOD:
             return -np.inf
         if not _mended(d, point, held, n, m, h, t):
-            return curvature(d, point, held, n, m)
+            return _curvature(d, point, held, n, m)
     return -np.inf

@@ -3,8 +3,8 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.locus._problem.tape_kernels import BLOCK, room, run_block, work_size
-from sdpgrind.locus._trace.kkt_kernels import CLOSE, conditions, curvature, gradient_row, newton, sizes, solve
+from sdpgrind.locus._problem.tape_kernels import BLOCK, _room, _run_block, work_size
+from sdpgrind.locus._trace.kkt_kernels import CLOSE, _conditions, _curvature, _gradient_row, _newton, _sizes, _solve
 
 EXACT = 1e-11
 """Residual that one step must leave; where it leaves more there are further ones."""
@@ -17,7 +17,7 @@ def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls,
     `along` are unit tangents; `pulls` slopes of the Lagrangian by controls (0 where they are free), over the weight of the cost.
     """
     size, count, arc, segment = n + m + 2, points.shape[0], _lengths(nodes), 0
-    work, d, rows = room(kkt, BLOCK), np.empty((BLOCK, sizes(kkt, n, m, h))), np.empty((BLOCK, size))
+    work, d, rows = _room(kkt, BLOCK), np.empty((BLOCK, _sizes(kkt, n, m, h))), np.empty((BLOCK, size))
     a, b, single = np.empty((size, size)), np.empty(size), np.empty(work_size(kkt))
     for since in range(0, count, BLOCK):
         here = min(BLOCK, count - since)
@@ -35,7 +35,7 @@ def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls,
             residuals[place] = _finish(
                 kkt, d[k], points[place], rows[k], held, n, m, h, hidden, t, a, b, single, along[place], pulls[place]
             )
-            curvatures[place] = curvature(d[k], points[place], held, n, m)
+            curvatures[place] = _curvature(d[k], points[place], held, n, m)
 
 
 @compiled(inline="always")
@@ -71,16 +71,16 @@ def _run(kkt, n, h, hidden, t, points, work, d):
         for i in range(h):
             work[(n + i) * BLOCK + k] = hidden[i]
         work[(n + t) * BLOCK + k] = points[place, points.shape[1] - 1]
-    run_block(kkt, work, d)
+    _run_block(kkt, work, d)
 
 
 @compiled(inline="always")
 def _step(d, point, row, held, n, m, h, t, a, b):
     """One step of Newton's method across the curve."""
-    conditions(d, point, held, n, m, h, t, b, a)
+    _conditions(d, point, held, n, m, h, t, b, a)
     last = point.size - 1
     a[last, :], b[last] = row, 0.0
-    if _largest(b) > CLOSE and solve(a, b) != 0.0:  # what is exact stays as it is: ends of the range
+    if _largest(b) > CLOSE and _solve(a, b) != 0.0:  # what is exact stays as it is: ends of the range
         for i in range(point.size):
             point[i] -= b[i]
 
@@ -100,14 +100,14 @@ def _largest(values):
 def _finish(kkt, d, point, row, held, n, m, h, hidden, t, a, b, work, tangent, pulls):
     """Residual of a point, after further steps where it is too large; its tangent, and how bounds are pulled at."""
     last = point.size - 1
-    conditions(d, point, held, n, m, h, t, b, a)
+    _conditions(d, point, held, n, m, h, t, b, a)
     b[last] = 0.0
     left = _largest(b)
     if not left <= EXACT:
-        left = newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(6), point, work, d)[1]
-        conditions(d, point, held, n, m, h, t, b, a)
+        left = _newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(6), point, work, d)[1]
+        _conditions(d, point, held, n, m, h, t, b, a)
     a[last, :], b[:], b[last] = row, 0.0, 1.0
-    solve(a, b)
+    _solve(a, b)
     length = 0.0
     for i in range(point.size):
         length += b[i] * b[i]
@@ -115,5 +115,5 @@ def _finish(kkt, d, point, row, held, n, m, h, hidden, t, a, b, work, tangent, p
     for i in range(point.size):
         tangent[i] = b[i] / length
     for i in range(n):
-        pulls[i] = gradient_row(d, point, i, n, m, h, t, b) / point[n] if held[i] != 0 else 0.0
+        pulls[i] = _gradient_row(d, point, i, n, m, h, t, b) / point[n] if held[i] != 0 else 0.0
     return left

@@ -11,7 +11,7 @@ HEAD = 5
 
 
 @compiled(error_model="numpy")
-def packed_size(n_node, n_column, n_cell):
+def _packed_size(n_node, n_column, n_cell):
     """Numbers of a packed table: head, keys, values and slopes node by node, guide."""
     return HEAD + n_node * (1 + 2 * n_column) + n_cell + 1
 
@@ -20,7 +20,7 @@ def packed_size(n_node, n_column, n_cell):
 def pack(key, columns, slopes, n_cell):
     """Pack a table whose key rises: the guide says of each cell of equal width which interval its start lies in."""
     n_node, n_column = columns.shape
-    packed = np.empty(packed_size(n_node, n_column, n_cell))
+    packed = np.empty(_packed_size(n_node, n_column, n_cell))
     whole = packed.view(np.int64)
     whole[0], whole[1], whole[2] = n_node, n_column, n_cell
     scale = n_cell / (key[-1] - key[0])
@@ -45,7 +45,7 @@ def _cell(packed, key):
 
 
 @compiled(forceinline=True, error_model="numpy")
-def locate(packed, key):
+def _locate(packed, key):
     """Index of the interval that a key of the table lies in: from the guide, then by halving what the cell leaves."""
     whole = packed.view(np.int64)
     n_node, n_column = whole[0], whole[1]
@@ -68,7 +68,7 @@ def look_up(packed, key, out):
     n_node, n_column = whole[0], whole[1]
     rows = HEAD + n_node
     if packed[HEAD] < key < packed[rows - 1]:
-        _interpolate(packed, locate(packed, key), key, out)
+        _interpolate(packed, _locate(packed, key), key, out)
         return INSIDE
     if np.isnan(key):
         return NO_KEY

@@ -4,16 +4,16 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import work_size
-from sdpgrind.locus._trace.exchange_kernels import exchange
+from sdpgrind.locus._trace.exchange_kernels import _exchange
 from sdpgrind.locus._trace.kkt_kernels import (
     GOOD,
-    constraint_row,
-    curvature,
-    evaluate,
-    gradient_row,
-    newton,
-    sizes,
-    tangent_at,
+    _constraint_row,
+    _curvature,
+    _evaluate,
+    _gradient_row,
+    _newton,
+    _sizes,
+    _tangent_at,
 )
 
 NONE, LOW, HIGH, RELEASE, DROP, ADD, RANGE, INFEASIBLE, FOLD, BRANCH, LOST, FULL = range(12)
@@ -30,14 +30,14 @@ STEPS = 5
 
 
 @compiled(error_model="numpy")
-def signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, found):
+def _signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, found):
     """What must stay >= 0: two for each control, one for each constraint, the ends of the range, feasibility, fold, branch."""
     row = np.empty(point.size)
     for i in range(n):
         if held[i] == 0:
             found[2 * i], found[2 * i + 1] = point[i], 1.0 - point[i]
         else:
-            slope = gradient_row(d, point, i, n, m, h, t, row)
+            slope = _gradient_row(d, point, i, n, m, h, t, row)
             found[2 * i] = slope if held[i] < 0 else -slope
             found[2 * i + 1] = 1.0
     for j in range(m):
@@ -49,7 +49,7 @@ def signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, f
 
 
 @compiled(inline="always")
-def event_of(k, held, n, m):
+def _event_of(k, held, n, m):
     """Kind and index of the sign that failed."""
     if k < 2 * n:
         i = k // 2
@@ -63,7 +63,7 @@ def event_of(k, held, n, m):
 
 
 @compiled(inline="always")
-def switch(kind, index, held, n):
+def _switch(kind, index, held, n):
     """Change the set."""
     if kind == LOW:
         held[index] = -1
@@ -78,16 +78,16 @@ def switch(kind, index, held, n):
 
 
 @compiled(inline="always")
-def away(kind, index, was, d, point, tangent, n, m, h, t):
+def _away(kind, index, was, d, point, tangent, n, m, h, t):
     """How fast what has changed moves along the tangent into what is allowed; negative: the tangent points the wrong way."""
     row = np.empty(point.size)
     if kind == RELEASE:
         return -was * tangent[index]
     if kind in (LOW, HIGH):
-        gradient_row(d, point, index, n, m, h, t, row)
+        _gradient_row(d, point, index, n, m, h, t, row)
         return (1.0 if kind == LOW else -1.0) * np.sum(row * tangent)
     if kind == DROP:
-        constraint_row(d, index + 1, n, m, h, t, row)
+        _constraint_row(d, index + 1, n, m, h, t, row)
         return -np.sum(row * tangent)
     return tangent[n + 1 + index]
 
@@ -106,9 +106,9 @@ def _locate(
             s = 0.5 * (a + b)
         guess = start + s * direction
         point[:] = guess
-        newton(kkt, n, m, h, hidden, t, held, guess, direction, np.int64(8), point, work, d)
-        determinant = tangent_at(d, point, held, n, m, h, t, direction, tangent)
-        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
+        _newton(kkt, n, m, h, hidden, t, held, guess, direction, np.int64(8), point, work, d)
+        determinant = _tangent_at(d, point, held, n, m, h, t, direction, tangent)
+        _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
         if abs(found[k]) <= 1e-15 or b - a <= 1e-15:
             break
         if found[k] > 0.0:
@@ -136,31 +136,31 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
     it ends.
     """
     size = n + m + 2
-    work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
+    work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
     point, tangent, held = first.copy(), np.zeros(size), first_held.copy()
     old, along = np.empty(size), np.zeros(size)
     old_signs, found, ahead = np.empty(2 * n + m + 5), np.empty(2 * n + m + 5), np.empty(2 * n + m + 5)
     along[size - 1] = rising
-    evaluate(kkt, n, h, point, hidden, t, work, d)
-    determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
+    _evaluate(kkt, n, h, point, hidden, t, work, d)
+    determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
     orientation = 1.0 if determinant > 0.0 else -1.0
-    signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
+    _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
     count = _record(points, tangents, sets, events, 0, point, tangent, held, NONE, 0)
     step, suspected = 0.02, LOST
     while count < points.shape[0] - 2:
         old[:], along[:] = point, tangent
         guess = old + step * along
         point[:] = guess
-        taken, left = newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(STEPS), point, work, d)
+        taken, left = _newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(STEPS), point, work, d)
         if left <= GOOD:
-            determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
+            determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
         if left > GOOD or determinant == 0.0 or np.sum(tangent * along) < COSINE or np.max(np.abs(point - guess)) > step:
             step *= 0.4
             point[:], tangent[:] = old, along
             if step < SHORTEST:
                 return _record(points, tangents, sets, events, count, point, tangent, held, suspected, 0)
             continue
-        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
+        _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
         failed, earliest, span = -1, np.inf, np.sum((point - old) * along)
         for k in range(found.size):
             if found[k] < -SLACKEN * (1.0 if k < found.size - 1 else 0.0):
@@ -180,16 +180,16 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
             continue
         guess = old + earliest * along
         point[:] = guess
-        left = newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(8), point, work, d)[1]
-        determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
-        kind, index = event_of(failed, held, n, m)
+        left = _newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(8), point, work, d)[1]
+        determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
+        kind, index = _event_of(failed, held, n, m)
         if left > GOOD or np.max(np.abs(point - guess)) > step or not np.sum(tangent * along) >= COSINE:
             point[:], tangent[:] = old, along
             if step > NEAREST:  # Newton's method may leave for another branch, where two cross or come near: nearer, it does not
                 step *= 0.4
                 suspected = kind if kind in (FOLD, BRANCH) else LOST
                 continue
-            evaluate(kkt, n, h, point, hidden, t, work, d)
+            _evaluate(kkt, n, h, point, hidden, t, work, d)
         if kind == FOLD and point[n] < 1e-6:
             kind = INFEASIBLE
         if kind == RANGE:  # exactly, so that all branches end at one place
@@ -198,25 +198,25 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         if kind >= RANGE:
             return count
         was = held[index] if index < n else 0
-        switch(kind, index, held, n)
-        bent, exchanged = curvature(d, point, held, n, m), False
+        _switch(kind, index, held, n)
+        bent, exchanged = _curvature(d, point, held, n, m), False
         if bent == -np.inf and kind in (LOW, HIGH, ADD):
-            exchanged = exchange(d, point, held, n + index if kind == ADD else index, n, m, h, t) >= 0
+            exchanged = _exchange(d, point, held, n + index if kind == ADD else index, n, m, h, t) >= 0
             if not exchanged:
                 events[count - 1, 0] = INFEASIBLE
                 return count
-            bent = curvature(d, point, held, n, m)
+            bent = _curvature(d, point, held, n, m)
         if bent <= 0.0:
             events[count - 1, 0] = FOLD
             return count
         along[:] = 0.0
         along[size - 1] = rising
-        determinant = tangent_at(d, point, held, n, m, h, t, along, tangent)
-        if determinant == 0.0 or (not exchanged and away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0):
+        determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
+        if determinant == 0.0 or (not exchanged and _away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0):
             events[count - 1, 0] = FOLD
             return count
         orientation = 1.0 if determinant > 0.0 else -1.0
-        signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
+        _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
         count = _record(points, tangents, sets, events, count, point, tangent, held, NONE, 0)
         step = 0.02
     return _record(points, tangents, sets, events, count, point, tangent, held, FULL, 0)
@@ -225,10 +225,10 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
 @compiled(error_model="numpy")
 def settle_at(kkt, n, m, h, hidden, t, held, point, most):
     """Solve the conditions at the point's own place of the hidden state, in place; gives the residual."""
-    work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
+    work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
     anchor, row = point.copy(), np.zeros(point.size)
     row[point.size - 1] = 1.0
-    return newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d)[1]
+    return _newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d)[1]
 
 
 @compiled(error_model="numpy")
@@ -266,6 +266,6 @@ def between(left, right, along_left, along_right, place, point):
 @compiled(error_model="numpy")
 def tangent_of(kkt, n, m, h, hidden, t, held, point, along, tangent):
     """Unit vector along the curve at a point on it, on the side of `along`."""
-    work, d = np.empty(work_size(kkt)), np.empty(sizes(kkt, n, m, h))
-    evaluate(kkt, n, h, point, hidden, t, work, d)
-    tangent_at(d, point, held, n, m, h, t, along, tangent)
+    work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
+    _evaluate(kkt, n, h, point, hidden, t, work, d)
+    _tangent_at(d, point, held, n, m, h, t, along, tangent)

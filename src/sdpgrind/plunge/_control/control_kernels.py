@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.plunge._control.online_kernels import estimated, know_nothing, spread
+from sdpgrind.plunge._control.online_kernels import _estimated, _know_nothing, _spread
 from sdpgrind.plunge._control.state import (
     BALANCE,
     BALANCED,
@@ -30,7 +30,7 @@ from sdpgrind.plunge._control.state import (
     TOUCHED,
     Y,
 )
-from sdpgrind.plunge._model.kernels import beyond, burn_depth, deflected, least_over_burn, rate_near, rate_of_burn, worn
+from sdpgrind.plunge._model.kernels import _deflected, _least_over_burn, _rate_near, _worn, beyond, burn_depth, rate_of_burn
 
 ROUND_ENOUGH = 1.004
 """Rate over the final one with which a part may end."""
@@ -42,19 +42,19 @@ def start_control(state, law):
     state[:] = 0.0
     state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.core.K0
     state[SIZE], state[BURNING] = np.nan, law.burn_rate
-    know_nothing(state, law)
+    _know_nothing(state, law)
 
 
 @compiled
 def control_step(state, law, size, power):
     """Take readings of size (mm) and power (W), NaN where there is none, decide, and return the command rate (mm/s)."""
-    core = worn(law.core, state[SHARPNESS]) if law.online else law.core
+    core = _worn(law.core, state[SHARPNESS]) if law.online else law.core
     _predict(state, law, core)
     usable = _usable(state, law, size)
     if usable and state[COMMANDED] == 0.0:  # a part may come with more or less stock
         state[REMAINING] = law.stock - size
     if law.online:
-        core = estimated(state, law, size if usable else np.nan, power)
+        core = _estimated(state, law, size if usable else np.nan, power)
     elif usable:
         state[REMAINING] += law.gain * (law.stock - size - state[REMAINING])
     if _done(state, law) or state[MISSED] >= MISSED_MAX:
@@ -93,11 +93,11 @@ def _predict(state, law, core):
         return
     if law.online and state[TOUCHED] == NO:
         return
-    state[Y], state[RATE] = deflected(before, state[RATE], u, dt / scale, 1, core)
+    state[Y], state[RATE] = _deflected(before, state[RATE], u, dt / scale, 1, core)
     removed = u * dt - scale * (state[Y] - before)
     state[REMAINING] -= removed
     if law.online:
-        spread(state, law, core, u, removed / dt)
+        _spread(state, law, core, u, removed / dt)
 
 
 @compiled
@@ -181,7 +181,7 @@ def _final_rate(state, law):
 def _balance(state, law, core):
     """Full rate until the damage would be deeper than the stock at the next sample, then just as deep."""
     v, dt = state[RATE], law.sample_time
-    reach = rate_near(state[Y] + (law.rate_max - v) * dt / state[SCALE], v, core)
+    reach = _rate_near(state[Y] + (law.rate_max - v) * dt / state[SCALE], v, core)
     aim = _balanced_rate(state, law, core, 0.5 * (v + reach) * dt, reach)
     command = law.rate_max
     if aim < reach:
@@ -199,7 +199,7 @@ def _balance(state, law, core):
 @compiled
 def _removed(state, law, core, command):
     """What a command (mm/s) removes in a sample, mm: by halves of both rates it would be 1e-6 too little, all of it damage."""
-    y, _ = deflected(state[Y], state[RATE], command, law.sample_time / state[SCALE], 1, core)
+    y, _ = _deflected(state[Y], state[RATE], command, law.sample_time / state[SCALE], 1, core)
     return command * law.sample_time - state[SCALE] * (y - state[Y])
 
 
@@ -222,7 +222,7 @@ def _room(state, law, core):
     if law.no_burn or state[BURNING] >= law.rate_max or left <= max(burn_depth(state[BURNING], core), 0.0):
         return np.inf
     top = rate_of_burn(left, state[BURNING], law.rate_max, core)
-    least = least_over_burn(state[SCALE], state[BURNING], top, core) - law.safety_margin
+    least = _least_over_burn(state[SCALE], state[BURNING], top, core) - law.safety_margin
     return least - (state[SCALE] * state[Y] - state[REMAINING])
 
 
@@ -231,7 +231,7 @@ def _staged(state, law):
     """A rough rate, then a slower one: the sample in which the stock is reached gets of both, so that it is exact between."""
     if state[SECTION] == BALANCE:
         return law.stage_rate
-    reach = rate_near(state[Y] + (law.rough_rate - state[RATE]) * law.sample_time, state[RATE], law.core)
+    reach = _rate_near(state[Y] + (law.rough_rate - state[RATE]) * law.sample_time, state[RATE], law.core)
     ahead = 0.5 * (state[RATE] + reach) * law.sample_time
     left = state[REMAINING] - law.stage_remaining
     if left >= ahead:

@@ -25,11 +25,11 @@ from sdpgrind.plunge._control.state import (
     ZERO,
     Y,
 )
-from sdpgrind.plunge._model.kernels import burning_begins, rate_near, worn
+from sdpgrind.plunge._model.kernels import _burning_begins, _rate_near, _worn
 
 
 @compiled
-def know_nothing(state, law):
+def _know_nothing(state, law):
     """Of the contact, as before it."""
     state[SCALE] = state[SHARPNESS] = 1.0
     cov = state[COVARIANCE:].reshape(4, 4)
@@ -39,7 +39,7 @@ def know_nothing(state, law):
 
 
 @compiled
-def spread(state, law, core, u, v):
+def _spread(state, law, core, u, v):
     """Covariance after a sample of the last command, u and v in mm/s; the wear that the model knows."""
     dt, scale, cov = law.sample_time, state[SCALE], state[COVARIANCE:].reshape(4, 4)
     own, by_scale, by_area = 1.0, -u * dt / scale**2, 0.0
@@ -58,7 +58,7 @@ def spread(state, law, core, u, v):
 
 
 @compiled
-def estimated(state, law, size, power):
+def _estimated(state, law, size, power):
     """Correct by both readings and return the core of the wheel as it is now: Kalman's filter about the last estimate.
 
     Power is in proportion to the deflection of the model; size is zero + p - scale x, once the wheel cuts.
@@ -69,13 +69,13 @@ def estimated(state, law, size, power):
     state[SILENT] = state[SILENT] + 1.0 if np.isnan(power) else 0.0
     if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # it is heard now: the wheel does not cut yet
         state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[BLANK]
-        know_nothing(state, law)
+        _know_nothing(state, law)
     before = state[TOUCHED] == NO
     if before and size == size:
         state[READ] += 1.0
         state[BLANK] += (size - state[BLANK]) / state[READ]
     if before and not _touched(state, law, power / watts, noise):
-        return worn(base, state[SHARPNESS])
+        return _worn(base, state[SHARPNESS])
     x = state[Y] + base.K0
     if power >= 0.0 and x > 0.0 and not before:  # the readings that tell contact have been used
         x = _correct(state, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
@@ -83,9 +83,9 @@ def estimated(state, law, size, power):
         off = size - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
         x = _correct(state, x, off, -state[SCALE], 1.0, -x, law.size_sd**2)
     state[Y] = x - base.K0
-    core = worn(base, state[SHARPNESS])
-    state[RATE] = rate_near(state[Y], state[RATE], core)
-    state[BURNING] = burning_begins(core, state[BURNING], law.rate_max)
+    core = _worn(base, state[SHARPNESS])
+    state[RATE] = _rate_near(state[Y], state[RATE], core)
+    state[BURNING] = _burning_begins(core, state[BURNING], law.rate_max)
     state[REMAINING] = law.stock - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
     return core
 

@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._control import state as places
 from sdpgrind.plunge._control.control_kernels import control_step
-from sdpgrind.plunge._model.kernels import Core, damage, deflected, rate, rate_near, worn
+from sdpgrind.plunge._model.kernels import Core, _damage, _deflected, _rate_near, _worn, rate
 
 Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)
 """State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges, what
@@ -93,7 +93,7 @@ def read(state, rig, of_size, of_power):
 @compiled
 def true_power(state, rig):
     """Power at the contact, W: in proportion to the deflection until the wheel cuts."""
-    core, v = worn(rig.core, state[WORN]), state[RATE]
+    core, v = _worn(rig.core, state[WORN]), state[RATE]
     x = state[Y] + rig.core.K0
     if state[Y] > 0.0:
         return core.power0 + core.power1 * v + core.power2 * v**core.p
@@ -103,7 +103,7 @@ def true_power(state, rig):
 @compiled
 def judge(state, rig, balanced):
     """Keep the least slacks: of all samples with damage, and of those in which the controller balances."""
-    burn = damage(state[RATE], worn(rig.core, state[WORN]))
+    burn = _damage(state[RATE], _worn(rig.core, state[WORN]))
     slack = state[REMAINING] - burn
     if burn > SKIN:
         state[PART_SLACK] = min(state[PART_SLACK], slack)
@@ -123,12 +123,12 @@ def advance(state, rig, command_rate):
     for _ in range(STEPS):
         h = dt / STEPS
         before, halfway = state[Y], state[WORN] + 0.5 * _wear(rig, state[RATE] * h, h)
-        state[Y], state[RATE] = deflected(before, state[RATE], u, h, 1, worn(rig.core, halfway))
+        state[Y], state[RATE] = _deflected(before, state[RATE], u, h, 1, _worn(rig.core, halfway))
         removed = before + u * h - state[Y]
         state[REMAINING] -= removed
         if rig.growth > 0.0:
             state[WORN] += _wear(rig, removed, h)
-            state[RATE] = rate_near(state[Y], state[RATE], worn(rig.core, state[WORN]))
+            state[RATE] = _rate_near(state[Y], state[RATE], _worn(rig.core, state[WORN]))
     state[SAMPLES] += 1.0
 
 

@@ -55,7 +55,7 @@ def burn_depth(v, core):
 
 
 @compiled
-def worn(core, ratio):
+def _worn(core, ratio):
     """The core of a wheel whose wear flats have grown by `ratio`."""
     k2, heat2, power2 = core.K2 * ratio, core.heat2 * ratio, core.power2 * ratio
     return Core(core.K0, core.K1, k2, core.p, core.heat0, core.heat1, heat2, core.reach, core.power0, core.power1, power2)
@@ -83,7 +83,7 @@ def _least_heat(high, core):
 
 
 @compiled
-def damage(v, core):
+def _damage(v, core):
     """Depth of damage, mm; 0 below the rate at which burning begins, where ploughing alone would make it positive."""
     if v <= 0.0:
         return 0.0
@@ -96,7 +96,7 @@ def damage(v, core):
 
 
 @compiled
-def burning_begins(core, near, rate_max):
+def _burning_begins(core, near, rate_max):
     """The rate (mm/s) above which the work burns, no more than `rate_max`, from a rate near by.
 
     Newton in t = v^(1/4), in which heat over what is stood is convex. Where the work burns at every rate: where it does least.
@@ -118,7 +118,7 @@ def burning_begins(core, near, rate_max):
 
 
 @compiled(inline="always")
-def newton(y, w, core, enough):
+def _newton(y, w, core, enough):
     """Infeed rate (mm/s) of a deflection y > 0 beyond ploughing, from a start w = v^p: y is convex in w.
 
     The error is of the square of the last relative step, which is no more than `enough`.
@@ -141,18 +141,18 @@ def rate(y, core):
     w = y / core.K2 if core.K2 > 0.0 else np.inf
     if core.K1 > 0.0:
         w = min(w, (y / core.K1) ** core.p)
-    return newton(y, w, core, 1e-8)
+    return _newton(y, w, core, 1e-8)
 
 
 @compiled
-def rate_near(y, near, core):
+def _rate_near(y, near, core):
     """The same from a rate near by, to 1e-11: faster by half in a loop over time."""
     if y <= 0.0 or near <= 0.0:
         return rate(y, core)
     w = near**core.p
     sensitivity = core.p * w / (core.K1 * near + core.p * core.K2 * w)  # dw/dy
     start = w + sensitivity * (y - core.K1 * near - core.K2 * w)
-    return newton(y, start, core, 1e-6) if start > 0.0 else rate(y, core)
+    return _newton(y, start, core, 1e-6) if start > 0.0 else rate(y, core)
 
 
 @compiled
@@ -191,7 +191,7 @@ def rate_of_burn(depth, low, high, core):
 
 
 @compiled(inline="always")
-def over_burn(v, scale, core):
+def _over_burn(v, scale, core):
     """Deflection, by its scale, less depth of damage (mm), and its slope by the logarithm of the rate (mm)."""
     root, w = np.sqrt(np.sqrt(v)), v**core.p
     heat = core.heat0 + core.heat1 * v + core.heat2 * w
@@ -202,19 +202,19 @@ def over_burn(v, scale, core):
 
 
 @compiled
-def least_over_burn(scale, low, high, core):
+def _least_over_burn(scale, low, high, core):
     """Least of deflection, by its scale, less depth of damage (mm) of all rates (mm/s) at which it turns from falling to rising.
 
     Infinite where it does not from `low` to `high`. It turns at `low` where it rises from there, never at `high`. Slopes at the
     ends of each cell tell of it: no turn hides in the first or the last one.
     """
     step = (high / low) ** (1.0 / (PLACES - 1))
-    v, (value, slope) = low, over_burn(low, scale, core)
+    v, (value, slope) = low, _over_burn(low, scale, core)
     least = value if slope >= 0.0 else np.inf
     for _ in range(PLACES - 1):
         before, falls = v, slope
         v *= step
-        slope = over_burn(v, scale, core)[1]
+        slope = _over_burn(v, scale, core)[1]
         if falls < 0.0 <= slope:
             least = min(least, _turn(before, falls, v, slope, scale, core))
     return least
@@ -226,7 +226,7 @@ def _turn(low, falls, high, rises, scale, core):
     side = 0
     for _ in range(80):
         v = (low * rises - high * falls) / (rises - falls)
-        value, slope = over_burn(v, scale, core)
+        value, slope = _over_burn(v, scale, core)
         if abs(slope) <= FLAT:
             break
         if slope > 0.0:
@@ -241,7 +241,7 @@ def _turn(low, falls, high, rises, scale, core):
 
 
 @compiled
-def deflected(y, near, command_rate, duration, steps, core):
+def _deflected(y, near, command_rate, duration, steps, core):
     """Deflection beyond ploughing (mm) and rate after some time (s) at a held command rate, from a rate near that of y.
 
     y' = u - v(y), by Runge and Kutta.
@@ -254,14 +254,14 @@ def deflected(y, near, command_rate, duration, steps, core):
             return reached, 0.0
         duration, y = reached / command_rate, 0.0
     h = duration / steps
-    v = rate_near(y, near, core)
+    v = _rate_near(y, near, core)
     for _ in range(steps):
         a = command_rate - v
-        v = rate_near(y + 0.5 * h * a, v, core)
+        v = _rate_near(y + 0.5 * h * a, v, core)
         b = command_rate - v
-        v = rate_near(y + 0.5 * h * b, v, core)
+        v = _rate_near(y + 0.5 * h * b, v, core)
         c = command_rate - v
-        v = rate_near(y + h * c, v, core)
+        v = _rate_near(y + h * c, v, core)
         y += h / 6.0 * (a + 2.0 * b + 2.0 * c + command_rate - v)
-        v = rate_near(y, v, core)
+        v = _rate_near(y, v, core)
     return y, v

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.plunge._model.kernels import Give, deflected, rate
+from sdpgrind.plunge._model.kernels import Give, _deflected, rate
 
 COLUMNS = 5
 """Of what is played: time (s), remaining stock, deflection beyond ploughing (mm), infeed rate (mm/s), wear flat area."""
@@ -78,7 +78,7 @@ def deflections(first, command_rate, step, substeps, core):
     y, v = first, rate(first, core)
     out[0, 0], out[0, 1] = y, v
     for k in range(step.size):
-        y, v = deflected(y, v, command_rate[k], step[k], substeps, core)
+        y, v = _deflected(y, v, command_rate[k], step[k], substeps, core)
         out[k + 1, 0], out[k + 1, 1] = y, v
     return out
 

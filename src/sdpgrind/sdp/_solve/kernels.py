@@ -60,7 +60,7 @@ def _expect(group, row, node, tables, value, flipped, level):
 
 
 @compiled(fastmath=REORDER)
-def scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
+def _scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
     """Fill out[k, node] = E of the coarse rows; `dense[k, node]` already holds the inner sums where `use_dense`."""
     _, _, _, gone, stopped, above, charge, target, _, _ = tables
     nodes = value.shape[1]
@@ -84,7 +84,7 @@ def scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
 
 
 @compiled(inline="always", fastmath=REORDER)
-def tie(value):
+def _tie(value):
     return TIE_ABS + TIE_REL * abs(value)
 
 
@@ -172,7 +172,7 @@ def _descend(group, base, node, f, low, high, stride, q, before, after, tables, 
 
 
 @compiled(fastmath=REORDER)
-def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out, state):
+def _search(group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out, state):
     """Best row of one move at every node: every local minimum of the scan, in every regime, is followed down.
 
     `out`: (least value, control, entry of the lists) by node. `state`: [largest estimated error so far]. Ties go to the
@@ -206,14 +206,14 @@ def search(group, base, levels, regimes, stride, refine, coarse_q, tables, value
                             group, base + a * count, node, f, low, high, stride, q, before[node], after[node],
                             tables, value, flipped, level, levels,
                         )  # fmt: skip
-                    if q < best[node] - tie(best[node]) or best[node] == np.inf:
+                    if q < best[node] - _tie(best[node]) or best[node] == np.inf:
                         best[node], out_u[node], out_a[node] = q, u, a
                         state[0] = max(state[0], wrong)
                     out_q[node] = min(out_q[node], q)
 
 
 @compiled(fastmath=REORDER)
-def first_least(q, levels, out_q, out_u, out_a):
+def _first_least(q, levels, out_q, out_u, out_a):
     """Least row at every node where only the levels count; ties go to the first. Two passes that run along the nodes."""
     count, nodes = levels.size, out_q.size
     out_q[:] = q[0]
@@ -223,7 +223,7 @@ def first_least(q, levels, out_q, out_u, out_a):
             out_q[node] = min(out_q[node], line[node])
     limit, first = np.empty(nodes), np.zeros(nodes)
     for node in range(nodes):
-        limit[node] = out_q[node] + tie(out_q[node])
+        limit[node] = out_q[node] + _tie(out_q[node])
     for row in range(q.shape[0] - 1, -1, -1):
         line, number = q[row], float(row)
         for node in range(nodes):
@@ -248,9 +248,9 @@ def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, comp
         part = sums if complete else coarse_q[: scanned.size]
         for group in range(out_q.shape[1]):
             if not complete:
-                scan(group, scanned, tables, value, flipped, level, sums, use_dense, part)
+                _scan(group, scanned, tables, value, flipped, level, sums, use_dense, part)
             if not refine[move] and strides[move] == 1:
-                first_least(
+                _first_least(
                     part,
                     levels[level_at[move] : level_at[move + 1]],
                     out_q[move, group],
@@ -258,7 +258,7 @@ def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, comp
                     out_a[move, group],
                 )
                 continue
-            search(
+            _search(
                 group,
                 row_at[move],
                 levels[level_at[move] : level_at[move + 1]],
@@ -309,7 +309,7 @@ def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
                         fourth = q[e, node] if begin <= e <= end else np.inf
                         first = k - 1 - a * count
                         u, value, wrong = _vertex(levels, first, q[k - 1, node], value, q[k + 1, node], e - a * count, fourth)
-                    if value < best - tie(best) or (best == np.inf and value < np.inf):
+                    if value < best - _tie(best) or (best == np.inf and value < np.inf):
                         best, u_best, a_best = value, u, a
                         state[0] = max(state[0], wrong)
                     minimum = min(minimum, value)

@@ -6,7 +6,7 @@ Symbols as in `_kernels`.
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.sdp._solve.kernels import push, tie
+from sdpgrind.sdp._solve.kernels import _tie, push
 
 REORDER = {"contract", "nsz", "reassoc"}
 """What a sum may do for the sake of speed: another order, fused products; NaN and infinity stay (chosen)."""
@@ -34,15 +34,15 @@ def choose(stop_q, found, shared, out):
             chosen, second, going = -stops - 1, np.inf, -1
             for k in range(stops):
                 q = stop_q[k, mode, node]
-                if chosen == -stops - 1 and q <= low + tie(low) and q < np.inf:
+                if chosen == -stops - 1 and q <= low + _tie(low) and q < np.inf:
                     chosen = -1 - k
                 else:
                     second = min(second, q)
             for k in range(moves):
                 q = move_q[k, 0 if shared[k] else mode, node]
-                if going < 0 and q <= low_move + tie(low_move) and q < np.inf:
+                if going < 0 and q <= low_move + _tie(low_move) and q < np.inf:
                     going = k
-                if chosen == -stops - 1 and going == k and q <= low + tie(low):
+                if chosen == -stops - 1 and going == k and q <= low + _tie(low):
                     chosen = k
                 else:
                     second = min(second, q)

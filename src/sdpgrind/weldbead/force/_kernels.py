@@ -65,13 +65,13 @@ class ControlCore(NamedTuple):
 
 
 @compiled
-def play_step(position, played, half):
+def _play_step(position, played, half):
     """Follow `position` with play of half-width `half` (mm): what is driven moves only when it is pushed."""
     return min(max(played, position - half), position + half)
 
 
 @compiled
-def backlash_step(position, platform, half, touch):
+def _backlash_step(position, platform, half, touch):
     """Platform in a dead zone: pressed down to where the contact force ends (`touch`, mm) or to the lower flank."""
     moved = min(max(platform, position - half), position + half)
     return max(position - half, touch) if moved > touch else moved
@@ -95,8 +95,8 @@ def drive_step(state, command, core, touch):
             state[2] = lagged
     if not stuck:
         _slide(state, x, v, w, command, core)
-    state[3] = play_step(state[0], state[3], core.half_play)
-    state[4] = backlash_step(state[3], state[4], core.half_backlash, touch)
+    state[3] = _play_step(state[0], state[3], core.half_play)
+    state[4] = _backlash_step(state[3], state[4], core.half_backlash, touch)
     return state[4]
 
 
@@ -192,7 +192,7 @@ def control_step(core, state, work, force, demand, position):
 
 
 @compiled
-def contact_force(platform, surface, stiffness):
+def _contact_force(platform, surface, stiffness):
     """Force (N) of a stiff contact: none where the platform is below what it presses against."""
     return stiffness * max(0.0, platform - surface)
 
@@ -202,7 +202,7 @@ def plant_sample(command, drive, sensor, drive_core, sensor_core, surface, stiff
     """Advance drive, contact and sensor by one control sample; `surface` and `forces` have one entry a sub-step."""
     for j in range(surface.size):
         platform = drive_step(drive, command, drive_core, surface[j])
-        forces[j] = contact_force(platform, surface[j], stiffness)
+        forces[j] = _contact_force(platform, surface[j], stiffness)
         sensor_step(sensor, forces[j], sensor_core)
 
 

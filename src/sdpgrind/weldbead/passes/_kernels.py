@@ -61,7 +61,7 @@ class Step(NamedTuple):
 
 
 @compiled(inline="always")
-def torque_at(wind, core):
+def _torque_at(wind, core):
     """Torque of the spring (N mm); beyond the end of its table it goes on as straight as it came."""
     if wind <= 0.0:
         return 0.0
@@ -73,7 +73,7 @@ def torque_at(wind, core):
 
 
 @compiled(inline="always")
-def removal(torque, core):
+def _removal(torque, core):
     """Volume removed in a second (mm^3/s): what the power exceeds the idle power by, over the specific energy."""
     shaft = core.friction_ratio * torque
     power = shaft * (core.free_speed - core.speed_droop * shaft) / N_MM_S_PER_W
@@ -131,7 +131,9 @@ def swept(bead, core, state, step, wind, x, y, cut):
 def _excess(wind, share, carried, bead, core, state, step, path):
     """Volume in the way less what the step removes: falls as the disc winds up."""
     x, y, _ = tip(wind, step, core, state, path, bead)
-    return swept(bead, core, state, step, wind, x, y, False) - step.time * share * removal(torque_at(wind, core), core) - carried
+    return (
+        swept(bead, core, state, step, wind, x, y, False) - step.time * share * _removal(_torque_at(wind, core), core) - carried
+    )
 
 
 @compiled
@@ -167,7 +169,7 @@ def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
         else:
             at_low = 0.5 * at_low if side == -1 else at_low
             high, at_high, side = middle, value, -1
-            if value == 0.0 and removal(torque_at(middle, core), core) > 0.0:
+            if value == 0.0 and _removal(_torque_at(middle, core), core) > 0.0:
                 break
     return high, True
 
@@ -214,17 +216,17 @@ def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
     if free > 0.0:
         wind, found = _least_wind(share, carried, free - carried, most, bead, core, state, step, path)
     if not found:
-        wanted = carried + step.time * share * removal(torque_at(wind, core), core)
+        wanted = carried + step.time * share * _removal(_torque_at(wind, core), core)
         if not raise_disc:
-            return STALLED, 0.0, torque_at(wind, core), 0.0
+            return STALLED, 0.0, _torque_at(wind, core), 0.0
         higher = _raised(wind, wanted, bead, core, state, step, path)
     x, y, height = tip(wind, step, core, state, path, bead)
     volume = swept(bead, core, state, step, wind, x, y + higher, True)
     if core.grinding_ratio < np.inf and volume > 0.0:
         state[WEAR] += _worn(bead, core, state, step.relaxed_angle - wind, x, y + higher)
     state[WIND], state[TIP_X], state[TIP_Z] = wind, x, y + higher
-    torque = torque_at(wind, core)
-    state[RATE] = removal(torque, core)
+    torque = _torque_at(wind, core)
+    state[RATE] = _removal(torque, core)
     return DONE, volume, torque, height + higher
 
 

@@ -16,8 +16,8 @@ from sdpgrind.weldbead.passes._kernels import (
     TIP_X,
     TIP_Z,
     WIND,
-    removal,
-    torque_at,
+    _removal,
+    _torque_at,
 )
 
 _WALL = 1e-9
@@ -42,7 +42,7 @@ def _piece(start, end, above, below):
 
 
 @compiled
-def swept(px, pz, size, top, state, center, x, y, rise, cut, cut_x, cut_z):
+def _swept(px, pz, size, top, state, center, x, y, rise, cut, cut_x, cut_z):
     """Area (mm^2) between the polyline and the lower surface; where `cut`, its new points there, their number and patches."""
     old_x, old_y = state[TIP_X], state[TIP_Z]
     begin = min(old_x, x)
@@ -97,8 +97,8 @@ def _spliced(px, pz, size, cut_x, cut_z, points):
 def _excess(wind, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z):
     angle = relaxed - wind
     x, y = center - core.radius * np.cos(angle), height - core.radius * np.sin(angle)
-    area, _, _ = swept(px, pz, size, top, state, center, x, y, np.tan(angle), False, no_x, no_z)
-    return width * area - time * share * removal(torque_at(wind, core), core) - carried
+    area, _, _ = _swept(px, pz, size, top, state, center, x, y, np.tan(angle), False, no_x, no_z)
+    return width * area - time * share * _removal(_torque_at(wind, core), core) - carried
 
 
 @compiled
@@ -133,9 +133,9 @@ def grind(px, pz, size, width, core, center, height, relaxed, times, second_orde
         x, y = center[k] - core.radius * np.cos(angle), height[k] - core.radius * np.sin(angle)
         if k == 0:
             state[TIP_X], state[TIP_Z] = x, y
-            if swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0] > 0.0:
+            if _swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0] > 0.0:
                 return OVERLAPPING, 0, size
-        free = width * swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0]
+        free = width * _swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0]
         if second_order and state[RATE] > 0.0 and free >= 0.5 * time * state[RATE]:
             share, carried = 0.5, 0.5 * time * state[RATE]
         if free > carried:
@@ -147,11 +147,11 @@ def grind(px, pz, size, width, core, center, height, relaxed, times, second_orde
                 return STALLED, k, size
         angle = relaxed[k] - wind
         x, y = center[k] - core.radius * np.cos(angle), height[k] - core.radius * np.sin(angle)
-        area, points, patches = swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), True, cut_x, cut_z)
+        area, points, patches = _swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), True, cut_x, cut_z)
         if area > 0.0:
             size = _spliced(px, pz, size, cut_x, cut_z, points)
-        torque = torque_at(wind, core)
-        state[WIND], state[TIP_X], state[TIP_Z], state[RATE] = wind, x, y, removal(torque, core)
+        torque = _torque_at(wind, core)
+        state[WIND], state[TIP_X], state[TIP_Z], state[RATE] = wind, x, y, _removal(torque, core)
         state[PATCHES] = patches if area > 0.0 else 0
         row = out[k]
         row[0], row[1], row[2], row[3], row[4] = wind, torque, height[k], x, y
