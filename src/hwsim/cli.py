@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
 
+from hwsim.command._warm import add_warm
 from hwsim.command.base import add_to
 from sdpgrind import __version__
 
@@ -92,8 +93,10 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="hwsim", description="Run controllers on simulated machines.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     areas = parser.add_subparsers(title="areas", required=True, metavar="AREA")
-    for module in _AREAS:
-        add_to(areas, import_module(module).AREA)
+    known = [import_module(module).AREA for module in _AREAS]
+    for area in known:
+        add_to(areas, area)
+    add_warm(areas, {area.name: area for area in known}, parser.parse_args)
     return parser
 
 

@@ -8,5 +8,6 @@ from . import sdp as sdp
 from . import weldbead as weldbead
 from .base import units as units
 from .base.records import load as load
+from .base.warm import warm as warm
 
 __version__: str

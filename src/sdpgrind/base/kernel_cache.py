@@ -13,6 +13,7 @@ from typing import Any
 from numba.core import sigutils
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache, _Cache
 
+from sdpgrind.base.compile_line import listen
 from sdpgrind.base.kernel_digest import digest, digest_of_type
 from sdpgrind.base.warned import warn
 
@@ -42,14 +43,17 @@ class KernelCache(_Cache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the machine code for a signature, or None where there is none that is still right."""
+        found = None
         try:
-            return self._files().load_overload(sig, target_context)
-        except OSError:
-            return None
+            found = self._files().load_overload(sig, target_context)
         except (EOFError, pickle.UnpicklingError):  # a file that is torn
             with suppress(OSError):
-                self._files().flush()
-            return None
+                self.flush()
+        except OSError:
+            pass
+        if found is None:
+            listen()
+        return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the machine code for a signature."""

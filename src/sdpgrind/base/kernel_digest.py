@@ -100,14 +100,12 @@ def _piece(function: Any) -> tuple[bytes, tuple[Any, ...]]:
         return _pieces[function]
     plain = getattr(function, "py_func", function)
     called: list[Any] = []
-    options = sorted(getattr(function, "targetoptions", {}).items())
     named = list(_named(plain))
     where = plain.__globals__.get("__file__", "")
-    values = [
-        *((name, _text(value, called, where)) for name, value in named),
-        _text((plain.__defaults__, plain.__kwdefaults__), called, where),
-    ]
-    text = repr((repr(options), _code(plain.__code__, plain.__doc__), values)).encode()
+    options = sorted(getattr(function, "targetoptions", {}).items())
+    rest = options, plain.__defaults__, plain.__kwdefaults__
+    values = [*((name, _text(value, called, where)) for name, value in named), _text(rest, called, where)]
+    text = repr((_code(plain.__code__, plain.__doc__), values)).encode()
     piece = hashlib.sha256(text).digest(), tuple(called)
     if all(value is not _ABSENT for _, value in named):
         _pieces[function] = piece

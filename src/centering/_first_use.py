@@ -1,0 +1,17 @@
+"""What a first program does with a ring: `sdpgrind.warm` compiles what it needs."""
+
+import numpy as np
+
+import centering
+
+
+def first_use() -> None:
+    """Find a circle, reading by reading and at once, and push the ring."""
+    angle = np.radians(np.arange(120.0))
+    reading = 3.0 * np.cos(angle) + np.sqrt(60.0**2 - 9.0 * np.sin(angle) ** 2)  # mm
+    estimator = centering.GeometryEstimator(noise_sd=0.002)
+    for a, r in zip(angle, reading, strict=True):
+        estimator.update(angle=float(a), reading=float(r))
+    centering.identify((angle, reading), "circle")
+    problem = centering.preset("printed").replace(mass=0.8)
+    centering.plan_push(problem, offset=2.0, spindle_speed=2.0, push_speed=20.0).simulate()

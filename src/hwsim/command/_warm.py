@@ -1,0 +1,95 @@
+"""``hwsim warm``: compile what the first use of an area needs, its simulated machine included."""
+
+import argparse
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from hwsim.command.base import Area
+from sdpgrind.base.progress import Progress, silent
+
+INTERRUPTED = 130  # exit status
+_EVERY = 2.0  # s between lines in a pipe; chosen: work says what it does within two seconds
+
+
+def add_warm(subparsers: Any, areas: dict[str, Area], arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
+    """Add the command to the parser's subparsers; `arguments_of` reads the line of an area's own command."""
+    about = "compile what the first use of an area needs, once on a machine, so that it need not wait"
+    parser = subparsers.add_parser("warm", help=about, description=about.capitalize() + ".")
+    parser.add_argument("area", nargs="?", choices=list(areas), help="all areas by default")
+    parser.set_defaults(work=lambda arguments: work(areas, arguments.area, arguments_of))
+
+
+def work(areas: dict[str, Area], name: str | None, arguments_of: Callable[[list[str]], argparse.Namespace]) -> int:
+    """Warm one area, or all, and return the exit status."""
+    try:
+        for area in [areas[name]] if name is not None else areas.values():
+            with Teller() as tell:
+                text = _warmed(area, tell, arguments_of)
+            print(text, flush=True)
+    except KeyboardInterrupt:
+        print("hwsim: interrupted; what is compiled stays, and the same command goes on from here", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def _warmed(area: Area, tell: Progress, arguments_of: Callable[[list[str]], argparse.Namespace]) -> str:
+    begin = time.monotonic()
+    tell(0.0, f"{area.name}: first use")
+    from sdpgrind.base.compile_line import listener, told
+    from sdpgrind.base.warm import HOMES, first_use
+
+    before = listener.count
+    if area.name in HOMES:
+        first_use(area.name, tell)
+    with told(area.name, tell):
+        _one_part(area, arguments_of)
+    count, lasted = listener.count - before, time.monotonic() - begin
+    return f"{area.name}: compiled {count} kernels in {lasted:.0f} s" if count else f"{area.name}: compiled already"
+
+
+def _one_part(area: Area, arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
+    """Plan the area's first preset and work on one part of it."""
+    from hwsim._loop.loop.loop.loop import run
+
+    name = area.presets.replace(",", " ").split()[0]
+    arguments = arguments_of([area.name, "--preset", name])
+    job: Any = area.job_of(area.preset(name), arguments)
+    controller = job.controller(area.plan(job, arguments, silent))
+    run(job.stand, controller, parts=1, rng=0, adapt=area.adaptation(job, arguments))
+
+
+class Teller:
+    """Tell on standard error how far work is: one line on a terminal that is redrawn, in a pipe a line every two seconds."""
+
+    def __init__(self) -> None:
+        self._text = ""
+        self._terminal = sys.stderr.isatty()
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._repeat, daemon=True)
+
+    def __enter__(self) -> "Teller":
+        if not self._terminal:
+            self._thread.start()
+        return self
+
+    def __call__(self, share: float, text: str) -> None:
+        """Take note of a text."""
+        self._text = text
+        if self._terminal:
+            sys.stderr.write(f"\r\x1b[K{text}")
+            sys.stderr.flush()
+
+    def __exit__(self, *error: object) -> None:
+        self._ended.set()
+        if self._terminal:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()
+        else:
+            self._thread.join()
+
+    def _repeat(self) -> None:
+        while not self._ended.wait(_EVERY):
+            print(self._text, file=sys.stderr, flush=True)

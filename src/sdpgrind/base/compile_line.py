@@ -1,0 +1,119 @@
+"""What is being compiled, told while it is: numba compiles in silence, for up to half a minute at a first use.
+
+The total is the number of kernels that can be reached from those called so far; it grows when others are called.
+"""
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from numba.core.event import Listener, register
+
+from sdpgrind.base.kernel_digest import reached
+from sdpgrind.base.progress import Progress
+
+_PATIENCE = 2.0  # s of compiling before a terminal is told; chosen: work says what it does within two seconds
+
+
+class Compiling(Listener):
+    """Listens to numba's compiler and tells how far it is.
+
+    Parameters
+    ----------
+    clock : callable
+        Time, s.
+    """
+
+    def __init__(self, clock: Any = time.monotonic) -> None:
+        self.count = 0  # kernels compiled in this process
+        self.progress: Progress | None = None
+        self.area = ""
+        self._clock = clock
+        self._kernels: dict[Any, None] = {}
+        self._depth = 0  # kernels compile those that they call
+        self._begin = self._spent = 0.0
+
+    def on_start(self, event: Any) -> None:
+        """Note that a kernel begins."""
+        kernel = event.data["dispatcher"]
+        if self._depth == 0:
+            self._begin = self._clock()
+            self._kernels.update(dict.fromkeys(_compiled_apart(kernel)))
+        self._depth += 1
+        self._tell(kernel)
+
+    def on_end(self, event: Any) -> None:
+        """Note that a kernel is compiled, or cannot be."""
+        self._depth -= 1
+        self.count += 1
+        if self._depth == 0:
+            self._spent += self._clock() - self._begin
+            if self.progress is not None:
+                self.progress(1.0, f"{self.area}: first use")
+            elif self._shown:
+                sys.stderr.write("\r\x1b[K")
+                sys.stderr.flush()
+
+    def forget(self) -> None:
+        """Count anew."""
+        self._kernels.clear()
+
+    @property
+    def _shown(self) -> bool:
+        lasted = self._spent + (self._clock() - self._begin if self._depth else 0.0)
+        return self.progress is None and lasted > _PATIENCE and sys.stderr.isatty()
+
+    def _tell(self, kernel: Any) -> None:
+        if self.progress is None and not self._shown:
+            return
+        done, total = sum(bool(one.overloads) for one in self._kernels), len(self._kernels)
+        text = f"compiling {self.area or _area(kernel)}, once on this machine: {done} of {total}"
+        if self.progress is not None:
+            self.progress(done / max(total, 1), text)
+        else:
+            sys.stderr.write(f"\r\x1b[K{text}")
+            sys.stderr.flush()
+
+
+listener = Compiling()
+_listening: list[Compiling] = []
+
+
+def listen() -> None:
+    """Begin to listen, at the first kernel that is not on disk: a warm start costs nothing."""
+    if not _listening:
+        _listening.append(listener)
+        register("numba:compile", listener)
+
+
+@contextmanager
+def told(area: str, progress: Progress | None) -> Iterator[None]:
+    """Tell `progress` what is compiled in the block, as the work of `area`.
+
+    Parameters
+    ----------
+    area : str
+        Name in the text.
+    progress : callable or None
+        Called with the share done (0..1) and a text; None: a line on a terminal, after two seconds.
+    """
+    listener.area, listener.progress = area, progress
+    listener.forget()
+    try:
+        yield
+    finally:
+        listener.area, listener.progress = "", None
+
+
+def _compiled_apart(kernel: Any) -> list[Any]:
+    """Return the kernels that a kernel needs, itself included; one that is written into its callers is none."""
+    options = [(one, getattr(one, "targetoptions", None)) for one in reached(kernel)]
+    return [one for one, given in options if given is not None and given.get("inline", "never") == "never"]
+
+
+def _area(kernel: Any) -> str:
+    """Return the area that a kernel belongs to: ``sdpgrind.locus._trace`` is of locus."""
+    parts: list[str] = kernel.py_func.__module__.split(".")
+    return parts[1] if parts[0] == "sdpgrind" and len(parts) > 1 else parts[0]

@@ -1,0 +1,9 @@
+"""What a first program does with a motion: `sdpgrind.warm` compiles what it needs."""
+
+from sdpgrind.finishing._problem.problem.plan import plan
+from sdpgrind.finishing._problem.problem.presets import preset
+
+
+def first_use() -> None:
+    """Plan a motion over a small flat surface."""
+    plan(preset("specimen"))

@@ -1,0 +1,12 @@
+"""What a first program does with a plunge cycle: `sdpgrind.warm` compiles what it needs."""
+
+from sdpgrind.plunge._control.controller import CycleController
+from sdpgrind.plunge._model.model.presets import preset
+from sdpgrind.plunge._plan.plan.plan import plan
+
+
+def first_use() -> None:
+    """Plan a cycle and let its controller take a few samples."""
+    controller = CycleController(plan(preset("simulation")).problem)
+    for size in (0.0, 0.001, 0.003):  # mm
+        controller.step(size=size, grinding_power=100.0)
