@@ -159,6 +159,11 @@ def test_where_nothing_can_be_written_one_line_says_so(toy):
     assert "compiled kernels cannot be kept on disk (no folder can be written), so every process compiles" in told
 
 
+def test_what_was_typed_at_a_prompt_is_compiled_in_silence(toy):
+    text = "from sdpgrind.base.compiled import compiled\n@compiled\ndef twice(x):\n    return 2.0 * x\nprint(twice(4.0))"
+    assert run(toy, text) == ["8.0"]
+
+
 def test_a_folder_that_is_lost_later(toy):
     text = f"""
 import shutil, toy_caller

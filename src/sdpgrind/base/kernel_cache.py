@@ -79,9 +79,10 @@ class KernelCache(_Cache):
         if self._opened is None:
             try:
                 self._opened = _Files(self._kernel, self._number)
-            except RuntimeError:  # numba found no folder
+            except RuntimeError:  # numba found no folder; what was typed at a prompt has no file to keep it beside
                 self._opened = NullCache()
-                _warn_once("no folder can be written")
+                if Path(self._kernel.py_func.__code__.co_filename).is_file():
+                    _warn_once("no folder can be written")
         return self._opened
 
 
