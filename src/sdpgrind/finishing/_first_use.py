@@ -1,7 +1,7 @@
 """What a first program does with a motion: `sdpgrind.warm` compiles what it needs."""
 
-from sdpgrind.finishing._problem.problem.plan import plan
-from sdpgrind.finishing._problem.problem.presets import preset
+from sdpgrind.finishing._problem.plan import plan
+from sdpgrind.finishing._problem.presets import preset
 
 
 def first_use() -> None:

@@ -1,8 +1,8 @@
 """What a first program does with a plunge cycle: `sdpgrind.warm` compiles what it needs."""
 
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._model.model.presets import preset
-from sdpgrind.plunge._plan.plan.plan import plan
+from sdpgrind.plunge._model.presets import preset
+from sdpgrind.plunge._plan.plan import plan
 
 
 def first_use() -> None:
