@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from sdpgrind.base.compiled import opened
 from sdpgrind.identify import kernels
 
 FORGETTING = 0.98
@@ -39,8 +38,8 @@ def test_triangle_is_that_of_all_rows(seed, size, rhs):
     np.testing.assert_allclose(left, square, rtol=1e-10)
 
     out, inverse, work = np.empty(size), np.empty((size, size)), np.empty(size)
-    opened(kernels._solve)(array, out)
-    opened(kernels._inverse)(array, inverse)
+    kernels.solve(array, out)
+    kernels.inverse(array, inverse)
     scale = np.linalg.cond(information) * 1e-13
     np.testing.assert_allclose(out, value[:, 0], rtol=0, atol=scale * max(1, np.abs(value).max()))
     np.testing.assert_allclose(inverse, np.linalg.inv(information), rtol=0, atol=scale * np.abs(inverse).max())
@@ -52,10 +51,10 @@ def test_too_few_rows_are_said_to_be():
     array, _ = rotated(*drawn(0, 3, count=2))
     out, work = np.empty((3, 3)), np.empty(3)
     assert kernels.spread(array, np.array([0.3, 0.2, 1.0]), work) == np.inf
-    opened(kernels._inverse)(array, out)
+    kernels.inverse(array, out)
     np.testing.assert_array_equal(out, np.diag(np.full(3, np.inf)))
     value = np.empty(3)
-    opened(kernels._solve)(array, value)
+    kernels.solve(array, value)
     assert value[2] == 0
     assert np.all(np.isfinite(value))
 
@@ -93,7 +92,7 @@ def test_measure_conditions_a_normal_law(seed, size, noise):
     covariance, value = root @ root.T + 0.1 * np.eye(size), rng.normal(size=size)
     information = np.linalg.inv(covariance) + np.outer(row, row) / noise
     wanted = np.linalg.solve(information, np.linalg.solve(covariance, value) + row * 1.5 / noise)
-    opened(kernels._measure)(value, covariance, row, 1.5, noise, np.empty(size))
+    kernels.measure(value, covariance, row, 1.5, noise, np.empty(size))
     np.testing.assert_allclose(value, wanted, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(covariance, np.linalg.inv(information), rtol=1e-6, atol=1e-9)
 
@@ -130,12 +129,12 @@ def test_triangle_stays_definite_where_the_covariance_does_not():
     rows = barely_moving()
     array, value, inv_info, out = np.zeros((3, 4)), np.zeros(3), 1e3 * np.eye(3), np.empty((3, 3))
     _many_triangles(array, rows, ROWS, FORGETTING**0.5)
-    opened(kernels._inverse)(array, out)
+    kernels.inverse(array, out)
     assert np.all(np.isfinite(out))
     sd = np.sqrt(np.diag(out))
     assert np.linalg.eigvalsh(out / np.outer(sd, sd)).min() > -1e-15
     assert np.all(np.abs(np.diag(array)) > 0)  # R'R is definite whatever its rounding
-    opened(kernels._solve)(array, value)
+    kernels.solve(array, value)
     assert rows[0, :3] @ value == pytest.approx(rows[0, 3], abs=1e-4)
 
     _many_covariances(value, inv_info, rows, ROWS, FORGETTING)
@@ -156,5 +155,5 @@ def test_without_forgetting_at_rest_nothing_grows():
     at_rest = np.array([[1.0, np.cos(0.7), np.sin(0.7), 0.0]])
     array, out = np.hstack([np.eye(3) * 1e3**-0.5, np.zeros((3, 1))]), np.empty((3, 3))
     _many_triangles(array, at_rest, ROWS, 1.0)
-    opened(kernels._inverse)(array, out)
+    kernels.inverse(array, out)
     assert np.trace(out) == pytest.approx(2e3, rel=1e-3)

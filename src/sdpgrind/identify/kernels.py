@@ -46,7 +46,7 @@ def rotate(array, row):
 
 
 @compiled(error_model="numpy")
-def _solve(array, out):
+def solve(array, out):
     """Write the least-squares solution of the first right-hand side into `out`, shape (p,).
 
     A value whose pivot is 0 (the rows do not determine all values) is given 0.
@@ -78,7 +78,7 @@ def spread(array, row, work):
 
 
 @compiled(error_model="numpy")
-def _inverse(array, out):
+def inverse(array, out):
     """Write ``(R'R)^-1`` into `out`, shape (p, p); infinite on the diagonal, 0 beside it, where R is singular."""
     size = array.shape[0]
     for i in range(size - 1, -1, -1):
@@ -110,7 +110,7 @@ def _endless(out):
 
 
 @compiled(error_model="numpy")
-def _measure(value, covariance, row, target, noise_variance, gain):
+def measure(value, covariance, row, target, noise_variance, gain):
     """Take one reading ``target = row @ value + noise`` into a value and its covariance, in place (Kalman's correction).
 
     Parameters
@@ -152,7 +152,7 @@ def covariance_step(value, inv_info, row, target, forgetting, gain):
     `inv_info` is the inverse information, the covariance over the noise's variance, shape (p, p); `forgetting` the weight
     (0, 1] that the rows before keep, unit 1; the rest as in `measure`. Forgotten directions wind up: see `rotate`.
     """
-    _measure(value, inv_info, row, target, forgetting, gain)
+    measure(value, inv_info, row, target, forgetting, gain)
     if forgetting != 1.0:
         scale = 1.0 / forgetting
         for i in range(value.shape[0]):
@@ -199,6 +199,6 @@ def walk_step(value, covariance, known, walk, readings, rows, noise, innovation,
         if isnan(readings[k]):
             continue
         if innovation_sd[k] < inf:
-            _measure(value, covariance, rows[k], readings[k], noise[k], gain)
+            measure(value, covariance, rows[k], readings[k], noise[k], gain)
         else:
             value[k], covariance[k, k], known[k] = readings[k], noise[k], True

@@ -14,7 +14,7 @@ from math import cos, inf, nan, sin
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.identify.kernels import _measure, _solve, covariance_step, rotate
+from sdpgrind.identify.kernels import covariance_step, measure, rotate, solve
 
 RLS, PRLS, KALMAN = 0, 1, 2
 RADIUS, CENTER_X, CENTER_Y, SQUARES, COUNT, LOW, HIGH = range(7)
@@ -80,7 +80,7 @@ def _prls(state, angle, reading):
         _shortest(state)
     else:
         state[SQUARES] = state[_LEFT]
-        _solve(array, state[RADIUS : CENTER_Y + 1])
+        solve(array, state[RADIUS : CENTER_Y + 1])
 
 
 @compiled
@@ -125,7 +125,7 @@ def _kalman(state, settings, angle, reading):
         value[0], variance[0, 0] = reading, settings[1]
     else:
         variance[0, 0] += settings[0]
-        _measure(value, variance, state[_ONE : _ONE + 1], reading, settings[1], state[_GAIN : _GAIN + 1])
+        measure(value, variance, state[_ONE : _ONE + 1], reading, settings[1], state[_GAIN : _GAIN + 1])
     if value[0] > state[_MOST]:
         state[_MOST], state[_AT] = value[0], angle
     state[_LEAST] = min(state[_LEAST], value[0])
