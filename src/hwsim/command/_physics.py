@@ -30,7 +30,4 @@ def burning(table: Table) -> physics.BurningLimit:
 
 def flag(table: Table, key: str) -> bool:
     """True or false."""
-    value = table.take(key)
-    if not isinstance(value, bool):
-        raise ValueError(f"{table.path(key)} must be true or false; got {value!r}")
-    return value
+    return table.flag(key)

@@ -3,12 +3,13 @@
 import difflib
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
 from hwsim.command._quantities import quantity
+from sdpgrind.base.quantities import Spec, specs
 
 Made = TypeVar("Made")
 
@@ -73,6 +74,36 @@ class Table:
             where = f"[{self.name}] " if self.name else ""
             raise ValueError(f"{where}{error}") from None
 
+    def one(self, cls: type[Made], *given: Any) -> Made:
+        """A described class of the values in this table, after those that are `given`; a key that nobody took is refused."""
+        values = self.values(cls, skip=tuple(specs(cls))[: len(given)])
+        self.done()
+        return self.made(cls, *given, **values)
+
+    def values(self, cls: type, *, every: bool = True, skip: Iterable[str] = ()) -> dict[str, Any]:
+        """Values of a described class by its fields, those of `skip` left out; without `every`, none has to be there.
+
+        Arrays and what is declared as `custom` are left to the reader.
+        """
+        readable = {name: spec for name, spec in specs(cls).items() if name not in skip and spec.kind in _READ}
+        return {
+            name: _READ[spec.kind](self, name, spec)
+            for name, spec in readable.items()
+            if self.has(name) or (every and (spec.required or spec.kind == "law"))
+        }
+
+    def flag(self, key: str) -> bool:
+        """True or false."""
+        value = self.take(key)
+        if not isinstance(value, bool):
+            raise ValueError(f"{self.path(key)} must be true or false; got {value!r}")
+        return value
+
+    def law(self, key: str, classes: Mapping[str, type]) -> Any:
+        """The class that `key` names, of the values in this same table."""
+        cls = classes[self.text(key, classes)]
+        return self.made(cls, **self.values(cls))
+
     def done(self) -> None:
         """Refuse the first key that nobody asked for."""
         for key in self.entries:
@@ -80,6 +111,18 @@ class Table:
                 close = difflib.get_close_matches(key, self.known, 1)
                 meant = f"is {self.path(close[0])} meant?" if close else f"keys here are {', '.join(sorted(self.known))}"
                 raise ValueError(f"{self.path(key)} is not a key; {meant}")
+
+
+# How a field is read, by the kind of its declaration. A pure number may be given in percent, in no other unit.
+_READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
+    "number": lambda table, key, spec: table.number(key, "" if spec.unit in ("1", "relative") else spec.unit),
+    "count": lambda table, key, spec: table.take(key),
+    "text": lambda table, key, spec: table.take(key),
+    "choice": lambda table, key, spec: table.take(key),
+    "flag": lambda table, key, spec: table.flag(key),
+    "part": lambda table, key, spec: table.table(key).one(spec.made_of),
+    "law": lambda table, key, spec: table.law(key, spec.made_of),
+}
 
 
 def read(path: Path, make: Callable[[Table], Made]) -> Made:

@@ -25,7 +25,7 @@ def brief(thing: Any, units: Mapping[str, str] | None = None) -> str:
     for field in dataclasses.fields(thing):
         value = getattr(thing, field.name)
         if field.repr and not (field.default is not dataclasses.MISSING and value is field.default):
-            unit = units.get(field.name, "")
+            unit = units.get(field.name, "") if value is not None else ""
             shown.append(f"{field.name}={_text(value)} {unit if unit != '1' else ''}".rstrip())
     return f"{type(thing).__name__}({', '.join(shown)})"
 

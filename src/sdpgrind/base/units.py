@@ -12,6 +12,7 @@ Examples
 37000.0
 """
 
+from collections.abc import Callable
 from math import pi
 from numbers import Real
 from typing import TypeVar
@@ -19,7 +20,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["N_MM_S_PER_W", "deg", "hz", "inch", "m_per_s", "mm_per_min", "rpm", "um"]
+__all__ = ["N_MM_S_PER_W", "deg", "hz", "inch", "m", "m_per_s", "mm_per_min", "rpm", "um"]
 
 N_MM_S_PER_W = 1000.0
 """Power of a force in N at a speed in mm/s, or a torque in N mm at a speed in rad/s, for one W."""
@@ -68,3 +69,18 @@ def um(value: Quantity) -> Quantity:
 def inch(value: Quantity) -> Quantity:
     """Inches to mm."""
     return _numbers(value, "inches") * 25.4
+
+
+def m(value: Quantity) -> Quantity:
+    """Metres to mm."""
+    return _numbers(value, "m") * 1000.0
+
+
+CONVERSIONS: dict[str, tuple[tuple[Callable[[float], float], str], ...]] = {
+    "mm": ((m, "metres"), (inch, "inches"), (um, "micrometres")),
+    "mm/s": ((m_per_s, "m/s"), (mm_per_min, "mm/min"), (um, "um/s"), (inch, "in/s")),
+    "mm/s^2": ((m, "m/s^2"),),
+    "rad": ((deg, "degrees"),),
+    "rad/s": ((rpm, "rev/min"), (hz, "Hz"), (deg, "deg/s")),
+}
+"""Conversions to a unit of the library, each with the words for what it takes: an error names the one that was forgotten."""
