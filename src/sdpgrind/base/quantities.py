@@ -17,6 +17,7 @@ ValueError: radius must be in mm, some 90; units.m(...) for metres; got 0.085
 
 import dataclasses
 import math
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from types import NoneType
 from typing import Any, ClassVar, NamedTuple, TypeVar, dataclass_transform, get_args
@@ -32,6 +33,7 @@ from sdpgrind.base.stored import stored
 Made = TypeVar("Made")
 Check = Callable[[str, Any], Any]
 """From the name of a field and a value to the value that is kept; raises ValueError or TypeError."""
+_GREATEST = sys.float_info.max
 
 
 class Spec(NamedTuple):
@@ -79,11 +81,16 @@ def quantity(
     if type(options.get("default")) is int:
         options["default"] = float(options["default"])
     rules, written = _rules(above, at_least, below, at_most, hint), _written(unit)
+    least, most = max(low for _, low, _ in rules), min(high for _, _, high in rules)
+    if usual is not None:
+        least, most = max(least, usual[0]), min(most, usual[1])
 
     def check(name: str, value: Any) -> float:
+        if type(value) is float and least <= value <= most:
+            return value
         number = checks.number(name, value, written)
-        for rule, low, high, holds in rules:
-            if not holds(low, number, high):
+        for rule, low, high in rules:
+            if not low <= number <= high:
                 raise checks.refuse(name, rule, number, written)
         if usual is not None and typical and not usual[0] <= number <= usual[1]:
             raise ValueError(_of_another_unit(name, value, unit, usual, typical))
@@ -92,28 +99,21 @@ def quantity(
     return _field(Spec("number", check, unit), options)
 
 
-Rule = tuple[str, float, float, Callable[[float, float, float], bool]]
-
-
-def _rules(above: float | None, at_least: float | None, below: float | None, at_most: float | None, hint: str) -> list[Rule]:
-    """Words of each rule, its bounds, and whether a number lies between them."""
-    low = above if above is not None else at_least
-    high = below if below is not None else at_most
-    start, end = low if low is not None else -math.inf, high if high is not None else math.inf
-
-    def holds(low: float, number: float, high: float) -> bool:
-        enough = low < number if above is not None else low <= number
-        return enough and (number < high if below is not None else number <= high)
-
-    if low is not None and high is not None and not hint:
-        words = f"in {'[' if above is None else '('}{low:g}, {high:g}{']' if below is None else ')'}"
-        return [(words, start, end, holds)]
-    rules: list[Rule] = []
-    if low is not None:
-        words = f"{'>=' if above is None else '>'} {low:g}"
-        rules.append((words + hint * (low != 0), start, math.inf, holds))
-    if high is not None:
-        rules.append((f"{'<=' if below is None else '<'} {high:g}{hint}", -math.inf, end, holds))
+def _rules(
+    above: float | None, at_least: float | None, below: float | None, at_most: float | None, hint: str
+) -> list[tuple[str, float, float]]:
+    """Words of each rule, with the least and the greatest finite number that keeps it."""
+    least, opening = (at_least, "[") if above is None else (above, "(")
+    most, closing = (at_most, "]") if below is None else (below, ")")
+    low = -_GREATEST if least is None else least if above is None else math.nextafter(least, math.inf)
+    high = _GREATEST if most is None else most if below is None else math.nextafter(most, -math.inf)
+    if least is not None and most is not None and not hint:
+        return [(f"in {opening}{least:g}, {most:g}{closing}", low, high)]
+    rules = [("finite", -_GREATEST, _GREATEST)]
+    if least is not None:
+        rules.append((f"{'>=' if above is None else '>'} {least:g}{hint if least else ''}", low, _GREATEST))
+    if most is not None:
+        rules.append((f"{'<=' if below is None else '<'} {most:g}{hint}", -_GREATEST, high))
     return rules
 
 

@@ -1,6 +1,5 @@
 """Where the work burns: Malkin's law as Brown (1988) prints it, with its units made metric, and both depths where it begins."""
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -8,8 +7,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.physics._power import GrindingPower
 
 INCH = 25.4  # mm
@@ -54,9 +52,8 @@ def malkin_burn_coefficients() -> tuple[float, float]:
     return 9.0e5 * INCH_POUND / INCH**3, 4.1e4 * INCH_POUND / INCH**2
 
 
-@stored("physics.burning_limit")
-@dataclasses.dataclass(frozen=True)
-class BurningLimit(Frozen):
+@described("physics.burning_limit")
+class BurningLimit(Described):
     """Power at which the work burns: u0 v_w a + B (d_e a)^(1/4) v_w^(1/2) for each width, Malkin; Brown (1988), (4.3).
 
     Koren's (1989) (29) is the same with the exponent 1/4.
@@ -79,12 +76,8 @@ class BurningLimit(Frozen):
     52.0
     """
 
-    u0: float
-    B: float
-
-    def __post_init__(self) -> None:
-        checks.positive("u0", self.u0, "J/mm^3")
-        checks.positive("B", self.B, "J/(mm^2 s^(1/2))")
+    u0: float = quantity("J/mm^3", above=0)
+    B: float = quantity("J/(mm^2 s^(1/2))", above=0)
 
     @classmethod
     def published(cls) -> "BurningLimit":

@@ -1,18 +1,14 @@
 """Power of a wheel at the work in three parts: chips, ploughing and sliding. Numbers, arrays or symbols of CasADi."""
 
-import dataclasses
 from typing import Any
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, law, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
-from sdpgrind.physics._sliding import MalkinSliding, SlidingLaw
+from sdpgrind.physics._sliding import SLIDING, MalkinSliding, SlidingLaw
 
 
-@stored("physics.grinding_power")
-@dataclasses.dataclass(frozen=True)
-class GrindingPower(Frozen):
+@described("physics.grinding_power")
+class GrindingPower(Described):
     """Power of chips, ploughing and sliding: u v_w a + (f + sliding) v_s for each width, after Malkin; Brown (1988), (4.2).
 
     Parameters
@@ -38,14 +34,9 @@ class GrindingPower(Frozen):
     1778
     """
 
-    specific_energy: float = 13.8
-    ploughing_force: float = 0.962
-    sliding: SlidingLaw = dataclasses.field(default_factory=MalkinSliding)
-
-    def __post_init__(self) -> None:
-        checks.positive("specific_energy", self.specific_energy, "J/mm^3")
-        checks.nonnegative("ploughing_force", self.ploughing_force, "N/mm")
-        checks.able("sliding", self.sliding, "a sliding law, such as physics.DongSliding()", "force")
+    specific_energy: float = quantity("J/mm^3", above=0, default=13.8)
+    ploughing_force: float = quantity("N/mm", at_least=0, default=0.962)
+    sliding: SlidingLaw = law(SLIDING, "a sliding law, such as physics.DongSliding()", "force", default_factory=MalkinSliding)
 
     def power(
         self,

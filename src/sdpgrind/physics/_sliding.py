@@ -3,12 +3,10 @@
 Laws are written with operators alone, so that numbers, arrays and symbols of CasADi go through the same lines.
 """
 
-import dataclasses
+from collections.abc import Mapping
 from typing import Any, ClassVar, Protocol
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 
 
 class SlidingLaw(Protocol):
@@ -46,9 +44,8 @@ class SlidingLaw(Protocol):
         """
 
 
-@stored("physics.malkin_sliding")
-@dataclasses.dataclass(frozen=True)
-class MalkinSliding(Frozen):
+@described("physics.malkin_sliding")
+class MalkinSliding(Described):
     """Sliding force (c2 + c3 v_w/(v_s d_e)) (d_e a)^(1/2) A: Malkin, as Brown (1988) prints it in (4.2), with its units mended.
 
     A is the worn part of the wheel's surface, some 0.005 to 0.01. At equal power it is not the A of `DongSliding`.
@@ -74,12 +71,8 @@ class MalkinSliding(Frozen):
 
     areas: ClassVar[tuple[float, float]] = (0.0, 0.02)
     exponent: ClassVar[float] = 0.5
-    pressure: float = 7.55
-    curvature_pressure: float = 2.1e6
-
-    def __post_init__(self) -> None:
-        checks.nonnegative("pressure", self.pressure, "N/mm^2")
-        checks.nonnegative("curvature_pressure", self.curvature_pressure, "N/mm")
+    pressure: float = quantity("N/mm^2", at_least=0, default=7.55)
+    curvature_pressure: float = quantity("N/mm", at_least=0, default=2.1e6)
 
     def force(
         self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
@@ -101,9 +94,8 @@ class MalkinSliding(Frozen):
         return pressure * (equivalent_diameter * depth_of_cut) ** 0.5 * wear_flat_area
 
 
-@stored("physics.dong_sliding")
-@dataclasses.dataclass(frozen=True)
-class DongSliding(Frozen):
+@described("physics.dong_sliding")
+class DongSliding(Described):
     """Sliding force C (d_e a)^0.85 A: Dong, Danai and Malkin (2004), (6), for each width.
 
     The source prints 0.842 for a wheel of 9 mm and powers in kW. A is its effective wear flat area, some 0.01 to 0.04.
@@ -129,12 +121,8 @@ class DongSliding(Frozen):
     """
 
     areas: ClassVar[tuple[float, float]] = (0.0, 0.1)
-    coefficient: float = 842.0 / 9.0
-    exponent: float = 0.85
-
-    def __post_init__(self) -> None:
-        checks.positive("coefficient", self.coefficient, "N/mm^2.7")
-        checks.positive("exponent", self.exponent)
+    coefficient: float = quantity("N/mm^2.7", above=0, default=842.0 / 9.0)
+    exponent: float = quantity("1", above=0, default=0.85)
 
     def force(
         self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
@@ -153,3 +141,7 @@ class DongSliding(Frozen):
             Effective worn part of the wheel's surface, 0..1.
         """
         return self.coefficient * (equivalent_diameter * depth_of_cut) ** self.exponent * wear_flat_area
+
+
+SLIDING: Mapping[str, type] = {"dong": DongSliding, "malkin": MalkinSliding}
+"""Sliding laws by the names that files give them."""

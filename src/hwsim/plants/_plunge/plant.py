@@ -2,24 +2,22 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY
 from typing import TypeAlias
 
 import numpy as np
 
 from hwsim.plants._plunge.machine import PlungePart
 from sdpgrind.base import checks, stored
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, choice, described, flag, part, quantity
 from sdpgrind.plunge import CycleProblem, PlungeModel, kernels
 
 Truth: TypeAlias = PlungeModel | Callable[[np.random.Generator], PlungeModel] | None
-_NONNEGATIVE = {"contact_zero_sd": "mm", "power_lag": "s", "command_quantum": "mm"}
-_DYNAMICS = ("nonlinear", "first_order")
 _LONGEST = 10.0  # cycles at the final rate
 
 
-@dataclass(frozen=True)
-class GrinderNoise(Frozen):
+@described()
+class GrinderNoise(Described):
     """Noise of the gauges of a `PlungeGrinder`.
 
     Parameters
@@ -37,15 +35,11 @@ class GrinderNoise(Frozen):
     Examples
     --------
     >>> GrinderNoise(size_sd=0.001)  # mm
-    GrinderNoise(size_sd=0.001, power_sd=0.01)
+    GrinderNoise(size_sd=0.001 mm)
     """
 
-    size_sd: float = 0.0005
-    power_sd: float = 0.01
-
-    def __post_init__(self) -> None:
-        checks.nonnegative("size_sd", self.size_sd, "mm")
-        checks.within("power_sd", self.power_sd, 0.0, 0.5)
+    size_sd: float = quantity("mm", at_least=0, default=0.0005)
+    power_sd: float = quantity("1", at_least=0, at_most=0.5, default=0.01)
 
 
 def _written(problem: CycleProblem) -> dict[str, str]:
@@ -56,8 +50,8 @@ def _written(problem: CycleProblem) -> dict[str, str]:
         return {}
 
 
-@dataclass(frozen=True)
-class PlungeGrinder(Frozen):
+@described()
+class PlungeGrinder(Described):
     """A bore or a shaft under a plunge grinder: Dong, Danai and Malkin (2004), section 4.
 
     Once in a sample it reads ``size`` (mm of radial stock that is gone), ``grinding_power`` (W) and ``power_saturated`` (1 where
@@ -109,35 +103,19 @@ class PlungeGrinder(Frozen):
     (array([12.08]), array([0.]))
     """
 
-    problem: CycleProblem
+    problem: CycleProblem = part(CycleProblem, " (see plunge.preset)")
     _: KW_ONLY
-    truth: Truth = None
-    noise: GrinderNoise | None = field(default_factory=GrinderNoise)
-    dynamics: str = "nonlinear"
-    contact_zero_sd: float = 0.0
-    power_gain: float = 1.0
-    power_max: float = math.inf
-    power_lag: float = 0.0
-    size_offset: float = 0.0
-    size_delay: bool = False
-    command_quantum: float = 0.0
-    max_time: float | None = None
-
-    def __post_init__(self) -> None:
-        checks.kind("problem", self.problem, CycleProblem, " (see plunge.preset)")
-        checks.one_of("dynamics", self.dynamics, _DYNAMICS)
-        for name, unit in _NONNEGATIVE.items():
-            checks.nonnegative(name, getattr(self, name), unit)
-        checks.positive("power_gain", self.power_gain)
-        checks.number("size_offset", self.size_offset, "mm")
-        if self.power_max != math.inf:
-            checks.positive("power_max", self.power_max, "W")
-        if self.max_time is not None:
-            checks.positive("max_time", self.max_time, "s")
-        if self.noise is not None:
-            checks.kind("noise", self.noise, GrinderNoise)
-        if self.truth is not None and not callable(self.truth):
-            checks.kind("truth", self.truth, PlungeModel, ", a function of rng, or None")
+    truth: Truth = part(PlungeModel, ", a function of rng, or None", or_function=True, default=None)
+    noise: GrinderNoise | None = part(GrinderNoise, default_factory=GrinderNoise)
+    dynamics: str = choice("nonlinear", "first_order", default="nonlinear")
+    contact_zero_sd: float = quantity("mm", at_least=0, default=0.0)
+    power_gain: float = quantity("1", above=0, default=1.0)
+    power_max: float = quantity("W", above=0, default=math.inf)
+    power_lag: float = quantity("s", at_least=0, default=0.0)
+    size_offset: float = quantity("mm", default=0.0)
+    size_delay: bool = flag(default=False)
+    command_quantum: float = quantity("mm", at_least=0, usual=(0.0, 0.5), typical=0.001, default=0.0)
+    max_time: float | None = quantity("s", above=0, default=None)
 
     @property
     def measures(self) -> Mapping[str, str]:

@@ -2,26 +2,16 @@
 
 import dataclasses
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, choice, described, flag, part, quantity
 from sdpgrind.plunge._control.base import Sampled
 from sdpgrind.plunge._control.state import GAUGE, P_END, PRINTED, Law, final_rate, law_of
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _FORMS = {"p_end": P_END, "gauge": GAUGE, "printed": PRINTED}
-_NONNEGATIVE = {
-    "safety_margin": "mm",
-    "roundness_margin": "mm",
-    "size_sd": "mm",
-    "power_sd": "",
-    "contact_zero_sd": "mm",
-    "deflection_sd": "",
-    "sharpness_sd": "",
-}
 
 
-@dataclasses.dataclass(frozen=True)
-class CycleController(Sampled, Frozen):
+@described()
+class CycleController(Sampled, Described):
     """Full rate, then as fast as the damage still comes off, then spark-out: Dong, Danai and Malkin (2004), section 2.
 
     The structure is that of the fastest cycle (`plan`). Damage is that of the model; the stock is measured. Spark-out begins
@@ -70,32 +60,30 @@ class CycleController(Sampled, Frozen):
     {'command_rate': 0.0448, 'balancing': 0.0}
     """
 
-    problem: CycleProblem
-    safety_margin: float = 0.0
+    problem: CycleProblem = part(CycleProblem, " (see plunge.preset)")
+    safety_margin: float = quantity("mm", at_least=0, default=0.0)
     _: dataclasses.KW_ONLY
-    sparkout: str = "p_end"
-    online: bool | None = None
-    no_burn: bool = False
-    roundness_margin: float = 3e-5
-    observer_gain: float = 0.1
-    size_sd: float = 5e-4
-    power_sd: float = 0.01
-    contact_zero_sd: float = 0.01
-    deflection_sd: float = 0.1
-    sharpness_sd: float = 0.1
+    sparkout: str = choice(*_FORMS, default="p_end")
+    online: bool | None = flag(default=None)
+    no_burn: bool = flag(default=False)
+    roundness_margin: float = quantity("mm", at_least=0, default=3e-5)
+    observer_gain: float = quantity("1", above=0, at_most=1, default=0.1)
+    size_sd: float = quantity("mm", at_least=0, default=5e-4)
+    power_sd: float = quantity("1", at_least=0, default=0.01)
+    contact_zero_sd: float = quantity("mm", at_least=0, default=0.01)
+    deflection_sd: float = quantity("1", at_least=0, default=0.1)
+    sharpness_sd: float = quantity("1", at_least=0, default=0.1)
 
-    def __post_init__(self) -> None:
-        checks.kind("problem", self.problem, CycleProblem, " (see plunge.preset)")
-        checks.one_of("sparkout", self.sparkout, _FORMS)
-        for name, unit in _NONNEGATIVE.items():
-            checks.nonnegative(name, getattr(self, name), unit)
-        checks.within("size_sd", self.size_sd, 0.0, 0.1 * self.problem.stock, "mm")
-        checks.within("power_sd", self.power_sd, 0.0, 0.5)
-        if self.safety_margin >= self.problem.stock:
-            raise checks.refuse("safety_margin", f"< stock = {self.problem.stock:g}", self.safety_margin, "mm")
-        checks.share("observer_gain", self.observer_gain)
+    def _check(self) -> None:
+        stock = self.problem.stock
+        if self.size_sd > 0.1 * stock:
+            raise self._refused("size_sd", f"in [0, {0.1 * stock:g}]")
+        if self.power_sd > 0.5:
+            raise self._refused("power_sd", "in [0, 0.5]")
+        if self.safety_margin >= stock:
+            raise self._refused("safety_margin", f"< stock = {stock:g}")
         if self.online and not self._may_learn:
-            raise checks.refuse("online", "False with sparkout='printed' or a linear model", self.online)
+            raise self._refused("online", "False with sparkout='printed' or a linear model")
         final_rate(self.problem, self.roundness_margin)
 
     @property
@@ -113,12 +101,12 @@ class CycleController(Sampled, Frozen):
             form=_FORMS[self.sparkout],
             no_burn=self.no_burn,
             online=self._may_learn if self.online is None else self.online,
-            safety_margin=float(self.safety_margin),
-            gain=float(self.observer_gain),
-            size_sd=float(self.size_sd),
-            power_sd=float(self.power_sd),
-            zero_sd=float(self.contact_zero_sd),
-            scale_sd=float(self.deflection_sd),
-            sharpness_sd=float(self.sharpness_sd),
+            safety_margin=self.safety_margin,
+            gain=self.observer_gain,
+            size_sd=self.size_sd,
+            power_sd=self.power_sd,
+            zero_sd=self.contact_zero_sd,
+            scale_sd=self.deflection_sd,
+            sharpness_sd=self.sharpness_sd,
             growth=0.0 if model.wear is None else model.wear.growth / model.wear_flat_area,
         )

@@ -1,19 +1,16 @@
 """Roughness that a dressed wheel leaves, and how to dress it: Dong, Danai and Malkin (2004), (10)."""
 
-import dataclasses
 from math import pi, prod
 
 from sdpgrind import units
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 
 _METHODS = ("solved", "printed")
 
 
-@stored("plunge.roughness_law")
-@dataclasses.dataclass(frozen=True)
-class RoughnessLaw(Frozen):
+@described("plunge.roughness_law")
+class RoughnessLaw(Described):
     """Roughness R_a = R_0 s_d^x a_d^y (pi d_w v/v_s)^gamma of a wheel dressed with a lead s_d and a depth a_d.
 
     Lengths count in mm: pi d_w v/v_s, the thickness of the layer that passes the wheel, over a length of 1 mm. Dong, Danai and
@@ -43,15 +40,10 @@ class RoughnessLaw(Frozen):
     0.7
     """
 
-    roughness_scale: float = units.um(98.0)
-    lead_exponent: float = 0.5
-    depth_exponent: float = 0.25
-    layer_exponent: float = 0.3
-
-    def __post_init__(self) -> None:
-        checks.positive("roughness_scale", self.roughness_scale, "mm")
-        for name in ("lead_exponent", "depth_exponent", "layer_exponent"):
-            checks.positive(name, getattr(self, name), "1")
+    roughness_scale: float = quantity("mm", above=0, usual=(0.0, 10.0), typical=0.1, default=units.um(98.0))
+    lead_exponent: float = quantity("1", above=0, default=0.5)
+    depth_exponent: float = quantity("1", above=0, default=0.25)
+    layer_exponent: float = quantity("1", above=0, default=0.3)
 
     def roughness(
         self, dressing_lead: float, *, dressing_depth: float, infeed_rate: float, work_diameter: float, wheel_speed: float

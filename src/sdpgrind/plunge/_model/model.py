@@ -1,6 +1,6 @@
 """Plunge grinding of a bore or a shaft: power, burning, deflection and roundness as functions of the infeed rate."""
 
-import dataclasses
+import math
 from functools import cached_property
 from typing import Any
 
@@ -8,32 +8,18 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind import physics
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, flag, part, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._model.kernels import Core
 
-_POSITIVE = {
-    "wheel_diameter": "mm",
-    "work_diameter": "mm",
-    "width": "mm",
-    "wheel_speed": "mm/s",
-    "work_rotation": "rad/s",
-    "stiffness": "N/mm",
-    "normal_force_ratio": "1",
-    "diffusivity": "mm^2/s",
-    "roundness_gain": "1",
-}
 SLOWEST_WHEEL, FASTEST_WORK = 1000.0, 300.0  # mm/s and rad/s: beyond them another unit is meant
 
 
-@stored("plunge.wear")
-@dataclasses.dataclass(frozen=True)
-class Wear(Frozen):
+@described("plunge.wear")
+class Wear(Described):
     """How the wear flat area grows while a part is ground: dA/dq = growth (v/reference_rate)^exponent.
 
     Dong, Danai and Malkin (2004) let it grow in proportion to the stock: exponent 0.
@@ -58,23 +44,17 @@ class Wear(Frozen):
     0.0002
     """
 
-    growth: float
-    exponent: float = 0.0
-    reference_rate: float = 0.01
-
-    def __post_init__(self) -> None:
-        checks.nonnegative("growth", self.growth, "1/mm")
-        checks.nonnegative("exponent", self.exponent)
-        checks.positive("reference_rate", self.reference_rate, "mm/s")
+    growth: float = quantity("1/mm", at_least=0)
+    exponent: float = quantity("1", at_least=0, default=0.0)
+    reference_rate: float = quantity("mm/s", above=0, usual=(1e-4, 10.0), typical=0.01, default=0.01)
 
     def rate(self, infeed_rate: Any) -> Any:
         """Return by how much the area grows in a second, 1/s, at an infeed rate (mm/s)."""
         return self.growth * (infeed_rate / self.reference_rate) ** self.exponent * infeed_rate
 
 
-@stored("plunge.model")
-@dataclasses.dataclass(frozen=True)
-class PlungeModel(Frozen):
+@described("plunge.model")
+class PlungeModel(Described):
     """A wheel that is fed into a turning work, a machine that gives way, and heat that damages the surface.
 
     All infeeds, rates and depths are radial. Power is that of `physics.GrindingPower`; the work burns where it exceeds
@@ -129,43 +109,26 @@ class PlungeModel(Frozen):
     (0.0316, 0.008257)
     """
 
-    wheel_diameter: float
-    work_diameter: float
-    width: float
-    wheel_speed: float
-    work_rotation: float
-    wear_flat_area: float
-    stiffness: float
-    normal_force_ratio: float
-    power: physics.GrindingPower
-    burning: physics.BurningLimit
-    diffusivity: float
-    roundness_base: float
-    roundness_gain: float
-    internal: bool = True
-    wear: Wear | None = None
-    linear_time_constant: float | None = None
+    wheel_diameter: float = quantity("mm", above=0, usual=(1.0, 3000.0), typical=50)
+    work_diameter: float = quantity("mm", above=0, usual=(1.0, 10000.0), typical=70)
+    width: float = quantity("mm", above=0, usual=(0.1, 1000.0), typical=10)
+    wheel_speed: float = quantity("mm/s", above=0, usual=(SLOWEST_WHEEL, math.inf), typical=30000)
+    work_rotation: float = quantity("rad/s", above=0, usual=(0.0, FASTEST_WORK), typical=30)
+    wear_flat_area: float = quantity("1", above=0, at_most=1)
+    stiffness: float = quantity("N/mm", above=0)
+    normal_force_ratio: float = quantity("1", above=0)
+    power: physics.GrindingPower = part(physics.GrindingPower)
+    burning: physics.BurningLimit = part(physics.BurningLimit)
+    diffusivity: float = quantity("mm^2/s", above=0)
+    roundness_base: float = quantity("mm", at_least=0, usual=(0.0, 0.5), typical=0.002)
+    roundness_gain: float = quantity("1", above=0)
+    internal: bool = flag(default=True)
+    wear: Wear | None = part(Wear, default=None)
+    linear_time_constant: float | None = quantity("s", above=0, default=None)
 
-    def __post_init__(self) -> None:
-        if self.linear_time_constant is not None:
-            checks.positive("linear_time_constant", self.linear_time_constant, "s")
-        for name, unit in _POSITIVE.items():
-            checks.positive(name, getattr(self, name), unit)
-        checks.nonnegative("roundness_base", self.roundness_base, "mm")
-        checks.kind("power", self.power, physics.GrindingPower)
-        checks.kind("burning", self.burning, physics.BurningLimit)
-        checks.kind("internal", self.internal, bool)
-        if self.wear is not None:
-            checks.kind("wear", self.wear, Wear)
-        checks.share("wear_flat_area", self.wear_flat_area)
+    def _check(self) -> None:
         if self.internal and self.wheel_diameter >= self.work_diameter:
-            raise checks.refuse(
-                "wheel_diameter", f"< work_diameter = {self.work_diameter:g} in a bore", self.wheel_diameter, "mm"
-            )
-        if self.wheel_speed < SLOWEST_WHEEL:
-            raise ValueError(f"wheel_speed must be in mm/s, some 30000; units.m_per_s(...) for m/s; got {self.wheel_speed!r}")
-        if self.work_rotation > FASTEST_WORK:
-            raise ValueError(f"work_rotation must be in rad/s, some 30; units.rpm(...) for rev/min; got {self.work_rotation!r}")
+            raise self._refused("wheel_diameter", f"< work_diameter = {self.work_diameter:g} in a bore")
         self._warn_of_area()
 
     def _warn_of_area(self) -> None:

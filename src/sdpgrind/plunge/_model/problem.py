@@ -1,13 +1,11 @@
 """A plunge cycle to be planned: what is to be ground off, how fast the wheel may be fed, how round the part must be."""
 
-import dataclasses
 from collections.abc import Mapping
+from math import inf
 from typing import Self
 
 from sdpgrind.base import checks
-from sdpgrind.base.brief import brief
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, part, quantity, specs, valued
 from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
 from sdpgrind.plunge._model.model import PlungeModel
@@ -16,9 +14,8 @@ DEEPEST = 1.0
 """Depth of cut in a turn (mm) from which on another unit is meant."""
 
 
-@stored("plunge.cycle_problem")
-@dataclasses.dataclass(frozen=True, repr=False)
-class CycleProblem(Frozen):
+@described("plunge.cycle_problem")
+class CycleProblem(Described):
     """Grind off a stock in the least time, with no burned layer left and within the roundness.
 
     Parameters
@@ -52,23 +49,18 @@ class CycleProblem(Frozen):
     True
     """
 
-    model: PlungeModel
-    stock: float
-    command_rate_max: float
-    roundness_max: float
-    time_constant: float | None = None
-    sample_time: float = 0.04
+    model: PlungeModel = part(PlungeModel)
+    stock: float = quantity("mm", above=0, usual=(1e-3, inf), typical=0.3)
+    command_rate_max: float = quantity("mm/s", above=0, usual=(1e-4, inf), typical=0.05)
+    roundness_max: float = quantity("mm", usual=(-inf, 0.5), typical=0.003)
+    time_constant: float | None = quantity("s", above=0, default=None)
+    sample_time: float = quantity("s", above=0, default=0.04)
 
-    def __post_init__(self) -> None:
-        checks.kind("model", self.model, PlungeModel)
-        for name, unit in {"stock": "mm", "command_rate_max": "mm/s", "sample_time": "s"}.items():
-            checks.positive(name, getattr(self, name), unit)
+    def _check(self) -> None:
         self._refuse_other_units()
         base = self.model.roundness_base
-        if checks.number("roundness_max", self.roundness_max, "mm") <= base:
-            raise checks.refuse(
-                "roundness_max", f"> roundness_base = {base:g}: no rate is round enough", self.roundness_max, "mm"
-            )
+        if self.roundness_max <= base:
+            raise self._refused("roundness_max", f"> roundness_base = {base:g}: no rate is round enough")
         if self.model.burn_rate == 0.0:
             raise ValueError(
                 f"wear_flat_area must be less: the work burns at every infeed rate; got {self.model.wear_flat_area:g}, with B ="
@@ -81,13 +73,9 @@ class CycleProblem(Frozen):
             )
         if self.time_constant is None:
             object.__setattr__(self, "time_constant", self._secant())
-        longest = checks.positive("time_constant", self.time_constant, "s") / 4
+        longest = checks.positive("time_constant", self.time_constant) / 4
         if self.sample_time > longest:
-            raise checks.refuse("sample_time", f"<= time_constant/4 = {longest:.4g}", self.sample_time, "s")
-
-    def __repr__(self) -> str:
-        lengths = {"stock": "mm", "roundness_max": "mm", "command_rate_max": "mm/s"}
-        return brief(self, lengths | {"time_constant": "s", "sample_time": "s"})
+            raise self._refused("sample_time", f"<= time_constant/4 = {longest:.4g}")
 
     def _refuse_other_units(self) -> None:
         if self.stock >= self.model.work_diameter / 4:
@@ -109,9 +97,9 @@ class CycleProblem(Frozen):
     @property
     def job(self) -> Mapping[str, object]:
         """Part and machine, name -> (value, unit); nothing that is estimated."""
-        diameters = {name: (getattr(self.model, name), "mm") for name in ("wheel_diameter", "work_diameter", "width")}
-        rate = {"command_rate_max": (self.command_rate_max, "mm/s"), "work_rotation": (self.model.work_rotation, "rad/s")}
-        return {**diameters, **rate, "stock": (self.stock, "mm"), "sample_time": (self.sample_time, "s")}
+        diameters = valued(self.model, ("wheel_diameter", "work_diameter", "width"))
+        rates = valued(self, ("command_rate_max",)) | valued(self.model, ("work_rotation",))
+        return diameters | rates | valued(self, ("stock", "sample_time"))
 
     def updated(self, estimate: Estimate) -> Self:
         """Return the problem with what was measured: the loop from log back to model.
@@ -146,4 +134,4 @@ class CycleProblem(Frozen):
 
 def _fields_of_numbers() -> list[str]:
     """Fields of the model that hold one number each."""
-    return [field.name for field in dataclasses.fields(PlungeModel) if field.type in (float, float | None)]
+    return [name for name, spec in specs(PlungeModel).items() if spec.kind == "number"]

@@ -2,15 +2,14 @@
 
 import dataclasses
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, part, quantity
 from sdpgrind.plunge._control.base import Sampled
 from sdpgrind.plunge._control.state import Law, staged_law
 from sdpgrind.plunge._model.problem import CycleProblem
 
 
-@dataclasses.dataclass(frozen=True)
-class StagedController(Sampled, Frozen):
+@described()
+class StagedController(Sampled, Described):
     """A rough rate, a slower rate, spark-out: the cycle of an ordinary machine.
 
     Parameters
@@ -45,24 +44,23 @@ class StagedController(Sampled, Frozen):
     (0.09, 0.008)
     """
 
-    problem: CycleProblem
-    stage_remaining: float | None = None
-    stage_rate: float | None = None
+    problem: CycleProblem = part(CycleProblem, " (see plunge.preset)")
+    stage_remaining: float | None = quantity("mm", default=None)
+    stage_rate: float | None = quantity("mm/s", above=0, default=None)
     _: dataclasses.KW_ONLY
-    safety_margin: float = 0.001
-    rough_rate: float | None = None
-    final_rate: float | None = None
-    observer_gain: float = 0.1
-    size_sd: float = 5e-4
+    safety_margin: float = quantity("mm", default=0.001)
+    rough_rate: float | None = quantity("mm/s", above=0, default=None)
+    final_rate: float | None = quantity("mm/s", above=0, default=None)
+    observer_gain: float = quantity("1", above=0, at_most=1, default=0.1)
+    size_sd: float = quantity("mm", default=5e-4)
 
-    def __post_init__(self) -> None:
-        checks.kind("problem", self.problem, CycleProblem, " (see plunge.preset)")
-        for name, own in {"rough_rate": self.problem.command_rate_max, "final_rate": self.problem.final_rate}.items():
+    def _check(self) -> None:
+        stock, rate_max = self.problem.stock, self.problem.command_rate_max
+        for name, own in {"rough_rate": rate_max, "final_rate": self.problem.final_rate}.items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, own)
-            checks.positive(name, getattr(self, name), "mm/s")
-        checks.within("safety_margin", self.safety_margin, 0.0, 0.5 * self.problem.stock, "mm")
-        checks.within("rough_rate", self.rough_rate, 0.0, self.problem.command_rate_max, "mm/s")
+        self._check_within("safety_margin", 0.5 * stock)
+        self._check_within("rough_rate", rate_max)
         if (self.stage_remaining is None) != (self.stage_rate is None):
             raise ValueError("stage_remaining and stage_rate must both be given, or none")
         if self.stage_remaining is None or self.stage_rate is None:
@@ -72,15 +70,17 @@ class StagedController(Sampled, Frozen):
                 ("stage_remaining", "stage_rate"), fastest_stages(self.problem, self.safety_margin), strict=True
             ):
                 object.__setattr__(self, name, value)
-        checks.within("stage_remaining", self.stage_remaining, 0.0, self.problem.stock, "mm")
-        checks.positive("stage_rate", self.stage_rate, "mm/s")
-        checks.within("stage_rate", self.stage_rate, 0.0, self.problem.command_rate_max, "mm/s")
-        checks.share("observer_gain", self.observer_gain)
+        self._check_within("stage_remaining", stock)
+        self._check_within("stage_rate", rate_max)
+
+    def _check_within(self, name: str, most: float) -> None:
+        if not 0.0 <= getattr(self, name) <= most:
+            raise self._refused(name, f"in [0, {most:g}]")
 
     def _compiled(self) -> Law:
         assert self.stage_remaining is not None and self.stage_rate is not None
         assert self.rough_rate is not None and self.final_rate is not None
         return staged_law(self.problem, self.stage_remaining, self.stage_rate)._replace(
-            rough_rate=float(self.rough_rate), final_rate=float(self.final_rate),
-            gain=float(self.observer_gain), size_sd=float(self.size_sd),
+            rough_rate=self.rough_rate, final_rate=self.final_rate,
+            gain=self.observer_gain, size_sd=self.size_sd,
         )  # fmt: skip
