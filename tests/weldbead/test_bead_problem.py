@@ -273,7 +273,7 @@ MESSAGES = [
     (lambda: weldbead.PowerBurnLimit(-1.0), r"burn_coefficient must be > 0 \(W/\(mm/s\)\^\(1/2\)\); got -1.0"),
     (lambda: weldbead.MalkinBurnLimit(6.2, 7.2, 0.0), r"diameter must be > 0 \(mm\); got 0.0"),
     (lambda: weldbead.FinishCharge(-0.1), r"charge must be >= 0 \(\$\); got -0.1"),
-    (lambda: weldbead.FinishCharge(0.1, exponent=-1), r"exponent must be >= 0 \(1\); got -1.0"),
+    (lambda: weldbead.FinishCharge(0.1, exponent=-1), r"exponent must be >= 0; got -1.0"),
     (lambda: weldbead.FinishCharge(0.1, reference_rate=0), r"reference_rate must be > 0 \(mm/s\); got 0.0"),
     (lambda: P1.feed_rate(2.0), r"duration must be > reset_time, 2 s \(s\); got 2.0"),
     (lambda: P1.duration(0.0), r"feed_rate must be > 0 \(mm/s\); got 0.0"),

@@ -81,6 +81,6 @@ CONVERSIONS: dict[str, tuple[tuple[Callable[[float], float], str], ...]] = {
     "mm/s": ((m_per_s, "m/s"), (mm_per_min, "mm/min"), (um, "um/s"), (inch, "in/s")),
     "mm/s^2": ((m, "m/s^2"),),
     "rad": ((deg, "degrees"),),
-    "rad/s": ((rpm, "rev/min"), (hz, "Hz"), (deg, "deg/s")),
+    "rad/s": ((rpm, "rev/min"), (hz, "Hz")),
 }
 """Conversions to a unit of the library, each with the words for what it takes: an error names the one that was forgotten."""

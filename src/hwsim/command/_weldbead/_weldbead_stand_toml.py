@@ -12,15 +12,6 @@ from sdpgrind.base import checks
 from sdpgrind.weldbead import force, passes
 from sdpgrind.weldbead.kernels import CoefficientScatter, Motor
 
-PROCESS = {
-    "specific_energy": "J/mm^3",
-    "idle_power": "W",
-    "friction_ratio": "",
-    "disk_radius": "mm",
-    "free_speed": "rad/s",
-    "speed_droop": "rad/(s N mm)",
-    "bead_width": "mm",
-}
 _DISC = {"relaxed_angle": "rad", "rotational_stiffness": "N mm/rad"}
 _BEAD = {"wave": "mm", "wave_length": "mm"}
 _TABLE = {"runout": "mm", "lead_in": "mm", "lead_out": "mm"}
@@ -67,7 +58,7 @@ def _truth(
     problem: weldbead.SequenceProblem, table: Table, scatter: Scatters
 ) -> tuple[weldbead.GrindingProcess, weldbead.SequenceProblem | None]:
     """What the process really is, and the same with the scatter of the stand of one draw."""
-    process = table.made(problem.model.replace, **table.given(PROCESS))
+    process = table.made(problem.model.replace, **table.values(weldbead.GrindingProcess, every=False))
     drawn = scatter(table.table("scatter")) if table.has("scatter") else problem.scatter
     table.done()
     truth = table.made(problem.replace, scatter=drawn, model=process)

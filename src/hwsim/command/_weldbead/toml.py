@@ -6,24 +6,16 @@ unit. Every fault is one line that names the key.
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from hwsim.command._quantities import quantity
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.command._weldbead import _weldbead_jobs as jobs
-from hwsim.command._weldbead._weldbead_stand_toml import PROCESS, job_of
+from hwsim.command._weldbead._weldbead_stand_toml import job_of
 from sdpgrind import sdp, weldbead
+from sdpgrind.base.quantities import units_of
 
-_BEAD = {
-    "bead_length": "mm",
-    "reset_time": "s",
-    "force_max": "N",
-    "height_max": "mm",
-    "horizon": "s",
-    "stage": "s",
-}
-_OPTIONAL = {"pass_charge": "$", "min_cut": "mm", "late_window": "s"}
 _BurnLimit: TypeAlias = weldbead.ForceBurnLimit | weldbead.PowerBurnLimit | weldbead.MalkinBurnLimit
 
 
@@ -34,19 +26,15 @@ def read(path: Path, *, simple: bool = False) -> jobs.Job:
 
 
 def _problem(job: Table) -> weldbead.SequenceProblem:
-    process = job.table("process")
-    model = process.made(weldbead.GrindingProcess, **process.numbers(PROCESS))
-    process.done()
     return weldbead.SequenceProblem(
-        model,
-        **job.numbers(_BEAD),
-        durations=job.list_of("durations", "s"),
+        job.table("process").one(weldbead.GrindingProcess),
+        **job.values(weldbead.SequenceProblem),
+        durations=job.list_of("durations", units_of(weldbead.SequenceProblem)["durations"]),
         scatter=read_scatter(job.table("scatter")),
         burn_limit=_burn_limit(job.table("burn_limit")) if job.has("burn_limit") else None,
         height_charge=_height_charge(job.table("height_charge")),
         lateness_charge=_one_sided(job.table("lateness_charge"), "s") if job.has("lateness_charge") else None,
-        finish_charge=_finish_charge(job.table("finish_charge")) if job.has("finish_charge") else None,
-        **job.given(_OPTIONAL),
+        finish_charge=job.table("finish_charge").one(weldbead.FinishCharge) if job.has("finish_charge") else None,
     )
 
 
@@ -55,10 +43,9 @@ def read_scatter(table: Table) -> weldbead.Scatter:
     several = isinstance(names, list)
     sds = relative if isinstance(relative, list) else [relative]
     numbers = tuple(quantity(table.path("relative_sd"), value, "") for value in sds)
-    options: dict[str, Any] = {"law": table.take("law")} if table.has("law") else {}
+    options = table.values(weldbead.Scatter)
     if table.has("sample"):
         options["sample"] = tuple(quantity(table.path("sample"), value, "") for value in table.take("sample"))
-    options |= table.given({"bandwidth": ""})
     table.done()
     return table.made(weldbead.Scatter, tuple(names) if several else names, numbers if several else numbers[0], **options)
 
@@ -85,17 +72,10 @@ def _one_sided(table: Table, unit: str) -> sdp.OneSided:
     return table.made(make, table.number(named[0], rate_unit), **tolerance)
 
 
-def _finish_charge(table: Table) -> weldbead.FinishCharge:
-    numbers = table.given({"exponent": "", "reference_rate": "mm/s"})
-    charge = table.made(weldbead.FinishCharge, table.number("charge", "$"), **numbers)
-    table.done()
-    return charge
-
-
 def _burn_limit(table: Table) -> _BurnLimit:
     makers: dict[str, Callable[[Table], _BurnLimit]] = {
-        "force": lambda t: t.made(weldbead.ForceBurnLimit, t.number("burn_coefficient", "N/(mm/s)^(1/2)")),
-        "power": lambda t: t.made(weldbead.PowerBurnLimit, t.number("burn_coefficient", "W/(mm/s)^(1/2)")),
+        "force": lambda t: t.one(weldbead.ForceBurnLimit),
+        "power": lambda t: t.one(weldbead.PowerBurnLimit),
         "malkin": _malkin,
     }
     limit = makers[table.text("kind", makers)](table)
@@ -104,8 +84,6 @@ def _burn_limit(table: Table) -> _BurnLimit:
 
 
 def _malkin(table: Table) -> weldbead.MalkinBurnLimit:
-    diameter = table.number("diameter", "mm")
-    if not (table.has("u0") or table.has("B")):
-        return table.made(weldbead.MalkinBurnLimit.published, diameter)
-    numbers = table.number("u0", "J/mm^3"), table.number("B", "J/(mm^2 s^(1/2))"), diameter
-    return table.made(weldbead.MalkinBurnLimit, *numbers)
+    if table.has("u0") or table.has("B"):
+        return table.one(weldbead.MalkinBurnLimit)
+    return table.made(weldbead.MalkinBurnLimit.published, **table.values(weldbead.MalkinBurnLimit, skip=("u0", "B")))

@@ -1,6 +1,5 @@
 """Limits that keep the work from burning: each gives the interval of admissible normal force."""
 
-import dataclasses
 from collections.abc import Callable
 from typing import Protocol, Self
 
@@ -8,10 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind import physics
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 
@@ -28,9 +25,8 @@ class BurnLimit(Protocol):
         """Return what is left to the limit (N or W) of a process at a force (N) and a feed (mm/s); < 0: the work burns."""
 
 
-@stored("weldbead.force_burn_limit")
-@dataclasses.dataclass(frozen=True)
-class ForceBurnLimit(Frozen):
+@described("weldbead.force_burn_limit")
+class ForceBurnLimit(Described):
     """Normal force at most C_B sqrt(V): Brown (1988), (5.11).
 
     Parameters
@@ -51,10 +47,7 @@ class ForceBurnLimit(Frozen):
     (0.0, 32.0)
     """
 
-    burn_coefficient: float
-
-    def __post_init__(self) -> None:
-        _check(self, "burn_coefficient", "N/(mm/s)^(1/2)")
+    burn_coefficient: float = quantity("N/(mm/s)^(1/2)", above=0)
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return the least and greatest admissible normal force (N) of a process at a feed (mm/s)."""
@@ -66,9 +59,8 @@ class ForceBurnLimit(Frozen):
         return np.asarray(self.interval(process, feed_rate)[1] - np.asarray(normal_force, dtype=float))
 
 
-@stored("weldbead.power_burn_limit")
-@dataclasses.dataclass(frozen=True)
-class PowerBurnLimit(Frozen):
+@described("weldbead.power_burn_limit")
+class PowerBurnLimit(Described):
     """Power at the contact at most C sqrt(V), as Ivers has it; without droop the same as a limit of force.
 
     Parameters
@@ -88,10 +80,7 @@ class PowerBurnLimit(Frozen):
     32.0
     """
 
-    burn_coefficient: float
-
-    def __post_init__(self) -> None:
-        _check(self, "burn_coefficient", "W/(mm/s)^(1/2)")
+    burn_coefficient: float = quantity("W/(mm/s)^(1/2)", above=0)
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return the least and greatest admissible normal force (N) of a process at a feed (mm/s); inf: a weak drive."""
@@ -104,9 +93,8 @@ class PowerBurnLimit(Frozen):
         return np.asarray(allowed - process.grinding_power(normal_force))
 
 
-@stored("weldbead.malkin_burn_limit")
-@dataclasses.dataclass(frozen=True)
-class MalkinBurnLimit(Frozen):
+@described("weldbead.malkin_burn_limit")
+class MalkinBurnLimit(Described):
     """Energy for each area of work at most u0 d + B (D d)^(1/4) V^(-1/2), with d the mean cut: Brown (1988), (4.3).
 
     With an idle power the limit is broken by light cuts too (their contact is too short to carry that power away), so
@@ -134,13 +122,9 @@ class MalkinBurnLimit(Frozen):
     (1.5686, 269.88)
     """
 
-    u0: float
-    B: float
-    diameter: float
-
-    def __post_init__(self) -> None:
-        for name, unit in {"u0": "J/mm^3", "B": "J/(mm^2 s^(1/2))", "diameter": "mm"}.items():
-            _check(self, name, unit)
+    u0: float = quantity("J/mm^3", above=0)
+    B: float = quantity("J/(mm^2 s^(1/2))", above=0)
+    diameter: float = quantity("mm", above=0, usual=(5.0, 3000.0), typical=170)
 
     @classmethod
     def published(cls, diameter: float) -> Self:
@@ -187,7 +171,3 @@ def _beyond(surplus: Callable[[float], float]) -> float:
     while surplus(end) > 0:
         end *= 2
     return end
-
-
-def _check(limit: object, name: str, unit: str) -> None:
-    object.__setattr__(limit, name, checks.positive(name, getattr(limit, name), unit))

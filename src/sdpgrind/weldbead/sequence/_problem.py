@@ -1,6 +1,5 @@
 """The planning problem: a process with its limits, and what is charged for."""
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
@@ -10,8 +9,7 @@ import numpy.typing as npt
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Check, Described, custom, described, quantity, specs, valued
 from sdpgrind.base.warned import warn
 from sdpgrind.weldbead.sequence._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -21,9 +19,8 @@ BURN_LIMITS = (ForceBurnLimit, PowerBurnLimit, MalkinBurnLimit)
 Lateness = sdp.OneSided | Callable[[Floats], npt.ArrayLike]
 
 
-@stored("weldbead.finish_charge")
-@dataclasses.dataclass(frozen=True)
-class FinishCharge(Frozen):
+@described("weldbead.finish_charge")
+class FinishCharge(Described):
     """Charge ($) on the feed V of the last pass, the finish it leaves: charge (V/reference_rate)^exponent.
 
     Parameters
@@ -46,23 +43,34 @@ class FinishCharge(Frozen):
     0.2
     """
 
-    charge: float
-    exponent: float = 1.0
-    reference_rate: float = 1.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "charge", checks.nonnegative("charge", self.charge, "$"))
-        object.__setattr__(self, "exponent", checks.nonnegative("exponent", self.exponent, "1"))
-        object.__setattr__(self, "reference_rate", checks.positive("reference_rate", self.reference_rate, "mm/s"))
+    charge: float = quantity("$", at_least=0)
+    exponent: float = quantity("1", at_least=0, default=1.0)
+    reference_rate: float = quantity("mm/s", above=0, usual=(0.05, 500.0), typical=10, default=1.0)
 
     def __call__(self, feed_rate: npt.ArrayLike) -> Floats:
         """Return the charge ($) at a feed (mm/s)."""
         return np.asarray(self.charge * (np.asarray(feed_rate, dtype=float) / self.reference_rate) ** self.exponent)
 
 
-@stored("weldbead.problem")
-@dataclasses.dataclass(frozen=True)
-class SequenceProblem(Frozen):
+def _of(*kinds: type) -> Check:
+    """Check of a field that is an object of one of several classes."""
+
+    def check(name: str, value: Any) -> Any:
+        if not isinstance(value, kinds):
+            raise TypeError(f"{name} must be {' or '.join(kind.__name__ for kind in kinds)}; got {value!r}")
+        return value
+
+    return check
+
+
+def _lateness(name: str, value: Any) -> Any:
+    if not callable(value):
+        raise TypeError(f"{name} must be a one-sided charge, a function or None; got {value!r}")
+    return value
+
+
+@described("weldbead.problem")
+class SequenceProblem(Described):
     """Grind a bead away in passes before a deadline, at least expected charge: Brown (1988), chapter 5.
 
     Parameters
@@ -118,52 +126,36 @@ class SequenceProblem(Frozen):
     (7.8431, 50.0)
     """
 
-    model: GrindingProcess
-    bead_length: float
-    reset_time: float
-    durations: Sequence[float]
-    force_max: float
-    burn_limit: ForceBurnLimit | PowerBurnLimit | MalkinBurnLimit | None
-    scatter: Scatter
-    height_max: float
-    horizon: float
-    stage: float
-    height_charge: sdp.Charge
-    lateness_charge: Lateness | None = None
-    finish_charge: FinishCharge | None = None
-    pass_charge: float = 0.0
-    min_cut: float = 0.0
-    late_window: float | None = None
+    model: GrindingProcess = custom(_of(GrindingProcess))
+    bead_length: float = quantity("mm", above=0, usual=(1.0, 10000.0), typical=150)
+    reset_time: float = quantity("s", at_least=0)
+    durations: Sequence[float] = custom(unit="s")
+    force_max: float = quantity("N", above=0)
+    burn_limit: ForceBurnLimit | PowerBurnLimit | MalkinBurnLimit | None = custom(_of(*BURN_LIMITS))
+    scatter: Scatter = custom(_of(Scatter))
+    height_max: float = quantity("mm", above=0, usual=(0.01, 200.0), typical=2)
+    horizon: float = quantity("s", at_least=0)
+    stage: float = quantity("s", above=0)
+    height_charge: sdp.Charge = custom(_of(sdp.Charge))
+    lateness_charge: Lateness | None = custom(_lateness, default=None)
+    finish_charge: FinishCharge | None = custom(_of(FinishCharge), default=None)
+    pass_charge: float = quantity("$", at_least=0, default=0.0)
+    min_cut: float = quantity("mm", at_least=0, usual=(0.0, 20.0), typical=0.1, default=0.0)
+    late_window: float | None = quantity("s", at_least=0, default=None)
 
-    def __post_init__(self) -> None:
-        self._check_kinds()
+    def _check(self) -> None:
         if self.scatter.total > 1:
             warn(
                 f"scatter.relative_sd is {self.scatter.total:.4g}, a share of the mean (1): divide by 100 where percent is meant"
             )
-        for name, unit in {"bead_length": "mm", "force_max": "N", "height_max": "mm", "stage": "s"}.items():
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
-        for name, unit in {"reset_time": "s", "pass_charge": "$", "min_cut": "mm"}.items():
-            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), unit))
-        object.__setattr__(self, "horizon", _multiple("horizon", self.horizon, self.stage))
+        _multiple("horizon", self.horizon, self.stage)
         self._check_durations()
         self._check_charges()
         self._check_force()
 
-    def _check_kinds(self) -> None:
-        _kind("model", self.model, (GrindingProcess,))
-        _kind("scatter", self.scatter, (Scatter,))
-        _kind("height_charge", self.height_charge, (sdp.Charge,))
-        if self.burn_limit is not None:
-            _kind("burn_limit", self.burn_limit, BURN_LIMITS)
-        if self.finish_charge is not None:
-            _kind("finish_charge", self.finish_charge, (FinishCharge,))
-        if self.lateness_charge is not None and not callable(self.lateness_charge):
-            raise TypeError(f"lateness_charge must be a one-sided charge, a function or None; got {self.lateness_charge!r}")
-
     def _check_durations(self) -> None:
         if isinstance(self.durations, str) or not len(self.durations):
-            raise checks.refuse("durations", "at least one number", self.durations, "s")
+            raise self._refused("durations", "at least one number")
         durations = tuple(_multiple(f"durations[{k}]", value, self.stage) for k, value in enumerate(self.durations))
         for k, value in enumerate(durations):
             if value <= self.reset_time:
@@ -183,7 +175,7 @@ class SequenceProblem(Frozen):
         if self.late_window is not None:
             if late is None:
                 raise ValueError(f"late_window must be None without a lateness_charge (s); got {self.late_window!r}")
-            object.__setattr__(self, "late_window", _multiple("late_window", self.late_window, self.stage))
+            _multiple("late_window", self.late_window, self.stage)
         elif late is not None and not (isinstance(late, sdp.OneSided) and late.convex):
             raise ValueError(f"late_window must be given with a lateness_charge that is not convex (s); got {late!r}")
         if late is not None and not isinstance(late, sdp.OneSided):
@@ -205,14 +197,9 @@ class SequenceProblem(Frozen):
     @property
     def job(self) -> Mapping[str, object]:
         """Part and machine that a plan is for: name -> (value, unit), and the burn limit; nothing that is estimated."""
-        return {
-            "bead_length": (self.bead_length, "mm"),
-            "bead_width": (float(self.model.bead_width), "mm"),
-            "disk_radius": (float(self.model.disk_radius), "mm"),
-            "reset_time": (self.reset_time, "s"),
-            "force_max": (self.force_max, "N"),
-            "burn_limit": self.burn_limit,
-        }
+        disc = valued(self.model, ("bead_width", "disk_radius"))
+        limits = valued(self, ("reset_time", "force_max"))
+        return valued(self, ("bead_length",)) | disc | limits | {"burn_limit": self.burn_limit}
 
     @property
     def _mean_model(self) -> GrindingProcess:
@@ -275,7 +262,7 @@ class SequenceProblem(Frozen):
             raise TypeError(f"estimate must be what weldbead.identify gives, or a Scatter; got {estimate!r}")
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
-        known = [field.name for field in dataclasses.fields(self.model)]
+        known = list(specs(GrindingProcess))
         for name in estimate.names:
             checks.one_of("estimate.names", name, known)
         return self.replace(model=self.model.replace(**{name: estimate[name] for name in estimate.names}))
@@ -286,8 +273,3 @@ def _multiple(name: str, value: object, stage: float) -> float:
     if abs(number - round(number / stage) * stage) > 1e-9 * max(stage, number):
         raise checks.refuse(name, f"a multiple of the stage, {stage:g} s", number, "s")
     return number
-
-
-def _kind(name: str, value: object, kinds: tuple[type, ...]) -> None:
-    if not isinstance(value, kinds):
-        raise TypeError(f"{name} must be {' or '.join(kind.__name__ for kind in kinds)}; got {value!r}")

@@ -1,27 +1,14 @@
 """The static cut: what a disc pressed on a bead and fed along it removes on average."""
 
-import dataclasses
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind import physics
-from sdpgrind.base import checks
-from sdpgrind.base.brief import brief
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
-
-_POSITIVE = {
-    "specific_energy": "J/mm^3",
-    "friction_ratio": "1",
-    "disk_radius": "mm",
-    "free_speed": "rad/s",
-    "bead_width": "mm",
-}
-_NONNEGATIVE = {"idle_power": "W", "speed_droop": "rad/(s N mm)"}
 
 
 class Coefficients(NamedTuple):
@@ -32,9 +19,8 @@ class Coefficients(NamedTuple):
     C3: float
 
 
-@stored("weldbead.process")
-@dataclasses.dataclass(frozen=True, repr=False)
-class GrindingProcess(Frozen):
+@described("weldbead.process")
+class GrindingProcess(Described):
     """Grinding a bead with a disc: Brown (1988), (4.4) to (4.8), in J, W, N, mm, s.
 
     The power at the contact is 1e-3 mu R F (omega0 - beta mu R F) W; what exceeds the idle power removes metal.
@@ -68,22 +54,13 @@ class GrindingProcess(Frozen):
     0.344
     """
 
-    specific_energy: float
-    idle_power: float
-    friction_ratio: float
-    disk_radius: float
-    free_speed: float
-    speed_droop: float
-    bead_width: float
-
-    def __post_init__(self) -> None:
-        for name, unit in _POSITIVE.items():
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
-        for name, unit in _NONNEGATIVE.items():
-            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), unit))
-
-    def __repr__(self) -> str:
-        return brief(self, _POSITIVE | _NONNEGATIVE)
+    specific_energy: float = quantity("J/mm^3", above=0)
+    idle_power: float = quantity("W", at_least=0)
+    friction_ratio: float = quantity("1", above=0)
+    disk_radius: float = quantity("mm", above=0, usual=(5.0, 1000.0), typical=90)
+    free_speed: float = quantity("rad/s", above=0, usual=(10.0, 5000.0), typical=500)
+    speed_droop: float = quantity("rad/(s N mm)", at_least=0)
+    bead_width: float = quantity("mm", above=0, usual=(0.5, 500.0), typical=12)
 
     def _torque(self, normal_force: npt.ArrayLike) -> Floats:
         force = np.asarray(normal_force, dtype=float)

@@ -1,6 +1,5 @@
 """How much the depth of a pass scatters, and by which law, when one coefficient of the process is random."""
 
-import dataclasses
 from functools import lru_cache
 from math import sqrt
 
@@ -10,10 +9,8 @@ from scipy.optimize import brentq
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
-from sdpgrind.base.brief import brief
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, choice, custom, described, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
@@ -21,9 +18,8 @@ ATTRIBUTIONS = ("C1", "K1", "K2", "mu")
 LAWS = ("rayleigh", "lognormal", "normal", "empirical")
 
 
-@stored("weldbead.scatter")
-@dataclasses.dataclass(frozen=True, repr=False)
-class Scatter(Frozen):
+@described("weldbead.scatter")
+class Scatter(Described):
     """Random depth of a pass: which coefficient is random, by how much, and the law of the depth.
 
     Standard deviation of the depth, with r the relative one of the coefficient, m the mean depth, Pi the power and b
@@ -64,14 +60,13 @@ class Scatter(Frozen):
     (0.344, 0.0612)
     """
 
-    attribution: str | tuple[str, ...]
-    relative_sd: float | tuple[float, ...]
-    law: str = "rayleigh"
-    sample: tuple[float, ...] | None = None
-    bandwidth: float = 0.0
+    attribution: str | tuple[str, ...] = custom()
+    relative_sd: float | tuple[float, ...] = custom(unit="1")
+    law: str = choice(*LAWS, default="rayleigh")
+    sample: tuple[float, ...] | None = custom(unit="1", default=None)
+    bandwidth: float = quantity("1", default=0.0)
 
-    def __post_init__(self) -> None:
-        checks.one_of("law", self.law, LAWS)
+    def _check(self) -> None:
         names = checks.unique("attribution", self._sources)
         for name in names:
             checks.one_of("attribution", name, ATTRIBUTIONS)
@@ -79,16 +74,13 @@ class Scatter(Frozen):
         given = self.relative_sd if several else (self.relative_sd,)
         if not isinstance(given, tuple | list) or len(given) != len(names) or not names:
             raise ValueError(f"relative_sd must be one number (1) for each of {self.attribution!r}; got {self.relative_sd!r}")
-        values = tuple(checks.nonnegative("relative_sd", value, "1") for value in given)
+        values = tuple(checks.nonnegative("relative_sd", value) for value in given)
         object.__setattr__(self, "attribution", names if several else self.attribution)
         object.__setattr__(self, "relative_sd", values if several else values[0])
         if self.law == "normal" and self.total > 0.5:
             together = ", the root of the sum of squares" if several else ""
-            raise checks.refuse("relative_sd", f"<= 0.5 with a normal law{together}", self.total, "1")
+            raise self._refused("relative_sd", f"<= 0.5 with a normal law{together}", self.total)
         self._check_sample()
-
-    def __repr__(self) -> str:
-        return brief(self)
 
     def _check_sample(self) -> None:
         if self.law != "empirical":

@@ -1,0 +1,40 @@
+"""What was typed in another unit is refused, and the message names the conversion that was forgotten."""
+
+import pytest
+
+from sdpgrind import plunge, weldbead
+
+CYCLE = plunge.preset("simulation")
+PROCESS = weldbead.preset("P1").model
+BEAD = weldbead.preset("P1")
+MALKIN = weldbead.MalkinBurnLimit.published(diameter=170.0)
+
+CALLS = [
+    (CYCLE, {"wheel_diameter": 0.05}, "mm, some 50; units.m(...) for metres; got 0.05"),
+    (CYCLE, {"work_diameter": 0.07}, "mm, some 70; units.m(...) for metres; got 0.07"),
+    (CYCLE, {"width": 0.009}, "mm, some 10; units.m(...) for metres; got 0.009"),
+    (CYCLE, {"wheel_speed": 37}, "mm/s, some 30000; units.m_per_s(...) for m/s; got 37"),
+    (CYCLE, {"work_rotation": 1200.0}, "rad/s, some 30; units.rpm(...) for rev/min; got 1200.0"),
+    (CYCLE, {"roundness_base": 1.59}, "mm, some 0.002; units.um(...) for micrometres; got 1.59"),
+    (CYCLE, {"roundness_max": 3.0}, "mm, some 0.003; units.um(...) for micrometres; got 3.0"),
+    (CYCLE, {"stock": 0.000282}, "mm, some 0.3; units.m(...) for metres; got 0.000282"),
+    (CYCLE, {"command_rate_max": 4.48e-5}, "mm/s, some 0.05; units.m_per_s(...) for m/s; got 4.48e-05"),
+    (plunge.RoughnessLaw(), {"roughness_scale": 98}, "mm, some 0.1; units.um(...) for micrometres; got 98"),
+    (plunge.Wear(0.02), {"reference_rate": 1e-5}, "mm/s, some 0.01; units.m_per_s(...) for m/s; got 1e-05"),
+    (PROCESS, {"disk_radius": 0.09}, "mm, some 90; units.m(...) for metres; got 0.09"),
+    (PROCESS, {"disk_radius": 3.5}, "mm, some 90; units.inch(...) for inches; got 3.5"),
+    (PROCESS, {"free_speed": 8500}, "rad/s, some 500; units.rpm(...) for rev/min; got 8500"),
+    (PROCESS, {"bead_width": 0.0125}, "mm, some 12; units.m(...) for metres; got 0.0125"),
+    (BEAD, {"bead_length": 0.15}, "mm, some 150; units.m(...) for metres; got 0.15"),
+    (BEAD, {"height_max": 0.002}, "mm, some 2; units.m(...) for metres; got 0.002"),
+    (BEAD, {"min_cut": 50}, "mm, some 0.1; units.um(...) for micrometres; got 50"),
+    (MALKIN, {"diameter": 0.17}, "mm, some 170; units.m(...) for metres; got 0.17"),
+    (weldbead.FinishCharge(1.0), {"reference_rate": 750}, "mm/s, some 10; units.mm_per_min(...) for mm/min; got 750"),
+]
+
+
+@pytest.mark.parametrize(("thing", "change", "told"), CALLS, ids=[next(iter(change)) for _, change, _ in CALLS])
+def test_the_conversion_is_named(thing, change, told):
+    with pytest.raises(ValueError) as refused:
+        thing.replace(**change)
+    assert str(refused.value) == f"{next(iter(change))} must be in {told}"
