@@ -52,7 +52,7 @@ def _warmed(area: Area, tell: Progress, arguments_of: Callable[[list[str]], argp
 
 def _one_part(area: Area, arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
     """Plan the area's first preset and work on one part of it."""
-    from hwsim._loop.loop.loop.loop import run
+    from hwsim._loop.loop import run
 
     name = area.presets.replace(",", " ").split()[0]
     arguments = arguments_of([area.name, "--preset", name])
