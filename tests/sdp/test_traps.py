@@ -94,7 +94,7 @@ def test_trap_4_a_small_problem_is_not_compiled(monkeypatch):
     def fail(*_):
         raise AssertionError("compiled")
 
-    monkeypatch.setattr("sdpgrind.sdp._transitions.compiled.expect", fail)
+    monkeypatch.setattr("sdpgrind.sdp._transitions.step_kernels.expect", fail)
     step = sdp.Sampled(halve, {"n": sdp.Discrete([-0.1, 0.1])})
     move = sdp.Move("go", {"f": [0.5, 0.8]}, step, charge=1.0)
     axis = sdp.Axis("x", 0.01, 1.0, 21, scale="log", below=0.0, above="hold")

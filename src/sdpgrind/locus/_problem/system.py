@@ -1,5 +1,6 @@
 """A problem as expressions: what it costs and what limits it, with exact derivatives, as tapes that compiled code runs."""
 
+import math
 import warnings
 from functools import cache, cached_property
 from types import SimpleNamespace
@@ -152,7 +153,7 @@ class System:
         part = slice(first, first + q.shape[-1])
         low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
         safe = np.where(logarithmic, low, 1.0)
-        grow = np.log(np.where(logarithmic, high, np.e) / safe)
+        grow = np.log(np.where(logarithmic, high, math.e) / safe)
         slopes: Floats = np.where(logarithmic, self.unscaled(q, first) * grow, high - low)
         return slopes
 

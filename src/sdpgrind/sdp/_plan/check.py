@@ -177,7 +177,7 @@ def _agree(menu: Menu) -> None:
 
 def _agreement(menu: Menu, points: int) -> list[Any]:
     """State, control and noise, and what the step makes of them in numpy and compiled, at random points."""
-    from sdpgrind.sdp._transitions.compiled import compiled_step
+    from sdpgrind.sdp._transitions.step_kernels import compiled_step
 
     move = menu.move.to
     assert isinstance(move, Sampled)

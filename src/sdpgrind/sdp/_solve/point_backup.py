@@ -8,7 +8,7 @@ from scipy import sparse
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.grid import Ints, record
 from sdpgrind.sdp._solve import kernels as _kernels
-from sdpgrind.sdp._transitions import compiled as _compiled
+from sdpgrind.sdp._transitions import step_kernels as _compiled
 from sdpgrind.sdp._transitions._found import Found
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Rows
