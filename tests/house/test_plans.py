@@ -1,0 +1,75 @@
+"""What plans and records have in common: kinds, files and back, copies, one line; and that results do not import pictures."""
+
+import copy
+import importlib
+import re
+import tomllib
+
+import pytest
+import xarray as xr
+from house_names import ROOT, SOURCE, modules
+
+import sdpgrind
+from sdpgrind.base import pictures, records
+from sdpgrind.base.plans import Plan, Record
+
+ENTRIES = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["sdpgrind.records"]
+PLACES = {kind: place for kind, place in ENTRIES.items() if kind != "hwsim.journal"}  # a journal is a file, and saves itself
+DRAWN = re.compile(r'drawn\("([\w.:]+)"')
+NAMED = {name: DRAWN.findall((SOURCE / f"{name.replace('.', '/')}.py").read_text()) for name in modules() if "." in name
+         and (SOURCE / f"{name.replace('.', '/')}.py").exists()}  # fmt: skip
+
+
+class Toy(Plan):
+    kind = "toy.plan"
+
+    def __init__(self, size):
+        self.size = size
+
+    @property
+    def dataset(self):
+        return xr.Dataset({"size": ((), self.size, {"units": "mm"})})
+
+    @classmethod
+    def restored(cls, dataset):
+        return cls(float(dataset["size"]))
+
+    def _told(self):
+        return f"{self.size:g} mm"
+
+
+def test_a_plan_is_saved_told_and_shared(tmp_path):
+    toy = Toy(2.5)
+    toy.save(tmp_path / "toy.nc")
+    assert records.read(tmp_path / "toy.nc").attrs["kind"] == "toy.plan"
+    assert repr(Toy.from_file(tmp_path / "toy.nc")) == repr(toy) == "Toy(2.5 mm)"
+    assert copy.deepcopy(toy) is toy
+
+
+def test_a_plan_without_a_way_back_is_none():
+    with pytest.raises(TypeError, match="restored"):
+        type("Half", (Toy,), {"restored": Plan.restored})(1.0)
+
+
+def test_a_file_of_a_kind_that_is_gone_says_so(tmp_path):
+    Toy(1.0).save(tmp_path / "toy.nc")
+    with pytest.raises(ValueError, match=r"saved by this library; .*toy\.nc' holds toy\.plan"):
+        sdpgrind.load(tmp_path / "toy.nc")
+
+
+@pytest.mark.parametrize("kind", PLACES)
+def test_the_class_of_a_kind_knows_it(kind):
+    module, _, name = PLACES[kind].partition(":")
+    cls = getattr(importlib.import_module(module), name)
+    assert issubclass(cls, Record) and cls.kind == kind
+
+
+def test_labels_name_units_in_brackets():
+    assert pictures.label("burn_depth", "mm") == "burn depth [mm]"
+    assert pictures.label("friction_ratio", "1") == pictures.label("friction ratio") == "friction ratio"
+
+
+@pytest.mark.parametrize("picture", sorted({each for found in NAMED.values() for each in found}))
+def test_a_picture_that_is_named_is_there(picture):
+    module, _, function = picture.partition(":")
+    assert callable(getattr(importlib.import_module(module), function))
