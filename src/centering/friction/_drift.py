@@ -10,9 +10,8 @@ import numpy.typing as npt
 from centering.friction._bristle_laws import DahlFriction, FrictionLaw
 from centering.friction._law_kernels import follow_load
 from centering.friction._laws import CoulombFriction
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 _PER_CYCLE = 4000
 _STEPS_MAX = 50_000_000
@@ -45,7 +44,7 @@ class FrictionTrace:
 
     def plot(self) -> Any:
         """Draw position (µm) and forces (N) over time; return the figure."""
-        figure, (above, below) = need("matplotlib.pyplot", "plot").subplots(2, 1, sharex=True, layout="constrained")
+        figure, (above, below) = pictures.subplots(2, 1, sharex=True)
         above.plot(self.time, 1e3 * self.position)
         above.set_ylabel("position [µm]")
         below.plot(self.time, self.load, label="load")

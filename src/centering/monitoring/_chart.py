@@ -1,24 +1,24 @@
 """A control chart of what the parts bring, for the machine upstream: single values, their moving range, and their average."""
 
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from math import isfinite, isnan, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 from scipy.special import ndtr
 
 from centering.monitoring import _part_record as part_record
 from centering.monitoring._alarm import units_of, with_space
 from centering.monitoring._sequential import ewma_run_length, ewma_sd, not_read
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Record
 
 _RANGE = 2 / sqrt(pi)  # mean of the moving range of standard normal values, 1.128
 _FEWEST = 20  # parts that limits may rest on
-KIND = "centering.chart"
 RULES = ("value", "range", "average")
 
 
@@ -77,7 +77,7 @@ class ChartSignal(NamedTuple):
         return f"part {self.part}: {what}{self.quantity} {self.value:.4g} is {beyond} {self.limit:.4g}{with_space(self.unit)}"
 
 
-class ControlChart:
+class ControlChart(Record):
     """Charts of single values, moving range and average of several quantities, with limits from a first batch.
 
     Per quantity: single values within ``mean +- sigmas sd``; the moving range within ``sqrt(2) sigmas sd``; the average
@@ -119,6 +119,8 @@ class ControlChart:
     >>> chart.summary["quantities"]["stock"]["in_control"]
     False
     """
+
+    kind = "centering.chart"
 
     def __init__(
         self,
@@ -247,23 +249,18 @@ class ControlChart:
 
     def plot(self) -> Any:
         """Draw values with their average, and the moving range, over the parts (small ones in µm); return the figure."""
-        from centering.monitoring._chart_picture import plot
+        return pictures.drawn("centering.monitoring._chart_picture:plot", self)
 
-        return plot(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the chart to a NetCDF file at `path`: first batch, limits' settings and every value in its unit."""
+    def _written(self) -> xr.Dataset:
         batch = {name: values.tolist() for name, values in self._batch.items()}
         settings = {"batch": batch, "units": self._units, "sigmas": self._sigmas, "weight": self._weight}
-        records.write(part_record.dataset_of(self._values, self._units, settings), path, KIND)
+        return part_record.dataset_of(self._values, self._units, settings)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "ControlChart":
-        """Read the chart that `save` wrote to `path` (values in their units); it goes on as if it had never stopped."""
-        data = records.read(path)
-        settings = part_record.settings_in(data)
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        settings = part_record.settings_in(dataset)
         chart = cls(settings.pop("batch"), **settings)
-        for values in part_record.parts_in(data):
+        for values in part_record.parts_in(dataset):
             chart.update(**values)
         return chart
 

@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from centering.monitoring._chart import ControlChart
 
-VALUE, AVERAGE, LIMIT = "0.35", "#31527a", "#b4462d"
+VALUE, AVERAGE, LIMIT = "0.35", pictures.TRACKED, pictures.ALARM
 SMALL = 0.05
 """mm: what is smaller is drawn in µm."""
 
@@ -17,14 +17,8 @@ SMALL = 0.05
 def plot(chart: "ControlChart") -> Any:
     """Figure of a control chart; see `ControlChart.plot`."""
     names = list(chart.limits)
-    figure, axes = need("matplotlib.pyplot", "plot").subplots(
-        2,
-        len(names),
-        figsize=(1.5 + 4.0 * len(names), 4.8),
-        sharex="col",
-        squeeze=False,
-        height_ratios=(2, 1),
-        layout="constrained",
+    figure, axes = pictures.subplots(
+        2, len(names), (1.5 + 4.0 * len(names), 4.8), sharex="col", squeeze=False, height_ratios=(2, 1)
     )
     for (top, low), name in zip(axes.T, names, strict=True):
         _quantity(chart, name, top, low)
@@ -48,8 +42,9 @@ def _quantity(chart: "ControlChart", name: str, top: Any, low: Any) -> None:
     _lines(low, (scale * limits.range_high,), LIMIT, "limit")
     for axis in (top, low):
         axis.axvline(-0.5, color="0.8", lw=0.8, zorder=0)
-    top.set_ylabel(f"{name.replace('_', ' ')} [{shown}]" if shown not in ("", "1") else name.replace("_", " "))
-    low.set(xlabel="part", ylabel=f"change [{shown}]" if shown not in ("", "1") else "change", ylim=(0, None))
+    shown = "" if shown == "1" else shown
+    top.set_ylabel(pictures.label(name, shown))
+    low.set(xlabel="part", ylabel=pictures.label("change", shown), ylim=(0, None))
     for part_out in {signal.part for signal in chart.signals if signal.quantity == name}:
         top.plot(part_out, values[part_out], "o", color=LIMIT, ms=5, mfc="none", label="signals")
 

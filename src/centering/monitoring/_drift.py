@@ -1,8 +1,7 @@
 """Stroke correction and friction over the parts: a Kalman track of each, with alarms that say when it stepped."""
 
-import os
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -11,13 +10,12 @@ from centering.monitoring import _part_record as part_record
 from centering.monitoring._alarm import UNITS, DriftAlarm, units_of
 from centering.monitoring._sequential import cusum_detection, cusum_limit, learned_widening, not_read
 from centering.monitoring._tracked import FEWEST, REFERENCE, Tracked
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, pictures
+from sdpgrind.base.plans import Record
 from sdpgrind.identify import Estimate, RandomWalk, Status
 
-KIND = "centering.drift"
 
-
-class DriftTrack:
+class DriftTrack(Record):
     """Track slowly changing quantities over parts, and alarm when one steps.
 
     Each quantity walks at random: ``level <- level + walk noise_sd w``, ``reading = level + noise_sd e``, with w and e normal and
@@ -73,6 +71,8 @@ class DriftTrack:
     >>> track.alarms
     ()
     """
+
+    kind = "centering.drift"
 
     def __init__(
         self,
@@ -214,27 +214,22 @@ class DriftTrack:
 
     def plot(self) -> Any:
         """Draw readings and levels over the parts, in their units, the sums below, with alarms; return the figure."""
-        from centering.monitoring._drift_picture import plot
+        return pictures.drawn("centering.monitoring._drift_picture:plot", self)
 
-        return plot(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the track to a NetCDF file at `path`: every reading in its unit, and each `acknowledge`."""
+    def _written(self) -> xr.Dataset:
         settings = {
             "noise_sd": self._given, "units": self._units, "walk": self._walk, "parts_per_false_alarm": self._parts,
             "acknowledged": self._acknowledged,
         }  # fmt: skip
         readings = {name: [row[0] for row in track.rows] for name, track in self._tracks.items()}
-        records.write(part_record.dataset_of(readings, self._units, settings), path, KIND)
+        return part_record.dataset_of(readings, self._units, settings)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "DriftTrack":
-        """Read the track that `save` wrote to `path` (readings in their units); it goes on as if it had never stopped."""
-        data = records.read(path)
-        settings = part_record.settings_in(data)
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        settings = part_record.settings_in(dataset)
         acknowledged = [(int(part), str(name)) for part, name in settings.pop("acknowledged")]
         track = cls(settings.pop("noise_sd"), **settings)
-        for readings in part_record.parts_in(data):
+        for readings in part_record.parts_in(dataset):
             track._acknowledge_again(acknowledged)
             track.update(**readings)
         track._acknowledge_again(acknowledged)

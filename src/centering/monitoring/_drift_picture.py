@@ -5,27 +5,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.monitoring._alarm import with_space
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from centering.monitoring._alarm import DriftAlarm
     from centering.monitoring._drift import DriftTrack
 
-READ, LEVEL, ALARM = "0.6", "#31527a", "#b4462d"
+READ, LEVEL, ALARM = "0.6", pictures.TRACKED, pictures.ALARM
 
 
 def plot(track: "DriftTrack") -> Any:
     """Figure of a drift track; see `DriftTrack.plot`."""
     data, names = track.dataset, list(track.estimate.names)
-    pyplot = need("matplotlib.pyplot", "plot")
-    figure, axes = pyplot.subplots(
-        2,
-        len(names),
-        figsize=(1.5 + 4.0 * len(names), 4.6),
-        sharex=True,
-        squeeze=False,
-        height_ratios=(2, 1),
-        layout="constrained",
+    figure, axes = pictures.subplots(
+        2, len(names), (1.5 + 4.0 * len(names), 4.6), sharex=True, squeeze=False, height_ratios=(2, 1)
     )
     part = data["part"].values
     for (top, low), name in zip(axes.T, names, strict=True):
@@ -45,7 +38,7 @@ def plot(track: "DriftTrack") -> Any:
 
 
 def _labelled(name: str, unit: str) -> str:
-    return name.replace("_", " ") + (f" [{unit}]" if with_space(unit) else "")
+    return pictures.label(name, with_space(unit).strip())
 
 
 def _levels(ax: Any, part: Any, reading: Any, level: Any, label: str) -> None:

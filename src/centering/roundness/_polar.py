@@ -4,9 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sdpgrind.base import units
+from sdpgrind.base import pictures, units
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 _DIVISIONS = 6
 """About as many for the height of the profile; as much again lies below it, to the middle."""
@@ -37,8 +36,7 @@ def polar_scale(deviation: Floats) -> Scale:
 def polar_axes(scale: Scale, deviation: Floats, ax: Any = None) -> Any:
     """Give polar axes with rings of a scale that hold deviations (mm): `ax`, or those of a new figure."""
     if ax is None:
-        plt = need("matplotlib.pyplot", "plot")
-        ax = plt.figure(figsize=(5.6, 5.6), layout="constrained").add_subplot(projection="polar")
+        ax = pictures.figure(5.6, 5.6).add_subplot(projection="polar")
     top = scale.division * np.ceil(float(np.max(scale.height(deviation))) / scale.division + 0.5)
     ax.set_rlim(0.0, top)
     ax.set_rticks(np.arange(scale.division, top, scale.division), labels=[])

@@ -1,7 +1,6 @@
 """A measured profile of a ring, and what is done to it: runout taken off, filters, spectrum, reference circles, a file."""
 
 import dataclasses
-import os
 from functools import cached_property
 from typing import Any
 
@@ -19,15 +18,14 @@ from centering.roundness._samples import Samples
 from centering.roundness._sampling import checked_degree, is_even
 from centering.roundness._separation_task import task_of
 from centering.roundness._spectrum import Spectrum
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
-
-KIND = "centering.profile"
+from sdpgrind.base.plans import Plan
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Profile(PartReadings):
+class Profile(PartReadings, Plan):
     """Readings of a ring over the spindle angle; immutable.
 
     All is exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle's axis (in a bore at
@@ -66,6 +64,7 @@ class Profile(PartReadings):
     (3.0, 0.0015)
     """
 
+    kind = "centering.profile"
     _left: Floats | None = dataclasses.field(default=None, init=False, compare=False)
     _sd: Floats | None = dataclasses.field(default=None, init=False, compare=False)
 
@@ -246,33 +245,23 @@ class Profile(PartReadings):
 
     def plot(self) -> Any:
         """Draw the profile about its circle, magnified (µm), beside its spectrum (µm over upr); return the figure."""
-        from centering.roundness._profile_picture import plot
-
-        return plot(self)
+        return pictures.drawn("centering.roundness._profile_picture:plot", self)
 
     @property
     def dataset(self) -> xr.Dataset:
         """Samples as labelled arrays: angles in rad, lengths in mm; steps and what they found as attributes."""
-        return profile_record.dataset_of(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the profile (mm, rad) with its steps to a NetCDF file at `path`."""
-        records.write(self.dataset, path, KIND)
+        return profile_record.dataset_of(self, self._left, self._sd)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Profile":
-        """Read the profile (mm, rad) that `save` wrote to `path`."""
-        return _profile(profile_record.made_from(records.read(path)))
+    def restored(cls, dataset: xr.Dataset) -> "Profile":
+        return _profile(profile_record.made_from(dataset))
 
-    def __deepcopy__(self, memo: object) -> "Profile":
-        return self  # nothing in it changes
-
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         circle, done = self.circle, "; ".join(self.steps) or "as measured"
         height = f"{1e3 * float(np.ptp(self.deviation)):.4g} µm from peak to valley"
         return (
-            f"Profile({self.angle.size} points on {self.turns:.4g} turns, radius {circle.radius:.7g} mm at offset"
-            f" {circle.offset:.4g} mm, {height}; {done})"
+            f"{self.angle.size} points on {self.turns:.4g} turns, radius {circle.radius:.7g} mm at offset"
+            f" {circle.offset:.4g} mm, {height}; {done}"
         )
 
 

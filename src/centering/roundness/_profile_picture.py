@@ -7,7 +7,7 @@ import numpy as np
 
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
 from centering.roundness._profile_steps import limits
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from centering.roundness._profile import Profile
@@ -19,7 +19,7 @@ _LEAST = 0.005
 
 def plot(profile: "Profile") -> Any:
     """Draw a profile and its spectrum; return the figure."""
-    figure = need("matplotlib.pyplot", "plot").figure(figsize=(11, 5.2), layout="constrained")
+    figure = pictures.figure(11, 5.2)
     grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.25))
     _draw_form(figure.add_subplot(grid[0], projection="polar"), profile)
     _draw_spectrum(figure.add_subplot(grid[1]), profile)
@@ -43,7 +43,7 @@ def _draw_form(axis: Any, profile: "Profile") -> None:
     deviation = profile.deviation
     scale = polar_scale(deviation)
     polar_axes(scale, deviation, axis)
-    draw_circle(axis, scale, color="#b04a3a", linewidth=0.9, linestyle="--")
+    draw_circle(axis, scale, color=pictures.LIMIT, linewidth=0.9, linestyle="--")
     draw_profile(axis, scale, profile.part_angle, deviation, color="#1d3557")
 
 
@@ -61,6 +61,6 @@ def _draw_spectrum(axis: Any, profile: "Profile") -> None:
     axis.set_title(told, fontsize=8)
     lost = profile.runout
     if lost is not None and lost.seen:
-        axis.axvline(lost.ratio, color="#b04a3a", linewidth=0.8, linestyle=":")
+        axis.axvline(lost.ratio, color=pictures.LIMIT, linewidth=0.8, linestyle=":")
         told = f"roller runout removed: {1e3 * lost.amplitude:.3g} µm at {lost.ratio:.4g} upr"
-        axis.text(0.99, 0.97, told, transform=axis.transAxes, ha="right", va="top", fontsize=8, color="#b04a3a")
+        axis.text(0.99, 0.97, told, transform=axis.transAxes, ha="right", va="top", fontsize=8, color=pictures.LIMIT)

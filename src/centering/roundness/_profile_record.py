@@ -1,14 +1,11 @@
 """A profile as labelled arrays, and back."""
 
-from typing import TYPE_CHECKING
-
 import xarray as xr
 
 from centering.roundness._origin import Made
+from centering.roundness._part_readings import PartReadings
 from sdpgrind.base import stored
-
-if TYPE_CHECKING:
-    from centering.roundness._profile import Profile
+from sdpgrind.base.checks import Floats
 
 _COLUMNS = {
     "angle": ("rad", "spindle angle"),
@@ -18,13 +15,13 @@ _COLUMNS = {
 }
 
 
-def dataset_of(profile: "Profile") -> xr.Dataset:
+def dataset_of(profile: PartReadings, left: Floats | None, sd: Floats | None) -> xr.Dataset:
     """Samples and what is left of them, with units; circle and origin as JSON."""
     columns = {name: ("sample", getattr(profile, name), _label(*told)) for name, told in _COLUMNS.items()}
-    if profile._left is not None:
-        columns["residuals"] = ("measured", profile._left, _label("mm", "what the last step left of each reading"))
-    if profile._sd is not None:
-        columns["deviation_sd"] = ("sample", profile._sd, _label("mm", "sd of the deviation"))
+    if left is not None:
+        columns["residuals"] = ("measured", left, _label("mm", "what the last step left of each reading"))
+    if sd is not None:
+        columns["deviation_sd"] = ("sample", sd, _label("mm", "sd of the deviation"))
     told = {"tip_radius": profile.tip_radius, "tip_radius_unit": "mm", "internal": int(profile.internal)}
     return xr.Dataset(columns, attrs=told | {"circle": stored.encode(profile.circle), "origin": stored.encode(profile._origin)})
 

@@ -9,10 +9,9 @@ import numpy.typing as npt
 
 from centering.roundness._harmonics import values_at
 from centering.roundness._runout import SEEN
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
@@ -120,7 +119,7 @@ class Spectrum(Frozen, ByValue):
             Where.
         """
         if ax is None:
-            ax = need("matplotlib.pyplot", "plot").figure(figsize=(7, 3.5), layout="constrained").add_subplot()
+            ax = pictures.axes_of(7, 3.5)
         sd = np.where(np.isfinite(self.sd), self.sd, 0.0)
         ax.fill_between(self.upr, 0, 1e3 * SEEN * sd, color="0.82", lw=0, step="mid")
         ax.vlines(self.upr, 0, 1e3 * self.amplitude, color="#2a6f97", lw=1.4)

@@ -1,16 +1,16 @@
 """Where rapid feed may end: by the population of parts, and by what was measured of this one."""
 
-import os
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import xarray as xr
 from scipy.special import ndtr
 
 from centering.setup._allowance import CUSTOM, best_allowance
 from centering.setup._stock import COMBINE, Stock, in_millimetres
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.plans import Plan
 from sdpgrind.base.stored import decode, encode, stored
 
 _FAR = 3.0  # mm: no gap or uncertainty is as large
@@ -32,8 +32,8 @@ class BothRules(NamedTuple):
 
 
 @stored("centering.changeover")
-@dataclass(frozen=True)
-class Changeover(Frozen):
+@dataclass(frozen=True, repr=False)
+class Changeover(Frozen, Plan):
     """Where the wheel changes over from rapid to controlled feed: a plan for one part, as `plan_changeover` makes it.
 
     With s = 1, and s = -1 for a bore (internal grinding, where the smallest radius is the most material):
@@ -82,6 +82,7 @@ class Changeover(Frozen):
     Changeover(rapid feed to 35.1715 mm, 70.5 µm beyond the population's 35.2420 mm: 2.71 s of air saved)
     """
 
+    kind = "centering.changeover"
     stock: Stock
     _: KW_ONLY
     finish_radius: float
@@ -193,9 +194,7 @@ class Changeover(Frozen):
         ax : matplotlib axes, optional
             Where; by default in a new figure.
         """
-        from centering.setup._changeover_picture import plot
-
-        return plot(self, ax)
+        return pictures.drawn("centering.setup._changeover_picture:plot", self, ax)
 
     @property
     def dataset(self) -> xr.Dataset:
@@ -206,20 +205,15 @@ class Changeover(Frozen):
         chance = ("rule", list(self.contact_probability), told)
         return xr.Dataset(data | {"contact_probability": chance}, {"rule": list(BothRules._fields)}, {"changeover": encode(self)})
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the plan (mm, s) to a NetCDF file at `path`."""
-        records.write(self.dataset, path, "centering.changeover")
-
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Changeover":
-        """Read the plan (mm, s) that `save` wrote to `path`."""
-        return checks.kind("changeover", decode(records.read(path).attrs["changeover"]), cls)
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        return checks.kind("changeover", decode(dataset.attrs["changeover"]), cls)
 
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         nearer, time, population = 1e3 * self.length_saved, self.time_saved, f"the population's {self.population_position:.4f} mm"
         told = f"{abs(nearer):.4g} µm {'beyond' if nearer >= 0 else 'short of'} {population}"
         end = f"{time:.3g} s of air saved" if time >= 0 else f"{-time:.3g} s more of air, and no crash"
-        return f"Changeover(rapid feed to {self.position:.4f} mm, {told}: {end})"
+        return f"rapid feed to {self.position:.4f} mm, {told}: {end}"
 
 
 def _tail(allowance: float, sd: float) -> float:

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.setup._allowance import told_chance
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from centering.setup._changeover import Changeover
 
-PARTS, PART, RULE = "#4878a8", "#b4462d", "0.25"
+PARTS, PART, RULE = pictures.ACTUAL, pictures.ALARM, "0.25"
 _BEHIND = {"facecolor": "w", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
 REACH = 4.5
 """Standard deviations of the population that are drawn."""
@@ -21,7 +21,7 @@ LEAST = 1e-4
 def plot(change: "Changeover", ax: Any = None) -> Any:
     """Figure of a changeover; see `Changeover.plot`."""
     if ax is None:
-        ax = need("matplotlib.pyplot", "plot").figure(figsize=(8, 3.6), layout="constrained").add_subplot()
+        ax = pictures.axes_of(8, 3.6)
     _population(ax, change)
     _part(ax, change)
     side = "left" if change.internal else "right"

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 
 _SURE = 3.717  # sqrt(2 ln 1000): amplitudes of noise, which follow Rayleigh's law, exceed so many sd once in 1000
@@ -113,9 +113,7 @@ class ChatterCheck:
 
     def plot(self) -> Any:
         """Draw the spectrum (µm) with what it meets, and the free rotations of the work (rev/min); return the figure."""
-        from centering.setup._chatter_picture import plot
-
-        return plot(self)
+        return pictures.drawn("centering.setup._chatter_picture:plot", self)
 
     def __repr__(self) -> str:
         at = f"at {self.work_rotation * 60 / _PER_TURN:.4g} rev/min"

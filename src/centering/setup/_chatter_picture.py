@@ -2,21 +2,19 @@
 
 from typing import TYPE_CHECKING, Any
 
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from centering.setup._chatter import ChatterCheck
 
-QUIET, MET, FREE = "#31527a", "#b4462d", "#5a9a68"
+QUIET, MET, FREE = pictures.TRACKED, pictures.ALARM, "#5a9a68"
 RPM = 9.549296585513721
 """rev/min for one rad/s."""
 
 
 def plot(check: "ChatterCheck") -> Any:
     """Figure of a chatter check; see `ChatterCheck.plot`."""
-    figure, (top, low) = need("matplotlib.pyplot", "plot").subplots(
-        2, 1, figsize=(8, 4.8), height_ratios=(3, 1), layout="constrained"
-    )
+    figure, (top, low) = pictures.subplots(2, 1, (8, 4.8), height_ratios=(3, 1))
     _spectrum(top, check)
     _speeds(low, check)
     figure.suptitle(_told(check), fontsize=10)

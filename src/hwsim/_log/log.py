@@ -1,6 +1,5 @@
 """The log of a run: tables by tier, the outcome of each part, pictures, a file."""
 
-import os
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
@@ -12,15 +11,14 @@ from hwsim._log.frames import Frames
 from hwsim._log.labels import Labels
 from hwsim._part.motions import is_of_rows, rows_of
 from hwsim._part.part import Column, Part
+from sdpgrind.base.plans import Record
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-KIND = "hwsim.log"
 
-
-class Log:
+class Log(Record):
     """Everything measured, commanded and planned in a run; made by `run`, `compare` and `sdpgrind.load`.
 
     ``log[tier]`` is the table (`xarray.Dataset`, dimension ``row``) of one tier of control: one row a step of its
@@ -50,7 +48,14 @@ class Log:
     <hwsim.Log: 3 parts on WeldBeadStand, tables sequence>
     >>> log["sequence"].height.units, log.outcome.passes.values
     ('mm', array([1., 1., 1.]))
+    >>> import sdpgrind, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     log.save(f"{folder}/run.nc")
+    ...     sdpgrind.load(f"{folder}/run.nc").outcome.equals(log.outcome)
+    True
     """
+
+    kind = "hwsim.log"
 
     def __init__(self, make: Callable[[], Frames], parts: Sequence[Part] | None = None) -> None:
         self._make, self._parts = make, parts
@@ -61,28 +66,7 @@ class Log:
         return cls(lambda: _frames.from_parts(parts, labels), parts)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a log written by `save`; `sdpgrind.load` calls this.
-
-        Parameters
-        ----------
-        path : str or path
-            The file.
-
-        Examples
-        --------
-        >>> import hwsim, tempfile
-        >>> from sdpgrind import weldbead
-        >>> problem = weldbead.preset("P1")
-        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=2).save(f"{folder}/run.nc")
-        ...     hwsim.Log.from_file(f"{folder}/run.nc")
-        <hwsim.Log: 2 parts on WeldBeadStand, tables sequence>
-        """
-        from sdpgrind.base import records
-
-        dataset = records.read(path)
+    def restored(cls, dataset: "xr.Dataset") -> Self:
         return cls(lambda: _frames.from_dataset(dataset))
 
     @cached_property
@@ -157,34 +141,8 @@ class Log:
     def __repr__(self) -> str:
         return f"<hwsim.Log: {len(self)} parts on {self.outcome.attrs['plant']}, tables {', '.join(self.tiers)}>"
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the log to a NetCDF file, whole or not at all; `sdpgrind.load` reads it back, bit for bit.
-
-        Parameters
-        ----------
-        path : str or path
-            File to write, in a folder that exists.
-
-        Raises
-        ------
-        FileNotFoundError
-            When there is no such folder.
-
-        Examples
-        --------
-        >>> import hwsim, sdpgrind, tempfile
-        >>> from sdpgrind import weldbead
-        >>> problem = weldbead.preset("P1")
-        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
-        >>> log = hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=2)
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     log.save(f"{folder}/run.nc")
-        ...     sdpgrind.load(f"{folder}/run.nc").outcome.equals(log.outcome)
-        True
-        """
-        from sdpgrind.base import records
-
-        records.write(_frames.to_dataset(self._frames), path, KIND)
+    def _written(self) -> "xr.Dataset":
+        return _frames.to_dataset(self._frames)
 
     def plot(self) -> "Figure":
         """Draw the run: the picture of its plant where there is one, else every measured quantity against time.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.protocols import PartLog
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -144,10 +144,9 @@ def _all_measured(log: PartLog) -> "Figure":
 def _panels(number: int, columns: int) -> tuple["Figure", list[Any]]:
     if number == 0:
         raise ValueError("the log holds nothing to draw: no quantity has a reading")
-    pyplot = need("matplotlib.pyplot", "plot")
     rows = -(-number // columns)
     size = (4.2 * columns + 3 * (columns == 1), 1.2 + 2.2 * rows)
-    figure, axes = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    figure, axes = pictures.subplots(rows, columns, size, squeeze=False)
     for spare in axes.ravel()[number:]:
         spare.remove()
     return figure, list(axes.ravel()[:number])

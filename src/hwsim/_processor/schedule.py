@@ -1,24 +1,23 @@
 """What happened on a virtual processor: the trace of its events, and what that says about each task."""
 
-import os
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from hwsim._processor.tasks import NANOSECONDS, Task
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.plans import Plan
 from sdpgrind.base.stored import decode, encode
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-KIND = "hwsim.schedule"
 Whole = npt.NDArray[np.int64]
 
 
@@ -71,7 +70,7 @@ class TaskReport:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Schedule(ByValue):
+class Schedule(ByValue, Plan):
     """All events on a processor, in their order; made by `Scheduler.run`.
 
     Parameters
@@ -95,6 +94,7 @@ class Schedule(ByValue):
     (0.026, 40)
     """
 
+    kind = "hwsim.schedule"
     tasks: tuple[Task, ...]
     duration: int
     trace: Whole
@@ -164,28 +164,10 @@ class Schedule(ByValue):
         columns = {name: ("event", self.trace[:, k], attrs) for k, (name, attrs) in enumerate(labels.items())}
         return xr.Dataset(columns, attrs={"tasks": encode(self.tasks), "duration": float(self.duration)})
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the schedule (ns) to a NetCDF file.
-
-        Parameters
-        ----------
-        path : str or path
-            Where to.
-        """
-        records.write(self.dataset, path, KIND)
-
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Schedule":
-        """Read the schedule (ns) that `save` wrote.
-
-        Parameters
-        ----------
-        path : str or path
-            Where from.
-        """
-        data = records.read(path)
-        trace = np.column_stack([data[name].values for name in ("time", "kind", "task", "job")])
-        return cls(decode(data.attrs["tasks"]), int(data.attrs["duration"]), trace)
+    def restored(cls, dataset: "xr.Dataset") -> Self:
+        trace = np.column_stack([dataset[name].values for name in ("time", "kind", "task", "job")])
+        return cls(decode(dataset.attrs["tasks"]), int(dataset.attrs["duration"]), trace)
 
     def plot(self, first: float = 0.0, last: float | None = None) -> "Figure":
         """Draw who had the processor when (Gantt).
@@ -205,8 +187,8 @@ class Schedule(ByValue):
             rows.append(Row(label, self.jobs(name)[:, [1, 3]], works, releases, overruns))
         return picture(rows, self.duration, first, last)
 
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         reports = self.report
         told = ", ".join(f"{name} {each.releases} releases" for name, each in reports.items())
         missed = [f"{name} {each.overruns}" for name, each in reports.items() if each.overruns]
-        return f"Schedule({self.duration / NANOSECONDS:g} s: {told}; overruns: {', '.join(missed) or 'none'})"
+        return f"{self.duration / NANOSECONDS:g} s: {told}; overruns: {', '.join(missed) or 'none'}"

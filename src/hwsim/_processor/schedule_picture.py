@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hwsim._processor.tasks import NANOSECONDS
-from sdpgrind.base import checks
-from sdpgrind.base.extras import need
+from sdpgrind.base import checks, pictures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,14 +30,12 @@ class Row(NamedTuple):
 
 def picture(rows: Sequence[Row], duration: int, first: float, last: float | None) -> "Figure":
     """Draw a part of a schedule of so many ns, from `first` to `last` (s)."""
-    pyplot = need("matplotlib.pyplot", "plot")
     begin, end = _window(rows, duration, first, last)
-    figure: Figure = pyplot.figure(figsize=(11.0, 1.9 + 0.62 * len(rows)), layout="constrained")
-    axis = figure.add_subplot()
+    axis = pictures.axes_of(11.0, 1.9 + 0.62 * len(rows))
     for place, row in enumerate(rows):
         _draw(axis, place, row, (begin, end))
     _finish(axis, [row.label for row in rows], begin, end)
-    return figure
+    return axis.figure
 
 
 def _window(rows: Sequence[Row], duration: int, first: float, last: float | None) -> tuple[int, int]:

@@ -41,11 +41,19 @@ def subplots(rows: int, columns: int = 1, size: tuple[float, float] | None = Non
 
 
 def label(name: str, unit: str = "") -> str:
-    """Return the label of an axis: the name in words, the unit in brackets; a pure number has none."""
+    """Return the label of an axis: the name in words, the unit in brackets where there is one."""
     words = name.replace("_", " ")
-    return f"{words} [{unit}]" if unit not in ("", "1") else words
+    return f"{words} [{unit}]" if unit else words
 
 
 def legend(axis: Any, **options: Any) -> None:
     """Name what is drawn, small and without a frame."""
     axis.legend(**{"frameon": False, "fontsize": SMALL} | options)
+
+
+def opened(axes: Any, *, grid: bool = True) -> None:
+    """Leave axes without a frame above and to the right, with a pale grid."""
+    for axis in axes:
+        if grid:
+            axis.grid(alpha=0.25, lw=0.5)
+        axis.spines[["top", "right"]].set_visible(False)

@@ -10,8 +10,7 @@ from scipy.special import ndtri, stdtrit
 
 from centering.circle._fit.curve import circle_reading
 from centering.circle._fit.limacon import limacon_reading
-from centering.circle._fit.picture import plot_fit
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.stored import stored
@@ -227,7 +226,7 @@ class CircleEstimate(Estimate, ByValue):
             raise ValueError(
                 f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}"
             )
-        return plot_fit(self, turned, line)
+        return pictures.drawn("centering.circle._fit.picture:plot_fit", self, turned, line)
 
     def __repr__(self) -> str:
         angle = f"{self.offset_angle:.6g} ± {self.offset_angle_sd:.2g} rad" if self.angle_known else "not known"

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base import checks, units
+from sdpgrind.base import checks, pictures, units
 from sdpgrind.base.checks import Complex, Floats
-from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from centering.circle._fit.estimate import CircleEstimate
 
-BLUE, RED, GREEN, GREY = "#4878a8", "#b04a3a", "#3f8f5f", "0.45"
+BLUE, RED, GREEN, GREY = pictures.ACTUAL, pictures.LIMIT, "#3f8f5f", "0.45"
 _ROOM = 0.06  # of the greatest height: for a number
 _STEPS = 33  # between two centres, to see what their path crosses
 FINE = 721
@@ -24,12 +23,12 @@ SPARE = 0.5
 
 def plot_fit(circle: "CircleEstimate", angle: Floats, reading: Floats) -> Any:
     """Draw readings, the model over at least a turn, and what it leaves in µm; return the figure (private to this package)."""
-    figure = need("matplotlib.pyplot", "plot").figure(figsize=(7.5, 5.2), layout="constrained")
+    figure = pictures.figure(7.5, 5.2)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     above.plot(angle / units.deg(1.0), reading, ".", color=BLUE, ms=4, label=f"{angle.size} readings")
     _draw_model(above, circle, angle)
     above.set(ylabel="reading [mm]", title=_told(circle))
-    above.legend(frameon=False, fontsize=8)
+    pictures.legend(above)
     _draw_residuals(below, circle, angle, reading)
     return figure
 
@@ -57,7 +56,7 @@ def _draw_residuals(axis: Any, circle: "CircleEstimate", angle: Floats, reading:
     axis.axhline(0.0, color=RED, lw=0.8)
     axis.plot(angle / units.deg(1.0), left, ".", color=BLUE, ms=3)
     axis.set(xlabel="spindle angle [deg]", ylabel="residual [µm]")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)
 
 
 def plot_centers(
@@ -93,14 +92,13 @@ def plot_centers(
     offset = np.hypot(line[:, 0], line[:, 1])
     middle = np.log10(min(wanted, float(offset[offset > 0].min(initial=wanted)))) - SPARE
     if ax is None:
-        plt = need("matplotlib.pyplot", "plot")
-        ax = plt.figure(figsize=(6, 6), layout="constrained").add_subplot(projection="polar")
+        ax = pictures.figure(6, 6).add_subplot(projection="polar")
     places = np.asarray(_height(offset, middle) * np.exp(1j * np.arctan2(line[:, 1], line[:, 0])), dtype=complex)
     _draw_paper(ax, middle, np.log10(max(wanted, float(offset.max()))) + 0.2 - middle, places)
     _draw_tolerance(ax, wanted, np.log10(wanted) - middle)
     _draw_path(ax, line[:count], widths[:count], middle)
     ax.set_title("centre of the part about the spindle, its offset on a log scale", fontsize=10)
-    ax.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(-0.1, -0.1))
+    pictures.legend(ax, loc="lower left", bbox_to_anchor=(-0.1, -0.1))
     return ax.figure
 
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,8 +19,7 @@ _BOX: dict[str, Any] = {"edgecolor": "none", "framealpha": 0.8, "fontsize": 9}
 
 def plot(strategy: "Strategy") -> Any:
     """Draw a strategy; return the figure."""
-    plt = need("matplotlib.pyplot", "plot")
-    figure, axes = plt.subplots(2, 2, figsize=(11, 7), layout="constrained")
+    figure, axes = pictures.subplots(2, 2, (11, 7))
     data = strategy.dataset
     _draw_value(axes[0, 0], strategy, data)
     _draw_kinds(axes[0, 1], strategy, data)

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from centering.push._machine.problem import CenteringProblem
+from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -63,15 +63,14 @@ class CenteringRuns:
 
     def plot(self) -> Any:
         """Draw the times, the pushes and the final offsets; return the figure."""
-        plt = need("matplotlib.pyplot", "plot")
-        figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.2), layout="constrained")
-        left.hist(self.time, bins=30, color="#4878a8")
+        figure, (left, middle, right) = pictures.subplots(1, 3, (11, 3.2))
+        left.hist(self.time, bins=30, color=pictures.ACTUAL)
         left.axvline(self.mean, color="k", lw=1, label=f"mean {self.mean:.2f} s")
         left.set(xlabel="time of a part [s]", ylabel="parts")
         left.legend(frameon=False)
-        middle.hist(self.pushes, bins=np.arange(self.pushes.max() + 2) - 0.5, color="#4878a8", rwidth=0.9)
+        middle.hist(self.pushes, bins=np.arange(self.pushes.max() + 2) - 0.5, color=pictures.ACTUAL, rwidth=0.9)
         middle.set(xlabel="pushes", ylabel="parts")
-        right.hist(1e3 * self.offset, bins=30, color="#4878a8")
+        right.hist(1e3 * self.offset, bins=30, color=pictures.ACTUAL)
         right.axvline(1e3 * self.problem.tolerance, color="k", lw=1, ls="--", label="tolerance")
         right.set(xlabel="offset at the end [µm]", ylabel="parts")
         right.legend(frameon=False, loc="upper center")

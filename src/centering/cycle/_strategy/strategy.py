@@ -1,8 +1,7 @@
 """A strategy: the push for every offset, what is believed of the friction, and what both will cost."""
 
-import os
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -18,20 +17,20 @@ from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable
 from centering.cycle._strategy.timing import CycleTiming
 from centering.push._machine.problem import CenteringProblem
 from centering.push._profile.profile import TipProfile
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
 from sdpgrind.base.stored import decode, encode
 
 if TYPE_CHECKING:
     from centering.cycle._strategy.runs import CenteringRuns
 
-KIND = "centering.strategy"
 _ROUNDING = 1.0 + 1e-9
 
 
-class Strategy:
+class Strategy(Plan):
     """Which push next, by offset, believed friction and pushes seen: a plan, immutable, made by `plan`.
 
     The friction scale is the part's friction over that of the model; the belief about it has a mean, which is looked up, and a
@@ -65,6 +64,8 @@ class Strategy:
     finish : float
         Measured offset at which the part counts as centred, mm: the tolerance less what measuring may hide.
     """
+
+    kind = "centering.strategy"
 
     def __init__(
         self,
@@ -247,16 +248,10 @@ class Strategy:
         plain = encode({"problem": self.problem, "timing": self.timing, "kinds": self.kinds, "strokes": table.stroke_range})
         return xr.Dataset(variables, coordinates, {"strategy": plain})
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the strategy to a NetCDF file at `path`; `sdpgrind.load` reads it."""
-        records.write(self.dataset, path, KIND)
-
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Strategy":
-        """Read the strategy that `save` wrote to `path`."""
-        data = records.read(path)
-        plain = decode(data.attrs["strategy"])
-        arrays = {name: data[name].values for name in data.data_vars}
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        plain = decode(dataset.attrs["strategy"])
+        arrays = {name: dataset[name].values for name in dataset.data_vars}
         first, ratio = plain["strokes"]
         outcomes = OutcomeTable(plain["kinds"], first, ratio, arrays["travel"], arrays["contact_time"], arrays["last"])
         table = arrays["value"], arrays["kind"], arrays["share"]
@@ -267,9 +262,7 @@ class Strategy:
 
         Specks in the map of the kinds of push are pushes that are equal within the noise of the table.
         """
-        from centering.cycle._strategy.picture import plot
-
-        return plot(self)
+        return pictures.drawn("centering.cycle._strategy.picture:plot", self)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Strategy) and bool(self.dataset.identical(other.dataset))
@@ -277,10 +270,7 @@ class Strategy:
     def __hash__(self) -> int:
         return hash((self._value.tobytes(), self._share.tobytes()))
 
-    def __repr__(self) -> str:
-        part = self.problem.model.part
-        middle = 0.5 * self.problem.offset_max
-        return (
-            f"Strategy({part.mass:g} kg to {1e3 * self.problem.tolerance:g} µm: {self.cycle_time(middle):.2f} s expected"
-            f" from {middle:g} mm)"
-        )
+    def _told(self) -> str:
+        middle, end = 0.5 * self.problem.offset_max, 1e3 * self.problem.tolerance
+        expected = f"{self.cycle_time(middle):.2f} s expected from {middle:g} mm"
+        return f"{self.problem.model.part.mass:g} kg to {end:g} µm: {expected}"

@@ -1,7 +1,6 @@
 """What happened in a push: phases, motion of tip and part, contact force; drawn, labelled, saved."""
 
 import dataclasses
-import os
 from functools import cached_property
 from math import pi, sqrt
 from typing import Any, ClassVar, Self
@@ -14,15 +13,15 @@ from centering.push._contact.reaction import COLUMN_NAMES, Pushable, parameter_r
 from centering.push._contact.reaction_kernels import COLUMNS, LOG_COLUMNS, push
 from centering.push._contact.sample_kernels import sample
 from centering.push._profile.profile import TipProfile
-from sdpgrind.base import checks, records, stored
+from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 
 MODES = ("rest", "stick", "slip", "free")
 """Names of the modes by number."""
 _PER_PERIOD = 60  # samples in a period of part and contact
 _SAMPLES = (400, 20_001)  # fewest, most
-_KIND = "centering.push_trace"
 PHASES_TOLD = "time, mode, tip position, speed and acceleration, gap, part speed at begins (s, mm)"
 PARAMETERS_TOLD = "M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm)"
 _LABELS = {
@@ -34,7 +33,7 @@ _LABELS = {
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class PushTrace(ByValue):
+class PushTrace(ByValue, Plan):
     """A simulated push, exact between its events; `simulate_push` makes it.
 
     Parameters
@@ -59,6 +58,7 @@ class PushTrace(ByValue):
     ('stick', 'slip', 'free', 'slip')
     """
 
+    kind = "centering.push_trace"
     profile: TipProfile
     parameters: Floats
     phases: Floats
@@ -198,38 +198,18 @@ class PushTrace(ByValue):
         told = {"profile": stored.encode(self.profile), "parameters": stored.encode(self.parameters)}
         return data.assign_attrs(told)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the trace to a NetCDF file that `sdpgrind.load` opens.
-
-        Parameters
-        ----------
-        path : str or path
-            Where.
-        """
-        records.write(self.dataset, path, _KIND)
-
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> Self:
-        """Return what `save` wrote to a path.
-
-        Parameters
-        ----------
-        path : str or path
-            Where.
-        """
-        data = records.read(path)
-        profile, parameters = (stored.decode(data.attrs[name]) for name in ("profile", "parameters"))
-        return cls(profile, np.array(parameters), data["phases"].values, data["summary"].values)
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        profile, parameters = (stored.decode(dataset.attrs[name]) for name in ("profile", "parameters"))
+        return cls(profile, np.array(parameters), dataset["phases"].values, dataset["summary"].values)
 
     def plot(self) -> Any:
         """Draw tip and part (mm), and the contact force (N) with both friction forces, over time (s); return the figure."""
-        from centering.push._contact.trace_picture import plot_trace
+        return pictures.drawn("centering.push._contact.trace_picture:plot_trace", self)
 
-        return plot_trace(self)
-
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         told = f"part moved {self.final_position:.4g} mm, peak {self.peak_force:.4g} N, slide {1e3 * self.free_slide:.4g} µm"
-        return f"{type(self).__name__}({told}, {len(self.event_mode)} phases in {self.duration:.4g} s)"
+        return f"{told}, {len(self.event_mode)} phases in {self.duration:.4g} s"
 
 
 def simulate_push(model: "Pushable | npt.ArrayLike", profile: TipProfile) -> PushTrace:

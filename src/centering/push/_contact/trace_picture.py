@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.circle._fit.picture import told_length
-from sdpgrind.base import units
+from sdpgrind.base import pictures, units
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from centering.push._contact.trace import PushTrace
     from centering.push._profile.profile import TipProfile
 
-BLUE, RED, GREY = "#4878a8", "#b04a3a", "0.35"
+BLUE, RED, GREY = pictures.ACTUAL, pictures.LIMIT, "0.35"
 _SHADES = {"rest": "#f2f2f2", "stick": "#cfcfcf", "slip": "#dbe7f3", "free": "#f8e3c4"}
 _TOLD = {
     "rest": "at rest, apart",
@@ -26,7 +26,7 @@ _FINE = 801
 
 def plot_trace(trace: "PushTrace") -> Any:
     """Draw a push; return the figure (private to this package)."""
-    figure = need("matplotlib.pyplot", "plot").figure(figsize=(8.0, 6.4), layout="constrained")
+    figure = pictures.figure(8.0, 6.4)
     axes = figure.subplots(3, 1, sharex=True, height_ratios=(2.0, 1.1, 2.0))
     for axis in axes:
         _shade(axis, trace)
@@ -58,7 +58,7 @@ def _draw_positions(axis: Any, trace: "PushTrace") -> None:
     axis.plot(time, trace.tip_position, color=RED, lw=1.2, label="tip")
     axis.plot(time, trace.part_position, color=BLUE, lw=1.2, label="part")
     axis.set_ylabel("position [mm]")
-    axis.legend(frameon=False, fontsize=8, loc="best")
+    pictures.legend(axis, loc="best")
 
 
 def _draw_lead(axis: Any, trace: "PushTrace") -> None:
@@ -81,7 +81,7 @@ def _draw_force(axis: Any, trace: "PushTrace") -> None:
         axis.axhline(level, color=GREY, lw=1.0, ls=style, label=f"{name} = {level:.1f} N")
     axis.set_ylabel("contact force [N]")
     axis.set_ylim(0.0, 1.3 * max(float(trace.contact_force.max()), float(static)))
-    axis.legend(frameon=False, fontsize=8, loc="upper right", ncols=2)
+    pictures.legend(axis, loc="upper right", ncols=2)
 
 
 def _legend_of_modes(figure: Any, trace: "PushTrace") -> None:
@@ -95,14 +95,14 @@ def _legend_of_modes(figure: Any, trace: "PushTrace") -> None:
 
 def plot_profile(profile: "TipProfile") -> Any:
     """Draw position and speed of a tip; return the figure (private to this package)."""
-    figure = need("matplotlib.pyplot", "plot").figure(figsize=(7.0, 4.6), layout="constrained")
+    figure = pictures.figure(7.0, 4.6)
     above, below = figure.subplots(2, 1, sharex=True)
     edges = np.concatenate(((0.0,), np.cumsum(profile.duration)))
     time = np.unique(np.concatenate((np.linspace(0.0, edges[-1], _FINE), edges)))
     above.plot(_MILLI * time, profile.position(time), color=RED, lw=1.2)
     above.axhline(0.0, color=GREY, lw=0.8, ls=":", label="first touch")
     above.set(ylabel="tip position [mm]", title=f"{profile.stroke:.4g} mm in {_MILLI * profile.total_time:.4g} ms")
-    above.legend(frameon=False, fontsize=8)
+    pictures.legend(above)
     _draw_speed(below, profile, edges)
     return figure
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.push._contact.trace_picture import BLUE, GREY, RED
+from sdpgrind.base import pictures
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ _LIGHT, _DARK = "#9db9d6", "#1f3f66"
 
 def plot_optimal(push: "OptimalPush") -> Any:
     """Draw a push; return the figure (private to this package)."""
-    figure = need("matplotlib.pyplot", "plot").figure(figsize=(8.0, 6.4), layout="constrained")
+    figure = pictures.figure(8.0, 6.4)
     above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=(1.6, 1.6, 1.0))
     colours = need("matplotlib.colors", "plot").LinearSegmentedColormap.from_list("friction", [_LIGHT, BLUE, _DARK])
     shades = [colours(share) for share in np.linspace(0.0, 1.0, len(push.traces))]
@@ -58,5 +59,5 @@ def _dress(push: "OptimalPush", above: Any, middle: Any, below: Any) -> None:
     middle.set_ylabel("contact force [N]")
     middle.set_ylim(bottom=0.0)
     below.set(xlabel="time since first touch [ms]", ylabel="tip beyond\npart [µm]")
-    above.legend(frameon=False, fontsize=8, loc="lower center")
-    middle.legend(frameon=False, fontsize=8, loc="upper right")
+    pictures.legend(above, loc="lower center")
+    pictures.legend(middle, loc="upper right")

@@ -1,6 +1,5 @@
 """A push of least time with what the simulator says of it."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -13,12 +12,13 @@ import xarray as xr
 from centering.push._contact.trace import PushTrace, simulate_push
 from centering.push._machine.model import PushModel
 from centering.push._machine.problem import CenteringProblem
+from centering.push._plan import record as plan_record
 from centering.push._profile.profile import TipProfile
-from sdpgrind.base import records
+from sdpgrind.base import pictures
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 
-_KIND = "centering.optimal_push"
 _SAMPLES = 4001
 _SLACK = 2e-5  # mm: by which the simulator's stop may be further off than was asked
 
@@ -32,7 +32,7 @@ class PushStatus(StrEnum):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OptimalPush(ByValue):
+class OptimalPush(ByValue, Plan):
     """A push of least time, with what the simulator says of it; `minimum_time_push` makes it.
 
     Attributes
@@ -55,6 +55,7 @@ class OptimalPush(ByValue):
         Of each.
     """
 
+    kind = "centering.optimal_push"
     problem: CenteringProblem
     distance: float
     status: PushStatus
@@ -102,44 +103,23 @@ class OptimalPush(ByValue):
     @property
     def dataset(self) -> xr.Dataset:
         """The motion (s, mm/s, mm/s^2), and what came of it at every friction (mm, s, N), labelled; the whole push in it."""
-        from centering.push._plan.record import optimal_dataset
-
-        return optimal_dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the push (mm, s, N) to a NetCDF file that `sdpgrind.load` opens.
-
-        Parameters
-        ----------
-        path : str or path
-            Where.
-        """
-        records.write(self.dataset, path, _KIND)
+        plain = {"problem": self.problem, "profile": self.profile, "message": self.message, "steps": self.steps}
+        plain |= {"distance": self.distance, "status": self.status.name}
+        return plan_record.optimal_dataset(self, self.profile, self.traces, plain)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> Self:
-        """Return the push (mm, s, N) that `save` wrote to a path; nothing is searched or simulated again.
-
-        Parameters
-        ----------
-        path : str or path
-            Where.
-        """
-        from centering.push._plan.record import optimal_fields
-
-        fields = optimal_fields(records.read(path))
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        fields = plan_record.optimal_fields(dataset)
         return cls(**fields | {"status": PushStatus[fields["status"]]})
 
     def plot(self) -> Any:
         """Draw the speed of the tip (mm/s) and the contact forces (N) over time (s); return the figure."""
-        from centering.push._fastest.picture import plot_optimal  # the picture imports what it draws
+        return pictures.drawn("centering.push._fastest.picture:plot_optimal", self)
 
-        return plot_optimal(self)
-
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         errors = f"{1e3 * self.stop_error.min():+.2f} to {1e3 * self.stop_error.max():+.2f} µm"
         told = f"{self.distance:g} mm in {self.time:.4g} s, stops {errors}, force up to {self.peak_force:.1f} N"
-        return f"OptimalPush({told}; {self.status.name})"
+        return f"{told}; {self.status.name}"
 
 
 def judged(

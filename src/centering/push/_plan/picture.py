@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.push._contact.trace_picture import BLUE, GREY, RED
-from sdpgrind.base import units
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures, units
 
 if TYPE_CHECKING:
     from centering.push._plan.push import Push
@@ -17,9 +16,11 @@ _ROOM = 0.03  # of the height, below the lowest: the line at 0 is seen
 _SHADES = {"approach": "#f2f2f2", "pause": "#cfcfcf", "run-up": "#dbe7f3", "push": "#f8e3c4"}
 
 
-def new_axes() -> Any:
-    """Axes of a new figure."""
-    return need("matplotlib.pyplot", "plot").figure(figsize=(7.5, 4.4), layout="constrained").add_subplot()
+def plot(push: "Push", ax: Any = None) -> Any:
+    """Draw a push on axes, or on those of a new figure; return the figure."""
+    axis = pictures.axes_of(7.5, 4.4) if ax is None else ax
+    draw_push(push, axis)
+    return axis.figure
 
 
 def draw_push(push: "Push", axis: Any) -> None:

@@ -1,15 +1,15 @@
 """A whole push, from the place where the probe follows the rim to the stop of the tip: when to start, how far, how long."""
 
-import os
 from dataclasses import dataclass
 from math import pi
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
 from centering.push._machine.model import PushModel
 from centering.push._machine.problem import CenteringLimits, CenteringProblem
+from centering.push._plan import record as plan_record
 from centering.push._plan.arrival import Arrival, arrival
 from centering.push._plan.direction import Touch, plan_touch, profile_of
 from centering.push._profile.profile import TipProfile
@@ -19,8 +19,9 @@ from centering.push.turning._lead import Lead, find_lead
 from centering.push.turning._limits import check_speed
 from centering.push.turning._turning import turning_profile
 from centering.push.turning._turning_trace import TablePushTrace, simulate_table_push
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue
+from sdpgrind.base.plans import Plan
 from sdpgrind.base.stored import decode, stored
 
 _KIND = "centering.push"
@@ -29,7 +30,7 @@ _LEAST = 1e-9  # mm: no approach is left
 
 @stored(_KIND)
 @dataclass(frozen=True, eq=False, repr=False)
-class Push(ByValue):
+class Push(ByValue, Plan):
     """A planned push: approach, pause, push. What the slide does begins at the trigger, `lead_angle` before alignment.
 
     Attributes
@@ -56,6 +57,7 @@ class Push(ByValue):
         The slide from the trigger on, positive toward the axis.
     """
 
+    kind = _KIND
     problem: CenteringProblem
     offset: float
     spindle_speed: float
@@ -137,18 +139,11 @@ class Push(ByValue):
     @property
     def dataset(self) -> xr.Dataset:
         """The motion of the slide (s, mm/s, mm/s^2) and what was planned (mm, rad, s), labelled; the whole push in it."""
-        from centering.push._plan.record import push_dataset
-
-        return push_dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the push (mm, rad, s) to a NetCDF file at `path` that `sdpgrind.load` opens."""
-        records.write(self.dataset, path, _KIND)
+        return plan_record.push_dataset(self, self.profile)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Push":
-        """Read the push (mm, rad, s) that `save` wrote to `path`."""
-        return checks.kind("push", decode(records.read(path).attrs["push"]), cls)
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        return checks.kind("push", decode(dataset.attrs["push"]), cls)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw how far tip and rim are from the axis (mm) over time (ms), and the parts of the push; return the figure.
@@ -160,17 +155,11 @@ class Push(ByValue):
         ax : matplotlib axes, optional
             Where; by default in a new figure.
         """
-        from centering.push._plan.picture import draw_push, new_axes  # the picture imports what it draws
+        return pictures.drawn("centering.push._plan.picture:plot", self, ax)
 
-        axes = new_axes() if ax is None else ax
-        draw_push(self, axes)
-        return axes.figure
-
-    def __repr__(self) -> str:
-        return (
-            f"Push(lead {self.lead_angle * 180 / pi:.4g} deg, stroke {self.stroke:.5g} mm in {self.time:.4g} s,"
-            f" {self.direction}, {self.shape})"
-        )
+    def _told(self) -> str:
+        lead = f"lead {self.lead_angle * 180 / pi:.4g} deg"
+        return f"{lead}, stroke {self.stroke:.5g} mm in {self.time:.4g} s, {self.direction}, {self.shape}"
 
 
 def plan_push(

@@ -2,21 +2,17 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from centering.push._contact.reaction import COLUMN_NAMES
 from centering.push._contact.trace import PARAMETERS_TOLD, PHASES_TOLD, PushTrace
+from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.stored import decode, encode
-
-if TYPE_CHECKING:
-    from centering.push._fastest.push import OptimalPush
-    from centering.push._plan.push import Push
-    from centering.push._profile.profile import TipProfile
 
 _MOTION = {
     "duration": ("s", "duration of the segment"),
@@ -38,24 +34,23 @@ _PLANNED = {
 _FOUND = {"stop_error": "mm", "rest_time": "s", "least_force": "N"}
 
 
-def push_dataset(push: "Push") -> xr.Dataset:
-    """What a slide and a table need of a push, labelled; the whole push as JSON."""
-    return _dataset(push, push.profile, _PLANNED).assign_attrs(push=encode(push))
+def push_dataset(push: Any, profile: TipProfile) -> xr.Dataset:
+    """What a slide and a table need of a `Push`, labelled; the whole push as JSON."""
+    return _dataset(push, profile, _PLANNED).assign_attrs(push=encode(push))
 
 
-def optimal_dataset(push: "OptimalPush") -> xr.Dataset:
-    """Motion, results and phases at every friction, labelled; what else there is as JSON."""
-    data = _dataset(push, push.profile, {"distance": "mm"})
+def optimal_dataset(push: Any, profile: TipProfile, traces: tuple[PushTrace, ...], plain: Mapping[str, Any]) -> xr.Dataset:
+    """Motion, results and phases of an `OptimalPush` at every friction, labelled; the `plain` rest as JSON."""
+    data = _dataset(push, profile, {"distance": "mm"})
     data = data.assign_coords(
         friction=("friction", push.friction, {"units": "1", "long_name": "ratio to the problem's friction"})
     )
     for name, unit in _FOUND.items():
         data[name] = ("friction", getattr(push, name), {"units": unit, "long_name": name.replace("_", " ")})
     for name, column, told in (("parameters", "parameter", PARAMETERS_TOLD), ("summary", "result", ", ".join(COLUMN_NAMES))):
-        data[name] = (("friction", column), [getattr(trace, name) for trace in push.traces], {"long_name": told})
-    data["phases"] = (("friction", "phase", "state"), _padded(push.traces), {"long_name": PHASES_TOLD})
-    plain = {"problem": push.problem, "profile": push.profile, "message": push.message, "steps": push.steps}
-    return data.assign_attrs(optimal_push=encode(plain | {"distance": push.distance, "status": push.status.name}))
+        data[name] = (("friction", column), [getattr(trace, name) for trace in traces], {"long_name": told})
+    data["phases"] = (("friction", "phase", "state"), _padded(traces), {"long_name": PHASES_TOLD})
+    return data.assign_attrs(optimal_push=encode(plain))
 
 
 def optimal_fields(data: xr.Dataset) -> dict[str, Any]:
@@ -75,7 +70,7 @@ def _padded(traces: tuple[PushTrace, ...]) -> Any:
     return [np.pad(each, ((0, longest - len(each)), (0, 0)), constant_values=math.nan) for each in (t.phases for t in traces)]
 
 
-def _dataset(plan: Any, profile: "TipProfile", numbers: Mapping[str, str]) -> xr.Dataset:
+def _dataset(plan: Any, profile: TipProfile, numbers: Mapping[str, str]) -> xr.Dataset:
     """A motion, and numbers of a plan."""
     motion = {name: ("segment", getattr(profile, name), {"units": u, "long_name": told}) for name, (u, told) in _MOTION.items()}
     start = ((), profile.start, {"units": "mm", "long_name": "position of the slide at the begin, from first touch"})

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from centering.push._profile.profile_rows import STILL, jerk_rise, move_arguments, scaled
 from centering.push._profile.timing import move_peak
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
@@ -267,9 +267,7 @@ class TipProfile(Frozen, ByValue):
 
     def plot(self) -> Any:
         """Draw position (mm) and speed (mm/s) over time (s); return the figure."""
-        from centering.push._contact.trace_picture import plot_profile  # the picture imports what it draws
-
-        return plot_profile(self)
+        return pictures.drawn("centering.push._contact.trace_picture:plot_profile", self)
 
     def __repr__(self) -> str:
         way = f"{self.start:.4g} mm to {self.end:.4g} mm"

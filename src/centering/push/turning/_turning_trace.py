@@ -1,7 +1,6 @@
 """What happens in a push on a turning table, exact between its events, along the contact normal."""
 
 import dataclasses
-import os
 from typing import ClassVar
 
 import numpy as np
@@ -12,10 +11,8 @@ from centering.push._contact.reaction_kernels import COLUMNS, LOG_COLUMNS
 from centering.push._contact.trace import PushTrace
 from centering.push.turning._turning import TableProfile
 from centering.push.turning._turning_kernels import loaded_push, loaded_pushes, loaded_sample
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-
-_KIND = "centering.table_push_trace"
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -42,6 +39,7 @@ class TablePushTrace(PushTrace):
     (70.4, True)
     """
 
+    kind = "centering.table_push_trace"
     profile: TableProfile
     _rests: ClassVar[str] = "slides over the table by"
 
@@ -49,16 +47,6 @@ class TablePushTrace(PushTrace):
         out = np.empty((times.size, 4))
         loaded_sample(self.parameters, self.profile.pieces, self.phases, times, out)
         return out
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the trace to a NetCDF file that `sdpgrind.load` opens.
-
-        Parameters
-        ----------
-        path : str or path
-            Where.
-        """
-        records.write(self.dataset, path, _KIND)
 
 
 def simulate_table_push(model: "Pushable | npt.ArrayLike", profile: TableProfile) -> TablePushTrace:

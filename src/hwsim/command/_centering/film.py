@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.circle import plot_centers
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -29,10 +29,9 @@ class FilmStrip:
 
     def plot(self) -> Any:
         """Draw above the centre before and after each push, below the distances of tip and rim (mm) over time (s)."""
-        pyplot = need("matplotlib.pyplot", "plot")
         shown = self._shown()
         wide = max(len(shown), 1)
-        figure = pyplot.figure(figsize=(3.0 * wide + 0.6, 6.0), layout="constrained")
+        figure = pictures.figure(3.0 * wide + 0.6, 6.0)
         grid = figure.add_gridspec(2, wide, height_ratios=(1.5, 1))
         for column, (number, begin, end) in enumerate(shown):
             chart = figure.add_subplot(grid[0, column], projection="polar")
@@ -70,7 +69,7 @@ class FilmStrip:
         axis.spines[["top", "right"]].set_visible(False)
         if first:
             axis.set_ylabel("beyond the radius [mm]")
-            axis.legend(frameon=False, fontsize=8)
+            pictures.legend(axis)
 
 
 def _length(millimetres: float) -> str:

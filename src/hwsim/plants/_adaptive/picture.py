@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.protocols import PartLog
-from sdpgrind.base import stored
+from sdpgrind.base import pictures, stored
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,17 +19,14 @@ _SAMPLES = ("sample_time", "true_infeed_rate", "best_infeed_rate", "true_grindin
 
 def picture(log: PartLog) -> "Figure":
     """Draw a log of `AdaptiveGrinder`: infeed and power of the first parts, their way on the locus, and all parts."""
-    pyplot = need("matplotlib.pyplot", "plot")
-    figure: Figure = pyplot.figure(figsize=(12.5, 7.2), layout="constrained")
+    figure: Figure = pictures.figure(12.5, 7.2)
     grid = figure.add_gridspec(6, 2, width_ratios=(1.6, 1))
     slack = figure.add_subplot(grid[4:, 0])
     _in_time([*(figure.add_subplot(grid[rows, 0], sharex=slack) for rows in (slice(2), slice(2, 4))), slack], log)
     _way(figure.add_subplot(grid[:2, 1]), log)
     least = figure.add_subplot(grid[4:, 1])
     _outcomes([figure.add_subplot(grid[2:4, 1], sharex=least), least], log)
-    for axis in figure.axes:
-        axis.grid(alpha=0.25, lw=0.5)
-        axis.spines[["top", "right"]].set_visible(False)
+    pictures.opened(figure.axes)
     figure.suptitle(_title(log))
     return figure
 
@@ -82,8 +78,8 @@ def _in_time(axes: list[Any], log: PartLog) -> None:
     slack.axhline(0, color=_LIMIT, lw=1, ls="--")
     for axis in (rates, power):
         axis.tick_params(labelbottom=False)
-        axis.legend(frameon=False, fontsize=8, loc="lower right")
-    slack.legend(frameon=False, fontsize=8, loc="upper right")
+        pictures.legend(axis, loc="lower right")
+    pictures.legend(slack, loc="upper right")
 
 
 def _near_zero(log: PartLog) -> tuple[float, float]:
@@ -123,7 +119,7 @@ def _way(axis: Any, log: PartLog) -> None:
         _locus(axis, process, np.linspace(0.9 * min(ends), 1.1 * max(ends), 200), ranges)
     axis.set(xlabel="infeed rate [µm/s]", ylabel="work speed [mm/s]" if process else "work rotation [rad/s]")
     axis.set_title("The way along the locus", loc="left")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)
 
 
 def _locus(axis: Any, process: Any, rates: Floats, ranges: tuple[float, float]) -> None:

@@ -6,22 +6,20 @@ import numpy as np
 
 from centering.circle import plot_centers
 from hwsim.protocols import PartLog
+from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _RIM, _TIP, _FORCE, _PUSH, _BAD = "0.45", "tab:blue", "tab:orange", "0.9", "tab:red"
 _UM = 1000.0
-_SMALL: dict[str, Any] = {"frameon": False, "fontsize": 8}
 _LEAST = 1e-6  # mm: smaller offsets are drawn as this
 
 
 def picture(log: PartLog) -> "Figure":
     """Draw a log of `CenteringMachine`: the last part on a log-polar chart and against time, and all parts."""
-    pyplot = need("matplotlib.pyplot", "plot")
-    figure: Figure = pyplot.figure(figsize=(12.0, 7.0), layout="constrained")
+    figure: Figure = pictures.figure(12.0, 7.0)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1), height_ratios=(1.9, 1))
     pair = grid[0, 0].subgridspec(2, 1, hspace=0.0)  # of one axis of time: no room for labels between
     above = figure.add_subplot(pair[0])
@@ -30,9 +28,7 @@ def picture(log: PartLog) -> "Figure":
     _motion(axes[0], last)
     _force(axes[1], last)
     _parts(axes[2], log)
-    for axis in axes:
-        axis.grid(alpha=0.25, lw=0.5)
-        axis.spines[["top", "right"]].set_visible(False)
+    pictures.opened(axes)
     tolerance = float(log.outcome.attrs["tolerance"])
     plot_centers(_centers(log), tolerance, ax=figure.add_subplot(grid[:, 1], projection="polar"))
     figure.suptitle(_title(log))
@@ -70,7 +66,7 @@ def _motion(axis: Any, last: dict[str, Floats]) -> None:
     axis.set(ylabel="from the axis [mm]")
     axis.set_title("The last part; shaded: the slide runs a profile", loc="left", fontsize=10)
     axis.tick_params(labelbottom=False)
-    axis.legend(**_SMALL, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
+    pictures.legend(axis, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
 
 
 def _force(axis: Any, last: dict[str, Floats]) -> None:
@@ -96,7 +92,7 @@ def _parts(axis: Any, log: PartLog) -> None:
     axis.set_ylim(min(0.1, 0.5 * float(final.min())), 2.0 * max(5.0, float(np.nanmax(offset))))
     axis.xaxis.get_major_locator().set_params(integer=True)
     axis.set_title("Every part, push by push", loc="left", fontsize=10)
-    axis.legend(**_SMALL, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    pictures.legend(axis, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _title(log: PartLog) -> str:

@@ -5,22 +5,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.protocols import PartLog
+from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TRUE, _SET, _GRAY, _BAD = "tab:blue", "0.15", "0.55", "tab:red"
-_LEGEND: dict[str, Any] = {"frameon": False, "fontsize": 8, "loc": "lower right", "bbox_to_anchor": (1, 0.97)}  # above its axes
+_LEGEND: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.97)}  # above its axes
 _UM = 1000.0
 _SAMPLES = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
 
 
 def picture(log: PartLog) -> "Figure":
     """Draw a log of `FinishingCell`: the last part against time and seen from above, force and roughness of all parts."""
-    pyplot = need("matplotlib.pyplot", "plot")
-    figure: Figure = pyplot.figure(figsize=(12.5, 7.2), layout="constrained")
+    figure: Figure = pictures.figure(12.5, 7.2)
     halves = figure.add_gridspec(1, 2, width_ratios=(1.5, 1))
     last, wanted = _last(log), _set_force(log)
     rows = halves[0].subgridspec(3, 1)
@@ -29,8 +28,7 @@ def picture(log: PartLog) -> "Figure":
     right = halves[1].subgridspec(2, 1, height_ratios=(2, 1))
     _from_above(figure.add_subplot(right[0]), last, log)
     _parts(figure.add_subplot(right[1]), log)
-    for axis in figure.axes:
-        axis.spines[["top", "right"]].set_visible(False)
+    pictures.opened(figure.axes, grid=False)
     figure.suptitle(_title(log, wanted))
     return figure
 
@@ -70,11 +68,11 @@ def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: flo
         force.axvline(down, color=_GRAY, lw=0.8, ls=":", label="touches")
     force.set(ylabel="force [N]", ylim=(0, None))
     force.set_title("The last part", loc="left")
-    force.legend(**_LEGEND, ncols=3)
+    pictures.legend(force, **_LEGEND, ncols=3)
     feed.plot(time, last["true_feed"], color=_TRUE, lw=0.5, label="of the contact")
     feed.axhline(float(log.outcome.attrs["feed_rate"]), color=_SET, lw=1, ls="--", label="planned between corners")
     feed.set(ylabel="feed [mm/s]", ylim=(0, None))
-    feed.legend(**_LEGEND, ncols=2)
+    pictures.legend(feed, **_LEGEND, ncols=2)
     height.plot(time, _UM * last["height_error"], color=_TRUE, lw=0.8)
     height.set(xlabel="time [s]", ylabel="height error [µm]")
     for axis in axes:
@@ -105,7 +103,7 @@ def _parts(axis: Any, log: PartLog) -> None:
     if np.isnan(rough).all():
         axis.annotate("the model does not know this pattern", (0.5, 0.5), xycoords="axes fraction", ha="center", color=_BAD)
     elif stretched.any():
-        axis.legend(frameon=False, fontsize=8)
+        pictures.legend(axis)
     axis.set(xlabel="part", ylabel="roughness Ra [µm]", ylim=(0, 1.2 * np.nanmax(rough) if np.isfinite(rough).any() else 1.0))
     axis.set_title("Every part", loc="left")
     axis.grid(alpha=0.25, lw=0.5)

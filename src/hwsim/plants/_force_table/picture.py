@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.protocols import PartLog
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,16 +15,13 @@ _REAL, _ASKED, _PLAN, _BAD = "tab:blue", "tab:orange", "0.15", "tab:red"
 
 def picture(log: PartLog) -> "Figure":
     """Draw the first bead of a log of `ForceTableStand` pass by pass, and the outcome of all."""
-    pyplot = need("matplotlib.pyplot", "plot")
     figure: Figure
-    figure, axes = pyplot.subplots(2, 2, figsize=(11, 7.5), layout="constrained")
+    figure, axes = pictures.subplots(2, 2, (11, 7.5))
     _forces(axes[0, 0], log)
     _contours(axes[0, 1], log)
     _cuts(axes[1, 0], log)
     _outcomes(axes[1, 1], log)
-    for axis in axes.ravel():
-        axis.grid(alpha=0.25, lw=0.5)
-        axis.spines[["top", "right"]].set_visible(False)
+    pictures.opened(axes.ravel())
     out = log.outcome
     beads = f"{len(log)} beads" if len(log) > 1 else "1 bead"
     figure.suptitle(f"{beads}: {out.passes.values.mean():.1f} passes each, {int(out.stalls.values.sum())} stalls")
@@ -50,7 +47,7 @@ def _forces(axis: Any, log: PartLog) -> None:
     if "force_demand_planned" in table:  # below what was read: the demand repeats its noise where the force is re-planned
         axis.plot(table.time, table.force_demand_planned, color=_ASKED, lw=1.6, label="demanded")
     axis.plot(table.time, table.force, color=_REAL, lw=0.7, label="read")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)
 
 
 def _contours(axis: Any, log: PartLog) -> None:
@@ -68,7 +65,7 @@ def _contours(axis: Any, log: PartLog) -> None:
     axis.axhline(0, color=_PLAN, lw=1)
     axis.set(xlabel="along the bead [mm]", ylabel="height [mm]")
     axis.set_title("Contours of the first bead", loc="left")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)
 
 
 def _cuts(axis: Any, log: PartLog) -> None:
@@ -88,4 +85,4 @@ def _outcomes(axis: Any, log: PartLog) -> None:
     axis.set(xlabel="bead", ylabel="height [mm]", xlim=(out.part.values[0] - 0.5, out.part.values[-1] + 0.5))
     axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
     axis.set_title(f"What was left; mean penalty {out.penalty.values.mean():.3f} \\$", loc="left")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.protocols import PartLog
-from sdpgrind.base import stored
+from sdpgrind.base import pictures, stored
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,17 +17,14 @@ _UM, _BEGINS = 1000.0, 2.0
 
 def picture(log: PartLog) -> "Figure":
     """Draw a log of `PlungeGrinder`: rates, stock and damage of the last part; time, slack and roundness of all parts."""
-    pyplot = need("matplotlib.pyplot", "plot")
-    figure: Figure = pyplot.figure(figsize=(11.5, 6.8), layout="constrained")
+    figure: Figure = pictures.figure(11.5, 6.8)
     grid = figure.add_gridspec(6, 2, width_ratios=(1.25, 1))
     last = _last(log)
     rates = figure.add_subplot(grid[:3, 0])
     _rates(rates, last)
     _stock(figure.add_subplot(grid[3:, 0], sharex=rates), last, log)
     _outcomes([figure.add_subplot(grid[2 * k : 2 * k + 2, 1]) for k in range(3)], log)
-    for axis in figure.axes:
-        axis.grid(alpha=0.25, lw=0.5)
-        axis.spines[["top", "right"]].set_visible(False)
+    pictures.opened(figure.axes)
     figure.suptitle(_title(log))
     return figure
 
@@ -73,7 +69,7 @@ def _rates(axis: Any, last: dict[str, Floats]) -> None:
     axis.set(ylabel="rate [µm/s]")
     axis.tick_params(labelbottom=False)
     axis.set_title("The last part", loc="left")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)
 
 
 def _stock(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
@@ -89,7 +85,7 @@ def _stock(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     axis.axhline(0, color=_LIMIT, lw=1)
     _sections(axis, last)
     axis.set(xlabel="time [s]", ylabel="depth from the size [mm]")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)
 
 
 def _outcomes(axes: list[Any], log: PartLog) -> None:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.protocols import PartLog
+from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 _DATA, _MODEL, _ERROR, _BAND, _TRUE = "0.55", "tab:blue", "tab:blue", "tab:orange", "0.15"
 _UM = 1000.0
 _TURN = 2 * math.pi
-_SMALL: dict[str, Any] = {"frameon": False, "fontsize": 8}
 _TOP = 1e4  # µm: more is not worth a picture
 _LINE = 400  # points on the curve of the model
 _NOTE: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "ha": "right", "xycoords": ("axes fraction", "data")}
@@ -23,8 +22,7 @@ _NOTE: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "ha": "ri
 
 def picture(log: PartLog) -> "Figure":
     """Draw a log of `Probe`: the readings of the last part, how its centre came to be known, all parts."""
-    pyplot = need("matplotlib.pyplot", "plot")
-    figure: Figure = pyplot.figure(figsize=(11.5, 6.8), layout="constrained")
+    figure: Figure = pictures.figure(11.5, 6.8)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.15, 1))
     pair, panels = grid[0].subgridspec(2, 1, height_ratios=(2, 1), hspace=0.0), grid[1].subgridspec(2, 1)
     last = _last(log)
@@ -33,9 +31,7 @@ def picture(log: PartLog) -> "Figure":
     _readings(reading, below, last, float(log.outcome.attrs["tip_radius"]))
     _history(figure.add_subplot(panels[0]), last, log)
     _parts(figure.add_subplot(panels[1]), log)
-    for axis in figure.axes:
-        axis.grid(alpha=0.25, lw=0.5)
-        axis.spines[["top", "right"]].set_visible(False)
+    pictures.opened(figure.axes)
     figure.suptitle(_title(log))
     return figure
 
@@ -83,7 +79,7 @@ def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float
     above.set(ylabel="reading [mm]")
     above.set_title("The last part", loc="left")
     above.tick_params(labelbottom=False)
-    above.legend(**_SMALL)
+    pictures.legend(above)
     below.axhline(0, color=_TRUE, lw=1)
     below.set(ylabel="residual [µm]", xlabel="angle of the spindle [turns]")
 
@@ -102,7 +98,7 @@ def _history(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     axis.plot(turns[known], _UM * last["band_planned"][known], color=_BAND, label="band: as sure as this it was said to be")
     axis.plot(turns[known], _UM * error[known], color=_ERROR, label="from the true centre")
     axis.set_ylim(top=min(axis.get_ylim()[1], _TOP))
-    axis.legend(**_SMALL)
+    pictures.legend(axis)
 
 
 def _parts(axis: Any, log: PartLog) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.protocols import PartLog
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,17 +16,14 @@ _MOST_BEADS = 100  # more lines than these cannot be told apart
 
 def picture(log: PartLog) -> "Figure":
     """Draw a log of `WeldBeadStand`: height against time, penalties, cuts, and power against removal rate."""
-    pyplot = need("matplotlib.pyplot", "plot")
     figure: Figure
-    figure, axes = pyplot.subplots(2, 2, figsize=(11, 7.5), layout="constrained")
+    figure, axes = pictures.subplots(2, 2, (11, 7.5))
     table = log[log.tiers[0]]
     _heights(axes[0, 0], log, table)
     _penalties(axes[0, 1], log)
     _cuts(axes[1, 0], table)
     _powers(axes[1, 1], log, table)
-    for axis in axes.ravel():
-        axis.grid(alpha=0.25, lw=0.5)
-        axis.spines[["top", "right"]].set_visible(False)
+    pictures.opened(axes.ravel())
     figure.suptitle(_title(log))
     return figure
 
@@ -90,7 +87,7 @@ def _penalties(axis: Any, log: PartLog) -> None:
     axis.set(xlabel=r"penalty of a bead [\$]", ylabel="beads")
     axis.yaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
     axis.set_title("What it cost", loc="left")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)
 
 
 def _faint(points: int) -> float:
@@ -128,4 +125,4 @@ def _powers(axis: Any, log: PartLog, table: Any) -> None:
     axis.set(xlabel="removal rate [mm³/s]", ylabel="grinding power [W]")
     axis.set_ylim(bottom=0)
     axis.set_title("What the sensors say", loc="left")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)

@@ -1,7 +1,6 @@
 """A planned motion: where the tool and every joint is when, and what comes nearest to a limit."""
 
 import json
-import os
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -10,9 +9,10 @@ import numpy.typing as npt
 import xarray as xr
 from scipy.interpolate import CubicHermiteSpline
 
-from sdpgrind.base import checks, records, stored
+from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._heading import pitch_cosine
 from sdpgrind.finishing.timing._violations import Violation
@@ -73,7 +73,7 @@ class MotionError(ValueError):
         self.message, self.motion = message, motion
 
 
-class Motion:
+class Motion(Plan):
     """A motion along a path, row by row in time; immutable. At a sharp corner there are two rows, for both directions of feed.
 
     Attributes
@@ -90,15 +90,14 @@ class Motion:
         All rows, with units.
     """
 
+    kind = "finishing.motion"
+
     def __init__(self, problem: FinishingProblem, method: str, posture: Posture, worst: Violation, data: xr.Dataset) -> None:
         self.problem, self.method, self.posture, self.worst_violation = problem, method, posture, worst
         self._data = data
         for column in data.variables.values():
             if column.dtype.kind == "f":
                 column.values.flags.writeable = False
-
-    def __deepcopy__(self, memo: object) -> Self:
-        return self  # nothing in it changes
 
     @property
     def time(self) -> Floats:
@@ -220,9 +219,7 @@ class Motion:
 
     def plot(self) -> Any:
         """Draw feed (mm/s) along the path, and how much of their limits the joints use over time (s); return the figure."""
-        from sdpgrind.finishing._problem.motion_picture import plot
-
-        return plot(self)
+        return pictures.drawn("sdpgrind.finishing._problem.motion_picture:plot", self)
 
     @property
     def dataset(self) -> xr.Dataset:
@@ -231,20 +228,15 @@ class Motion:
         told["posture"], told["worst_violation"] = json.dumps(self.posture), json.dumps(self.worst_violation)
         return self._data.assign_attrs(told)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the motion (mm, rad, s), with its problem, to a NetCDF file at `path`."""
-        records.write(self.dataset, path, "finishing.motion")
-
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Motion":
-        """Read the motion (mm, rad, s) that `save` wrote to `path`."""
-        data = records.read(path)
-        radius, branch, place = json.loads(data.attrs["posture"])
-        worst = Violation(*json.loads(data.attrs["worst_violation"]))
-        problem, method = stored.decode(data.attrs["problem"]), str(data.attrs["method"])
-        return cls(problem, method, Posture(radius, branch, tuple(place)), worst, data.drop_attrs(deep=False))
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        told = dataset.attrs
+        radius, branch, place = json.loads(told["posture"])
+        worst = Violation(*json.loads(told["worst_violation"]))
+        problem, method = stored.decode(told["problem"]), str(told["method"])
+        return cls(problem, method, Posture(radius, branch, tuple(place)), worst, dataset.drop_attrs(deep=False))
 
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"
         share = 100 * self.mean_feed_rate / self.problem.feed_rate
-        return f"Motion({way}, {share:.0f} % of the feed rate, {self.method}; {self.status})"
+        return f"{way}, {share:.0f} % of the feed rate, {self.method}; {self.status}"

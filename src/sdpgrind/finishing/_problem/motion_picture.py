@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 
@@ -20,8 +21,7 @@ COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "blac
 
 def plot(motion: "Motion") -> Any:
     """Draw a motion; return the figure."""
-    plt = need("matplotlib.pyplot", "plot")
-    figure = plt.figure(figsize=(12, 5.5), layout="constrained")
+    figure = pictures.figure(12, 5.5)
     grid = figure.add_gridspec(3, 2, width_ratios=(1.2, 1))
     _draw_path(figure, figure.add_subplot(grid[:, 0], projection="3d", computed_zorder=False), motion)
     _draw_feed(figure.add_subplot(grid[0, 1]), motion)
@@ -43,7 +43,7 @@ def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
     place = points[int(np.argmin(np.abs(motion.time - worst.time)))]
     told = f"{worst.quantity} {worst.joint}".strip()
     axis.scatter(*place, color="black", s=25, zorder=4, label=f"{told}: {100 * worst.ratio:.1f} % of its limit")
-    axis.legend(frameon=False, fontsize=8, loc="upper left")
+    pictures.legend(axis, loc="upper left")
     figure.colorbar(drawn, ax=axis, shrink=0.6, pad=0.12, label="feed [mm/s]")
 
 
@@ -57,7 +57,7 @@ def _apart(motion: "Motion") -> Any:
 def _draw_feed(axis: Any, motion: "Motion") -> None:
     """Feed over all of the time: between its extremes, as there may be a thousand corners."""
     time, low, high = _extremes(motion.time, motion.feed_rate, MANY)
-    axis.fill_between(time, low, high, color="#4878a8", lw=0.4)
+    axis.fill_between(time, low, high, color=pictures.ACTUAL, lw=0.4)
     axis.axhline(motion.problem.feed_rate, color="0.4", lw=0.8, ls="--")
     axis.axhline(motion.mean_feed_rate, color="0.1", lw=0.8)
     axis.set(ylabel="feed [mm/s]", xlim=(0, motion.duration), ylim=(0, 1.08 * motion.problem.feed_rate))
@@ -69,8 +69,8 @@ def _draw_close(axis: Any, motion: "Motion") -> None:
     worst = motion.worst_violation
     first = float(np.clip(worst.time - CLOSE / 2, 0.0, max(0.0, motion.duration - CLOSE)))
     near = (motion.time >= first) & (motion.time <= first + CLOSE)
-    axis.plot(motion.time[near], motion.feed_rate[near], color="#4878a8", lw=1)
-    axis.axvline(worst.time, color="#b04a3a", lw=0.8)
+    axis.plot(motion.time[near], motion.feed_rate[near], color=pictures.ACTUAL, lw=1)
+    axis.axvline(worst.time, color=pictures.LIMIT, lw=0.8)
     axis.set(ylabel="feed [mm/s]", xlim=(first, min(first + CLOSE, motion.duration)), ylim=(0, 1.08 * motion.problem.feed_rate))
 
 
@@ -86,7 +86,7 @@ def _draw_joints(axis: Any, motion: "Motion") -> None:
     axis.axhline(100, color="0.4", lw=0.8, ls="--")
     axis.set(ylabel="used of limits [%]", xlabel="time [s]", xlim=(0, motion.duration))
     axis.set_ylim(0, max(130.0, 115 * float(share.max())))
-    axis.legend(frameon=False, fontsize=8, ncol=7, loc="upper center", handlelength=1)
+    pictures.legend(axis, ncol=7, loc="upper center", handlelength=1)
 
 
 def _extremes(time: Floats, values: Floats, slices: int) -> tuple[Floats, Floats, Floats]:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.finishing.path._path import Path
@@ -21,7 +22,7 @@ def plot(path: Path, ax: Any = None) -> Any:
     """Draw a path on its surface, coloured by the length behind; see `Path.plot`."""
     collections = need("mpl_toolkits.mplot3d.art3d", "plot")
     if ax is None:
-        figure = need("matplotlib.pyplot", "plot").figure(figsize=(7.6, 5.2), layout="constrained")
+        figure = pictures.figure(7.6, 5.2)
         ax = figure.add_subplot(projection="3d")
     figure = path.surface.plot(ax)
     samples = path.sample(per_leg=max(1, min(8, PIECES // len(path.nodes))))

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 from sdpgrind.finishing.study._analysed import analysed
 from sdpgrind.finishing.study._means import LevelMean
 from sdpgrind.finishing.study._ratios import RATIOS
@@ -13,17 +13,14 @@ from sdpgrind.finishing.study._texts import labelled, level
 if TYPE_CHECKING:
     from sdpgrind.finishing.study._study import Study
 
-COLOUR = "#4878a8"
+COLOUR = pictures.ACTUAL
 
 
 def main_effects(study: "Study", confidence: float) -> Any:
     """Figure of a study; see `Study.plot`."""
-    plt = need("matplotlib.pyplot", "plot")
     rows = study.level_means(confidence).rows
     names = list(study.factors)
-    figure, axes = plt.subplots(
-        1, len(names), figsize=(1.2 + 1.9 * len(names), 3.4), sharey=True, layout="constrained", squeeze=False
-    )
+    figure, axes = pictures.subplots(1, len(names), (1.2 + 1.9 * len(names), 3.4), sharey=True, squeeze=False)
     for axis, name in zip(axes[0], names, strict=True):
         _panel(axis, labelled(name, study.units.get(name, "")), [row for row in rows if row.factor == name])
         axis.axhline(float(analysed(study).y.mean()), color="0.6", lw=0.8, ls="--", zorder=0)

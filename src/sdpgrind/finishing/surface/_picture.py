@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 FINE = 60
 """Facets each way."""
-COLOUR, LINES = "#b4cbe0", "#31527a"
+COLOUR, LINES = "#b4cbe0", pictures.TRACKED
 THICK = 0.08
 """Least width of the drawn box, of its greatest: a flat surface is seen too."""
 TICKS = 5
@@ -48,7 +48,7 @@ def knot_lines(shape: "Surface") -> list[checks.Floats]:
 def _axes(ax: Any) -> tuple[Any, Any]:
     """Figure and axes to draw in."""
     if ax is None:
-        figure = need("matplotlib.pyplot", "plot").figure(figsize=(7, 5), layout="constrained")
+        figure = pictures.figure(7, 5)
         return figure, figure.add_subplot(projection="3d")
     if not hasattr(ax, "plot_surface"):
         raise TypeError(f"ax must be 3-D axes of matplotlib, as add_subplot(projection='3d') gives; got {checks.shown(ax)}")

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 
 _LAST = 0.1  # share of a run in which a force that has settled stays within its band
 
@@ -115,7 +114,7 @@ class AxisRecord:
             Where.
         """
         if ax is None:
-            ax = need("matplotlib.pyplot", "plot").figure(figsize=(7, 4), layout="constrained").add_subplot()
+            ax = pictures.axes_of(7, 4)
         ax.plot(self.time, self.normal_force.T, color="C0", linewidth=0.7, alpha=0.5)
         ax.axhline(self.target_force, color="k", linewidth=0.7)
         ax.set(xlabel="time [s]", ylabel="normal force [N]")

@@ -1,16 +1,16 @@
 """Best points over several hidden states: an area rather than a curve, looked up by following from the nearest points known."""
 
 import itertools
-import os
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 from scipy import optimize
 
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 from sdpgrind.locus._curve.point import Point, named_point
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.system import System, system_of
@@ -19,11 +19,11 @@ from sdpgrind.locus._trace.pieces import kind_of, point_of
 from sdpgrind.locus._trace.trace import Run, Tracer
 
 
-class Area:
+class Area(Plan):
     """All best points of a problem with several hidden states, in the units of the problem; immutable.
 
     A grid of exact points is kept; between them `at` follows from the nearest ones, through every change of what is active, and
-    takes the cheapest.
+    takes the cheapest. Functions of one's own go into a file as expressions.
 
     Attributes
     ----------
@@ -32,6 +32,8 @@ class Area:
     degenerate : bool
         Whether many points were as good: then the one of the most slack was taken.
     """
+
+    kind = "locus.area"
 
     def __init__(self, problem: Problem, grid: Grid, degenerate: bool = False):
         self.problem, self.grid, self.degenerate = problem, grid, degenerate
@@ -155,26 +157,19 @@ class Area:
     @cached_property
     def dataset(self) -> xr.Dataset:
         """The grid as labelled arrays with units; NaN where no best point is known."""
-        from sdpgrind.locus._curve._area_record import dataset
+        from sdpgrind.locus._curve._area_record import dataset_of
 
-        return dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the area to a NetCDF file at `path`; functions of one's own go with it, as expressions."""
-        records.write(self.dataset, path, "locus.area")
+        return dataset_of(self.problem, self.grid, self.degenerate)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Area":
-        """Read the area that `save` wrote to `path`."""
-        from sdpgrind.locus._curve._area_record import restored
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        from sdpgrind.locus._curve._area_record import fields_in
 
-        return restored(records.read(path))
+        return cls(*fields_in(dataset))
 
     def plot(self) -> Any:
         """Draw each control over the first two hidden states; return the figure."""
-        from sdpgrind.locus._curve.pictures import area_picture
-
-        return area_picture(self)
+        return pictures.drawn("sdpgrind.locus._curve.pictures:area_picture", self)
 
     @property
     def status(self) -> str:
@@ -183,5 +178,5 @@ class Area:
         told = f"{self.known.sum()} exact points, {100 * share:.0f} % of the grid, residual {self.error:.1g}"
         return told + ("; many points are as good, the one of the most slack was taken" if self.degenerate else "")
 
-    def __repr__(self) -> str:
-        return f"Area({self.status})"
+    def _told(self) -> str:
+        return self.status

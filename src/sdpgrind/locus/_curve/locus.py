@@ -1,18 +1,18 @@
 """The optimal locus of a problem with one hidden state: pieces, events, jumps; the best point for a state or a measurement."""
 
-import os
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import checks, records
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 from sdpgrind.locus._curve.inversion_kernels import find_state
 from sdpgrind.locus._curve.point import Point, named_point
+from sdpgrind.locus._curve_protocol import Event
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.system import System, system_of
 from sdpgrind.locus._problem.tape_kernels import run, work_size
@@ -32,28 +32,10 @@ NEAR, FAR = 1e-6, 0.25
 """A point that is farther from where it is looked for, scaled, and over the distance of its neighbours, is another one."""
 
 
-@dataclass(frozen=True)
-class Event:
-    """Something that happens at one value of the hidden state.
-
-    Attributes
-    ----------
-    kind : str
-        "<constraint> active" or "inactive", "<control> least", "greatest" or "released", as the hidden state rises; "fold",
-        "jump", "infeasible", "branch point".
-    hidden : float
-        Where, in the unit of the hidden state.
-    controls : dict
-        The controls there.
-    """
-
-    kind: str
-    hidden: float
-    controls: dict[str, float]
-
-
-class Locus:
+class Locus(Plan):
     """All best points of a problem with one hidden state, in the units of the problem; immutable.
+
+    Functions of one's own go into a file as expressions.
 
     Attributes
     ----------
@@ -65,11 +47,10 @@ class Locus:
         Whether many points were as good: then the one of the most slack was taken.
     """
 
+    kind = "locus.curve"
+
     def __init__(self, problem: Problem, table: Columns, pieces: tuple[Piece, ...], degenerate: bool = False):
         self.problem, self._table, self.pieces, self.degenerate = problem, table, pieces, degenerate
-
-    def __deepcopy__(self, memo: object) -> Self:
-        return self  # nothing in it changes
 
     @property
     def system(self) -> System:
@@ -289,26 +270,19 @@ class Locus:
     @cached_property
     def dataset(self) -> xr.Dataset:
         """All points as labelled arrays with units."""
-        from sdpgrind.locus._curve.record import dataset
+        from sdpgrind.locus._curve.record import dataset_of
 
-        return dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the locus to a NetCDF file at `path`; functions of one's own go with it, as expressions."""
-        records.write(self.dataset, path, "locus.curve")
+        return dataset_of(self.problem, self.pieces, self.degenerate)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Locus":
-        """Read the locus that `save` wrote to `path`."""
-        from sdpgrind.locus._curve.record import restored
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        from sdpgrind.locus._curve.record import fields_in
 
-        return restored(records.read(path))
+        return cls(*fields_in(dataset))
 
     def plot(self) -> Any:
         """Draw controls and responses over the hidden state, and the locus between the first two controls; return the figure."""
-        from sdpgrind.locus._curve.pictures import picture
-
-        return picture(self)
+        return pictures.drawn("sdpgrind.locus._curve.pictures:picture", self)
 
     @property
     def status(self) -> str:
@@ -325,5 +299,5 @@ class Locus:
             told += f"; no best point was found elsewhere in {first:g} to {last:g}"
         return told + ("; many points are as good, the one of the most slack was taken" if self.degenerate else "")
 
-    def __repr__(self) -> str:
-        return f"Locus({self.status})"
+    def _told(self) -> str:
+        return self.status

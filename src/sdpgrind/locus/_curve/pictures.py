@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from sdpgrind.locus._curve.locus import Locus
 
 _BEHIND = {"facecolor": "w", "edgecolor": "none", "alpha": 0.7, "pad": 0.3}
-COLOURS = {"interior": "#8a8a8a", "locus": "#4878a8", "bound": "#b08a3a", "vertex": "#7a5aa0"}
+COLOURS = {"interior": "#8a8a8a", "locus": pictures.ACTUAL, "bound": "#b08a3a", "vertex": "#7a5aa0"}
 """Of the kinds of pieces."""
 FLAT = 1e-2
 """Least height of a picture, relative to what it shows."""
@@ -22,9 +22,8 @@ APART = 0.13
 
 def picture(curve: "Locus") -> Any:
     """The locus between two controls beside controls, and measurement, over the hidden state."""
-    plt = need("matplotlib.pyplot", "plot")
     n = len(curve.names)
-    figure, axes = plt.subplots(n + 1, 2 if n > 1 else 1, figsize=(10, 2.1 * (n + 1)), layout="constrained", squeeze=False)
+    figure, axes = pictures.subplots(n + 1, 2 if n > 1 else 1, (10, 2.1 * (n + 1)), squeeze=False)
     right = axes[:, -1]
     for k, name in enumerate(curve.names):
         _over_hidden(right[k], curve, [piece.table.controls[:, k] for piece in curve.pieces])
@@ -34,10 +33,11 @@ def picture(curve: "Locus") -> Any:
         _over_hidden(right[n], curve, [piece.table.response[:, j] for piece in curve.pieces])
         for k, piece in enumerate(curve.best):
             told = "limit" if k == j == 0 else None
-            right[n].plot(piece.table.hidden, piece.table.limit[:, j], "--", color="#b04a3a", lw=1.0, dashes=(4, 4), label=told)
+            limit = {"color": pictures.LIMIT, "lw": 1.0, "dashes": (4, 4), "label": told}
+            right[n].plot(piece.table.hidden, piece.table.limit[:, j], "--", **limit)
         right[n].set(ylabel=_label(curve, name), xlabel=_label(curve, curve.hidden_name))
     _spread_out(right[n])
-    right[n].legend(frameon=False, fontsize=8)
+    pictures.legend(right[n])
     if n > 1:
         for axis in axes[1:, 0]:
             axis.remove()
@@ -93,7 +93,7 @@ def _between(axis: Any, curve: "Locus") -> None:
     axis.margins(x=0.12)  # room for the numbers
     axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
     axis.set_title(f"numbers: {_label(curve, curve.hidden_name)}", fontsize=8, color="0.4")
-    axis.legend(frameon=False, fontsize=8)
+    pictures.legend(axis)
 
 
 def _numbered(curve: "Locus") -> list[tuple[float, checks.Floats]]:
@@ -110,12 +110,11 @@ def _numbered(curve: "Locus") -> list[tuple[float, checks.Floats]]:
 
 def area_picture(curve: "Area") -> Any:
     """Each control over the first two hidden states, in the middle of the others."""
-    plt = need("matplotlib.pyplot", "plot")
     first, second = curve.problem.hidden_names[:2]
     data = curve.dataset
     for name in curve.problem.hidden_names[2:]:
         data = data.isel({name: data.sizes[name] // 2})
-    figure, axes = plt.subplots(1, len(curve.names), figsize=(4 * len(curve.names), 3.4), layout="constrained", squeeze=False)
+    figure, axes = pictures.subplots(1, len(curve.names), (4 * len(curve.names), 3.4), squeeze=False)
     for axis, name in zip(axes[0], curve.names, strict=True):
         values = data.controls.sel(control=name).transpose(second, first)
         drawn = axis.contourf(data[first], data[second], values, levels=16, cmap="viridis")
@@ -125,5 +124,4 @@ def area_picture(curve: "Area") -> Any:
 
 
 def _label(curve: "Locus | Area", name: str) -> str:
-    unit = curve.problem.unit(name)
-    return f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " ")
+    return pictures.label(name, curve.problem.unit(name))

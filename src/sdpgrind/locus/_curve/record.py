@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sdpgrind.locus._curve.locus import Locus
 from sdpgrind.locus._problem._problem_text import read_problem, written
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._trace.pieces import Columns, Piece
@@ -27,18 +26,17 @@ _TOLD = {
 }
 
 
-def dataset(curve: Locus) -> xr.Dataset:
-    """All points, piece after piece; scaled ones too, so that a look-up goes on from them."""
-    tables = [piece.table for piece in curve.pieces]
+def dataset_of(problem: Problem, pieces: tuple[Piece, ...], degenerate: bool) -> xr.Dataset:
+    """All points of a locus, piece after piece; scaled ones too, so that a look-up goes on from them."""
+    tables, name = [piece.table for piece in pieces], problem.hidden_names[0]
     table = Columns.joined(tables)
-    variables = columns_of(curve.problem, table, ("point",))
-    unit = curve.problem.unit(curve.hidden_name)
+    variables = columns_of(problem, table, ("point",))
     variables["piece"] = (("point",), np.repeat(np.arange(len(tables)), [len(one.hidden) for one in tables]))
-    variables[curve.hidden_name] = (("point",), table.hidden, {"units": unit, "long_name": "hidden state"})
-    held = np.array([piece.held for piece in curve.pieces])
+    variables[name] = (("point",), table.hidden, {"units": problem.unit(name), "long_name": "hidden state"})
+    held = np.array([piece.held for piece in pieces])
     variables["held"] = (("pieces", "set"), held, {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"})
-    attrs = {"problem": written(curve.problem), "pieces": json.dumps(_described(curve)), "degenerate": int(curve.degenerate)}
-    return xr.Dataset(variables, coordinates(curve.problem), attrs)
+    attrs = {"problem": written(problem), "pieces": json.dumps(_described(pieces)), "degenerate": int(degenerate)}
+    return xr.Dataset(variables, coordinates(problem), attrs)
 
 
 def columns_of(problem: Problem, table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (-1,)) -> dict[str, Any]:
@@ -65,12 +63,12 @@ def coordinates(problem: Problem) -> dict[str, Any]:
     }
 
 
-def _described(curve: Locus) -> list[list[Any]]:
-    return [[p.kind, list(p.active), p.bounds, p.is_global, p.start, p.end] for p in curve.pieces]
+def _described(pieces: tuple[Piece, ...]) -> list[list[Any]]:
+    return [[p.kind, list(p.active), p.bounds, p.is_global, p.start, p.end] for p in pieces]
 
 
-def restored(data: xr.Dataset) -> Locus:
-    """The locus that `dataset` gave."""
+def fields_in(data: xr.Dataset) -> tuple[Problem, Columns, tuple[Piece, ...], bool]:
+    """What the locus was made of that `dataset_of` described."""
     problem = read_problem(data.attrs["problem"])
     hidden = problem.hidden_names[0]
     rows = {name: data[hidden if name == "hidden" else name].values for name in Columns.__dataclass_fields__}
@@ -81,4 +79,4 @@ def restored(data: xr.Dataset) -> Locus:
         part = table.part(slice(int(own[0]), int(own[-1]) + 1))
         held = data.held.values[k].astype(np.int64)
         pieces.append(Piece(kind, tuple(active), bounds, best, start, end, part, held))
-    return Locus(problem, table, tuple(pieces), bool(data.attrs["degenerate"]))
+    return problem, table, tuple(pieces), bool(data.attrs["degenerate"])

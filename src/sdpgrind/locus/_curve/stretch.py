@@ -2,21 +2,18 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.locus._curve_protocol import Curve
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._stretch.stretch import Stretch
 from sdpgrind.locus._trace.pieces import Piece
 
-if TYPE_CHECKING:
-    from sdpgrind.locus._curve.locus import Locus
 
-
-def stretch(curve: "Locus", along: str, x: tuple[float, float] | None) -> Stretch:
+def stretch(curve: Curve, along: str, x: tuple[float, float] | None) -> Stretch:
     """The part of a locus on which one measured constraint is active, without fold or jump, for the hidden states declared."""
     checks.one_of("along", along, (*curve.names, curve.hidden_name))
     low, high = _declared(curve, x)
@@ -47,7 +44,7 @@ def stretch(curve: "Locus", along: str, x: tuple[float, float] | None) -> Stretc
     )
 
 
-def _declared(curve: "Locus", x: tuple[float, float] | None) -> tuple[float, float]:
+def _declared(curve: Curve, x: tuple[float, float] | None) -> tuple[float, float]:
     if x is None:
         return curve.problem.hidden[curve.hidden_name]
     unit = curve.problem.unit(curve.hidden_name)
@@ -60,7 +57,7 @@ def _declared(curve: "Locus", x: tuple[float, float] | None) -> tuple[float, flo
     return low, high
 
 
-def _check_continuous(curve: "Locus", chosen: list[Piece], low: float, high: float) -> None:
+def _check_continuous(curve: Curve, chosen: list[Piece], low: float, high: float) -> None:
     """No controller gets over a jump, a fold, or a part without a feasible point."""
     inside = [event for event in curve.jumps if low < event.hidden < high]
     if inside:
@@ -83,7 +80,7 @@ def _check_continuous(curve: "Locus", chosen: list[Piece], low: float, high: flo
             raise ValueError(f"x must stay where the locus goes on: {where}; got {low:g} to {high:g}")
 
 
-def _measured(curve: "Locus", chosen: list[Piece]) -> int:
+def _measured(curve: Curve, chosen: list[Piece]) -> int:
     """Index of the constraint that is active on every piece."""
     common = set.intersection(*(set(piece.active) for piece in chosen))
     if not common:
@@ -92,7 +89,7 @@ def _measured(curve: "Locus", chosen: list[Piece]) -> int:
     return next(j for j, name in enumerate(curve.responses) if name in common)
 
 
-def _rows(curve: "Locus", piece: Piece, low: float, high: float, j: int) -> tuple[Floats, ...]:
+def _rows(curve: Curve, piece: Piece, low: float, high: float, j: int) -> tuple[Floats, ...]:
     """Hidden states, controls and limit of a piece within the declared range, and their slopes by its length."""
     system, table = curve.system, piece.table
     first, last = max(low, piece.range[0]), min(high, piece.range[1])

@@ -1,25 +1,22 @@
 """A locus as a table by one number: the hidden state, a control, or what is measured; and the way from a measurement."""
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.inversion import Inversion
+from sdpgrind.locus._curve_protocol import Curve
 from sdpgrind.locus._trace.pieces import Columns, counts, tabulate
 from sdpgrind.locus._trace.table import Table
 from sdpgrind.locus._trace.trace import Run, Tracer
-
-if TYPE_CHECKING:
-    from sdpgrind.locus._curve.locus import Locus
 
 FINER = 5
 """Points traced for each that a table keeps."""
 
 
-def table(curve: "Locus", key: str | None, points: int) -> Table:
+def table(curve: Curve, key: str | None, points: int) -> Table:
     """Controls by the hidden state, one control, or a response where it equals its limit."""
     name = curve.hidden_name if key is None else key
     checks.one_of("key", name, (curve.hidden_name, *curve.names, *curve.responses))
@@ -34,7 +31,7 @@ def table(curve: "Locus", key: str | None, points: int) -> Table:
     return _joined(kept, name, curve.hidden_name)
 
 
-def inversion(curve: "Locus", response: str | None, points: int) -> Inversion:
+def inversion(curve: Curve, response: str | None, points: int) -> Inversion:
     """From a response measured anywhere to the hidden state, and the best controls for it."""
     name = curve.responses[0] if response is None else checks.one_of("response", response, curve.responses)
     j, m = curve.responses.index(name), len(curve.responses)
@@ -46,14 +43,14 @@ def inversion(curve: "Locus", response: str | None, points: int) -> Inversion:
     return Inversion(curve.system.response_tape, table(curve, None, points), low, high, rising=rising, count=m, index=j)
 
 
-def _fine(curve: "Locus", points: int) -> list[Columns]:
+def _fine(curve: Curve, points: int) -> list[Columns]:
     """The global pieces with more points, by Newton's method from those that are known."""
     tracer = Tracer(curve.system, np.zeros(1))
     runs = [Run(piece.table.points, piece.table.along, piece.held) for piece in curve.best]
     return [tabulate(tracer, [run], [size]) for run, size in zip(runs, counts(runs, FINER * points), strict=True)]
 
 
-def _keyed(curve: "Locus", rows: Columns, name: str) -> tuple[Floats, Floats]:
+def _keyed(curve: Curve, rows: Columns, name: str) -> tuple[Floats, Floats]:
     """The key along a piece, and its slope by the hidden state."""
     if name == curve.hidden_name:
         return rows.hidden, np.ones_like(rows.hidden)

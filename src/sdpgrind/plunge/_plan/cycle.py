@@ -1,16 +1,15 @@
 """A planned cycle: its course over time, how good it is, and how it was found."""
 
 import dataclasses
-import os
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import records, stored
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures, stored
 from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.plans import Plan
 from sdpgrind.plunge._model.problem import CycleProblem
 
 SOLVED = "solved"
@@ -68,7 +67,7 @@ class CycleError(ValueError):
         self.message, self.plan = message, plan
 
 
-class CyclePlan:
+class CyclePlan(Plan):
     """The fastest way to grind a part; immutable.
 
     Attributes
@@ -91,6 +90,8 @@ class CyclePlan:
     solution : CycleSolution or None
         How "dp" or "collocation" went; None for "exact".
     """
+
+    kind = "plunge.cycle"
 
     def __init__(
         self,
@@ -141,18 +142,17 @@ class CyclePlan:
 
     def plot(self) -> Any:
         """Draw rates, and depth of damage under the remaining stock (mm), over time (s); return the figure."""
-        plt = need("matplotlib.pyplot", "plot")
         t = self.trajectory
-        figure, (top, low) = plt.subplots(2, 1, figsize=(8, 5), sharex=True, layout="constrained")
+        figure, (top, low) = pictures.subplots(2, 1, (8, 5), sharex=True)
         top.step(t.time, 1e3 * t.command_rate, where="post", color="0.6", lw=1, label="command")
-        top.plot(t.time, 1e3 * t.infeed_rate, color="#4878a8", label="actual")
+        top.plot(t.time, 1e3 * t.infeed_rate, color=pictures.ACTUAL, label="actual")
         top.set(ylabel="infeed rate [µm/s]")
         low.plot(t.time, t.remaining, color="0.35", label="remaining stock")
         burning = t.infeed_rate > self.problem.model.burn_onset[0]  # below it damage is an artefact of ploughing
-        low.plot(t.time, np.maximum(t.burn_depth, 0.0).where(burning, 0.0), color="#b04a3a", label="depth of damage")
+        low.plot(t.time, np.maximum(t.burn_depth, 0.0).where(burning, 0.0), color=pictures.LIMIT, label="depth of damage")
         low.set(ylabel="depth from the size [mm]", xlabel="time [s]")
         for axis in (top, low):
-            axis.legend(frameon=False, fontsize=8)
+            pictures.legend(axis)
             for switch in self.switches[:-1]:
                 axis.axvline(switch, color="0.8", lw=0.8, zorder=0)
         figure.suptitle(f"{self.time:.2f} s, {1e3 * self.roundness:.2f} µm out of round", fontsize=10)
@@ -166,19 +166,14 @@ class CyclePlan:
             attrs["solution"] = stored.encode(self.solution)
         return self.trajectory.assign_attrs(attrs | {"switches": list(self.switches), "method": self.method})
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the plan to a NetCDF file at `path`."""
-        records.write(self.dataset, path, "plunge.cycle")
-
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "CyclePlan":
-        """Read the plan that `save` wrote to `path`."""
-        data = records.read(path)
-        problem, ends = stored.decode(data.attrs["problem"]), tuple(np.atleast_1d(data.attrs["switches"]).tolist())
-        solution = stored.decode(data.attrs["solution"]) if "solution" in data.attrs else None
-        known = float(data.attrs["safety_margin"]), float(data.attrs["error"]), ends, data.drop_attrs(deep=False)
-        return cls(problem, *known, data.attrs.get("method", "exact"), solution)
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        told = dataset.attrs
+        problem, ends = stored.decode(told["problem"]), tuple(np.atleast_1d(told["switches"]).tolist())
+        solution = stored.decode(told["solution"]) if "solution" in told else None
+        known = float(told["safety_margin"]), float(told["error"]), ends, dataset.drop_attrs(deep=False)
+        return cls(problem, *known, told.get("method", "exact"), solution)
 
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         pieces = f"{len(self.switches)} pieces, {self.binding} at the end"
-        return f"CyclePlan({self.time:.4f} s, error {self.error:.1g} s, {self.method}, {pieces})"
+        return f"{self.time:.4f} s, error {self.error:.1g} s, {self.method}, {pieces}"

@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base import pictures
 from sdpgrind.base.extras import need
 from sdpgrind.sdp._policy.table import Solution
 
 
 def plot(policy: Solution, mode: int) -> Any:
     """Draw the value-to-go beside the chosen move: over (stage, axis), or over two axes in the last slice."""
-    plt = need("matplotlib.pyplot", "plot")
     layout, t, grid = policy.layout, policy.table, policy.grid
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    figure, (left, right) = pictures.subplots(1, 2, (10, 4))
     skip = 1 if layout.has_base else 0
     if len(grid.axes) == 1 and layout.count > 0:
         x = policy.countdown.time(np.arange(skip, t.value.shape[0]))

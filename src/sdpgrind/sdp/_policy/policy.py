@@ -1,19 +1,19 @@
 """Policy: the solved table, looked up by state, plotted, saved and loaded."""
 
-import os
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from sdpgrind.base import checks, records, stored
+from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
 from sdpgrind.sdp._policy import look_up_kernels as _lookup
 from sdpgrind.sdp._policy.table import Solution
@@ -58,8 +58,10 @@ class Action:
         )
 
 
-class Policy(Solution):
+class Policy(Solution, Plan):
     """A solved problem; made by `plan`, immutable.
+
+    A file holds what look-ups need; functions of the problem cannot be saved.
 
     Attributes
     ----------
@@ -71,6 +73,8 @@ class Policy(Solution):
         Estimated distance of the value-to-go from the converged one ($), grid and search together; None where a single
         grid was solved.
     """
+
+    kind = "sdp.policy"
 
     def __init__(self, problem: Problem | None, layout: Layout, table: Table, error: float | None) -> None:
         super().__init__(problem, layout, table)
@@ -262,17 +266,12 @@ class Policy(Solution):
             "line_entry": (("line",), k.entry, {"long_name": "its entry of the move's lists of controls"}),
         }
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the policy to a NetCDF file at `path`. Functions of the problem cannot be saved; what look-ups need is."""
-        records.write(self.dataset, path, "sdp.policy")
+    @classmethod
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        return cls.from_dataset(dataset, None)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "Policy":
-        """Read the policy that `save` wrote to `path`."""
-        return cls.from_dataset(records.read(path), None)
-
-    @classmethod
-    def from_dataset(cls, dataset: xr.Dataset, problem: Problem | None) -> "Policy":
+    def from_dataset(cls, dataset: xr.Dataset, problem: Problem | None) -> Self:
         """Rebuild a policy from its `dataset`, for `problem` where that is known."""
         if missing := {*TABLES} - {*dataset.data_vars}:
             raise ValueError(f"the file was saved by another version, it lacks {', '.join(sorted(missing))}: plan again")
@@ -291,14 +290,12 @@ class Policy(Solution):
 
     def plot(self, mode: str | int = 0) -> Any:
         """Draw value-to-go and actions of one mode (one axis: against stage; two: the last slice); return the figure."""
-        from sdpgrind.sdp._policy.plot import plot
+        return pictures.drawn("sdpgrind.sdp._policy.plot:plot", self, int(self.locator.mode(mode)))
 
-        return plot(self, int(self.locator.mode(mode)))
-
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         size = " x ".join(str(n) for n in (*self.table.value.shape[:2], *self.grid.shape))
         error = "not estimated" if self.error is None else f"{self.error:.2g} $"
-        return f"Policy(stages x modes x nodes = {size}, error {error})"
+        return f"stages x modes x nodes = {size}, error {error}"
 
 
 def _shaped(values: Any, shape: tuple[int, ...]) -> Any:

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base import rng as random
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 from sdpgrind.base.parallel import execute
 from sdpgrind.sdp._policy.locate import Place
 from sdpgrind.sdp._policy.table import Solution
@@ -73,13 +72,12 @@ class Runs:
 
     def plot(self) -> Any:
         """Draw the distribution of the penalty and of the moves; return the figure."""
-        plt = need("matplotlib.pyplot", "plot")
-        figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
-        left.hist(self.penalty, bins=80, color="#4878a8")
+        figure, (left, right) = pictures.subplots(1, 2, (9, 3.4))
+        left.hist(self.penalty, bins=80, color=pictures.ACTUAL)
         left.axvline(self.mean, color="k", lw=1, label=f"mean {self.mean:.4g} $")
         left.set(xlabel="penalty [$]", ylabel="runs", yscale="log")
         left.legend(frameon=False)
-        right.hist(self.moves, bins=np.arange(self.moves.max() + 2) - 0.5, color="#4878a8", rwidth=0.9)
+        right.hist(self.moves, bins=np.arange(self.moves.max() + 2) - 0.5, color=pictures.ACTUAL, rwidth=0.9)
         right.set(xlabel="moves", ylabel="runs")
         return figure
 

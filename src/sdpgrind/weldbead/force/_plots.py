@@ -4,15 +4,14 @@ from typing import Any
 
 import numpy as np
 
-from sdpgrind.base.extras import need
+from sdpgrind.base import pictures
 
 _MOST_RUNS = 20  # more lines than these cannot be told apart
 
 
 def plot_loop(record: Any) -> Any:
     """Draw force against plan, what the sensor showed, and the command of each run over time (N, mm, s)."""
-    plt = need("matplotlib.pyplot", "plot")
-    figure, (top, low) = plt.subplots(2, 1, figsize=(9, 5), sharex=True, layout="constrained", height_ratios=(1.5, 1))
+    figure, (top, low) = pictures.subplots(2, 1, (9, 5), sharex=True, height_ratios=(1.5, 1))
     runs, samples = record.command.shape
     shown, period = min(runs, _MOST_RUNS), record.time[-1] / samples
     faint = max(0.2, 1 - shown / 12)
@@ -20,11 +19,11 @@ def plot_loop(record: Any) -> Any:
         name = dict.fromkeys(("reading", "force"), "_") if k else {"reading": "read", "force": "at the contact"}
         begins = period * np.arange(samples)
         top.plot(begins, record.reading[k], ".", color="0.7", ms=2, label=name["reading"], zorder=1)
-        top.plot(record.time, record.force[k], color="#4878a8", lw=0.9, alpha=faint, label=name["force"], zorder=2)
-        low.step(begins, record.command[k], where="post", color="#4878a8", lw=0.9, alpha=faint)
-    top.plot(record.time, record.planned, "--", color="#b04a3a", lw=1.2, label="planned", zorder=3)
+        top.plot(record.time, record.force[k], color=pictures.ACTUAL, lw=0.9, alpha=faint, label=name["force"], zorder=2)
+        low.step(begins, record.command[k], where="post", color=pictures.ACTUAL, lw=0.9, alpha=faint)
+    top.plot(record.time, record.planned, "--", color=pictures.LIMIT, lw=1.2, label="planned", zorder=3)
     top.set_ylabel("normal force [N]")
-    top.legend(frameon=False, ncols=3, fontsize=8, loc="lower left", bbox_to_anchor=(0, 1))
+    pictures.legend(top, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
     low.set(ylabel="platform command [mm]", xlabel="time [s]", xlim=(0, record.time[-1]))
     some = f", the first {shown} drawn" if shown < runs else ""
     rms = record.error_rms().mean()

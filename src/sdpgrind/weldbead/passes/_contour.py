@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.extras import need
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
@@ -74,9 +73,8 @@ class Contour(Frozen):
 
     def plot(self) -> Any:
         """Draw height over position; return the figure."""
-        plt = need("matplotlib.pyplot", "plot")
-        figure, ax = plt.subplots(figsize=(8, 2.6), layout="constrained")
-        ax.plot(self.x, self.z, color="#4878a8")
+        figure, ax = pictures.subplots(1, 1, (8, 2.6))
+        ax.plot(self.x, self.z, color=pictures.ACTUAL)
         ax.set(xlabel="position along the bead [mm]", ylabel="height [mm]")
         return figure
 

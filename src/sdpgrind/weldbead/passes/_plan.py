@@ -1,18 +1,17 @@
 """Plan a pass: heights and forces that leave the target, within the grinder's power."""
 
-import os
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
-from sdpgrind.base import checks, records, stored
+from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 from sdpgrind.weldbead.passes import _kernels
 from sdpgrind.weldbead.passes._collocation import Collocation, Freedom, collocate
 from sdpgrind.weldbead.passes._contour import Contour, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
-from sdpgrind.weldbead.passes._plots import plot_pass
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, Run, even_bead, simulate
 
@@ -34,7 +33,7 @@ _STEPS = {
 }
 
 
-class PassPlan:
+class PassPlan(Plan):
     """A planned pass: heights, forces and what they leave; immutable. Has all attributes of its `PassRecord`.
 
     Attributes
@@ -51,6 +50,8 @@ class PassPlan:
     collocation : Collocation or None
         How the optimal control problem was solved, or why it was not, where that was asked for.
     """
+
+    kind = "weldbead.pass"
 
     def __init__(
         self, problem: PassProblem, record: PassRecord, method: str, error: float, collocation: Collocation | None = None
@@ -127,7 +128,7 @@ class PassPlan:
 
     def plot(self) -> Any:
         """Draw contours, force, power and height along the bead; return the figure."""
-        return plot_pass(self)
+        return pictures.drawn("sdpgrind.weldbead.passes._plots:plot_pass", self)
 
     @property
     def dataset(self) -> xr.Dataset:
@@ -143,23 +144,18 @@ class PassPlan:
             attrs["collocation"] = stored.encode(self.collocation)
         return xr.Dataset(steps | nodes, coordinates, attrs)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write plan and problem to a NetCDF file at `path`, which `sdpgrind.load` opens."""
-        records.write(self.dataset, path, "weldbead.pass")
-
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "PassPlan":
-        """Read the plan that `save` wrote to `path`."""
-        data = records.read(path)
-        problem: PassProblem = stored.decode(data.attrs["problem"])
-        arrays = {name: data[name].values for name in ("time", *_STEPS)}
-        after = Contour(data["x"].values, data["contour"].values)
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        told = dataset.attrs
+        problem: PassProblem = stored.decode(told["problem"])
+        arrays = {name: dataset[name].values for name in ("time", *_STEPS)}
+        after = Contour(dataset["x"].values, dataset["contour"].values)
         record = PassRecord(**arrays, before=problem.bead, contour=after)
-        how = stored.decode(data.attrs["collocation"]) if "collocation" in data.attrs else None
-        return cls(problem, record, data.attrs["method"], float(data.attrs["error"]), how)
+        how = stored.decode(told["collocation"]) if "collocation" in told else None
+        return cls(problem, record, told["method"], float(told["error"]), how)
 
-    def __repr__(self) -> str:
-        return f"PassPlan({self.method}, {self.time[-1]:.3g} s, {self.volume:.4g} mm^3, {self.status})"
+    def _told(self) -> str:
+        return f"{self.method}, {self.time[-1]:.3g} s, {self.volume:.4g} mm^3, {self.status}"
 
 
 def plan(

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 
@@ -31,7 +32,7 @@ def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
         ),
         (action.normal_force, "normal force [N]", "cividis", None),
     )
-    figure, axes = plt.subplots(1, 3, figsize=(13, 3.9), sharey=True, layout="constrained")
+    figure, axes = pictures.subplots(1, 3, (13, 3.9), sharey=True)
     for ax, (field, label, name, norm) in zip(axes, panels, strict=True):
         cmap = plt.get_cmap(name).with_extremes(bad="0.88")
         image = ax.pcolormesh(time, height, np.ma.masked_invalid(field), cmap=cmap, norm=norm, rasterized=True)

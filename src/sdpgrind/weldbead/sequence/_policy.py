@@ -1,19 +1,18 @@
 """The planned sequence: look it up again after each pass."""
 
-import os
 from concurrent.futures import Executor
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
 from sdpgrind import sdp
-from sdpgrind.base import checks, records, stored
+from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
 from sdpgrind.weldbead.sequence._as_sdp import sdp_problem, true_problem
-from sdpgrind.weldbead.sequence._pictures import plot_policy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._risk import Risk, risk_of
@@ -64,7 +63,7 @@ class SequenceAction:
         )
 
 
-class SequencePolicy:
+class SequencePolicy(Plan):
     """A planned grinding sequence: expected penalty ($) and next pass for heights (mm) and times left (s); immutable.
 
     Attributes
@@ -74,6 +73,8 @@ class SequencePolicy:
     table : sdp.Policy
         The solver's table.
     """
+
+    kind = "weldbead.sequence"
 
     def __init__(self, problem: SequenceProblem, table: sdp.Policy) -> None:
         self.problem, self.table = problem, table
@@ -309,26 +310,20 @@ class SequencePolicy:
         """The table with labels and units, and the problem as JSON."""
         return self.table.dataset.assign_attrs(problem=stored.encode(self.problem))
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write policy and problem to a NetCDF file at `path`, which `sdpgrind.load` opens."""
-        records.write(self.dataset, path, "weldbead.sequence")
-
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> "SequencePolicy":
-        """Read the policy that `save` wrote to `path`; everything works again, for the problem is data."""
-        dataset = records.read(path)
+    def restored(cls, dataset: xr.Dataset) -> Self:
         problem: SequenceProblem = stored.decode(dataset.attrs["problem"])
         return cls(problem, sdp.Policy.from_dataset(dataset, sdp_problem(problem, dataset.sizes["height"])))
 
     def plot(self) -> Any:
         """Draw expected penalty, duration and force over time left and height; return the figure."""
-        return plot_policy(self, *self.states())
+        return pictures.drawn("sdpgrind.weldbead.sequence._pictures:plot_policy", self, *self.states())
 
     def states(self) -> tuple[Floats, Floats]:
         """Return the heights (mm) and times left (s) of the table's nodes, on time."""
         count = self.table.layout.count
         return self.table.grid.coordinates[0], np.arange(float(count + 1)) * self.problem.stage
 
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         error = "not estimated" if self.error is None else f"{self.error:.2g} $"
-        return f"SequencePolicy({self._cells + 1} heights to {self._height_max:g} mm, {self.problem.horizon:g} s, error {error})"
+        return f"{self._cells + 1} heights to {self._height_max:g} mm, {self.problem.horizon:g} s, error {error}"

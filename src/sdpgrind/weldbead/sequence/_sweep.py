@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from sdpgrind import sdp
+from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats, one_of, positive, refuse
-from sdpgrind.base.extras import need
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.progress import silent
 from sdpgrind.weldbead.sequence._plan import plan
@@ -85,10 +85,9 @@ class Sensitivity:
 
     def plot(self) -> Any:
         """Draw the sensitivities as bars; return the figure."""
-        plt = need("matplotlib.pyplot", "plot")
-        figure, ax = plt.subplots(figsize=(6, 0.35 * len(self.names) + 1), layout="constrained")
+        figure, ax = pictures.subplots(1, 1, (6, 0.35 * len(self.names) + 1))
         order = np.argsort(np.abs(self.elasticity))
-        ax.barh([self.names[k] for k in order], 0.01 * self.elasticity[order], color="#4878a8")
+        ax.barh([self.names[k] for k in order], 0.01 * self.elasticity[order], color=pictures.ACTUAL)
         ax.axvline(0, color="k", lw=0.8)
         ax.set_xlabel("change of the expected penalty for + 1 % [$]")
         return figure
