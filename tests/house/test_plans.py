@@ -1,5 +1,6 @@
 """What plans and records have in common: kinds, files and back, copies, one line; and that results do not import pictures."""
 
+import ast
 import copy
 import importlib
 import re
@@ -62,6 +63,31 @@ def test_the_class_of_a_kind_knows_it(kind):
     module, _, name = PLACES[kind].partition(":")
     cls = getattr(importlib.import_module(module), name)
     assert issubclass(cls, Record) and cls.kind == kind
+
+
+PICTURE = re.compile(r"(?:^|_)(?:picture|plot)s?$")
+
+
+def pictures_at_the_top(name):
+    """Modules of pictures that a module imports when it is imported itself, or for type checkers."""
+    tree = ast.parse((SOURCE / f"{name.replace('.', '/')}.py").read_text())
+    plain = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.col_offset in (0, 4)]
+    inside = {node for each in ast.walk(tree) if isinstance(each, ast.FunctionDef) for node in ast.walk(each)}
+    named = {f"{node.module}.{alias.name}" for node in plain if node not in inside for alias in node.names}
+    return {each for each in named if any(PICTURE.search(part) for part in each.split(".")[:-1])}
+
+
+def test_only_pictures_import_pictures():
+    """A result finds its picture by name when it is drawn; but for colours and the like in `base.pictures`."""
+    results = [name for name in NAMED if not PICTURE.search(name.rpartition(".")[2])]
+    found = {name: pictures_at_the_top(name) for name in results}
+    assert len(results) > 300 and not {name: each for name, each in found.items() if each}
+
+
+def test_an_import_of_a_picture_is_found():
+    assert pictures_at_the_top("centering.push._plan.picture") == {
+        f"centering.push._contact.trace_picture.{name}" for name in ("BLUE", "GREY", "RED")
+    }
 
 
 def test_labels_name_units_in_brackets():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -314,6 +314,4 @@ class Path(Frozen):
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the path on its surface in three dimensions, mm, in the axes `ax` if they are given."""
-        from sdpgrind.finishing.path._picture import plot
-
-        return plot(self, ax)
+        return pictures.drawn("sdpgrind.finishing.path._picture:plot", self, ax)

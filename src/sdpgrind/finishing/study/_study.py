@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy.typing as npt
 
+from sdpgrind.base import pictures
 from sdpgrind.base.rng import Seed
 from sdpgrind.finishing.study._anova import AnovaTable, anova
 from sdpgrind.finishing.study._best import Best, best
 from sdpgrind.finishing.study._means import LevelMeans, level_means
 from sdpgrind.finishing.study._next_runs import NextRuns, next_runs
 from sdpgrind.finishing.study._observations import Observations
-from sdpgrind.finishing.study._picture import main_effects
 from sdpgrind.finishing.study._pooling import Pool
 from sdpgrind.finishing.study._power import Power, power
 from sdpgrind.finishing.study._prediction import Prediction, predict
@@ -266,7 +266,7 @@ class Study(Observations):
 
     def plot(self, confidence: float = 0.95) -> Any:
         """Draw the mean ratio (dB) over the levels of each factor, with intervals of `confidence` (probability); the figure."""
-        return main_effects(self, confidence)
+        return pictures.drawn("sdpgrind.finishing.study._picture:main_effects", self, confidence)
 
     def __repr__(self) -> str:
         where = "runs of any kind" if isinstance(self.array, FreeRuns) else f"an {self.array.name}"

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -16,7 +16,6 @@ from sdpgrind.finishing.surface import _degenerate as degenerate
 from sdpgrind.finishing.surface import _door as door
 from sdpgrind.finishing.surface import _evaluation as evaluation
 from sdpgrind.finishing.surface import _forms as forms
-from sdpgrind.finishing.surface import _picture as picture
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 
 Pair = tuple[int, int]
@@ -305,4 +304,4 @@ class Surface(Frozen):
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the surface with its knot lines in mm, into 3-D axes `ax` or a new figure; return the figure."""
-        return picture.surface(self, ax)
+        return pictures.drawn("sdpgrind.finishing.surface._picture:surface", self, ax)

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, children
 from sdpgrind.weldbead.force._controller import ForceController
 from sdpgrind.weldbead.force._feedback import ForcePlant
 from sdpgrind.weldbead.force._kernels import delay_step, plant_sample, sensor_read, simulate_core
-from sdpgrind.weldbead.force._plots import plot_loop
 
 SUB_STEPS = 48
 """Sub-steps of the plant in one sample of the controller: a multiple of the samples inside the sensor."""
@@ -62,7 +61,7 @@ class LoopRecord:
         >>> controller = force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
         >>> force.simulate_loop(controller, duration=2.0).plot().savefig("loop.png")  # doctest: +SKIP
         """
-        return plot_loop(self)
+        return pictures.drawn("sdpgrind.weldbead.force._plots:plot_loop", self)
 
 
 def simulate_loop(

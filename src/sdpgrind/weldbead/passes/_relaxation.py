@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes._contour import Contour
 from sdpgrind.weldbead.passes._problem import PassProblem
@@ -64,9 +64,7 @@ class RelaxedPass:
 
     def plot(self) -> Any:
         """Draw bead, target and what is left (mm) over the limit on the depth; return the figure."""
-        from sdpgrind.weldbead.passes._plots import plot_relaxed
-
-        return plot_relaxed(self)
+        return pictures.drawn("sdpgrind.weldbead.passes._plots:plot_relaxed", self)
 
 
 def relax(
