@@ -1,18 +1,18 @@
 """The controller of the contact torque: constant current, PID plus feedforward with an observer, damped, or LQG."""
 
-import copy
 import hashlib
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from math import nan
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.controllers import Stateful
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.finishing.torque import _slots as at
 from sdpgrind.finishing.torque._axis import TorqueAxis, true_axis
@@ -29,7 +29,7 @@ _DIGEST = 12  # hexadecimal digits
 
 
 @dataclass(frozen=True, eq=False)
-class TorqueController(Frozen):
+class TorqueController(Stateful, Frozen):
     """Hold the contact torque by the motor's current, knowing only that current and the motor's angle.
 
     ========== ============================================================================================================
@@ -88,6 +88,7 @@ class TorqueController(Frozen):
     -42.08±142.80j, -72.00±34.87j, -105.02±57.21j 1/s; slowest sampled 0.949034±0.136j
     """
 
+    _changing = ("state",)
     axis: TorqueAxis
     motion: Any = None
     _: KW_ONLY
@@ -237,9 +238,3 @@ class TorqueController(Frozen):
         law, state = self.law, self.state
         load = float(torque_at(law.time, law.load, state[at.PATH_TIME], state))
         return {"torque_estimate": float(state[at.ESTIMATE]) - load, "torque_ref": float(state[at.REFERENCE]) - load}
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """A controller with a state of its own; axis and motion never change and are shared."""
-        twin = copy.copy(self)
-        twin.__dict__["state"] = self.state.copy()
-        return twin

@@ -1,14 +1,13 @@
 """The controller over several hidden states: as many measured constraints, one believed state for each."""
 
 from collections.abc import Mapping
-from copy import copy
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Self
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.controllers import Stateful
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.locus._control._readings import usable
 from sdpgrind.locus._curve.area import Area
@@ -17,7 +16,7 @@ from sdpgrind.locus._problem.tape_kernels import run_many
 
 
 @dataclass(frozen=True)
-class AreaController(Frozen):
+class AreaController(Stateful, Frozen):
     """Keeps a process at its best over several hidden states by several measurements: Koren's controller in more dimensions.
 
     Its coordinates are the hidden states that it believes in; controls are the best ones for them. Along the best points the
@@ -56,6 +55,7 @@ class AreaController(Frozen):
     ['dressing_lead', 'infeed_rate', 'work_rotation']
     """
 
+    _changing = ("state",)
     curve: Area
     _: KW_ONLY
     theta: float = 0.5
@@ -82,11 +82,6 @@ class AreaController(Frozen):
             raise ValueError(f"start must have {', '.join(hidden)}; got {', '.join(self.start)}")
         values = [checks.within(f"start[{name!r}]", self.start[name], *ends) for name, ends in hidden.items()]
         return system.scaled(np.array(values), system.n)
-
-    def __deepcopy__(self, memo: object) -> Self:
-        other = copy(self)
-        object.__setattr__(other, "state", self.state.copy())
-        return other
 
     @property
     def reads(self) -> Mapping[str, str]:

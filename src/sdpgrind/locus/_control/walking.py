@@ -2,14 +2,14 @@
 
 import warnings
 from collections.abc import Mapping
-from copy import copy
 from functools import cached_property
 from math import isnan, nan
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.controllers import Stateful
 from sdpgrind.locus._control._readings import usable
 from sdpgrind.locus._stretch import law_kernels as core
 from sdpgrind.locus._stretch.inverse import balanced, hidden_of
@@ -21,9 +21,10 @@ PATIENCE = 20
 """Samples that are waited at most: a coordinate that never gets there must not stop the control of power."""
 
 
-class Walking:
+class Walking(Stateful):
     """The part of a controller that lives; what it is told stands in its fields."""
 
+    _changing = ("state", "_believed")
     start: Any
     margin: float
     hold: str | float
@@ -59,14 +60,6 @@ class Walking:
     def _believed(self) -> Floats:
         """Hidden state that readings told; NaN before."""
         return np.full(1, nan)
-
-    def __deepcopy__(self, memo: object) -> Self:
-        """A controller in the same state; what never changes is shared."""
-        twin = copy(self)
-        for name in ("state", "_believed"):
-            if name in self.__dict__:
-                twin.__dict__[name] = self.__dict__[name].copy()
-        return twin
 
     @property
     def reads(self) -> Mapping[str, str]:

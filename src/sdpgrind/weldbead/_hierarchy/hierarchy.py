@@ -3,7 +3,6 @@
 After each pass the bead is scanned, the coefficients are estimated anew, and sequence and pass are planned from there.
 """
 
-import copy
 from collections.abc import Mapping
 from math import floor, isnan, nan
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
+from sdpgrind.base.controllers import Stateful
 from sdpgrind.identify import RecursiveLeastSquares
 from sdpgrind.weldbead.force import ForceController, ForceLoop
 from sdpgrind.weldbead.passes import Contour, PassPlan, PassProblem, TiltedDisc
@@ -152,10 +152,11 @@ def _refuse_other_process(planned: GrindingProcess, own: GrindingProcess) -> Non
         raise ValueError(f"policy must be for the process of the disc; got one for {planned!r} and a disc with {own!r}")
 
 
-class _SequenceTier:
+class _SequenceTier(Stateful):
     """Looks up the next pass, with the coefficients of this bead."""
 
     tier, period = "sequence", None
+    _changing = ("_learner", "_follow")
     commands: Mapping[str, str] = {"mean_cut": "mm", "planned_feed": "mm/s", "stop": ""} | _ESTIMATED
     reports: Mapping[str, str] = SequenceController.reports
 
@@ -195,11 +196,6 @@ class _SequenceTier:
             return time_left
         problem = self._policy.problem
         return 0.0 if problem.lateness_charge is None else floor(time_left / problem.stage + 1e-9) * problem.stage
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "_SequenceTier":
-        twin = copy.copy(self)
-        twin._learner, twin._follow = copy.deepcopy(self._learner), copy.deepcopy(self._follow)
-        return twin
 
 
 class _Learner:

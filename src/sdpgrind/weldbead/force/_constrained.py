@@ -61,6 +61,8 @@ class PredictiveController(ForceController):
     -10.0
     """
 
+    _changing = (*ForceController._changing, "_estimate")
+
     def __init__(
         self,
         plan: Trajectory | None,
@@ -85,7 +87,7 @@ class PredictiveController(ForceController):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         twin = super().__deepcopy__(memo)
-        twin._solver, twin._estimate = None, self._estimate.copy()
+        twin._solver = None  # it is made anew: OSQP cannot be copied
         return twin
 
     def _restart(self) -> None:

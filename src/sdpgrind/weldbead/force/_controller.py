@@ -1,15 +1,15 @@
 """The bottom tier: follows a planned force at 60 Hz, by what the plan knows first and by feedback on the rest."""
 
-import copy
 from collections.abc import Mapping
 from math import isfinite, isnan, nan
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.controllers import Stateful
 from sdpgrind.control import Law
 from sdpgrind.weldbead.force._feedback import ForceLoop
 from sdpgrind.weldbead.force._kernels import ControlCore, control_step
@@ -22,7 +22,7 @@ _SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "m
 _PLACE_TRUST = 0.2  # share of what the gauge of the feed says in the time of a sample; the rest is that of the clock
 
 
-class ForceController:
+class ForceController(Stateful):
     """Follows a pass plan with the platform: two degrees of freedom, or feedback alone.
 
     Feedforward sends the planned height ahead by the lag of the loop; feedback acts on the difference between the reading
@@ -72,6 +72,7 @@ class ForceController:
     """
 
     tier = "force"
+    _changing = ("_state", "_work")
     _state: Floats
     _work: Floats
     _samples: int
@@ -240,12 +241,6 @@ class ForceController:
         foreseen = float(model.C @ self._state[order : order + len(model.C)])
         reference = foreseen if self._feedforward else self._demand
         return {"force_demand": self._demand, "force_reference": reference, "correction": float(self._state[-4])}
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """A controller with a state of its own; plan and loop never change and are shared."""
-        twin = copy.copy(self)
-        twin._state, twin._work = self._state.copy(), self._work.copy()
-        return twin
 
     def _command(self, force: float, demand: float, position: float, time: float) -> float:
         """Command (mm) of one sample."""

@@ -1,11 +1,11 @@
 """Controllers that follow a plan of a weld bead."""
 
-import copy
 from collections.abc import Mapping
 from math import isnan, nan
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from sdpgrind.base import checks
+from sdpgrind.base.controllers import Stateful
 
 if TYPE_CHECKING:
     from sdpgrind.weldbead.sequence._policy import SequencePolicy
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 _SCAN = 0.01  # of the greatest height planned for; a scan of a bead of just that height may read so much more
 
 
-class SequenceController:
+class SequenceController(Stateful):
     """Looks up the next pass in a policy, after each pass, from what was really removed.
 
     Steps once for each event (a pass is over, the bead was scanned). Commands ``duration`` (s), ``feed_rate`` (mm/s)
@@ -154,10 +154,6 @@ class SequenceController:
         self._expected_height, self._expected_time = height, time_left - duration
         if self._policy.problem.finish_charge is not None:
             self._last = {"last_duration": duration}
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """A controller with a state of its own; the policy never changes and is shared."""
-        return copy.copy(self)
 
     def _known(self, height: float, time_left: float) -> tuple[float, float]:
         """Fill in missing readings."""
