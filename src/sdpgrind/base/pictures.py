@@ -37,7 +37,9 @@ def axes_of(width: float, height: float) -> Any:
 
 def subplots(rows: int, columns: int = 1, size: tuple[float, float] | None = None, **options: Any) -> tuple[Any, Any]:
     """Return a figure, its size in inches, and its axes; options as those of `matplotlib.pyplot.subplots`."""
-    return need("matplotlib.pyplot", "plot").subplots(rows, columns, figsize=size, layout="constrained", **options)
+    plt: Any = need("matplotlib.pyplot", "plot")
+    blank, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", **options)
+    return blank, axes
 
 
 def label(name: str, unit: str = "") -> str:
