@@ -5,12 +5,9 @@ import ast
 from house_names import SOURCE, modules
 
 LEFT = {
-    "centering.cycle": ["strategy strategy_simulation"],
     "centering.roundness": ["profile profile_steps"],
-    "sdpgrind.finishing.arm": ["arm damped inverse"],
     "sdpgrind.finishing.path": ["cells metrics path"],
     "sdpgrind.finishing.study": ["analysed observations", "anova pooling", "report study"],
-    "sdpgrind.finishing.surface": ["area degenerate surface"],
     "sdpgrind.locus": ["_batch _controller", "_calibration _stretch", "_loss_table _robust", "_problem _problem_text _system"],
 }
 """Circles that are still there, by their folder. Do not add any."""

@@ -35,7 +35,8 @@ def picture(rows: Sequence[Row], duration: int, first: float, last: float | None
     for place, row in enumerate(rows):
         _draw(axis, place, row, (begin, end))
     _finish(axis, [row.label for row in rows], begin, end)
-    return axis.figure
+    figure: Figure = axis.figure
+    return figure
 
 
 def _window(rows: Sequence[Row], duration: int, first: float, last: float | None) -> tuple[int, int]:

@@ -1,25 +1,39 @@
 """Following a strategy on the model by Monte-Carlo: pushes by the exact simulator, never through the strategy's own table."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from centering.cycle._strategy.belief import Belief
+from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.draw_kernels import push_once, waiting_time
 from centering.cycle._strategy.outcomes import pushing_time, scaled
 from centering.cycle._strategy.runs import CenteringRuns
+from centering.cycle._strategy.timing import CycleTiming
 from centering.push._contact.reaction import simulate_pushes
+from centering.push._machine.problem import CenteringProblem
+from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 
-if TYPE_CHECKING:
-    from centering.cycle._strategy.choice import PushChoice
-    from centering.cycle._strategy.strategy import Strategy
-
 _LEAST_SHARE = 0.1  # of the greatest offset: where parts begin unless told
 
 
-def simulate(strategy: "Strategy", parts: int, rng: Seed, start: Any) -> CenteringRuns:
+class Followed(Protocol):
+    """A strategy, as far as parts need it that follow it; see `Strategy`."""
+
+    problem: CenteringProblem
+    timing: CycleTiming
+    finish: float
+
+    def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice: ...
+    def spindle_speed(self, offset: float) -> float: ...
+    def profile(self, choice: PushChoice) -> TipProfile: ...
+    def update_belief(self, friction: float, evidence: float, commanded: PushChoice, travelled: float) -> Belief: ...
+
+
+def simulate(strategy: Followed, parts: int, rng: Seed, start: Any) -> CenteringRuns:
     """Centre so many parts; see `Strategy.simulate`."""
     random = generator(rng)
     checks.count("runs", parts)
@@ -34,7 +48,7 @@ def simulate(strategy: "Strategy", parts: int, rng: Seed, start: Any) -> Centeri
 class _Parts:
     """Parts that are centred side by side; every part draws as much at every push, so that none depends on another."""
 
-    def __init__(self, strategy: "Strategy", start: Floats, random: np.random.Generator) -> None:
+    def __init__(self, strategy: Followed, start: Floats, random: np.random.Generator) -> None:
         self.strategy, self.random, self.start = strategy, random, start
         self.scatter, count = strategy.problem.scatter, start.size
         self.scale = 1.0 + self.scatter.friction_part_sd * random.standard_normal(count)
@@ -73,7 +87,7 @@ class _Parts:
         for k, choice, x in zip(at, choices, travel, strict=True):
             self._move(int(k), choice, float(x), unit[:, k])
 
-    def _travel(self, at: Any, choices: "list[PushChoice]", unit: Floats) -> Floats:
+    def _travel(self, at: Any, choices: list[PushChoice], unit: Floats) -> Floats:
         """Travel of the parts, mm: the tip meets a part where it is and stops where it is told, but for its scatter."""
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
         scale = np.maximum(0.2, self.scale[at] * (1.0 + self.scatter.friction_push_sd * unit[0, at]))
@@ -84,7 +98,7 @@ class _Parts:
         ]
         return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in scale]), profiles)[:, 0])
 
-    def _move(self, k: int, choice: "PushChoice", travel: float, unit: Floats) -> None:
+    def _move(self, k: int, choice: PushChoice, travel: float, unit: Floats) -> None:
         """Book a push of part k: where it is now, what was measured, how long it took, what it says of friction."""
         strategy, limits = self.strategy, self.strategy.problem.limits
         self.offset[k], phase = push_once(self.offset[k], travel, self.scatter.direction_sd * unit[2])

@@ -1,15 +1,12 @@
 """Joints by damped least squares: Levenberg's steps, joints held at their limits."""
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _forward as chain
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._inverse import Links
 
 LEVER = 100.0
 """Length (mm) by which turns and moves are weighed against each other: 1 rad counts as much as 100 mm."""
@@ -20,7 +17,7 @@ GOOD = 1e-9
 _WEIGHTS = np.array([1.0] * 5 + [LEVER] * 2)  # of joints: rad, mm
 
 
-def damped(arm: "Arm", target: Floats, start: Floats) -> Floats:
+def damped(arm: Links, target: Floats, start: Floats) -> Floats:
     """Joints near a start, within the limits, that take a pose seen from the work; ValueError where there seem to be none."""
     low, high = np.array(arm.position_min), np.array(arm.position_max)
     joints, damping = np.clip(start, low, high), 1e-3
@@ -42,7 +39,7 @@ def damped(arm: "Arm", target: Floats, start: Floats) -> Floats:
     return joints
 
 
-def _error(arm: "Arm", target: Floats, joints: Floats) -> Floats:
+def _error(arm: Links, target: Floats, joints: Floats) -> Floats:
     """What is left to move (mm) and to turn (rad times the lever)."""
     pose = chain.forward(joints, arm.lengths)
     pose[:2, 3] -= joints[5:]
@@ -59,7 +56,7 @@ def _turn(rotation: Floats) -> Floats:
     return skew if sine == 0 else skew * (math.atan2(sine, cosine) / sine)
 
 
-def _step(arm: "Arm", joints: Floats, left: Floats, damping: float, low: Floats, high: Floats) -> Floats:
+def _step(arm: Links, joints: Floats, left: Floats, damping: float, low: Floats, high: Floats) -> Floats:
     """One damped step; joints that it would push beyond a limit stay there, and the others do it without them."""
     slopes = chain.jacobian(joints, arm.lengths)[:, :7] * _WEIGHTS
     slopes[3:] *= LEVER

@@ -1,7 +1,7 @@
 """Joints of poses: what a user hands over, the kernel, and what is said where the arm cannot."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -10,14 +10,34 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.arm import _kinematics_kernels as kernels
 
-if TYPE_CHECKING:
-    from sdpgrind.finishing.arm._arm import Arm
-
 BRANCHES = ("forward, elbow up", "forward, elbow down", "backward, elbow up", "backward, elbow down")
 """Forward: phi in [-90, 90] deg, q1 is the azimuth of the tool; backward: phi' = 180 deg - phi and q1 half a turn further.
 Elbow up: q3 <= 0."""
 SLACK = 1e-9
 """Of a limit, rad or mm: what rounding may take."""
+
+
+class Links(Protocol):
+    """An arm, as far as its inversion needs it; see `Arm`."""
+
+    @property
+    def d1(self) -> float: ...
+    @property
+    def a2(self) -> float: ...
+    @property
+    def a3(self) -> float: ...
+    @property
+    def d5(self) -> float: ...
+    @property
+    def lengths(self) -> tuple[float, float, float, float]: ...
+    @property
+    def position_min(self) -> tuple[float, ...]: ...
+    @property
+    def position_max(self) -> tuple[float, ...]: ...
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
+    def units(self) -> tuple[str, ...]: ...
 
 
 class Excess(NamedTuple):
@@ -58,7 +78,7 @@ def checked_runs(runs: Sequence[npt.ArrayLike]) -> list[Floats]:
     return out
 
 
-def joints_of(arm: "Arm", poses: Floats, radius: float, branch: int, continuous: bool) -> tuple[Floats, Bools]:
+def joints_of(arm: Links, poses: Floats, radius: float, branch: int, continuous: bool) -> tuple[Floats, Bools]:
     """Joints (m, 7) of checked poses in one branch, and where the wrist is within reach (m,)."""
     joints, reached = np.empty((len(poses), 7)), np.empty(len(poses), dtype=np.bool_)
     middle = 0.5 * (np.array(arm.position_min) + np.array(arm.position_max))
@@ -67,14 +87,14 @@ def joints_of(arm: "Arm", poses: Floats, radius: float, branch: int, continuous:
     return joints, reached
 
 
-def within_limits(arm: "Arm", joints: Floats) -> Bools:
+def within_limits(arm: Links, joints: Floats) -> Bools:
     """Where all joints keep their limits, (m,)."""
     low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
     out: Bools = np.all((joints >= low) & (joints <= high), axis=1)
     return out
 
 
-def excess(arm: "Arm", poses: Floats, radius: float, joints: Floats, reached: Bools) -> Excess | None:
+def excess(arm: Links, poses: Floats, radius: float, joints: Floats, reached: Bools) -> Excess | None:
     """Say what is beyond a limit first, or None."""
     low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
     index = int(kernels.first_beyond(joints, reached, low, high))
@@ -85,7 +105,7 @@ def excess(arm: "Arm", poses: Floats, radius: float, joints: Floats, reached: Bo
     return _beyond_limit(arm, joints[index], index)
 
 
-def _beyond_reach(arm: "Arm", pose: Floats, radius: float, index: int) -> Excess:
+def _beyond_reach(arm: Links, pose: Floats, radius: float, index: int) -> Excess:
     distance = float(np.hypot(radius, pose[2, 3] - arm.d1 - arm.d5 * pose[2, 2]))
     longest, shortest = arm.a2 + arm.a3, abs(arm.a2 - arm.a3)
     beyond = max(distance - longest, shortest - distance)
@@ -96,7 +116,7 @@ def _beyond_reach(arm: "Arm", pose: Floats, radius: float, index: int) -> Excess
     return Excess(index, text, 1 + beyond / longest)
 
 
-def _beyond_limit(arm: "Arm", joints: Floats, index: int) -> Excess:
+def _beyond_limit(arm: Links, joints: Floats, index: int) -> Excess:
     low, high = np.array(arm.position_min), np.array(arm.position_max)
     beyond = np.maximum(low - joints, joints - high)
     j = int(np.argmax(beyond / (high - low)))

@@ -1,14 +1,12 @@
 """Area of a surface: Gauss per knot span, with twice the points until nothing changes."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface import _forms as forms
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing.surface._derivatives import Differentiable
 
 POINTS = (8, 16, 32, 64)
 """Per knot span, each way."""
@@ -23,7 +21,7 @@ class Area(NamedTuple):
     change: float
 
 
-def area(surface: "Surface") -> Area:
+def area(surface: Differentiable) -> Area:
     """Integrate sqrt(EG - F^2) over the domain."""
     value = _by_gauss(surface, POINTS[0])
     change = np.inf
@@ -35,7 +33,7 @@ def area(surface: "Surface") -> Area:
     return Area(value, change)
 
 
-def _by_gauss(surface: "Surface", points: int) -> float:
+def _by_gauss(surface: Differentiable, points: int) -> float:
     (u, weight_u), (v, weight_v) = (gauss(breaks, points) for breaks in surface.breaks)
     return float(weight_u @ forms.area_density(surface.grid(u, v)) @ weight_v)
 

@@ -1,17 +1,14 @@
 """Where Qu x Qv vanishes, as at the pole of a sphere patch: the limit from the interior, or a refusal; never NaN."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.surface import _forms as forms
-from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing.surface._derivatives import Differentiable, SurfaceDerivatives
 
 THIN = 1e-9
 """Least ``|Qu x Qv|`` that counts, of size^2 over the widths of the domain; least speed ``|dQ|``, of size over them."""
@@ -44,7 +41,7 @@ MEAN = Quantity(forms.mean, "mean curvature", 1, ROUGH)
 PRINCIPAL = Quantity(forms.principal, "principal curvatures", 1, ROUGH)
 
 
-def regular(surface: "Surface", quantity: Quantity, d: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+def regular(surface: Differentiable, quantity: Quantity, d: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
     """A quantity of the derivatives, and its limit wherever the surface is degenerate."""
     bad = _thin(surface, d, quantity.thin)
     if not bad.any():
@@ -66,7 +63,7 @@ def regular(surface: "Surface", quantity: Quantity, d: SurfaceDerivatives, u: np
 
 
 def squared_length(
-    surface: "Surface", d: SurfaceDerivatives, du: Floats, dv: Floats, u: npt.ArrayLike, v: npt.ArrayLike
+    surface: Differentiable, d: SurfaceDerivatives, du: Floats, dv: Floats, u: npt.ArrayLike, v: npt.ArrayLike
 ) -> Floats:
     """First form of a direction; one without length on the surface is refused."""
     (u0, u1), (v0, v1) = surface.domain
@@ -81,13 +78,13 @@ def squared_length(
     return length
 
 
-def _thin(surface: "Surface", d: SurfaceDerivatives, thin: float) -> Bools:
+def _thin(surface: Differentiable, d: SurfaceDerivatives, thin: float) -> Bools:
     """Where ``|Qu x Qv|`` is less than a share of what a surface of this size has."""
     (u0, u1), (v0, v1) = surface.domain
     return np.asarray(forms.area_density(d) < thin * surface.size**2 / ((u1 - u0) * (v1 - v0)))
 
 
-def _limit(surface: "Surface", quantity: Quantity, u: float, v: float) -> Floats | None:
+def _limit(surface: Differentiable, quantity: Quantity, u: float, v: float) -> Floats | None:
     """Limit at (u, v) from the interior of the domain, if it is the same along every ray."""
     rays = _rays(surface, u, v, max(THIN, NEAR * (quantity.thin > THIN)))
     nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
@@ -112,7 +109,7 @@ def _to_the_end(nodes: Floats) -> Floats:
     return np.asarray(((nodes - own * nodes + own) / (nodes - nodes[:, None] + own)).prod(axis=1))
 
 
-def _rays(surface: "Surface", u: float, v: float, near: float) -> Floats:
+def _rays(surface: Differentiable, u: float, v: float, near: float) -> Floats:
     """Steps (r, 2) from (u, v) into the interior, none across a knot."""
     sides = [_sides(breaks, x, near) for breaks, x in zip(surface.breaks, (u, v), strict=True)]
     return np.array([(p * du, q * dv) for du in sides[0] for dv in sides[1] for p, q in SLOPES])

@@ -1,6 +1,8 @@
 """A surface's points with their derivatives."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
+
+import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 
@@ -30,3 +32,16 @@ class SurfaceDerivatives(NamedTuple):
     uu: Floats
     uv: Floats
     vv: Floats
+
+
+class Differentiable(Protocol):
+    """A surface, as far as its area and its limits need it; see `Surface`."""
+
+    @property
+    def domain(self) -> tuple[tuple[float, float], tuple[float, float]]: ...
+    @property
+    def breaks(self) -> tuple[Floats, Floats]: ...
+    @property
+    def size(self) -> float: ...
+    def derivatives(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives: ...
+    def grid(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives: ...

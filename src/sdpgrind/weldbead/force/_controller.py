@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import isfinite, isnan, nan
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -72,7 +72,7 @@ class ForceController(Stateful):
     """
 
     tier = "force"
-    _changing = ("_state", "_work")
+    _changing: ClassVar[tuple[str, ...]] = ("_state", "_work")
     _state: Floats
     _work: Floats
     _samples: int
