@@ -9,7 +9,7 @@ from scipy.special import fdtrc
 from sdpgrind.base.checks import Floats, one_of
 from sdpgrind.finishing.study._analysed import Analysed, analysed
 from sdpgrind.finishing.study._linear_model import LinearModel
-from sdpgrind.finishing.study._pooling import Pool, Pooling, pooled
+from sdpgrind.finishing.study._pooling import LEVEL, Pool, Pooling, pooled
 from sdpgrind.finishing.study._texts import aligned, number, percent
 
 if TYPE_CHECKING:
@@ -159,14 +159,25 @@ def anova(study: "Observations", pool: Pool) -> AnovaTable:
     whole = _table(found)
     if pool is None:
         return whole
-    names = pooled(found, whole, pool)
+    names = pooled(found, {row.source: row.F for row in whole.effects}, pool)
     table = _table(found.without(set(names)))
-    record = Pooling.of(pool, names, whole, table)
+    record = _recorded(pool, names, whole, table)
     rows = tuple(
         dataclasses.replace(row, note="only after pooling") if row.source in record.only_after else row for row in table.rows
     )
     assert found.y.size - 1 == table.total.df  # pooling moves degrees of freedom, it makes none
     return dataclasses.replace(table, rows=rows, pooling=record, unpooled=whole)
+
+
+def _recorded(pool: Pool, names: tuple[str, ...], before: AnovaTable, after: AnovaTable) -> Pooling:
+    """What one pooling did."""
+    late = tuple(row.source for row in after.effects if _below(row.p) and not _below(before[row.source].p))
+    df = after.error.df - before.error.df
+    return Pooling("F < 1" if pool == "F<1" else "named", names, df, after.error.df, late)
+
+
+def _below(p: float | None) -> bool:
+    return p is not None and p < LEVEL
 
 
 def _table(found: Analysed) -> AnovaTable:

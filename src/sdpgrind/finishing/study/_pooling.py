@@ -1,14 +1,11 @@
 """Counting weak effects as error: only by an explicit rule, once, and with a record of what that did."""
 
 import dataclasses
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypeAlias
 
 from sdpgrind.base import checks
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.study._analysed import Analysed
-    from sdpgrind.finishing.study._anova import AnovaTable
+from sdpgrind.finishing.study._analysed import Analysed
 
 Pool: TypeAlias = Literal["F<1"] | Sequence[str] | None
 LEVEL = 0.05
@@ -45,13 +42,6 @@ class Pooling:
     error_df: int
     only_after: tuple[str, ...] = ()
 
-    @classmethod
-    def of(cls, pool: Pool, names: tuple[str, ...], before: "AnovaTable", after: "AnovaTable") -> "Pooling":
-        """Record one pooling; private to this package."""
-        late = tuple(row.source for row in after.effects if _below(row.p) and not _below(before[row.source].p))
-        df = after.error.df - before.error.df
-        return cls("F < 1" if pool == "F<1" else "named", names, df, after.error.df, late)
-
     def __str__(self) -> str:
         if not self.names:
             return f"rule {self.rule}: nothing counted as error"
@@ -59,13 +49,9 @@ class Pooling:
         return f"{text}; {', '.join(self.only_after)} significant only after pooling, not counted" if self.only_after else text
 
 
-def _below(p: float | None) -> bool:
-    return p is not None and p < LEVEL
-
-
-def pooled(found: "Analysed", whole: "AnovaTable", pool: Pool) -> tuple[str, ...]:
-    """Names of the terms that a rule pools; an effect whose interaction stays must stay too."""
-    names = _by_rule(whole) if pool == "F<1" else _named(whole, pool)
+def pooled(found: Analysed, ratios: Mapping[str, float | None], pool: Pool) -> tuple[str, ...]:
+    """Names of the terms that a rule pools, by the F of each effect; one whose interaction stays must stay too."""
+    names = _by_rule(ratios) if pool == "F<1" else _named(ratios, pool)
     terms = [term for term in found.model.terms if found.named(term) in names]
     for term in [term for term in found.model.terms if term not in terms]:
         part = next((small for small in terms if set(small) < set(term)), None)
@@ -77,13 +63,13 @@ def pooled(found: "Analysed", whole: "AnovaTable", pool: Pool) -> tuple[str, ...
     return tuple(map(found.named, terms))
 
 
-def _by_rule(whole: "AnovaTable") -> list[str]:
-    if any(row.F is None for row in whole.effects):
+def _by_rule(ratios: Mapping[str, float | None]) -> list[str]:
+    if None in ratios.values():
         raise ValueError('pool must name the effects: "F<1" cannot be judged without an error; got "F<1"')
-    return [row.source for row in whole.effects if row.F is not None and row.F < 1]
+    return [name for name, ratio in ratios.items() if ratio is not None and ratio < 1]
 
 
-def _named(whole: "AnovaTable", pool: Pool) -> list[str]:
+def _named(ratios: Mapping[str, float | None], pool: Pool) -> list[str]:
     if pool is None or isinstance(pool, str):
         raise ValueError(f'pool must be None, "F<1" or a sequence of names of effects; got {pool!r}')
-    return [str(checks.one_of("pool", name, [row.source for row in whole.effects])) for name in pool]
+    return [str(checks.one_of("pool", name, ratios)) for name in pool]

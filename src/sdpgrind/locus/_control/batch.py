@@ -1,17 +1,15 @@
 """Many runs of a controller on the model at once, in the compiled core that `step` runs through."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.locus._control.walking import Walking
 from sdpgrind.locus._stretch import law_kernels as core
 from sdpgrind.locus._stretch.inverse import balanced, hidden_of
-
-if TYPE_CHECKING:
-    from sdpgrind.locus._control.controller import LocusController
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class LoopRecord:
         return np.asarray(np.maximum(-self.slack.min(axis=-1), 0.0))
 
 
-def simulate(controller: "LocusController", hidden: Any, noise: Any) -> LoopRecord:
+def simulate(controller: Walking, hidden: Any, noise: Any) -> LoopRecord:
     stretch, law = controller.stretch, controller.law
     name = stretch.hidden_name
     given = checks.finite_array(name, hidden, stretch.units.get(name, ""))
