@@ -6,8 +6,7 @@ from house_names import SOURCE, modules
 
 LEFT = {
     "centering.roundness": ["profile profile_steps"],
-    "sdpgrind.finishing.path": ["cells metrics path"],
-    "sdpgrind.finishing.study": ["analysed observations", "report study"],
+    "sdpgrind.finishing.study": ["report study"],
     "sdpgrind.locus": ["_calibration _stretch", "_loss_table _robust", "_problem _problem_text _system"],
 }
 """Circles that are still there, by their folder. Do not add any."""

@@ -13,7 +13,7 @@ from scipy import stats
 from statsmodels.stats.anova import anova_lm
 
 from sdpgrind import finishing as fin
-from sdpgrind.finishing.study._analysed import analysed
+from sdpgrind.finishing.study._observations import analysed
 
 TABLES = ("L4", "L8", "L9", "L12", "L16", "L16(4^5)", "L18", "L27", "L36")
 

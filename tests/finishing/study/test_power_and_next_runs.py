@@ -6,7 +6,7 @@ from scipy import optimize, stats
 
 from sdpgrind import finishing as fin
 from sdpgrind import sdp, units
-from sdpgrind.finishing.study._analysed import analysed
+from sdpgrind.finishing.study._observations import analysed
 
 STUDY = fin.Study.published("wang-2001")
 MODEL = fin.roughness.RoughnessModel.published()

@@ -1,14 +1,17 @@
 """Areas on the surface of what belongs to each node or pass of a path."""
 
+from typing import Protocol
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.path._spacing import graded, with_middles
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._area import gauss
 from sdpgrind.finishing.surface._forms import area_between
+from sdpgrind.finishing.surface._surface import Surface
 
 GAUSS = 4
 """Points on a side of a cell, as long as there are no more than `SIDE` on a side of the surface."""
@@ -20,7 +23,27 @@ SLANT = 0.5
 """Way across by the way along a side, in the square, from which on a part of a path is no pass."""
 
 
-def cell_areas(path: Path) -> Floats | None:
+class Route(Protocol):
+    """A path, as far as its measures need it; see `Path`."""
+
+    @property
+    def surface(self) -> Surface: ...
+    @property
+    def nodes(self) -> Floats: ...
+    @property
+    def points(self) -> Floats: ...
+    @property
+    def mapping(self) -> str: ...
+    @property
+    def pattern(self) -> str: ...
+    @property
+    def length(self) -> float: ...
+    @property
+    def pitch(self) -> float: ...
+    def sample(self, step: float | None = None, per_leg: int = 8) -> PathSamples: ...
+
+
+def cell_areas(path: Route) -> Floats | None:
     """Areas (mm^2) of the strips of a zigzag or of the cells of a lattice; None where the path is neither."""
     if path.pattern.startswith("zigzag"):
         return _strips(path)
@@ -56,7 +79,7 @@ def _edges(places: Floats) -> Floats:
     return np.concatenate([[0.0], (places[1:] + places[:-1]) / 2, [1.0]])
 
 
-def _strips(path: Path) -> Floats | None:
+def _strips(path: Route) -> Floats | None:
     """Area of each pass's strip; None where there are no two passes along one side."""
     move = np.abs(np.diff(path.nodes, axis=0)).sum(axis=0)
     along = "u" if move[0] >= move[1] else "v"

@@ -11,8 +11,7 @@ from scipy.spatial import cKDTree
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.finishing.path._cells import cell_areas
-from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._cells import Route, cell_areas
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._forms import area_density
@@ -100,7 +99,7 @@ class PathMetrics(Frozen):
 
 
 def metrics(
-    path: Path, footprint_radius: float, surface_step: float | None = None, path_step: float | None = None
+    path: Route, footprint_radius: float, surface_step: float | None = None, path_step: float | None = None
 ) -> PathMetrics:
     """Measure a path; see `Path.metrics`."""
     radius = checks.positive("footprint_radius", footprint_radius, "mm")
@@ -144,7 +143,7 @@ def _cv(values: Floats) -> float:
     return float(values.std() / values.mean())
 
 
-def _covered(path: Path, radius: float, surface_step: float, path_step: float) -> tuple[float, float]:
+def _covered(path: Route, radius: float, surface_step: float, path_step: float) -> tuple[float, float]:
     """Share of the area within the radius, and the greatest distance from the path."""
     line = path.sample(path_step).point
     tree = cKDTree(line, balanced_tree=False, compact_nodes=False)

@@ -7,15 +7,15 @@ import numpy as np
 from scipy.special import fdtrc
 
 from sdpgrind.base.checks import Floats, one_of
-from sdpgrind.finishing.study._analysed import Analysed, analysed
+from sdpgrind.finishing.study._analysed import Analysed
 from sdpgrind.finishing.study._linear_model import LinearModel
+from sdpgrind.finishing.study._observations import Observations, analysed
 from sdpgrind.finishing.study._pooling import LEVEL, Pool, Pooling, pooled
 from sdpgrind.finishing.study._texts import aligned, number, percent
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sdpgrind.finishing.study._observations import Observations
 
 ORTHOGONAL = "orthogonal: sums of squares of the level means"
 ALONE = "not orthogonal: sums of squares of type II, of a model without an error; they need not add up to the total"
@@ -153,7 +153,7 @@ class AnovaTable:
         return f"before pooling\n{self.unpooled!r}\n\nafter pooling: {self.pooling}\n{shown}"
 
 
-def anova(study: "Observations", pool: Pool) -> AnovaTable:
+def anova(study: Observations, pool: Pool) -> AnovaTable:
     """Table of a study; see `Study.anova`."""
     found = analysed(study)
     whole = _table(found)

@@ -3,23 +3,20 @@
 import dataclasses
 from collections.abc import Iterator, Mapping
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtr
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.study._analysed import Analysed, analysed
+from sdpgrind.finishing.study._analysed import Analysed
 from sdpgrind.finishing.study._anova import AnovaTable, anova, error_variance
 from sdpgrind.finishing.study._linear_model import LinearModel
 from sdpgrind.finishing.study._means import spread
+from sdpgrind.finishing.study._observations import Observations, analysed
 from sdpgrind.finishing.study._pooling import Pool
 from sdpgrind.finishing.study._settings import Level
 from sdpgrind.finishing.study._texts import level
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.study._observations import Observations
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,7 +94,7 @@ class Best(Mapping[str, Level]):
         return f" (tie: {'; '.join(ties)})" if ties else ""
 
 
-def best(study: "Observations", pool: Pool, alpha: float) -> Best:
+def best(study: Observations, pool: Pool, alpha: float) -> Best:
     """Best levels of a study; see `Study.best`."""
     if study.ratio == "none":
         raise ValueError("ratio must say what is better, such as 'smaller' or 'larger', to find the best; got 'none'")
@@ -143,7 +140,7 @@ def _groups(model: LinearModel) -> list[list[int]]:
     return [sorted(group) for group in groups]
 
 
-def _ties(study: "Observations", found: Analysed, codes: list[int], variance: float, alpha: float) -> tuple[Tie, ...]:
+def _ties(study: Observations, found: Analysed, codes: list[int], variance: float, alpha: float) -> tuple[Tie, ...]:
     """Levels that, put in place of the best one alone, are behind by less than the scatter allows to see."""
     model, ties = found.model, []
     effects = model.effects(found.y)

@@ -2,22 +2,18 @@
 
 import dataclasses
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.study._analysed import analysed
 from sdpgrind.finishing.study._anova import error_variance
 from sdpgrind.finishing.study._linear_model import LinearModel
+from sdpgrind.finishing.study._observations import Observations, analysed
 from sdpgrind.finishing.study._ratios import back
 from sdpgrind.finishing.study._settings import Level
 from sdpgrind.finishing.study._texts import aligned, amount, level, number
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.study._observations import Observations
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,7 +81,7 @@ class LevelMeans(Mapping[str, dict[Level, float]]):
         return aligned(("factor", "level", "mean", "+-", "response"), cells)
 
 
-def level_means(study: "Observations", confidence: float) -> LevelMeans:
+def level_means(study: Observations, confidence: float) -> LevelMeans:
     """Means of a study; see `Study.level_means`."""
     (y, model, *_), rows = analysed(study), []
     effects, reach = model.effects(y), student(model, y, confidence)

@@ -11,9 +11,10 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.finishing.study._analysed import Analysed, analysed, present
+from sdpgrind.finishing.study._analysed import Analysed
 from sdpgrind.finishing.study._arrays import OrthogonalArray, orthogonal_array
 from sdpgrind.finishing.study._confounding import Confounding, assigned, checked_columns, confounding
+from sdpgrind.finishing.study._linear_model import LinearModel, Term
 from sdpgrind.finishing.study._published import PUBLISHED
 from sdpgrind.finishing.study._ratios import RATIOS, sn_ratio
 from sdpgrind.finishing.study._settings import (
@@ -247,3 +248,25 @@ def _interactions(pairs: Any, factors: Factors) -> tuple[tuple[str, str], ...]:
         if set(one) == set(other):
             raise ValueError(f"interactions must be without repeats; got {other} twice")
     return tuple(found)
+
+
+def present(study: Observations) -> npt.NDArray[np.bool_]:
+    """Whether each run has readings, (runs,)."""
+    return ~np.isnan(study.readings[:, 0])
+
+
+def analysed(study: Observations) -> Analysed:
+    """What is analysed: the ratio of each run that is there; with ratio "none" each reading."""
+    there, readings, names = present(study), study.readings, list(study.factors)
+    single = study.ratio == "none"
+    y = readings[there].ravel() if single else sn_ratio(readings[there], study.ratio, reference=study.reference)
+    codes = codes_of(study.array, study.columns, study.factors)[there]
+    codes = np.repeat(codes, readings.shape[1] if single else 1, axis=0)
+    counts = tuple(len(study.levels(name)) for name in names)
+    pairs: list[Term] = [(names.index(a), names.index(b)) for a, b in study.interactions]
+    return Analysed(
+        y,
+        LinearModel(codes, counts, (*((k,) for k in range(len(names))), *pairs)),
+        tuple(names),
+        RATIOS[study.ratio].unit or study.unit,
+    )

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sdpgrind.base import pictures
-from sdpgrind.finishing.study._analysed import analysed
 from sdpgrind.finishing.study._means import LevelMean
+from sdpgrind.finishing.study._observations import analysed
 from sdpgrind.finishing.study._ratios import RATIOS
 from sdpgrind.finishing.study._texts import labelled, level
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,16 +11,14 @@ from scipy.special import fdtri
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
-from sdpgrind.finishing.study._analysed import Analysed, analysed, present
+from sdpgrind.finishing.study._analysed import Analysed
 from sdpgrind.finishing.study._anova import anova, error_variance
 from sdpgrind.finishing.study._means import mean_rows
+from sdpgrind.finishing.study._observations import Observations, analysed, present
 from sdpgrind.finishing.study._pooling import Pool
 from sdpgrind.finishing.study._ratios import sn_ratio
 from sdpgrind.finishing.study._settings import Level, which
 from sdpgrind.finishing.study._texts import level, percent
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.study._observations import Observations
 
 OFTEN = 0.05
 """Share from which on it is worth telling that two levels change places."""
@@ -110,7 +108,7 @@ class Power:
         return found
 
 
-def power(study: "Observations", rng: Seed, runs: int, model: Any, pool: Pool, alpha: float) -> Power:
+def power(study: Observations, rng: Seed, runs: int, model: Any, pool: Pool, alpha: float) -> Power:
     """Power of a study; see `Study.power`."""
     runs = checks.count("runs", runs)
     checks.probability("alpha", alpha)
@@ -137,7 +135,7 @@ def power(study: "Observations", rng: Seed, runs: int, model: Any, pool: Pool, a
 
 
 def _of_its_own(
-    study: "Observations", found: Analysed, rng: np.random.Generator, runs: int, pool: Pool
+    study: Observations, found: Analysed, rng: np.random.Generator, runs: int, pool: Pool
 ) -> tuple[Floats, tuple[str, ...]]:
     """Ratios (runs, observations) of the study's own model without the pooled effects."""
     pooling = anova(study, pool).pooling
@@ -150,7 +148,7 @@ def _of_its_own(
     return kept.design @ kept.effects(y) + np.sqrt(variance) * noise, without
 
 
-def _of_a_model(study: "Observations", rng: np.random.Generator, runs: int, model: Any) -> Floats:
+def _of_a_model(study: Observations, rng: np.random.Generator, runs: int, model: Any) -> Floats:
     """Ratios (runs, observations) of readings that a model draws."""
     draw: Callable[..., npt.ArrayLike] = getattr(model, "responses", model)
     if not callable(draw):

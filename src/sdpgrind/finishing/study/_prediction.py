@@ -2,19 +2,15 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.finishing.study._analysed import analysed
 from sdpgrind.finishing.study._means import spread, student
+from sdpgrind.finishing.study._observations import Observations, analysed
 from sdpgrind.finishing.study._ratios import RATIOS, back
 from sdpgrind.finishing.study._settings import Level, position
 from sdpgrind.finishing.study._texts import NOT_AVAILABLE, amount, level, number
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.study._observations import Observations
 
 Interval = tuple[float, float]
 
@@ -96,7 +92,7 @@ class Prediction:
         return text if ends is None else f"{text} ({amount(ends[0], self.unit)} to {amount(ends[1], self.unit)})"
 
 
-def predict(study: "Observations", levels: Mapping[str, Level], confirm: int, confidence: float) -> Prediction:
+def predict(study: Observations, levels: Mapping[str, Level], confirm: int, confidence: float) -> Prediction:
     """Prediction of a study; see `Study.predict`."""
     if not isinstance(levels, Mapping):
         raise TypeError(f"levels must be a mapping from factors to levels, as study.best() gives; got {checks.shown(levels)}")
@@ -118,7 +114,7 @@ def predict(study: "Observations", levels: Mapping[str, Level], confirm: int, co
     )  # fmt: skip
 
 
-def _ends(study: "Observations", mean: float, width: float | None) -> Interval | None:
+def _ends(study: Observations, mean: float, width: float | None) -> Interval | None:
     """Ends of an interval of the ratio (dB) in the unit of the response, low end first."""
     if width is None:
         return None

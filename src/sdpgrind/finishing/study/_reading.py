@@ -6,22 +6,17 @@ logarithm lies w^2 - v/4 above the logarithm of the median. The same w^2 - v/4 i
 that of the ratio.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from sdpgrind import sdp
-from sdpgrind.finishing.study._analysed import present
+from sdpgrind.finishing.study._observations import Observations, present
 from sdpgrind.finishing.study._ratios import RATIOS, back
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.study._observations import Observations
 
 DB = 20 / np.log(10)
 """dB of a change of the logarithm of the response by 1."""
 
 
-def law_of_a_reading(study: "Observations", mean: float, sd: float) -> sdp.Law:
+def law_of_a_reading(study: Observations, mean: float, sd: float) -> sdp.Law:
     """Law of one reading where the ratio of a run has this mean and sd, dB; of the ratio where there is no way back."""
     level = back(study.ratio, mean, study.reference)
     if level is None:
@@ -33,13 +28,13 @@ def law_of_a_reading(study: "Observations", mean: float, sd: float) -> sdp.Law:
     return sdp.LogNormal(whole, whole * float(np.sqrt(np.expm1(square))))
 
 
-def _lacking(study: "Observations") -> float:
+def _lacking(study: Observations) -> float:
     """Variance of the logarithm of one reading, less that of half the logarithm of the mean square of a run; 0 of one reading."""
     variance, n = _within(study), study.readings.shape[1]
     return variance - 0.25 * float(np.log1p(np.expm1(4 * variance) / n))
 
 
-def _within(study: "Observations") -> float:
+def _within(study: Observations) -> float:
     """Variance of the logarithm of a reading within its run; by the relative scatter where a reading is 0."""
     readings = study.readings[present(study)]
     if readings.shape[1] == 1:

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 from sdpgrind.base.rng import Seed
-from sdpgrind.finishing.study._analysed import present
 from sdpgrind.finishing.study._anova import AnovaTable
+from sdpgrind.finishing.study._observations import present
 from sdpgrind.finishing.study._ratios import RATIOS
 from sdpgrind.finishing.study._texts import aligned, amount, labelled, level
 

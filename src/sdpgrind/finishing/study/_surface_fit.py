@@ -1,19 +1,15 @@
 """A response surface over a study: quadratic in each number with three levels or more, linear with two, names level by level."""
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sdpgrind import identify
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.study._analysed import analysed, present
 from sdpgrind.finishing.study._anova import anova
+from sdpgrind.finishing.study._observations import Observations, analysed, present
 from sdpgrind.finishing.study._pooling import Pool
 from sdpgrind.finishing.study._settings import Level
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.study._observations import Observations
 
 
 @dataclasses.dataclass(frozen=True)
@@ -90,7 +86,7 @@ class SurfaceFit:
         return 1 + sum(widths[: self.axes.index(axis)])
 
 
-def surface_fit(study: "Observations", pool: Pool) -> SurfaceFit:
+def surface_fit(study: Observations, pool: Pool) -> SurfaceFit:
     """Fit the surface to the ratios of a study, without the pooled factors."""
     names = {row.source for row in anova(study, pool).effects}
     axes = tuple(Axis(name, study.levels(name)) for name in study.factors if name in names)
