@@ -7,7 +7,7 @@ from house_names import SOURCE, modules
 LEFT = {
     "centering.roundness": ["profile profile_steps"],
     "sdpgrind.finishing.study": ["report study"],
-    "sdpgrind.locus": ["_calibration _stretch", "_loss_table _robust", "_problem _problem_text _system"],
+    "sdpgrind.locus": ["_loss_table _robust", "_problem _problem_text _system"],
 }
 """Circles that are still there, by their folder. Do not add any."""
 

@@ -1,5 +1,6 @@
 """A stretch that is read off by the response: whether that can be, and whether reading again and again converges."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -8,7 +9,6 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._stretch.single_valued import strictly
-from sdpgrind.locus._stretch.stretch import Stretch
 from sdpgrind.locus._trace.segments import bends
 
 
@@ -41,16 +41,18 @@ class Calibration:
     usable: tuple[tuple[float, float], ...]
 
 
-def calibration(stretch: Stretch) -> Calibration:
-    response, limit = stretch.response_slope, stretch.limit_slope
-    rho = np.divide(response, limit, out=np.full(limit.shape, np.inf), where=limit != 0)
-    monotone = strictly(stretch.limit) and bool(np.all(np.sign(limit) == np.sign(limit[0])))
-    return Calibration(monotone, rho, stretch.hidden, _converging(stretch))
+def calibration(
+    s: Floats, hidden: Floats, limit: Floats, slopes: tuple[Floats, Floats], hidden_at: Callable[[Floats], Floats]
+) -> Calibration:
+    """Of a stretch by its coordinate: hidden states, P_b, slopes of P_c and P_b, and the hidden state anywhere."""
+    of_response, of_limit = slopes
+    rho = np.divide(of_response, of_limit, out=np.full(of_limit.shape, np.inf), where=of_limit != 0)
+    monotone = strictly(limit) and bool(np.all(np.sign(of_limit) == np.sign(of_limit[0])))
+    return Calibration(monotone, rho, hidden, _converging(s, np.column_stack(slopes), hidden_at))
 
 
-def _converging(stretch: Stretch) -> tuple[tuple[float, float], ...]:
+def _converging(s: Floats, slopes: Floats, hidden_at: Callable[[Floats], Floats]) -> tuple[tuple[float, float], ...]:
     """Where |P_c,s| < |P_b,s|, from splines of the two slopes; the ends are found by halving."""
-    s, slopes = stretch.coordinate, np.column_stack([stretch.response_slope, stretch.limit_slope])
     both = CubicHermiteSpline(s, slopes, bends(s, slopes))
 
     def room(at: Floats) -> Floats:
@@ -64,7 +66,7 @@ def _converging(stretch: Stretch) -> tuple[tuple[float, float], ...]:
         middle = 0.5 * (low + high)
         same = (room(middle) > 0) == first
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    cuts = [stretch.low, *(0.5 * (low + high)), stretch.high]
+    cuts = [float(s[0]), *(0.5 * (low + high)), float(s[-1])]
     kept = [pair for k, pair in enumerate(pairwise(cuts)) if inside[0] == (k % 2 == 0)]
-    ends = [sorted(stretch.rows(np.array(pair))[:, len(stretch.names)].tolist()) for pair in kept]
+    ends = [sorted(hidden_at(np.array(pair)).tolist()) for pair in kept]
     return tuple((a, b) for a, b in sorted(ends))

@@ -300,4 +300,5 @@ class Stretch:
         """
         from sdpgrind.locus._stretch.calibration import calibration
 
-        return calibration(self)
+        slopes = self.response_slope, self.limit_slope
+        return calibration(self.coordinate, self.hidden, self.limit, slopes, lambda s: self.rows(s)[:, len(self.names)])
