@@ -62,7 +62,7 @@ class Public(NamedTuple):
 
     @property
     def doc(self) -> str:
-        """Its docstring; of a class method without one, that of the class it comes from, as documentation shows it."""
+        """Its docstring; a class method without one inherits it, as documentation shows it."""
         bound = isinstance(self.thing, classmethod) and self.owner is not None
         thing = getattr(self.owner, self.name.rpartition(".")[2]) if bound else _underlying(self.thing)
         return inspect.getdoc(thing) or ""

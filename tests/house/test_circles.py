@@ -1,4 +1,4 @@
-"""No circles of modules: what a module imports, anywhere in it, does not import that module again, by whatever way."""
+"""No circles of modules: what a module imports, anywhere in it, does not lead back to it."""
 
 import ast
 
@@ -13,7 +13,7 @@ LEFT = {
 
 
 def graph():
-    """Modules that each module imports: at its top, for type checkers or inside functions. Packages' faces are left out."""
+    """Modules that each module imports: at its top, for type checkers, in functions; not faces of packages."""
     plain = {name: path for name in modules() if (path := SOURCE.joinpath(*name.split(".")).with_suffix(".py")).exists()}
     return {name: set(imported(path.read_text(), plain)) - {name} for name, path in plain.items()}
 

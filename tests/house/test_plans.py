@@ -1,4 +1,4 @@
-"""What plans and records have in common: kinds, files and back, copies, one line; and that results do not import pictures."""
+"""What plans and records share: kinds, files and back, copies, one line; results do not import pictures."""
 
 import ast
 import copy
@@ -15,10 +15,10 @@ from sdpgrind.base import pictures, records
 from sdpgrind.base.plans import Plan, Record
 
 ENTRIES = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["sdpgrind.records"]
-PLACES = {kind: place for kind, place in ENTRIES.items() if kind != "hwsim.journal"}  # a journal is a file, and saves itself
+PLACES = {kind: place for kind, place in ENTRIES.items() if kind != "hwsim.journal"}
 DRAWN = re.compile(r'drawn\("([\w.:]+)"')
-NAMED = {name: DRAWN.findall((SOURCE / f"{name.replace('.', '/')}.py").read_text()) for name in modules() if "." in name
-         and (SOURCE / f"{name.replace('.', '/')}.py").exists()}  # fmt: skip
+FILES = {name: path for name in modules() if (path := SOURCE / f"{name.replace('.', '/')}.py").exists()}
+NAMED = {name: DRAWN.findall(path.read_text()) for name, path in FILES.items()}
 
 
 class Toy(Plan):
@@ -70,7 +70,7 @@ PICTURE = re.compile(r"(?:^|_)(?:picture|plot)s?$")
 
 def pictures_at_the_top(name):
     """Modules of pictures that a module imports when it is imported itself, or for type checkers."""
-    tree = ast.parse((SOURCE / f"{name.replace('.', '/')}.py").read_text())
+    tree = ast.parse(FILES[name].read_text())
     plain = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.col_offset in (0, 4)]
     inside = {node for each in ast.walk(tree) if isinstance(each, ast.FunctionDef) for node in ast.walk(each)}
     named = {f"{node.module}.{alias.name}" for node in plain if node not in inside for alias in node.names}

@@ -1,4 +1,4 @@
-"""What controllers share: a copy has a state of its own, and shares plan, law and all else that never changes."""
+"""Copies of controllers: each has a state of its own, and shares plan, law and all else that never changes."""
 
 from copy import copy, deepcopy
 from typing import Any, ClassVar, Self
@@ -8,7 +8,7 @@ class Stateful:
     """Base of controllers; the loop copies them for parts that run side by side."""
 
     _changing: ClassVar[tuple[str, ...]] = ()
-    """Attributes that change in a run and are no plain values; those that are not there yet are made when they are needed."""
+    """Attributes that change in a run and are no plain values; one that is made at first use may be missing."""
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         twin = copy(self)

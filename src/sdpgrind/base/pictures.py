@@ -1,6 +1,7 @@
 """One style for all pictures: colours by what they mean, blank figures, labels with units.
 
-A result does not import its picture, and needs no matplotlib until somebody draws: `drawn` finds the picture by its name.
+A result does not import its picture, and needs no matplotlib until somebody draws: `drawn` finds the picture
+by its name.
 """
 
 from importlib import import_module

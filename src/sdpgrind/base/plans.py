@@ -1,4 +1,4 @@
-"""What a plan has beside its content, once: a kind, a file and back, one line about it, and no copies of what never changes."""
+"""What all plans share: a kind, a file and the way back, one line that describes them, no needless copies."""
 
 import os
 from abc import ABC, abstractmethod
@@ -9,7 +9,10 @@ if TYPE_CHECKING:
 
 
 class Record(ABC):
-    """What can be kept in a file; `sdpgrind.load` finds its class by the kind, an entry point of ``sdpgrind.records``."""
+    """What can be kept in a file.
+
+    `sdpgrind.load` finds its class by the kind, an entry point of ``sdpgrind.records``.
+    """
 
     kind: ClassVar[str]
     """Name of the kind, as its files hold it."""

@@ -40,7 +40,7 @@ def push_dataset(push: Any, profile: TipProfile) -> xr.Dataset:
 
 
 def optimal_dataset(push: Any, profile: TipProfile, traces: tuple[PushTrace, ...], plain: Mapping[str, Any]) -> xr.Dataset:
-    """Motion, results and phases of an `OptimalPush` at every friction, labelled; the `plain` rest as JSON."""
+    """Motion, results and phases of an `OptimalPush` at every friction, labelled; `plain` as JSON."""
     data = _dataset(push, profile, {"distance": "mm"})
     data = data.assign_coords(
         friction=("friction", push.friction, {"units": "1", "long_name": "ratio to the problem's friction"})

@@ -50,7 +50,7 @@ class Pooling:
 
 
 def pooled(found: Analysed, ratios: Mapping[str, float | None], pool: Pool) -> tuple[str, ...]:
-    """Names of the terms that a rule pools, by the F of each effect; one whose interaction stays must stay too."""
+    """Names of the terms that a rule pools, by the F of each effect; a part of a kept interaction is kept."""
     names = _by_rule(ratios) if pool == "F<1" else _named(ratios, pool)
     terms = [term for term in found.model.terms if found.named(term) in names]
     for term in [term for term in found.model.terms if term not in terms]:

@@ -42,9 +42,13 @@ class Calibration:
 
 
 def calibration(
-    s: Floats, hidden: Floats, limit: Floats, slopes: tuple[Floats, Floats], hidden_at: Callable[[Floats], Floats]
+    s: Floats,
+    hidden: Floats,
+    limit: Floats,
+    slopes: tuple[Floats, Floats],
+    hidden_at: Callable[[Floats], Floats],
 ) -> Calibration:
-    """Of a stretch by its coordinate: hidden states, P_b, slopes of P_c and P_b, and the hidden state anywhere."""
+    """Calibration of a stretch: coordinate, hidden states, P_b, slopes of P_c and P_b, hidden state anywhere."""
     of_response, of_limit = slopes
     rho = np.divide(of_response, of_limit, out=np.full(of_limit.shape, np.inf), where=of_limit != 0)
     monotone = strictly(limit) and bool(np.all(np.sign(of_limit) == np.sign(of_limit[0])))
