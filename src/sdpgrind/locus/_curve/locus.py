@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.locus._curve.inversion_kernels import find_state
 from sdpgrind.locus._curve.point import Point, named_point
-from sdpgrind.locus._curve_protocol import Event as Event
+from sdpgrind.locus._curve.protocol import Event as Event
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.system import System, system_of
 from sdpgrind.locus._problem.tape_kernels import run, work_size

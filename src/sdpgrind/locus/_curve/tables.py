@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.inversion import Inversion
-from sdpgrind.locus._curve_protocol import Curve
+from sdpgrind.locus._curve.protocol import Curve
 from sdpgrind.locus._trace.pieces import Columns, counts, tabulate
 from sdpgrind.locus._trace.table import Table
 from sdpgrind.locus._trace.trace import Run, Tracer
