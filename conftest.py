@@ -15,8 +15,8 @@ for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 @pytest.fixture(scope="session", autouse=True)
 def compiled():
     """Trace a locus where its kernels are not on disk yet: that takes the better part of a minute, once."""
-    from sdpgrind import locus
+    import sdpgrind
 
-    kept = Path(locus.__file__).with_name("__pycache__").glob("_trace_kernels.follow*.nbc")
+    kept = Path(sdpgrind.__file__).with_name("locus").joinpath("_trace", "__pycache__").glob("*trace_kernels.follow*.nbc")
     if not any(kept):
-        locus.plan(locus.preset("koren-example"))
+        sdpgrind.warm("locus")
