@@ -150,6 +150,21 @@ def test_two_runs_on_one_journal(tmp_path):
         hwsim.run(noisy_tank(), Drain(), parts=3, journal=path, progress=second)
 
 
+@pytest.mark.parametrize("lost", [0, 1])
+def test_a_gap_is_told_and_not_read_over(tmp_path, lost):
+    """Without it the parts behind would move up: another log, and a run that goes on with the wrong numbers."""
+    path = tmp_path / "run.db"
+    hwsim.run(noisy_tank(), Drain(), parts=3, rng=3, journal=path)
+    with sqlite3.connect(path) as database:
+        database.execute("DELETE FROM part WHERE number = ?", (lost,))
+    database.close()
+    with hwsim.Journal(path) as journal, pytest.raises(ValueError, match=rf"run.db' lacks part {lost}$"):
+        journal.log()
+    for parts in (3, 5):
+        with pytest.raises(ValueError, match=rf"run.db' lacks part {lost}$"):
+            hwsim.run(noisy_tank(), Drain(), parts=parts, rng=3, journal=path)
+
+
 def test_files_that_are_no_journals(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"path must be an existing journal; got .*no.db"):
         hwsim.Journal(tmp_path / "no.db")
