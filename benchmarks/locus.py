@@ -1,4 +1,4 @@
-"""An optimal locus: ``python benchmarks/locus.py [--times N] [--only tables|look_ups|inversions]``. Medians and minima."""
+"""An optimal locus: ``python benchmarks/locus.py [--times N] [--only PART]``. Medians and minima."""
 
 import argparse
 import time
@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from locus_peers import Scaled, peers, silence
+from locus_peers import Scaled, batched_newton, peers, silence
+from measure import in_turn
 from numba import njit
 from scipy import interpolate
 
@@ -104,6 +105,20 @@ def _tables_of(name: str, problem: locus.Problem, bar: float, times: int, bars: 
         print(f"| {name} | {who} | {1e3 * took:.0f} | {1e3 * soonest:.0f} | {took / ours:.0f} | {told} |")
         if who.startswith(("scipy", "IPOPT")):
             bars.least(f"{name}: sooner than {who}", took / ours, SOONER)
+
+
+def batches(times: int, bars: Bars) -> None:
+    print(f"\n## {POINTS} points at once: beside Newton's method for all hidden states together (casadi.Function.map), in turns")
+    print("Ours finds where the locus begins and bends, and tabulates it; the rival is given its first point and all places.")
+    print("| problem | locus.plan [ms] | batched Newton [ms] | times ours | largest difference |\n|---|---|---|---|---|")
+    problems = {"a user's": users(), "a user's, powers": users_of_powers()}
+    problems |= {name: locus.preset(name) for name in ("koren-example", "turning", "grinding", "milling", "motor")}
+    for name, problem in problems.items():
+        scaled = Scaled(problem, locus.plan(problem, points=POINTS))
+        runs = {"ours": lambda p=problem: locus.plan(p, points=POINTS), "newton": batched_newton(scaled)}
+        took, error = in_turn(runs, 10 * times), scaled.error(runs["newton"]())
+        ours, theirs = 1e3 * took["ours"], 1e3 * took["newton"]
+        print(f"| {name} | {ours:.2f} | {theirs:.2f} | {theirs / ours:.1f} | {error:.0e} |")
 
 
 def _peer(scaled: Scaled, sweep: Callable[[], np.ndarray], times: int) -> tuple[float, float, float]:
@@ -219,7 +234,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="name of one benchmark")
     given, bars = parser.parse_args(), Bars()
     warnings.simplefilter("ignore")
-    for run in (tables, look_ups, inversions):
+    for run in (tables, batches, look_ups, inversions):
         if given.only in ("", run.__name__):
             run(given.times, bars)
     bars.tell()

@@ -19,6 +19,9 @@ from sdpgrind.locus._trace.kkt_kernels import _evaluate, _sizes
 evaluate = opened(_evaluate)
 sizes = opened(_sizes)
 
+TIGHT, SETTLED = 1e-6, 1e-10  # of the scaled problem: a limit that is tight, conditions that hold
+MOST_STEPS, MOST_ROUNDS = 10, 50  # of a batched Newton's method
+
 
 class Scaled:
     """A problem with one hidden state in the scaled form that our tracer uses: peers have the same scales and exact slopes."""
@@ -135,6 +138,62 @@ def cvxpy(scaled: Scaled, solver: str) -> Callable[[], np.ndarray]:
         return system.scaled(found)
 
     return sweep
+
+
+def batched_newton(scaled: Scaled) -> Callable[[], np.ndarray]:
+    """Newton's method for all hidden states at once, by `casadi.Function.map`: the strongest simple rival.
+
+    The conditions of the best point are equations once min(multiplier, slack) = 0 stands for each limit and a projection for
+    the bounds. All begin at our first point; those that do not settle, again at the nearest that did.
+    """
+    n, count = scaled.system.n, scaled.places.size
+    step, first, places = _newton_step(scaled).map(count), scaled.wanted[0], scaled.places[None]
+    begin = np.concatenate([first, _multipliers(scaled, first)])[:, None]
+
+    def sweep() -> np.ndarray:
+        z = np.repeat(begin, count, axis=1)
+        for _ in range(MOST_ROUNDS):
+            z, settled = _settled(step, z, places)
+            good = np.flatnonzero(settled)
+            if good.size in (0, count):
+                break
+            z = z[:, good[np.abs(good[:, None] - np.arange(count)).argmin(axis=0)]]
+        return z[:n].T
+
+    return sweep
+
+
+def _newton_step(scaled: Scaled) -> ca.Function:
+    """One step from (controls, multipliers) at a hidden state, and how far off the conditions were before it."""
+    said, n = _expressions(scaled), scaled.system.n
+    q, p, f, g = said["x"], said["p"], said["f"], said["g"]
+    multiplier = ca.SX.sym("multiplier", scaled.system.m)
+    z = ca.vertcat(q, multiplier)
+    downhill = q - ca.gradient(f + ca.dot(multiplier, g), q)
+    off = ca.vertcat(q - ca.fmin(ca.fmax(downhill, 0.0), 1.0), ca.fmin(multiplier, -g))
+    new = z - ca.solve(ca.jacobian(off, z), off)
+    inside = ca.vertcat(ca.fmin(ca.fmax(new[:n], 0.0), 1.0), new[n:])
+    return ca.Function("step", [z, p], [inside, ca.norm_inf(off)], {"cse": True})
+
+
+def _multipliers(scaled: Scaled, q: np.ndarray) -> np.ndarray:
+    """Of the limits at our first point, by least squares over the controls that are not at a bound."""
+    said, out = _expressions(scaled), np.zeros(scaled.system.m)
+    about = [ca.gradient(said["f"], said["x"]), ca.jacobian(said["g"], said["x"]), said["g"]]
+    slope, slopes, slack = (np.asarray(v) for v in ca.Function("about", [said["x"], said["p"]], about)(q, scaled.places[0]))
+    tight, free = slack[:, 0] > -TIGHT, (q > TIGHT) & (q < 1 - TIGHT)
+    out[tight] = np.linalg.lstsq(slopes[np.ix_(tight, free)].T, -slope[free, 0], rcond=None)[0]
+    return out
+
+
+def _settled(step: ca.Function, z: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All after at most so many steps, and which of them have settled."""
+    for _ in range(MOST_STEPS):
+        z, off = (np.asarray(v) for v in step(z, places))
+        settled = np.isfinite(z).all(axis=0) & (off[0] < SETTLED)
+        if settled.all():
+            break
+    return z, settled
 
 
 def peers(scaled: Scaled, convex: bool) -> Iterator[tuple[str, Callable[[], np.ndarray]]]:
