@@ -4,6 +4,7 @@ Medians of runs in turn, so that all see the same load; peers in the same run.
 """
 
 import argparse
+from collections.abc import Callable
 
 import centering_peers as peers
 import numpy as np
@@ -11,8 +12,7 @@ from measure import in_turn
 from numba import njit
 
 import centering
-from sdpgrind.base.compiled import opened
-from sdpgrind.identify import kernels
+from sdpgrind.identify import RecursiveLeastSquares, kernels
 
 RADIUS, OFFSET, TURN = 61.94, 3.6, 2.0 * np.pi  # mm, mm, rad
 BARS: list[tuple[str, str, str, bool]] = []
@@ -40,7 +40,7 @@ def rotated(rows, array, out):
     for k in range(rows.shape[0]):
         work[:] = rows[k]
         kernels.rotate(array, work)
-        opened(kernels._solve)(array, out)
+        kernels.solve(array, out)
 
 
 @njit(cache=True)
@@ -108,6 +108,39 @@ def updates() -> None:
     most("update() and valid from Python", 1e6 * took["ours, update() and valid from Python"], 2.0, "us")
     for peer in ("padasip FilterRLS", "filterpy KalmanFilter"):
         least(f"{peer} over ours, compiled", took[peer] / took["ours, triangle, compiled loop"], 100.0)
+    streamed(rows, reading, from_python)
+
+
+def streamed(rows: np.ndarray, reading: np.ndarray, estimator: Callable[[], None]) -> None:
+    """Call with call: each reading handed over from Python, on both sides."""
+    print("\n### One reading a call, both sides from Python")
+
+    def by_ours() -> np.ndarray:
+        found = RecursiveLeastSquares(("radius", "x", "y"))
+        for row, target in zip(rows, reading.tolist(), strict=True):
+            found.update(row, target)
+        return found.estimate.value
+
+    def by_kernel() -> np.ndarray:
+        value, inv_info, gain = np.zeros(3), peers.FLAT * np.eye(3), np.empty(3)
+        for row, target in zip(rows, reading.tolist(), strict=True):
+            kernels.covariance_step(value, inv_info, row, target, 1.0, gain)
+        return value
+
+    runs = {
+        "ours, update() and valid: exact curve, weights and all": estimator,
+        "ours, RecursiveLeastSquares.update(), values once": by_ours,
+        "ours, kernels.covariance_step": by_kernel,
+        "numpy, matrices": lambda: peers.streamed_numpy(rows, reading),
+        "padasip FilterRLS": lambda: peers.by_padasip(rows, reading),
+        "filterpy KalmanFilter": lambda: peers.by_filterpy(rows, reading),
+    }
+    took = {name: seconds / reading.size for name, seconds in in_turn(runs, 21).items()}
+    told(took, next(iter(runs)), 1e-6, "us")
+    apart = [np.max(np.abs(run() - by_ours())) for run in list(runs.values())[2:]]
+    print(
+        f"largest difference of the kernel's, numpy's, padasip's and filterpy's from RecursiveLeastSquares: {max(apart):.1e} mm"
+    )
 
 
 def fits() -> None:
@@ -132,6 +165,8 @@ def circles() -> None:
     zone = {"ours": lambda: centering.roundness.reference_circle(points, "MZC")}
     zone |= {f"cvxpy, {name}": lambda s=name: peers.zone_by_cvxpy(points, s) for name in ("HIGHS", "CLARABEL")}
     zone["scipy linprog (HiGHS)"] = lambda: peers.zone_by_scipy(points)
+    zone["scipy linprog, of the points that matter"] = lambda: peers.zone_by_generation(points)
+    zone["numpy, exchange of one point of four"] = lambda: peers.zone_by_exchange(points)
     around = {
         "ours": lambda: centering.roundness.reference_circle(points, "MCC"),
         "cvxpy, Clarabel, scaled": lambda: peers.enclosing_by_cvxpy(points),

@@ -41,6 +41,22 @@ def by_numpy(rows: np.ndarray, reading: np.ndarray) -> np.ndarray:
     return b
 
 
+def streamed_numpy(rows: np.ndarray, reading: np.ndarray) -> np.ndarray:
+    """The same, each reading handed over in a call of its own, as a machine would."""
+    p, b = FLAT * np.eye(rows.shape[1]), np.zeros(rows.shape[1])
+
+    def update(row: np.ndarray, target: float) -> None:
+        nonlocal p, b
+        gain = p @ row
+        share = gain / (1.0 + row @ gain)
+        b = b + share * (target - row @ b)
+        p = p - gain[:, None] * share
+
+    for row, target in zip(rows, reading, strict=True):
+        update(row, target)
+    return b
+
+
 def by_refits(rows: np.ndarray, reading: np.ndarray) -> np.ndarray:
     """All data once more after each sample: what Mears calls PRLS."""
     found = np.zeros(rows.shape[1])
@@ -88,6 +104,42 @@ def zone_by_scipy(points: np.ndarray) -> float:
         [0.0, 0.0, -1.0, 1.0], np.vstack([outer, inner]), np.concatenate([-height, height]), bounds=(None, None), method="highs"
     )
     return float(found.fun) * scale
+
+
+def zone_by_generation(points: np.ndarray) -> float:
+    """The same linear programme with the few points that matter: solve, add the farthest outside and inside, solve again."""
+    beta, height, scale = _scaled(points)
+    directions, kept = np.column_stack([np.cos(beta), np.sin(beta)]), np.arange(0, beta.size, max(beta.size // 8, 1))
+    while True:
+        d, h, none = directions[kept], height[kept], np.zeros(kept.size)
+        rows = np.vstack([np.column_stack([-d, none, none - 1.0]), np.column_stack([d, none + 1.0, none])])
+        found = optimize.linprog([0.0, 0.0, -1.0, 1.0], rows, np.append(-h, h), bounds=(None, None), method="highs")
+        left = height - directions @ found.x[:2]
+        worst = [left.argmax(), left.argmin()]
+        if np.isin(worst, kept).all():
+            return float(np.ptp(left)) * scale
+        kept = np.append(kept, worst)
+
+
+def zone_by_exchange(points: np.ndarray) -> float:
+    """The same by exchange of one point of four, with numpy alone: the strongest simple rival."""
+    around = points - points.mean(axis=0)
+    radius = np.hypot(*around.T)
+    rows, height = np.column_stack([around / radius[:, None], np.ones_like(radius)]), radius - radius.mean()
+    kept = np.arange(4) * radius.size // 4
+    balance = np.linalg.svd(rows[kept].T)[2][3]  # weights, some negative, of which the rows' sum is 0
+    side = np.sign(balance) * np.sign(balance @ height[kept])
+    while True:
+        inverse = np.linalg.inv(np.column_stack([rows[kept], side]))
+        value = inverse @ height[kept]  # centre, middle radius and half the zone
+        left = height - rows @ value[:3]
+        worst = np.abs(left).argmax()
+        if abs(left[worst]) <= value[3] + 1e-14 * radius.max():
+            return 2.0 * float(value[3])
+        entering = np.sign(left[worst])
+        gain = (inverse.T @ np.append(entering * rows[worst], 1.0)) * side
+        leaves = np.where(gain > 0.0, inverse[3] * side / np.where(gain > 0.0, gain, 1.0), np.inf).argmin()
+        kept[leaves], side[leaves] = worst, entering
 
 
 def _scaled(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
