@@ -138,9 +138,7 @@ def streamed(rows: np.ndarray, reading: np.ndarray, estimator: Callable[[], None
     took = {name: seconds / reading.size for name, seconds in in_turn(runs, 21).items()}
     told(took, next(iter(runs)), 1e-6, "us")
     apart = [np.max(np.abs(run() - by_ours())) for run in list(runs.values())[2:]]
-    print(
-        f"largest difference of the kernel's, numpy's, padasip's and filterpy's from RecursiveLeastSquares: {max(apart):.1e} mm"
-    )
+    print(f"largest difference of the other values from RecursiveLeastSquares': {max(apart):.1e} mm")
 
 
 def fits() -> None:
