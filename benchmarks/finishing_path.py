@@ -7,11 +7,11 @@ import argparse
 import time
 from collections.abc import Callable
 
+import geomdl.BSpline
 import numpy as np
-from geomdl import BSpline
 from hilbertcurve.hilbertcurve import HilbertCurve
 from measure import median
-from scipy.interpolate import NdBSpline
+from scipy.interpolate import BSpline, NdBSpline
 
 from sdpgrind.finishing import Path, Surface, hilbert
 from sdpgrind.finishing.path import hilbert_lsystem, hilbert_nodes
@@ -37,11 +37,27 @@ def by_ndbspline(surface: Surface, uv: np.ndarray) -> list[np.ndarray]:
     return [spline(uv, nu=order) for order in ORDERS]
 
 
+def by_grid(surface: Surface, u: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
+    """Points and derivatives on a grid by scipy: a basis for each side, and their products."""
+    across, along = (
+        [BSpline(knots, np.eye(count), degree)(x, nu=nu) for nu in range(3)]
+        for knots, count, degree, x in zip(surface.knots, surface.control_points.shape, surface.degree, (u, v), strict=False)
+    )
+    net = np.moveaxis(surface.control_points, -1, 0)
+    return [np.moveaxis(across[m] @ net @ along[n].T, 0, -1) for m, n in ORDERS]
+
+
+def by_nodes(surface: Surface, order: int) -> list[np.ndarray]:
+    """Points and derivatives at the nodes of a parametric path, which lie on a grid."""
+    side, (i, j) = (np.arange(2**order) + 0.5) / 2**order, hilbert_nodes(order).T
+    return [each[i, j] for each in by_grid(surface, side, side)]
+
+
 def by_geomdl(surface: Surface, order: int) -> np.ndarray:
     """Nodes of hilbertcurve, and the surface at each with derivatives to order two, point by point."""
     curve = HilbertCurve(order, 2)
     nodes = np.array(curve.points_from_distances(list(range(4**order))))
-    twin = BSpline.Surface()
+    twin = geomdl.BSpline.Surface()
     twin.degree_u, twin.degree_v = surface.degree
     nu, nv = surface.control_points.shape[:2]
     twin.set_ctrlpts(surface.control_points.reshape(-1, 3).tolist(), nu, nv)
@@ -82,6 +98,7 @@ def paths(order: int, times: int) -> None:
             "whole path, parametric, with frames": lambda: whole(surface, order, "parametric"),
             "whole path, equal areas, map at hand": lambda: whole(surface, order, "equal_area"),
             "NdBSpline, points and derivatives alone": lambda: by_ndbspline(surface, path.uv),
+            "BSpline products on the nodes' grid, the same alone": lambda: by_nodes(surface, order),
         },
         times,
     )
@@ -95,7 +112,36 @@ def paths(order: int, times: int) -> None:
     print(f"| whole path | {ours:.2f} ms | <= {MAX_MS:g} ms | {ours <= MAX_MS} |")
     print(f"| over geomdl with hilbertcurve | {ratio:.0f} times | >= {MIN_TIMES:g} times | {ratio >= MIN_TIMES} |")
     print(f"| points from NdBSpline | {place:.1e} mm | <= {MAX_ERROR:g} mm | {place <= MAX_ERROR} |")
+    grid = max(np.abs(a - b).max() for a, b in zip(path.derivatives(), by_nodes(surface, order), strict=True))
+    print(f"| points and derivatives from BSpline products | {grid:.1e} | | |")
     print(f"| derivatives from NdBSpline, mm a unit of the parameter (squared) | {error:.1e} | | |")
+
+
+def alike(order: int, times: int) -> None:
+    surface, side = nominal_surface(), (np.arange(2**order) + 0.5) / 2**order
+    uv = hilbert(surface, order, mapping="parametric").uv
+    u, v = (np.ascontiguousarray(x) for x in uv.T)
+    spline, few = NdBSpline(surface.knots, surface.control_points, surface.degree), uv[:: uv.shape[0] // 256]
+    each = few.tolist()
+    print(f"\n## The surface alone, like with like: {uv.shape[0]} places at once or on a grid, {len(each)} one a call")
+    pairs: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
+        "points, NdBSpline": (lambda: surface.point(u, v), lambda: spline(uv)),
+        "points and derivatives, NdBSpline": (lambda: surface.derivatives(u, v), lambda: [spline(uv, nu=o) for o in ORDERS]),
+        "the same on a grid, products of BSpline": (lambda: surface.grid(side, side), lambda: by_grid(surface, side, side)),
+        "a point a call, NdBSpline": (lambda: [surface.point(*at) for at in each], lambda: [spline(at) for at in few]),
+        "a point with derivatives a call, NdBSpline": (
+            lambda: [surface.derivatives(*at) for at in each],
+            lambda: [[spline(at, nu=o) for o in ORDERS] for at in few],
+        ),
+    }
+    print("| what, and by what of scipy | ours [ms] | scipy [ms] | times ours |\n|---|---|---|---|")
+    for name, (ours, theirs) in pairs.items():
+        took = interleaved({"ours": ours, "theirs": theirs}, 3 * times)
+        print(f"| {name} | {took['ours']:.2f} | {took['theirs']:.2f} | {took['theirs'] / took['ours']:.2f} |")
+    there, net = surface.derivatives(u, v), surface.grid(side, side)
+    error = max(np.abs(a - spline(uv, nu=o)).max() for a, o in zip(there, ORDERS, strict=True))
+    on_grid = max(np.abs(a - b).max() for a, b in zip(net, by_grid(surface, side, side), strict=True))
+    print(f"largest difference, mm a unit of the parameter (squared): {error:.1e}, on the grid {on_grid:.1e}")
 
 
 def parts(order: int, times: int) -> None:
@@ -133,6 +179,7 @@ def main() -> None:
     parser.add_argument("--order", type=int, default=7, help="of the curve")
     given = parser.parse_args()
     paths(given.order, given.times)
+    alike(given.order, given.times)
     parts(given.order, given.times)
     maps(max(given.times // 5, 1))
 
