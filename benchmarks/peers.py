@@ -5,6 +5,7 @@ charges. Both sides use the same weights: those of the library's exact rows.
 """
 
 import warnings
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -128,12 +129,61 @@ def fold(problem: sdp.Problem, rows: Rows) -> Folded:
     )
 
 
+class Stacked(NamedTuple):
+    """The same weights as dense arrays for numpy: [duration, level * node, node], and what is charged."""
+
+    weight: np.ndarray
+    charge: np.ndarray  # [stage, duration, level * node]
+    stop: np.ndarray  # [stage, node]
+    duration: np.ndarray  # in stages, rising
+
+
+def stack(problem: sdp.Problem, rows: Rows) -> Stacked:
+    """Put the weights into arrays, outside the time that is told."""
+    grid, step, late = Grid.of(problem), problem.step, problem.stages.late
+    n, stops = grid.size, StopCharges(problem, grid)
+    first, _ = late_stages(problem, stops.largest())
+    duration, levels = np.unique(rows.duration, return_counts=True)
+    if np.any(np.diff(rows.duration) < 0) or np.ptp(levels):
+        raise ValueError("durations must rise, each with as many levels")
+    shape = (n, duration.size, levels[0])
+    weight = rows.weight.toarray().reshape(*shape, n).transpose(1, 2, 0, 3).reshape(duration.size, -1, n)
+    charge = rows.charge.reshape(shape).transpose(1, 2, 0).reshape(duration.size, -1)
+    stage = np.arange(first, problem.stages.count + 1)
+    beyond = np.maximum(duration - stage[:, None], 0) * step  # late at the end of a pass, and at the stage itself
+    behind = np.maximum(-stage, 0) * step
+    lateness = np.zeros_like(beyond) if late is None else np.asarray(late(beyond))
+    cost = np.zeros(stage.size) if late is None else np.asarray(late(behind))
+    gone = 1.0 - weight.sum(axis=2)
+    stop = np.array([stops.at(k, c)[0, 0] for k, c in zip(stage.tolist(), cost.tolist(), strict=True)])
+    return Stacked(weight, charge + gone * lateness[:, :, None], stop, duration)
+
+
+def solve_numpy(ready: Stacked) -> tuple[np.ndarray, np.ndarray]:
+    """Values and actions by plain backward induction, the strongest simple rival."""
+    weight, charge, stop, duration = ready
+    value, action, node = stop.copy(), np.zeros(stop.shape, int), np.arange(stop.shape[1])
+    for stage in range(int(duration[0]), len(stop)):
+        count = int(np.searchsorted(duration, stage, side="right"))
+        ahead = value[stage - duration[:count], :, None]
+        cost = (charge[stage, :count] + (weight[:count] @ ahead)[..., 0]).reshape(-1, node.size)
+        best = cost.argmin(axis=0)
+        action[stage] = np.where(cost[best, node] < stop[stage], best + 1, 0)
+        value[stage] = np.minimum(stop[stage], cost[best, node])
+    return value, action
+
+
 def solve_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Values [stage, node] and actions by quantecon's backward induction.
 
     The folded process ends within as many periods as there are stages; `tight` uses what we know besides, that every pass
     takes at least three, and so spares quantecon two thirds of its work.
     """
+    return assembled_quantecon(problem, rows, tight)()
+
+
+def assembled_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> Callable[[], tuple[np.ndarray, np.ndarray]]:
+    """The solver alone: the folded process is assembled here, outside what is called."""
     from quantecon.markov import DiscreteDP, backward_induction
 
     folded = fold(problem, rows)
@@ -141,9 +191,13 @@ def solve_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> tup
         warnings.simplefilter("ignore")  # beta = 1 is what we want
         ddp = DiscreteDP(folded.reward, folded.transition, 1.0, folded.state, folded.action)
     periods = folded.stages // int(rows.duration.min()) + 2 if tight else folded.stages
-    values, policies = backward_induction(ddp, periods)
     shape = (folded.stages, folded.nodes)
-    return -values[0][:-1].reshape(shape), policies[0][:-1].reshape(shape)
+
+    def solve() -> tuple[np.ndarray, np.ndarray]:
+        values, policies = backward_induction(ddp, periods)
+        return -values[0][:-1].reshape(shape), policies[0][:-1].reshape(shape)
+
+    return solve
 
 
 def solve_hiive(problem: sdp.Problem, rows: Rows) -> np.ndarray:

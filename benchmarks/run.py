@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 import peers
 import tiers
-from measure import median, peak_memory
+from measure import in_turn, median, peak_memory
 
 from sdpgrind import sdp, weldbead
 
@@ -56,6 +56,25 @@ def same_mdp() -> None:
             f"| {theirs / ready:.0f}x, {long / ready:.0f}x ({theirs / ours:.0f}x, {long / ours:.0f}x) | {other:.2f} s "
             f"| {np.max(np.abs(mine - value)):.1e} $ | {_differ(policy, problem, action, start)} of {action.size} "
             f"| {memory[0]:.1f} / {memory[1]:.0f} MB |"
+        )
+
+
+def strongest_simple() -> None:
+    print("\n## The same process, all sides from the same weights, which are ready on all sides; in turns")
+    print("| | ours | numpy, a dozen lines | quantecon's solver without its assembly | times ours | max differences |")
+    print("|---|---|---|---|---|---|")
+    for name in ("P1", "P5"):
+        problem = peers.brown_grid(name)
+        rows, policy = peers.rows_of(problem), sdp.plan(problem)
+        ready, quantecon = peers.stack(problem, rows), peers.assembled_quantecon(problem, rows)
+        runs = {"ours": _tables_ready(problem), "numpy": lambda r=ready: peers.solve_numpy(r), "quantecon": quantecon}
+        took = in_turn(runs, 11 if QUICK else 51)
+        mine = policy.table.value[1 if policy.countdown.has_base else 0 :, 0]
+        apart = [np.max(np.abs(runs[who]()[0] - mine)) for who in ("numpy", "quantecon")]
+        print(
+            f"| {name} | {1e3 * took['ours']:.2f} ms | {1e3 * took['numpy']:.2f} ms | {1e3 * took['quantecon']:.1f} ms "
+            f"| {took['numpy'] / took['ours']:.1f}x, {took['quantecon'] / took['ours']:.0f}x "
+            f"| {apart[0]:.1e} $, {apart[1]:.1e} $ |"
         )
 
 
@@ -228,7 +247,7 @@ def imports() -> None:
         print(f"import {module}: {np.median(took):.3f} s")
 
 
-BENCHMARKS = (same_mdp, fine_grid, tolerances, look_ups, monte_carlo, scaling, imports)
+BENCHMARKS = (same_mdp, strongest_simple, fine_grid, tolerances, look_ups, monte_carlo, scaling, imports)
 
 
 def main() -> None:
