@@ -11,7 +11,7 @@ Where to begin:
 * form: `Profile` for roundness, `plan_changeover` for the grinder, `DriftTrack` and `ControlChart` for parts over weeks.
 
 Lengths are in mm, readings outward, angles in rad, forces in N. `hwsim.Probe` simulates the measuring head. The first call of a
-kind compiles it, for up to half a minute, once on a machine.
+kind compiles it, once on a machine: `sdpgrind.warm("centering")` does it beforehand.
 
 Examples
 --------
