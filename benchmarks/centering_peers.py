@@ -58,7 +58,7 @@ def streamed_numpy(rows: np.ndarray, reading: np.ndarray) -> np.ndarray:
 
 
 def by_sums(rows: np.ndarray, reading: np.ndarray) -> np.ndarray:
-    """The values after each of all readings at once: running sums of the normal equations, solved together."""
+    """Values after each of all readings, at once: running sums of the normal equations."""
     size = rows.shape[1]
     information = np.cumsum(rows[:, :, None] * rows[:, None], axis=0) + np.eye(size) / FLAT
     return np.linalg.solve(information, np.cumsum(rows * reading[:, None], axis=0)[..., None])[..., 0]
@@ -114,13 +114,14 @@ def zone_by_scipy(points: np.ndarray) -> float:
 
 
 def zone_by_generation(points: np.ndarray) -> float:
-    """The same linear programme with the few points that matter: solve, add the farthest outside and inside, solve again."""
+    """The same with the few points that matter: solve, add the farthest outside and inside, solve again."""
     beta, height, scale = _scaled(points)
-    directions, kept = np.column_stack([np.cos(beta), np.sin(beta)]), np.arange(0, beta.size, max(beta.size // 8, 1))
+    directions = np.column_stack([np.cos(beta), np.sin(beta)])
+    kept, charges = np.arange(0, beta.size, max(beta.size // 8, 1)), [0.0, 0.0, -1.0, 1.0]
     while True:
         d, h, none = directions[kept], height[kept], np.zeros(kept.size)
         rows = np.vstack([np.column_stack([-d, none, none - 1.0]), np.column_stack([d, none + 1.0, none])])
-        found = optimize.linprog([0.0, 0.0, -1.0, 1.0], rows, np.append(-h, h), bounds=(None, None), method="highs")
+        found = optimize.linprog(charges, rows, np.append(-h, h), bounds=(None, None), method="highs")
         left = height - directions @ found.x[:2]
         worst = [left.argmax(), left.argmin()]
         if np.isin(worst, kept).all():

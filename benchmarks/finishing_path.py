@@ -39,11 +39,11 @@ def by_ndbspline(surface: Surface, uv: np.ndarray) -> list[np.ndarray]:
 
 def by_grid(surface: Surface, u: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
     """Points and derivatives on a grid by scipy: a basis for each side, and their products."""
-    across, along = (
-        [BSpline(knots, np.eye(count), degree)(x, nu=nu) for nu in range(3)]
-        for knots, count, degree, x in zip(surface.knots, surface.control_points.shape, surface.degree, (u, v), strict=False)
-    )
     net = np.moveaxis(surface.control_points, -1, 0)
+    across, along = (
+        [BSpline(surface.knots[k], np.eye(net.shape[k + 1]), surface.degree[k])(x, nu=nu) for nu in range(3)]
+        for k, x in enumerate((u, v))
+    )
     return [np.moveaxis(across[m] @ net @ along[n].T, 0, -1) for m, n in ORDERS]
 
 
@@ -123,12 +123,21 @@ def alike(order: int, times: int) -> None:
     u, v = (np.ascontiguousarray(x) for x in uv.T)
     spline, few = NdBSpline(surface.knots, surface.control_points, surface.degree), uv[:: uv.shape[0] // 256]
     each = few.tolist()
-    print(f"\n## The surface alone, like with like: {uv.shape[0]} places at once or on a grid, {len(each)} one a call")
+    print(f"\n## The surface alone, like with like: {len(uv)} places at once or on a grid, {len(each)} singly")
     pairs: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
         "points, NdBSpline": (lambda: surface.point(u, v), lambda: spline(uv)),
-        "points and derivatives, NdBSpline": (lambda: surface.derivatives(u, v), lambda: [spline(uv, nu=o) for o in ORDERS]),
-        "the same on a grid, products of BSpline": (lambda: surface.grid(side, side), lambda: by_grid(surface, side, side)),
-        "a point a call, NdBSpline": (lambda: [surface.point(*at) for at in each], lambda: [spline(at) for at in few]),
+        "points and derivatives, NdBSpline": (
+            lambda: surface.derivatives(u, v),
+            lambda: [spline(uv, nu=o) for o in ORDERS],
+        ),
+        "the same on a grid, products of BSpline": (
+            lambda: surface.grid(side, side),
+            lambda: by_grid(surface, side, side),
+        ),
+        "a point a call, NdBSpline": (
+            lambda: [surface.point(*at) for at in each],
+            lambda: [spline(at) for at in few],
+        ),
         "a point with derivatives a call, NdBSpline": (
             lambda: [surface.derivatives(*at) for at in each],
             lambda: [[spline(at, nu=o) for o in ORDERS] for at in few],

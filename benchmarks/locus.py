@@ -108,11 +108,13 @@ def _tables_of(name: str, problem: locus.Problem, bar: float, times: int, bars: 
 
 
 def batches(times: int, bars: Bars) -> None:
-    print(f"\n## {POINTS} points at once: beside Newton's method for all hidden states together (casadi.Function.map), in turns")
-    print("Ours finds where the locus begins and bends, and tabulates it; the rival is given its first point and all places.")
-    print("| problem | locus.plan [ms] | batched Newton [ms] | times ours | largest difference |\n|---|---|---|---|---|")
+    print(f"\n## {POINTS} points at once, beside Newton's method for all (casadi.Function.map), in turns")
+    print("Ours finds where the locus begins and bends, and tabulates it; the rival is given point and places.")
+    print("| problem | locus.plan [ms] | batched Newton [ms] | times ours | largest difference |")
+    print("|---|---|---|---|---|")
     problems = {"a user's": users(), "a user's, powers": users_of_powers()}
-    problems |= {name: locus.preset(name) for name in ("koren-example", "turning", "grinding", "milling", "motor")}
+    presets = ("koren-example", "turning", "grinding", "milling", "motor")
+    problems |= {name: locus.preset(name) for name in presets}
     for name, problem in problems.items():
         scaled = Scaled(problem, locus.plan(problem, points=POINTS))
         runs = {"ours": lambda p=problem: locus.plan(p, points=POINTS), "newton": batched_newton(scaled)}

@@ -143,8 +143,8 @@ def cvxpy(scaled: Scaled, solver: str) -> Callable[[], np.ndarray]:
 def batched_newton(scaled: Scaled) -> Callable[[], np.ndarray]:
     """Newton's method for all hidden states at once, by `casadi.Function.map`: the strongest simple rival.
 
-    The conditions of the best point are equations once min(multiplier, slack) = 0 stands for each limit and a projection for
-    the bounds. All begin at our first point; those that do not settle, again at the nearest that did.
+    The conditions of the best point are equations once min(multiplier, slack) = 0 stands for each limit and a
+    projection for the bounds. All begin at our first point; those that do not settle, again at the nearest that did.
     """
     n, count = scaled.system.n, scaled.places.size
     step, first, places = _newton_step(scaled).map(count), scaled.wanted[0], scaled.places[None]
@@ -164,7 +164,7 @@ def batched_newton(scaled: Scaled) -> Callable[[], np.ndarray]:
 
 
 def _newton_step(scaled: Scaled) -> ca.Function:
-    """One step from (controls, multipliers) at a hidden state, and how far off the conditions were before it."""
+    """One step from (controls, multipliers) at a hidden state, and how far off the conditions were."""
     said, n = _expressions(scaled), scaled.system.n
     q, p, f, g = said["x"], said["p"], said["f"], said["g"]
     multiplier = ca.SX.sym("multiplier", scaled.system.m)
@@ -180,7 +180,8 @@ def _multipliers(scaled: Scaled, q: np.ndarray) -> np.ndarray:
     """Of the limits at our first point, by least squares over the controls that are not at a bound."""
     said, out = _expressions(scaled), np.zeros(scaled.system.m)
     about = [ca.gradient(said["f"], said["x"]), ca.jacobian(said["g"], said["x"]), said["g"]]
-    slope, slopes, slack = (np.asarray(v) for v in ca.Function("about", [said["x"], said["p"]], about)(q, scaled.places[0]))
+    function = ca.Function("about", [said["x"], said["p"]], about)
+    slope, slopes, slack = (np.asarray(v) for v in function(q, scaled.places[0]))
     tight, free = slack[:, 0] > -TIGHT, (q > TIGHT) & (q < 1 - TIGHT)
     out[tight] = np.linalg.lstsq(slopes[np.ix_(tight, free)].T, -slope[free, 0], rcond=None)[0]
     return out

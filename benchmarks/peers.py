@@ -150,7 +150,7 @@ def stack(problem: sdp.Problem, rows: Rows) -> Stacked:
     weight = rows.weight.toarray().reshape(*shape, n).transpose(1, 2, 0, 3).reshape(duration.size, -1, n)
     charge = rows.charge.reshape(shape).transpose(1, 2, 0).reshape(duration.size, -1)
     stage = np.arange(first, problem.stages.count + 1)
-    beyond = np.maximum(duration - stage[:, None], 0) * step  # late at the end of a pass, and at the stage itself
+    beyond = np.maximum(duration - stage[:, None], 0) * step  # late at the end of a pass
     behind = np.maximum(-stage, 0) * step
     lateness = np.zeros_like(beyond) if late is None else np.asarray(late(beyond))
     cost = np.zeros(stage.size) if late is None else np.asarray(late(behind))
@@ -182,7 +182,10 @@ def solve_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> tup
     return assembled_quantecon(problem, rows, tight)()
 
 
-def assembled_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> Callable[[], tuple[np.ndarray, np.ndarray]]:
+Solve = Callable[[], tuple[np.ndarray, np.ndarray]]
+
+
+def assembled_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> Solve:
     """The solver alone: the folded process is assembled here, outside what is called."""
     from quantecon.markov import DiscreteDP, backward_induction
 

@@ -152,7 +152,7 @@ def test_two_runs_on_one_journal(tmp_path):
 
 @pytest.mark.parametrize("lost", [0, 1])
 def test_a_gap_is_told_and_not_read_over(tmp_path, lost):
-    """Without it the parts behind would move up: another log, and a run that goes on with the wrong numbers."""
+    """Read over it, the parts behind would move up: a run would go on with the wrong numbers."""
     path = tmp_path / "run.db"
     hwsim.run(noisy_tank(), Drain(), parts=3, rng=3, journal=path)
     with sqlite3.connect(path) as database:

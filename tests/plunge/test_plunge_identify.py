@@ -161,7 +161,7 @@ def test_the_area_from_the_power():
 
 
 def test_power_that_resembles_its_neighbours_says_less():
-    """A drift of the power by 1 %, alike by 0.8 from one sample to the next: its mean is three times less sure than of noise."""
+    """A drift by 1 %, alike by 0.8 from sample to sample: its mean is three times less sure than of noise."""
     exact, alike, pulls = ground(NOMINAL), 0.8, []
     drifts = np.random.default_rng(0).standard_normal((64, exact["time"].size))
     for drift in drifts:

@@ -29,13 +29,14 @@ def test_actions_that_tie_do_not_follow_each_other_for_ever(apart):
 
 
 def swept_and_evaluated(chance):
-    """Of a process that ends by so great a chance at each step of 1 $: one sweep, and the exact cost as far as it is found."""
+    """A process that ends with a chance at each step of 1 $: after one sweep, and its cost as it is found."""
 
     def step(s, c, e):
         return (s.x - e.n,)
 
     axis = sdp.Axis("x", 0.0, 1.0, 3, "mm", below=0.0)
-    move = sdp.Move("try", {}, sdp.Sampled(step, {"n": sdp.Discrete([0.0, 2.0], [1.0 - chance, chance])}), charge=1.0)
+    ends = sdp.Discrete([0.0, 2.0], [1.0 - chance, chance])
+    move = sdp.Move("try", {}, sdp.Sampled(step, {"n": ends}), charge=1.0)
     problem = sdp.Problem((axis,), (move,), (), sdp.Forever())
     grid = Grid.of(problem)
     bundles, stops, begun = Bundles(problem, grid), StopCharges(problem, grid), np.zeros((1, grid.size))

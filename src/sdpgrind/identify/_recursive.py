@@ -26,6 +26,8 @@ class RecursiveLeastSquares:
     product of the forgetting of all later rows, b0 and ``P0 = covariance/noise_sd^2`` of the prior. It is Mears (4.40) with its
     errata put right. Without prior and forgetting the estimate is that of `least_squares` on all rows so far. With forgetting
     the covariance counts the weights as what they are, not as inverse variances, so that it is right for constant noise.
+    A row takes as long as with plain matrices of numpy, a tenth of that with `sdpgrind.identify.kernels` and
+    a hundredth in a compiled loop of them.
 
     Parameters
     ----------
@@ -43,7 +45,8 @@ class RecursiveLeastSquares:
         residuals.
     method : {"square_root", "covariance"}
         Carry the triangle of the information matrix, into which each row is rotated, so that rounding makes no variance
-        negative (default); or the covariance itself, from a prior with finite variances. That is several times slower.
+        negative (default); or the covariance itself, from a prior with finite variances: that takes 6.6 times
+        as long for three values.
         Where nothing new is seen and the old is forgotten, digits of both are lost in the end, and the status says so:
         the triangle finds back with new rows, the covariance does not until `reset`.
 
