@@ -4,13 +4,12 @@ Ours is the whole path: nodes, points, all derivatives to order two, directions 
 """
 
 import argparse
-import time
 from collections.abc import Callable
 
 import geomdl.BSpline
 import numpy as np
 from hilbertcurve.hilbertcurve import HilbertCurve
-from measure import median
+from measure import clock, median
 from scipy.interpolate import BSpline, NdBSpline
 
 from sdpgrind.finishing import Path, Surface, hilbert
@@ -67,9 +66,9 @@ def by_geomdl(surface: Surface, order: int) -> np.ndarray:
 
 
 def once(run: Callable[[], object]) -> float:
-    begin = time.perf_counter()
+    begin = clock()
     run()
-    return time.perf_counter() - begin
+    return clock() - begin
 
 
 def interleaved(runs: dict[str, Callable[[], object]], times: int) -> dict[str, float]:

@@ -1,14 +1,13 @@
 """An optimal locus: ``python benchmarks/locus.py [--times N] [--only PART]``. Medians and minima."""
 
 import argparse
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from locus_peers import Scaled, batched_newton, peers, silence
-from measure import in_turn
+from measure import clock, in_turn
 from numba import njit
 from scipy import interpolate
 
@@ -43,13 +42,13 @@ class Bars:
 
 
 def timed(run: Callable[[], object], times: int) -> tuple[float, float]:
-    """Median and least wall time, s, after one warm-up."""
+    """Median and least time, s, after one warm-up."""
     run()
     found = []
     for _ in range(times):
-        begin = time.perf_counter()
+        begin = clock()
         run()
-        found.append(time.perf_counter() - begin)
+        found.append(clock() - begin)
     return float(np.median(found)), min(found)
 
 
