@@ -5,7 +5,7 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 
 
-@compiled(inline="always")
+@compiled
 def _cell(shape, index, point, corner, low):
     """Flat node and weight of a corner (bits of `corner`) of the cell around index[:, point]; `low` is its lowest node."""
     node, weight = 0, 1.0
@@ -17,7 +17,7 @@ def _cell(shape, index, point, corner, low):
     return node, weight
 
 
-@compiled(inline="always")
+@compiled
 def _lowest(shape, index, point, low):
     for axis in range(shape.size):
         low[axis] = max(0, min(int(np.floor(index[axis, point])), shape[axis] - 2))
@@ -37,7 +37,7 @@ def interpolate(table, row, mode, shape, index, out):
         out[point] = total
 
 
-@compiled(inline="always")
+@compiled
 def _crossing(at, row, mode, index, nodes):
     """Number of the cell of kinks (-1: none) that a point is inside of, the cell, and where in it the point lies."""
     cell = max(0, min(int(np.floor(index)), nodes - 2))
@@ -45,7 +45,7 @@ def _crossing(at, row, mode, index, nodes):
     return at[row, mode, cell] if 0.0 < part < 1.0 else -1, cell, part
 
 
-@compiled(inline="always")
+@compiled
 def _least(first, last, cost, part):
     """The first of the lowest lines, and its height."""
     line, low = first, np.inf
@@ -56,7 +56,7 @@ def _least(first, last, cost, part):
     return line, low
 
 
-@compiled(inline="always")
+@compiled
 def _next_least(first, last, cost, act, part, chosen):
     """Height of the lowest line of any other action than `chosen`."""
     low = np.inf

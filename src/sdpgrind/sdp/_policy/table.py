@@ -11,9 +11,8 @@ from sdpgrind.sdp._policy.locate import Locator, Place
 from sdpgrind.sdp._problem.grid import Ints
 from sdpgrind.sdp._problem.layout import Layout
 from sdpgrind.sdp._problem.problem import Problem
-from sdpgrind.sdp._solve._split import split
 from sdpgrind.sdp._solve.kernels import TIE_ABS
-from sdpgrind.sdp._solve.kinks import Kinks, sorted_kinks
+from sdpgrind.sdp._solve.kinks import Kinks, sorted_kinks, split
 from sdpgrind.sdp._solve.stages import Table
 from sdpgrind.sdp._solve.steps import Steps
 

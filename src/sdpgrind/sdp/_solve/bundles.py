@@ -21,8 +21,8 @@ from sdpgrind.sdp._problem.grid import Grid
 from sdpgrind.sdp._problem.problem import Problem, Stages
 from sdpgrind.sdp._solve.point_backup import PointBundle
 from sdpgrind.sdp._solve.shift_backup import ShiftBundle
-from sdpgrind.sdp._transitions._found import Found
 from sdpgrind.sdp._transitions.menu import Menu
+from sdpgrind.sdp._transitions.rows import Found
 from sdpgrind.sdp._transitions.shift import Shift
 
 LINES, NODES = 4, 2048

@@ -13,6 +13,8 @@ from sdpgrind.base.compiled import compiled
 
 REORDER = {"contract", "nsz", "reassoc"}
 """What a sum may do for the sake of speed: another order, fused products; NaN and infinity stay (chosen)."""
+UNFUSED = REORDER - {"contract"}
+"""For lines that are corrected term by term: each product is rounded before it is subtracted (chosen)."""
 
 TIE_ABS, TIE_REL = 1e-9, 1e-7
 CUBIC = 0.8
@@ -21,7 +23,7 @@ UNSEEN = 0.5
 """Share of what a level lies below its neighbours that may hide in a kink between them."""
 
 
-@compiled(inline="always", fastmath=REORDER)
+@compiled(fastmath=REORDER)
 def _dot(weight, group, row, first_lag, low, high, flipped, target, node, nodes):
     """Sum of weight[lag] * value[node - lag] over the targets 1..nodes-1; `flipped` is the value from the top down."""
     begin = max(low, node - (nodes - 1))
@@ -36,7 +38,7 @@ def _dot(weight, group, row, first_lag, low, high, flipped, target, node, nodes)
     return total
 
 
-@compiled(inline="always", fastmath=REORDER)
+@compiled(fastmath=REORDER)
 def _expect(group, row, node, tables, value, flipped, level):
     """E value(next) + charges of one row at one node. `flipped` is measured from the value of node 0."""
     weight, first_lag, reach, gone, stopped, above, charge, target, part, _ = tables
@@ -59,7 +61,7 @@ def _expect(group, row, node, tables, value, flipped, level):
     return total + charge[group, row, node]
 
 
-@compiled(fastmath=REORDER)
+@compiled(fastmath=UNFUSED)
 def _scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
     """Fill out[k, node] = E of the coarse rows; `dense[k, node]` already holds the inner sums where `use_dense`."""
     _, _, _, gone, stopped, above, charge, target, _, _ = tables
@@ -72,18 +74,22 @@ def _scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
             continue
         to = target[group, row, 0]
         bottom = value[to, 0]
-        line, sums, charges = out[k], dense[k], charge[group, row]
         for node in range(nodes):
-            line[node] = sums[node] + charges[node] + bottom
+            out[k, node] = dense[k, node] + charge[group, row, node] + bottom
         if gone.shape[2] > 0 and bottom != 0.0:
-            line -= bottom * gone[group, row]
+            for node in range(nodes):
+                out[k, node] -= bottom * gone[group, row, node]
         if stopped.shape[2] > 0 and level[to] != bottom:
-            line += (level[to] - bottom) * stopped[group, row]
+            further = level[to] - bottom
+            for node in range(nodes):
+                out[k, node] += further * stopped[group, row, node]
         if above.shape[2] > 0:
-            line -= (value[to, nodes - 1] - bottom) * above[group, row]
+            rise = value[to, nodes - 1] - bottom
+            for node in range(nodes):
+                out[k, node] -= rise * above[group, row, node]
 
 
-@compiled(inline="always", fastmath=REORDER)
+@compiled(fastmath=REORDER)
 def _tie(value):
     return TIE_ABS + TIE_REL * abs(value)
 
@@ -120,7 +126,7 @@ def _vertex(levels, a, qa, qb, qc, e, qe):
     return x, value, CUBIC * abs(value - flat)
 
 
-@compiled(inline="always", fastmath=REORDER)
+@compiled(fastmath=REORDER)
 def _next(a, b, c, qa, qb, qc, halve):
     """Level to try inside the bracket a < b < c: the vertex of the parabola (in the number of the level), or a halving."""
     if b - a <= 0 or (halve and c - b >= b - a):
@@ -216,8 +222,8 @@ def _search(group, base, levels, regimes, stride, refine, coarse_q, tables, valu
 def _first_least(q, levels, out_q, out_u, out_a):
     """Least row at every node where only the levels count; ties go to the first. Two passes that run along the nodes."""
     count, nodes = levels.size, out_q.size
-    out_q[:] = q[0]
-    for row in range(1, q.shape[0]):
+    out_q[:] = np.inf
+    for row in range(q.shape[0]):
         line = q[row]
         for node in range(nodes):
             out_q[node] = min(out_q[node], line[node])
@@ -275,7 +281,7 @@ def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, comp
             )
 
 
-@compiled(inline="always", fastmath=REORDER)
+@compiled(fastmath=REORDER)
 def _promising(q, before, after, minimum):
     """Whether the neighbourhood of a scanned level may hold less than `minimum`: twice what convexity would let it hide."""
     hidden = 0.0

@@ -9,9 +9,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.grid import Ints, record
 from sdpgrind.sdp._solve import kernels as _kernels
 from sdpgrind.sdp._transitions import step_kernels as _compiled
-from sdpgrind.sdp._transitions._found import Found
 from sdpgrind.sdp._transitions.menu import Menu
-from sdpgrind.sdp._transitions.rows import Rows
+from sdpgrind.sdp._transitions.rows import Found, Rows
 from sdpgrind.sdp._transitions.sampled import CHUNK, Sampled, land, masked
 from sdpgrind.sdp._transitions.stay import Stay
 

@@ -9,21 +9,25 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy import fft
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._distributions.law import Law
 from sdpgrind.sdp._problem.grid import Grid, Ints
 from sdpgrind.sdp._solve import kernels as _kernels
-from sdpgrind.sdp._solve._convolution import Convolution, Product
-from sdpgrind.sdp._transitions._found import Found
 from sdpgrind.sdp._transitions.edges import Exit
 from sdpgrind.sdp._transitions.menu import Menu
+from sdpgrind.sdp._transitions.rows import Found
 from sdpgrind.sdp._transitions.shift import Shift, refuse_leak
 
 ROUGH = 0.05
 """Standard deviations, in cells, of a law below which expectations have a kink wherever the law passes a node."""
 LONG = 600
 """Nodes from which sums are convolutions by Fourier transform: n log n instead of n^2 operations a row."""
+CHUNK = 32
+"""Rows that are transformed back together (chosen)."""
+BLOCKS = 4
+"""Column blocks of the matrix product: the lower triangle is not multiplied (chosen; fixed, so that no result depends on it)."""
 
 
 class ShiftBundle:
@@ -299,3 +303,44 @@ def _runs(targets: Ints) -> list[tuple[int, slice]]:
     """Stretches of rows with the same target: each is one matrix product."""
     ends = [0, *(np.flatnonzero(np.diff(targets)) + 1), targets.size]
     return [(int(targets[a]), slice(int(a), int(b))) for a, b in itertools.pairwise(ends)]
+
+
+class Product:
+    """out[row, node] = sum of weight[row, lag] * value[node - lag] over the targets 1..n-1, by blocks of nodes."""
+
+    def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
+        self._weight = weight
+        self._padded = np.zeros(nodes + 2 * lags)
+        self._inside = self._padded[lags : lags + nodes - 1]  # node 0 is the origin of the values: its weight does not matter
+        # Entry (lag, node) of the Toeplitz matrix is the value of node - lag = flipped[nodes - 1 - node + lag].
+        start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
+        view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
+        edges = np.linspace(0, nodes, (BLOCKS if nodes >= 64 else 1) + 1).astype(int)
+        self._blocks = []
+        for begin, end in itertools.pairwise(edges):
+            depth = min(lags, int(end) - first_lag)
+            self._blocks.append((slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin))))
+
+    def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
+        """Multiply; `flipped` is the value from the top node down."""
+        self._inside[:] = flipped[:-1]
+        for columns, depth, view, matrix in self._blocks:
+            matrix[:] = view
+            np.matmul(self._weight[rows, :depth], matrix, out=out[:, columns])
+
+
+class Convolution:
+    """The same for many nodes: the transform of each row is kept, that of the value is taken once a call."""
+
+    def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
+        self._first, self._nodes = -first_lag, nodes
+        self._size = fft.next_fast_len(nodes + lags - 1, real=True)
+        self._spectrum = fft.rfft(weight, self._size, axis=1)
+
+    def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
+        """Convolve; `flipped` is the value from the top node down, that of node 0 being 0."""
+        value = fft.rfft(flipped[::-1], self._size)
+        for k in range(rows.start, rows.stop, CHUNK):
+            some = slice(k, min(k + CHUNK, rows.stop))
+            found = fft.irfft(self._spectrum[some] * value, self._size, axis=1, overwrite_x=True)
+            out[some.start - rows.start : some.stop - rows.start] = found[:, self._first : self._first + self._nodes]

@@ -57,21 +57,20 @@ def choose(stop_q, found, shared, out):
 
 @compiled(fastmath=REORDER)
 def _complete(sums, low, high, scan_tables, bottom, top, level):
-    """Turn inner sums of the scanned rows low to high into expectations; as `scan`, in one run over contiguous memory."""
-    charge, gone = scan_tables[0][low:high].ravel(), scan_tables[1][low:high].ravel()
-    stopped, above = scan_tables[2][low:high].ravel(), scan_tables[3][low:high].ravel()
-    flat = sums[low:high].ravel()
-    for k in range(flat.size):
-        flat[k] += charge[k] + bottom
-    if gone.size > 0 and bottom != 0.0:
-        for k in range(flat.size):
-            flat[k] -= bottom * gone[k]
-    if stopped.size > 0 and level != bottom:
-        for k in range(flat.size):
-            flat[k] += (level - bottom) * stopped[k]
-    if above.size > 0:
-        for k in range(flat.size):
-            flat[k] -= (top - bottom) * above[k]
+    """Turn inner sums of the scanned rows low to high into expectations; as `_scan` does for one row after another."""
+    charge, gone, stopped, above = scan_tables
+    for row in range(low, high):
+        for node in range(sums.shape[1]):
+            sums[row, node] += charge[row, node] + bottom
+        if gone.shape[1] > 0 and bottom != 0.0:
+            for node in range(sums.shape[1]):
+                sums[row, node] -= bottom * gone[row, node]
+        if stopped.shape[1] > 0 and level != bottom:
+            for node in range(sums.shape[1]):
+                sums[row, node] += (level - bottom) * stopped[row, node]
+        if above.shape[1] > 0:
+            for node in range(sums.shape[1]):
+                sums[row, node] -= (top - bottom) * above[row, node]
 
 
 @compiled(fastmath=REORDER)
@@ -97,18 +96,23 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, scan_ta
     nodes, lags = value.shape[2], scan_weight.shape[1]
     first_lag, before = tables[1], late.size - value.shape[0]
     matrix, dense, coarse_q = np.zeros((lags, nodes)), np.empty((scan_weight.shape[0], nodes)), np.empty((0, nodes))
-    flipped, here = np.empty((1, nodes)), np.empty(1)
+    flipped, here, stop_here = np.empty((1, nodes)), np.empty(1), np.empty(stop_q.shape)
     shape = (duration.size, 1, nodes)
     found_q, found_u, found_a = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
     for row in range(value.shape[0]):
         for move in range(duration.size):
             if row < duration[move] and base[0].size > 0:
-                ring_q[row, move, 0] = base[0][move, 0] + late[row + before - duration[move]]
-                ring_u[row, move, 0], ring_a[row, move, 0] = base[1][move, 0], base[2][move, 0]
+                for node in range(nodes):
+                    ring_q[row, move, 0, node] = base[0][move, 0, node] + late[row + before - duration[move]]
+                    ring_u[row, move, 0, node] = base[1][move, 0, node]
+                    ring_a[row, move, 0, node] = base[2][move, 0, node]
         here[0] = level[0] + late[row + before]
+        for stop in range(stop_q.shape[0]):
+            for node in range(nodes):
+                stop_here[stop, 0, node] = stop_q[stop, 0, node] + late[row + before]
         found = (ring_q[row], ring_u[row], ring_a[row])
         out = (value[row], best[row], move_table[row], control[row], entry[row], gap[row])
-        if not choose(stop_q + late[row + before], found, shared, out):
+        if not choose(stop_here, found, shared, out):
             return row
         v = value[row]
         if tables[4].shape[2] == 0 and here[0] != v[0, 0]:
@@ -127,9 +131,8 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, scan_ta
         push(begin, end, plan, tables, v, flipped, here, dense, True, True, coarse_q, found_q, found_u, found_a, state)
         for move in range(begin, end):
             to = row + duration[move]
-            ring_q[to, move, 0], ring_u[to, move, 0], ring_a[to, move, 0] = (
-                found_q[move, 0],
-                found_u[move, 0],
-                found_a[move, 0],
-            )
+            for node in range(nodes):
+                ring_q[to, move, 0, node] = found_q[move, 0, node]
+                ring_u[to, move, 0, node] = found_u[move, 0, node]
+                ring_a[to, move, 0, node] = found_a[move, 0, node]
     return -1

@@ -1,15 +1,25 @@
-"""Exact one-step distributions from arbitrary points: what a move with given controls leads to."""
+"""Results of moves: the best of each at the nodes of a grid, and exact one-step distributions from arbitrary points."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._distributions.law import Law
 from sdpgrind.sdp._problem.grid import Ints
 from sdpgrind.sdp._transitions.edges import Exit, beyond
+
+
+@dataclass(frozen=True)
+class Found:
+    """Best of each move: least expectation ($), control and entry of the lists, each [move, mode or 0, node]."""
+
+    q: Floats
+    control: Floats
+    entry: npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)
