@@ -8,8 +8,7 @@ import pytest
 from scipy.optimize import minimize
 
 from sdpgrind import locus
-from sdpgrind.locus._correct._adaptation import pattern
-from sdpgrind.locus._correct.modifiers import ModifierController
+from sdpgrind.locus._correct.modifiers import ModifierController, pattern
 from sdpgrind.locus._robust.robust import robust_locus
 
 

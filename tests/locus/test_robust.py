@@ -9,8 +9,7 @@ from koren_stretch import u_of, v_of
 from scipy.optimize import minimize_scalar
 
 from sdpgrind import locus
-from sdpgrind.locus._robust._loss_table import feedback_points
-from sdpgrind.locus._robust.robust import robust_locus
+from sdpgrind.locus._robust.robust import feedback_points, robust_locus
 
 RANGE = (0.6, 5.0)
 

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import hwsim
 from sdpgrind import plunge
-from sdpgrind.plunge._learn import _stage_readings as readings
+from sdpgrind.plunge._learn import readings
 from sdpgrind.plunge._learn.bounding import moved
 from sdpgrind.plunge._stages.program import CONSTRAINTS, SETTINGS, program
 from sdpgrind.plunge._stages.solvers import SOLVED, Task, optimum

@@ -10,7 +10,7 @@ from cycle_sets import NOMINAL, play, problem
 
 from sdpgrind import physics, plunge, units
 from sdpgrind.plunge._model.dynamics import allowed_rate, burn_depth, burns_always, coolest, core_at
-from sdpgrind.plunge._plan import _collocation
+from sdpgrind.plunge._plan import collocation
 from sdpgrind.plunge._plan import dp as _dp
 
 RANGE = (units.hz(2), units.hz(8))
@@ -44,18 +44,18 @@ def test_order_of_convergence():
 
 def test_start_does_not_matter():
     """From a course of twice the time, and of half the rate."""
-    job = _collocation.task(NOMINAL, 0.0, (NOMINAL.model.work_rotation,) * 2, 60)
-    plain = _collocation.guess(job)
+    job = collocation.task(NOMINAL, 0.0, (NOMINAL.model.work_rotation,) * 2, 60)
+    plain = collocation.guess(job)
     slow = plain._replace(time=2 * plain.time, ends=2 * plain.ends, rate=0.5 * plain.rate, y=0.5 * plain.y)
-    times = [_collocation.solve(job, start).commands.duration.sum() for start in (plain, slow)]
+    times = [collocation.solve(job, start).commands.duration.sum() for start in (plain, slow)]
     assert times[0] == pytest.approx(times[1], rel=1e-4)
 
 
 def test_residual_sees_what_is_no_solution(monkeypatch):
     """Stopped on the way: the conditions are not met, and it says so."""
-    monkeypatch.setitem(_collocation.IPOPT, "max_iter", 8)
-    job = _collocation.task(NOMINAL, 0.0, (NOMINAL.model.work_rotation,) * 2, 30)
-    stopped = _collocation.solve(job, _collocation.guess(job))
+    monkeypatch.setitem(collocation.IPOPT, "max_iter", 8)
+    job = collocation.task(NOMINAL, 0.0, (NOMINAL.model.work_rotation,) * 2, 30)
+    stopped = collocation.solve(job, collocation.guess(job))
     assert stopped.residual > 1e-4 and stopped.message == "not solved: IPOPT says Maximum_Iterations_Exceeded"
 
 
@@ -225,7 +225,7 @@ def test_saved_and_loaded(turned, tmp_path):
 
 
 def test_a_solver_that_fails(monkeypatch):
-    monkeypatch.setitem(_collocation.IPOPT, "max_iter", 8)
+    monkeypatch.setitem(collocation.IPOPT, "max_iter", 8)
     words = "problem must be one that method 'collocation' can solve; it was not solved: IPOPT says Maximum_Iterations_Exceeded"
     with pytest.raises(plunge.CycleError, match=words + " after 8 iterations with 40 steps: try other steps") as caught:
         plunge.plan(NOMINAL, method="collocation", steps=40)

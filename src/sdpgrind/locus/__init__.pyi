@@ -1,8 +1,8 @@
 from . import gains as gains
 from . import processes as processes
-from ._control._learned import LearnedStart as LearnedStart
 from ._control.area_controller import AreaController as AreaController
 from ._control.batch import LoopRecord as LoopRecord
+from ._control.controller import LearnedStart as LearnedStart
 from ._control.controller import LocusController as LocusController
 from ._correct.modifiers import ModifierController as ModifierController
 from ._curve.area import Area as Area
@@ -11,13 +11,13 @@ from ._curve.locus import Locus as Locus
 from ._curve.plan import plan as plan
 from ._curve.point import Point as Point
 from ._problem.problem import Problem as Problem
-from ._problem.problem import Process as Process
-from ._problem.problem import Varying as Varying
+from ._problem.process import Process as Process
+from ._problem.process import Varying as Varying
 from ._robust.robust import RobustLocus as RobustLocus
 from ._robust.robust import robust_locus as robust_locus
-from ._stretch._stretch_point import StretchPoint as StretchPoint
 from ._stretch.calibration import Calibration as Calibration
 from ._stretch.stretch import Stretch as Stretch
+from ._stretch.stretch import StretchPoint as StretchPoint
 from ._trace.pieces import Columns as Columns
 from ._trace.pieces import Piece as Piece
 from .processes._presets import PresetInfo as PresetInfo

@@ -9,7 +9,7 @@ from hwsim.command.base import Area
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
-    from hwsim.command._locus._locus_jobs import Job
+    from hwsim.command._locus.toml import Job
 
 
 class Locus(Area):
@@ -49,7 +49,7 @@ finished part, with the results that it would have had; a finished run is report
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a grinder that is what it is believed to be."""
-        from hwsim.command._locus._locus_jobs import DESIGNED, PRINTED, Job
+        from hwsim.command._locus.toml import DESIGNED, PRINTED, Job
         from hwsim.plants._adaptive.plant import AdaptiveGrinder
         from sdpgrind import locus
 

@@ -9,7 +9,7 @@ from hwsim.command.base import Area
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
-    from hwsim.command._plunge._plunge_jobs import Job
+    from hwsim.command._plunge.toml import Job
 
 
 class Plunge(Area):
@@ -43,7 +43,7 @@ last finished part, with the results that it would have had; a finished run is r
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a grinder that is what it is believed to be, with noise."""
-        from hwsim.command._plunge._plunge_jobs import Job
+        from hwsim.command._plunge.toml import Job
         from hwsim.plants._plunge.plant import PlungeGrinder
 
         return Job(PlungeGrinder(problem))
@@ -56,7 +56,7 @@ last finished part, with the results that it would have had; a finished run is r
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
         """Plan a job anew."""
-        from hwsim.command._plunge._plunge_jobs import planned
+        from hwsim.command._plunge.toml import planned
 
         return planned(job.problem)
 

@@ -9,7 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.locus._control._readings import usable
+from sdpgrind.locus._control.walking import usable
 from sdpgrind.locus._curve.area import Area
 from sdpgrind.locus._curve.point import Point
 from sdpgrind.locus._problem.tape_kernels import run_many

@@ -3,14 +3,13 @@
 import warnings
 from collections.abc import Mapping
 from functools import cached_property
-from math import isnan, nan
+from math import isfinite, isnan, nan
 from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
-from sdpgrind.locus._control._readings import usable
 from sdpgrind.locus._stretch import law_kernels as core
 from sdpgrind.locus._stretch.inverse import balanced, hidden_of
 from sdpgrind.locus._stretch.stretch import Stretch
@@ -204,3 +203,10 @@ class Walking(Stateful):
         place = float(self.state[core.PLACE])
         hidden = float(self.stretch.rows(place)[len(self.stretch.names)])
         return dict(zip(self.reports, (place, hidden, self._slack, float(self._saturated)), strict=True))
+
+
+def usable(name: str, value: Any) -> float:
+    """A reading as a number; NaN where it is none that a controller can go by."""
+    if isinstance(value, str) or np.ndim(value) != 0 or value is None:
+        raise TypeError(f"{name} must be a number (NaN: no reading); got {value!r}")
+    return float(value) if isfinite(value) else nan

@@ -10,7 +10,8 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._correct.modifier_kernels import resettle
 from sdpgrind.locus._curve.inversion_kernels import find_state
-from sdpgrind.locus._problem.problem import Problem, Varying
+from sdpgrind.locus._problem.problem import Problem
+from sdpgrind.locus._problem.process import Varying
 from sdpgrind.locus._problem.system import System
 from sdpgrind.locus._problem.tape import tape
 from sdpgrind.locus._problem.tape_kernels import run, work_size

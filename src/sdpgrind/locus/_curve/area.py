@@ -157,15 +157,15 @@ class Area(Plan):
     @cached_property
     def dataset(self) -> xr.Dataset:
         """The grid as labelled arrays with units; NaN where no best point is known."""
-        from sdpgrind.locus._curve._area_record import dataset_of
+        from sdpgrind.locus._curve.record import area_dataset
 
-        return dataset_of(self.problem, self.grid, self.degenerate)
+        return area_dataset(self.problem, self.grid, self.degenerate)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
-        from sdpgrind.locus._curve._area_record import fields_in
+        from sdpgrind.locus._curve.record import area_fields
 
-        return cls(*fields_in(dataset))
+        return cls(*area_fields(dataset))
 
     def plot(self) -> Any:
         """Draw each control over the first two hidden states; return the figure."""

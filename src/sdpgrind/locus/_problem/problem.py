@@ -1,86 +1,24 @@
 """A process whose best point drifts with what nobody can measure: controls, hidden states, cost, varying constraints."""
 
-from collections.abc import Callable, Mapping, Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeAlias
+from functools import lru_cache
+from typing import Any, Self
 
-from sdpgrind.base import checks
+import casadi as ca
+
+from sdpgrind.base import checks, stored
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
 from sdpgrind.identify import Estimate
+from sdpgrind.locus._problem.process import Function, Ranges, Varying, check_function, check_name
+from sdpgrind.locus._problem.system import System, system_of
 
-if TYPE_CHECKING:
-    from sdpgrind.locus._problem.system import System
-
-Function: TypeAlias = Callable[[Any, Any], Any]
-"""Of hidden states and controls, both by name: ``f(s, c)``."""
 BEYOND = 0.05
-"""Share of its range by which a control that is measured may be off."""
-Ranges: TypeAlias = Mapping[str, tuple[float, float]]
+"""Share of its range by which a measured control may lie outside (chosen)."""
 
 
-@dataclass(frozen=True)
-class Varying(Frozen):
-    """A constraint that varies with a hidden state: what is measured must stay under what can be computed, Koren (19).
-
-    Parameters
-    ----------
-    response : callable
-        P_c(s, c): what a sensor would read, of the hidden states ``s`` and the controls ``c``.
-    limit : callable
-        P_b(s, c): what it must stay under, in the same unit.
-    name : str
-        Of the measurement; a controller is given it by this name.
-    unit : str
-        Of both.
-
-    Raises
-    ------
-    TypeError
-        When a function is none.
-
-    Examples
-    --------
-    >>> Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v).name
-    'response'
-    """
-
-    _: KW_ONLY
-    response: Function
-    limit: Function
-    name: str = "response"
-    unit: str = ""
-
-    def __post_init__(self) -> None:
-        for name in ("response", "limit"):
-            _check_function(f"Varying.{name}", getattr(self, name))
-        _check_name("name", self.name)
-
-
-class Process(Protocol):
-    """A built-in process: what it costs, what limits it, and in which units; it may `check` the ranges too.
-
-    Attributes
-    ----------
-    constraints : tuple of Varying
-        All of them.
-    units : mapping
-        Name of each control and hidden state, and ``"cost"``, to its unit.
-    """
-
-    @property
-    def constraints(self) -> tuple[Varying, ...]:
-        """All varying constraints, with their units."""
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """Unit of each control and hidden state, and of the cost."""
-
-    def cost(self, s: Any, c: Any) -> Any:
-        """Return what is minimised, of hidden states ``s`` and controls ``c`` (units: see `units`)."""
-
-
-@stored("locus.problem")
+@stored.stored("locus.problem")
 @dataclass(frozen=True)
 class Problem(Frozen):
     """Least cost within limits that drift with hidden states.
@@ -137,7 +75,7 @@ class Problem(Frozen):
         set_(self, "hidden", _ranges("hidden", self.hidden))
         set_(self, "constraints", _constraints(self.constraints))
         if self.model is None:
-            _check_function("cost", self.cost)
+            check_function("cost", self.cost)
         elif self.cost is not None or self.constraints:
             raise ValueError("cost and constraints must be left out where a model is given, which brings them; got both")
         elif hasattr(self.model, "check"):
@@ -187,10 +125,8 @@ class Problem(Frozen):
         return tuple(one.name for one in self.varying)
 
     @property
-    def system(self) -> "System":
+    def system(self) -> System:
         """The problem as expressions with exact derivatives; made once; private to this package."""
-        from sdpgrind.locus._problem.system import system_of
-
         return system_of(self)
 
     def updated(self, estimate: Estimate) -> Self:
@@ -218,8 +154,6 @@ class Problem(Frozen):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel to other processes as text: expressions of CasADi cannot."""
-        from sdpgrind.locus._problem._problem_text import read_problem, written
-
         return read_problem, (written(self),)
 
 
@@ -230,7 +164,7 @@ def _ranges(owner: str, given: object) -> dict[str, tuple[float, float]]:
         )
     found = {}
     for name, ends in given.items():
-        _check_name(owner, name)
+        check_name(owner, name)
         try:
             low, high = ends
         except (TypeError, ValueError):
@@ -248,11 +182,45 @@ def _constraints(given: Any) -> tuple[Varying, ...]:
     return tuple(checks.kind(f"constraints[{k}]", one, Varying, " (see locus.Varying)") for k, one in enumerate(given))
 
 
-def _check_function(name: str, value: object) -> None:
-    if not callable(value):
-        raise TypeError(f"{name} must be a function f(s, c) of hidden states and controls; got {checks.shown(value)}")
+@dataclass(frozen=True)
+class Expression:
+    """One of the functions of a problem that was written down: the k-th output of a function of CasADi."""
+
+    text: str = field(repr=False)
+    k: int
+    names: tuple[str, ...]
+    hidden: tuple[str, ...]
+
+    def __call__(self, s: Any, c: Any) -> Any:
+        """Its value, of hidden states and controls."""
+        given = [[getattr(c, name) for name in self.names], [getattr(s, name) for name in self.hidden]]
+        return _function(self.text)(*(ca.vertcat(*values) for values in given))[self.k]
 
 
-def _check_name(owner: str, value: object) -> None:
-    if not isinstance(value, str) or not value.isidentifier():
-        raise ValueError(f"{owner} must be named by identifiers; got {checks.shown(value)}")
+@lru_cache
+def _function(text: str) -> Any:
+    return ca.Function.deserialize(text)
+
+
+def written(problem: Problem) -> str:
+    """The problem as text."""
+    if problem.model is not None:
+        return stored.encode(problem)
+    ranges = {"controls": dict(problem.controls), "hidden": dict(problem.hidden), "units": dict(problem.units)}
+    named = [[one.name, one.unit] for one in problem.varying]
+    return json.dumps({"function": system_of(problem).function.serialize(), "constraints": named, **ranges})
+
+
+def read_problem(text: str) -> Problem:
+    """The problem that `written` told of."""
+    known = json.loads(text)
+    if "function" not in known:
+        problem: Problem = stored.decode(text)
+        return problem
+    ranges = {key: {name: tuple(ends) for name, ends in known[key].items()} for key in ("controls", "hidden")}
+    names, m = (tuple(ranges["controls"]), tuple(ranges["hidden"])), len(known["constraints"])
+    cost, *rest = (Expression(known["function"], k, *names) for k in range(1 + 2 * m))
+    constraints = [
+        Varying(response=rest[j], limit=rest[m + j], name=name, unit=unit) for j, (name, unit) in enumerate(known["constraints"])
+    ]
+    return Problem(**ranges, cost=cost, constraints=constraints, units=known["units"])

@@ -2,19 +2,18 @@
 
 import math
 import warnings
+from collections.abc import Sequence
 from functools import cache, cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.locus._problem.process import Function, Ranges, Varying
 from sdpgrind.locus._problem.tape import tape
 from sdpgrind.locus._problem.tape_kernels import run_many
-
-if TYPE_CHECKING:
-    from sdpgrind.locus._problem.problem import Function, Problem
 
 SPREAD = (0.003, 0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97, 0.997)
 """Places in a range at which scales are taken and searches begin: closer at the ends, where best points often are."""
@@ -44,6 +43,25 @@ TIE = 1e-6
 """Weight of the sum of slacks where many points are of least cost."""
 
 
+class Stated(Protocol):
+    """A problem as its system sees it: names and ranges, cost and constraints; see `Problem`."""
+
+    @property
+    def controls(self) -> Ranges: ...
+    @property
+    def hidden(self) -> Ranges: ...
+    @property
+    def names(self) -> Sequence[str]: ...
+    @property
+    def hidden_names(self) -> Sequence[str]: ...
+    @property
+    def responses(self) -> tuple[str, ...]: ...
+    @property
+    def varying(self) -> Sequence[Varying]: ...
+    @property
+    def objective(self) -> Function: ...
+
+
 @cache
 def starts_of(n: int) -> Floats:
     """Places of n controls where searches begin: a lattice (k, n)."""
@@ -51,7 +69,7 @@ def starts_of(n: int) -> Floats:
     return np.stack(np.meshgrid(*[ticks] * n, indexing="ij"), axis=-1).reshape(-1, n)
 
 
-def system_of(problem: "Problem", tie: bool = False) -> "System":
+def system_of(problem: Stated, tie: bool = False) -> "System":
     """The problem as expressions with exact derivatives, made once; see `System`."""
     made: dict[bool, System] = problem.__dict__.setdefault(MADE, {})
     if tie not in made:
@@ -67,7 +85,7 @@ class System:
     cost the one of the most slack is the best.
     """
 
-    def __init__(self, problem: "Problem", tie: bool = False):
+    def __init__(self, problem: Stated, tie: bool = False):
         ranges = np.array([*problem.controls.values(), *problem.hidden.values()], dtype=float)
         self.responses = problem.responses
         self.n, self.h, self.m = len(problem.controls), len(problem.hidden), len(problem.varying)
@@ -227,7 +245,7 @@ def _unscaled(place: Any, low: float, high: float, logarithmic: bool) -> Any:
     return low * ca.exp(place * np.log(high / low)) if logarithmic else low + place * (high - low)
 
 
-def _expression(name: str, function: "Function", states: SimpleNamespace, controls: SimpleNamespace) -> Any:
+def _expression(name: str, function: Function, states: SimpleNamespace, controls: SimpleNamespace) -> Any:
     """The expression that a user's function gives for symbols."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # of numpy's functions on symbols, which do what is wanted

@@ -11,9 +11,8 @@ import numpy.typing as npt
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._problem.system import TICKS, System, starts_of
 from sdpgrind.locus._trace import trace_kernels as kernels
-from sdpgrind.locus._trace._reach_kernels import reach
 from sdpgrind.locus._trace.kkt_kernels import GOOD
-from sdpgrind.locus._trace.seed_kernels import best_points, lattice_best, lattice_minima
+from sdpgrind.locus._trace.seed_kernels import best_points, lattice_best, lattice_minima, reach
 
 Ints: TypeAlias = npt.NDArray[np.int64]
 PLACES = (0.0, 1.0, 0.5, 0.25, 0.75)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
-from sdpgrind.locus._problem.problem import Varying
+from sdpgrind.locus._problem.process import Varying
 from sdpgrind.locus.processes._grinding import Grinding
 from sdpgrind.locus.processes._roughness import Roughness
 

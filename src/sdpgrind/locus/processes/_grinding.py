@@ -14,7 +14,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import N_MM_S_PER_W
-from sdpgrind.locus._problem.problem import Varying
+from sdpgrind.locus._problem.process import Varying
 from sdpgrind.locus.processes._roughness import Roughness
 
 SMALLEST = 2.0  # mm: diameters below it are in m or inches

@@ -11,7 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
-from sdpgrind.locus._problem.problem import Varying
+from sdpgrind.locus._problem.process import Varying
 
 ONSET = 0.5
 """Hidden state above which the constraint is active, at scale 1."""

@@ -8,7 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import N_MM_S_PER_W
-from sdpgrind.locus._problem.problem import Varying
+from sdpgrind.locus._problem.process import Varying
 
 KG_MM2_PER_N_MM_S2 = 1000.0
 """Inertia (kg mm^2) that a torque of 1 N mm speeds up by 1 rad/s^2."""

@@ -9,7 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.base.units import N_MM_S_PER_W
-from sdpgrind.locus._problem.problem import Varying
+from sdpgrind.locus._problem.process import Varying
 
 _POSITIVE = {
     "tool_change_time": "s",

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.plunge._learn._stage_readings import measured
-from sdpgrind.plunge._learn.readings import at_size
+from sdpgrind.plunge._learn.readings import at_size, measured
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._stages.controller import StagedController
 from sdpgrind.plunge._stages.program import CONSTRAINTS, SETTINGS, program

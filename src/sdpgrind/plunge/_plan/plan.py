@@ -150,10 +150,10 @@ def _by_stages(problem: CycleProblem, margin: float, rotation: tuple[float, floa
 
 
 def _by_collocation(problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None) -> CyclePlan:
-    from sdpgrind.plunge._plan import _collocation
+    from sdpgrind.plunge._plan import collocation
 
-    count = steps or _collocation.INTERVALS
-    solved = [_collocation.plainly(problem, margin, rotation, intervals) for intervals in (count // 4, count // 2, count)]
+    count = steps or collocation.INTERVALS
+    solved = [collocation.plainly(problem, margin, rotation, intervals) for intervals in (count // 4, count // 2, count)]
     played = [replay(problem, one.commands, margin) for one in solved]
     fine, best = solved[-1], played[-1]
     found = CycleSolution(count, fine.iterations, fine.residual, best.excess, best.left, fine.message)
