@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hwsim.command._physics import burning, flag, power
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.devices import Gauge
@@ -45,23 +44,8 @@ class Job:
         return locus.LocusController(plan, **{"along": "infeed_rate", **self.settings})
 
 
-_PROCESS = {"wheel_diameter": "mm", "work_diameter": "mm", "width": "mm", "wheel_speed": "mm/s"}
-_CONTROLS = {"infeed_rate": "mm/s", "work_rotation": "rad/s"}
-_HIDDEN = {"wear_flat_area": ""}
-_SETTINGS = {"margin": "W", "kd": "mm/(s W)", "kp": "mm/(s W)", "lag": "s", "period": "s", "filter": "", "floor": "mm/s"}
+_GAINS = {"margin": "W", "kd": "mm/(s W)", "kp": "mm/(s W)", "floor": "mm/s"}
 _WORDS_OR = {"gain": "mm/(s W)", "start": "mm/s", "hold": "s"}  # a number with a unit, or one of the controller's words
-_GRINDER = {
-    "wear_flat_area": "",
-    "dulling": "1/mm",
-    "dress_at": "",
-    "dressed_area": "",
-    "stock": "mm",
-    "infeed_lag": "s",
-    "power_lag": "s",
-    "idle_error": "W",
-    "touch_in": "s",
-    "max_time": "s",
-}
 _GAUGE = {"noise_sd": "W", "relative_sd": "", "quantum": "W"}
 
 
@@ -72,13 +56,16 @@ def read(path: Path) -> Job:
 
 def _job(file: Table) -> Job:
     process, controls, hidden = _process(file.table("process")), file.table("controls"), file.table("hidden")
-    ranges = {"controls": _ranges(controls, _CONTROLS), "hidden": _ranges(hidden, _HIDDEN)}
+    ranges = {
+        "controls": _ranges(process, controls, ("infeed_rate", "work_rotation")),
+        "hidden": _ranges(process, hidden, ("wear_flat_area",)),
+    }
     problem = file.made(locus.Problem, model=process, **ranges)
     return Job(_grinder(problem, file.maybe("grinder")), _settings(file.maybe("controller")))
 
 
-def _ranges(table: Table, units: dict[str, str]) -> dict[str, tuple[float, float]]:
-    found = {name: _pair(table, name, unit) for name, unit in units.items()}
+def _ranges(process: locus.processes.Grinding, table: Table, names: tuple[str, ...]) -> dict[str, tuple[float, float]]:
+    found = {name: _pair(table, name, process.units[name].removeprefix("1")) for name in names}
     table.done()
     return found
 
@@ -91,24 +78,15 @@ def _pair(table: Table, key: str, unit: str) -> tuple[float, float]:
 
 
 def _process(table: Table) -> locus.processes.Grinding:
-    process = table.made(locus.processes.Grinding, **table.numbers(_PROCESS), **_laws(table))
+    process = table.made(locus.processes.Grinding, **table.values(locus.processes.Grinding, skip=("roughness",)))
     table.done()
     return process
 
 
-def _laws(table: Table) -> dict[str, Any]:
-    """What is said of the kind of work, of power and of burning."""
-    laws: dict[str, Any] = {"internal": flag(table, "internal")} if table.has("internal") else {}
-    if table.has("power"):
-        laws["power"] = power(table.table("power"))
-    if table.has("burning"):
-        laws["burning"] = burning(table.table("burning"))
-    return laws
-
-
 def _settings(table: Table) -> dict[str, Any]:
-    settings: dict[str, Any] = {**table.given(_SETTINGS)}
-    settings |= {key: table.take(key) for key in ("along", "at", "method") if table.has(key)}
+    settings: dict[str, Any] = {**table.values(locus.LocusController), **table.given(_GAINS)}
+    if table.has("along"):
+        settings["along"] = table.take("along")
     for key, unit in _WORDS_OR.items():
         if table.has(key):
             word = table.take(key)
@@ -120,7 +98,7 @@ def _settings(table: Table) -> dict[str, Any]:
 
 
 def _grinder(problem: locus.Problem, table: Table) -> AdaptiveGrinder:
-    options: dict[str, Any] = {**table.given(_GRINDER)}
+    options = table.values(AdaptiveGrinder, skip=("truth", "power_gauge", "tick"))
     if table.has("power_gauge"):
         options["power_gauge"] = _gauge(table.table("power_gauge"))
     if table.has("truth"):
@@ -137,6 +115,6 @@ def _gauge(table: Table) -> Gauge:
 
 def _truth(process: locus.processes.Grinding, table: Table) -> locus.processes.Grinding:
     """What wheel and work really are, where it is not what is believed."""
-    changes = {**table.given(_PROCESS), **_laws(table)}
+    changes = table.values(locus.processes.Grinding, every=False, skip=("roughness",))
     table.done()
     return table.made(process.replace, **changes)

@@ -1,7 +1,7 @@
 """A grinder under adaptive control: infeed and work speed are commanded, power is measured, the wheel dulls from part to part."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY
 from typing import Any, Self, TypeAlias
 
 import numpy as np
@@ -9,20 +9,35 @@ import numpy as np
 from hwsim.devices import Gauge
 from hwsim.plants._adaptive.machine import AdaptivePart, Rig
 from sdpgrind.base import checks, stored
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, part, quantity
 from sdpgrind.locus import Problem
 from sdpgrind.locus.kernels import Ranges
 from sdpgrind.locus.processes import Grinding
 
 Truth: TypeAlias = Grinding | Callable[[np.random.Generator], Grinding] | None
-_POSITIVE = {"stock": "mm", "max_time": "s", "tick": "s"}
-_NONNEGATIVE = {"dulling": "1/mm", "infeed_lag": "s", "power_lag": "s", "touch_in": "s"}
 _SHORTEST = 1e-4  # s: lags below it are to be 0
 _CONTROLS = {"infeed_rate", "work_rotation"}
 
 
-@dataclass(frozen=True)
-class AdaptiveGrinder(Frozen):
+def _ground(name: str, value: object) -> Problem:
+    """A problem of grinding with no limit but burning, with ranges that a machine can have."""
+    problem = checks.kind(name, value, Problem, ' (see locus.preset("grinding"))')
+    _check_process("problem.model", problem.model)
+    if set(problem.controls) != _CONTROLS:
+        raise checks.refuse("problem.controls", "infeed_rate and work_rotation", ", ".join(problem.controls))
+    checks.positive('problem.controls["work_rotation"][0]', problem.controls["work_rotation"][0], "rad/s")
+    return problem
+
+
+def _check_process(name: str, process: object) -> Grinding:
+    known = checks.kind(name, process, Grinding, " (see locus.processes.Grinding)")
+    if known.roughness is not None:
+        raise ValueError(f"{name}.roughness must be None: this machine has no gauge of roughness; got {known.roughness!r}")
+    return known
+
+
+@described()
+class AdaptiveGrinder(Described):
     """Plunge grinding as fast as a dulling wheel allows without burning: the plant of Koren's (1989) controller (36).
 
     It takes ``infeed_rate`` (of the radius, mm/s) and ``work_rotation`` (rad/s) and holds them. The slide follows with a lag, the
@@ -89,38 +104,29 @@ class AdaptiveGrinder(Frozen):
     (array([ -6.9, -15.3]), array([0.0061, 0.0062]))
     """
 
-    problem: Problem
+    problem: Problem = custom(_ground)
     _: KW_ONLY
-    truth: Truth = None
-    wear_flat_area: float = 0.006
-    dulling: float = 1e-4 / 0.3
-    dress_at: float | None = None
-    dressed_area: float = 0.006
-    stock: float = 0.3
-    infeed_lag: float = 1.25
-    power_lag: float = 0.2
-    power_gauge: Gauge = field(default_factory=Gauge)
-    idle_error: float = 0.0
-    touch_in: float = 3.0
-    max_time: float = 1200.0
-    tick: float = 0.01
+    truth: Truth = part(Grinding, " (see locus.processes.Grinding)", or_function=True, default=None)
+    wear_flat_area: float = quantity("1", above=0, at_most=1, default=0.006)
+    dulling: float = quantity("1/mm", at_least=0, default=1e-4 / 0.3)
+    dress_at: float | None = quantity("1", default=None)
+    dressed_area: float = quantity("1", above=0, at_most=1, default=0.006)
+    stock: float = quantity("mm", above=0, usual=(1e-3, 50.0), typical=0.3, default=0.3)
+    infeed_lag: float = quantity("s", at_least=0, default=1.25)
+    power_lag: float = quantity("s", at_least=0, default=0.2)
+    power_gauge: Gauge = part(Gauge, " (see hwsim.devices)", default_factory=Gauge)
+    idle_error: float = quantity("W", default=0.0)
+    touch_in: float = quantity("s", at_least=0, default=3.0)
+    max_time: float = quantity("s", above=0, default=1200.0)
+    tick: float = quantity("s", above=0, default=0.01)
 
-    def __post_init__(self) -> None:
-        _check_problem(self.problem)
-        for name, unit in _POSITIVE.items():
-            checks.positive(name, getattr(self, name), unit)
-        for name, unit in _NONNEGATIVE.items():
-            checks.nonnegative(name, getattr(self, name), unit)
-        for name in ("infeed_lag", "power_lag"):
-            if 0 < getattr(self, name) < _SHORTEST:
-                raise checks.refuse(name, f"0 or >= {_SHORTEST:g}", getattr(self, name), "s")
-        checks.share("wear_flat_area", self.wear_flat_area)
-        checks.share("dressed_area", self.dressed_area)
-        if self.dress_at is not None and not checks.number("dress_at", self.dress_at) > self.dressed_area:
-            raise checks.refuse("dress_at", f"> dressed_area = {self.dressed_area:g}", self.dress_at)
-        checks.number("idle_error", self.idle_error, "W")
-        checks.kind("power_gauge", self.power_gauge, Gauge, " (see hwsim.devices)")
-        if self.truth is not None and not callable(self.truth):
+    def _check(self) -> None:
+        for name, lag in (("infeed_lag", self.infeed_lag), ("power_lag", self.power_lag)):
+            if 0 < lag < _SHORTEST:
+                raise self._refused(name, f"0 or >= {_SHORTEST:g}")
+        if self.dress_at is not None and not self.dress_at > self.dressed_area:
+            raise self._refused("dress_at", f"> dressed_area = {self.dressed_area:g}")
+        if isinstance(self.truth, Grinding):
             _check_process("truth", self.truth)
 
     @property
@@ -145,7 +151,7 @@ class AdaptiveGrinder(Frozen):
     @property
     def description(self) -> Mapping[str, float | str]:
         """Stock (mm), touch-in (s), ranges (mm/s, rad/s), and the process where it can be written down, for the log."""
-        plain = {"stock": float(self.stock), "touch_in": float(self.touch_in), **self._ranges._asdict()}
+        plain = {"stock": self.stock, "touch_in": self.touch_in, **self._ranges._asdict()}
         try:
             return {**plain, "process": stored.encode(self.problem.model)}
         except TypeError:  # a sliding law of one's own
@@ -200,19 +206,3 @@ class AdaptiveGrinder(Frozen):
         truth = self.problem.model if self.truth is None else self.truth
         process = truth if isinstance(truth, Grinding) else _check_process("truth(rng)", truth(of_truth))
         return AdaptivePart(Rig(*(getattr(self, name) for name in Rig._fields)), process, self._ranges, of_noise)
-
-
-def _check_problem(problem: Problem) -> None:
-    """It must be grinding with no limit but burning, with ranges that a machine can have."""
-    checks.kind("problem", problem, Problem, ' (see locus.preset("grinding"))')
-    _check_process("problem.model", problem.model)
-    if set(problem.controls) != _CONTROLS:
-        raise checks.refuse("problem.controls", "infeed_rate and work_rotation", ", ".join(problem.controls))
-    checks.positive('problem.controls["work_rotation"][0]', problem.controls["work_rotation"][0], "rad/s")
-
-
-def _check_process(name: str, process: object) -> Grinding:
-    known = checks.kind(name, process, Grinding, " (see locus.processes.Grinding)")
-    if known.roughness is not None:
-        raise ValueError(f"{name}.roughness must be None: this machine has no gauge of roughness; got {known.roughness!r}")
-    return known

@@ -1,22 +1,22 @@
 """The controller over several hidden states: as many measured constraints, one believed state for each."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, field
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, part, quantity
 from sdpgrind.locus._control.walking import usable
 from sdpgrind.locus._curve.area import Area
 from sdpgrind.locus._curve.point import Point
 from sdpgrind.locus._problem.tape_kernels import run_many
 
 
-@dataclass(frozen=True)
-class AreaController(Stateful, Frozen):
+@described()
+class AreaController(Stateful, Described):
     """Keeps a process at its best over several hidden states by several measurements: Koren's controller in more dimensions.
 
     Its coordinates are the hidden states that it believes in; controls are the best ones for them. Along the best points the
@@ -56,19 +56,15 @@ class AreaController(Stateful, Frozen):
     """
 
     _changing = ("state",)
-    curve: Area
+    curve: Area = part(Area, ", as locus.plan gives it for several hidden states")
     _: KW_ONLY
-    theta: float = 0.5
-    start: Mapping[str, float] | None = None
-    margin: Mapping[str, float] = field(default_factory=dict)
-    period: float | None = None
+    theta: float = quantity("1", above=0, at_most=1, default=0.5)
+    start: Mapping[str, float] | None = custom(default=None)
+    margin: Mapping[str, float] = custom(default_factory=dict)
+    period: float | None = quantity("s", above=0, default=None)
     state: Floats = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        checks.kind("curve", self.curve, Area, ", as locus.plan gives it for several hidden states")
-        checks.share("theta", self.theta)
-        if self.period is not None:
-            checks.positive("period", self.period, "s")
+    def _check(self) -> None:
         for name, value in self.margin.items():
             checks.one_of("margin", name, self.curve.responses)
             checks.nonnegative(f"margin[{name!r}]", value, self.curve.problem.unit(name))

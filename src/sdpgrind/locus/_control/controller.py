@@ -1,7 +1,7 @@
 """The controller that walks along the locus by one measurement: Koren's intelligent machining controller."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from functools import cached_property
 from math import exp
 from typing import Any
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, choice, custom, described, quantity
 from sdpgrind.locus._control.batch import LoopRecord, simulate
 from sdpgrind.locus._control.walking import Walking
 from sdpgrind.locus._stretch import law_kernels as core
@@ -22,8 +22,13 @@ from sdpgrind.locus.gains._gain_schedule import GainSchedule
 METHODS, PLACES, HOLDS, STARTS = ("feedback", "inversion"), ("command", "actual"), ("none", "settled"), ("feasible", "learned")
 
 
-@dataclass(frozen=True, eq=False)
-class LocusController(Walking, Frozen):
+def _hold(name: str, value: Any) -> str | float:
+    """A word, or a time in s."""
+    return str(checks.one_of(name, value, HOLDS)) if isinstance(value, str) else checks.nonnegative(name, value, "s")
+
+
+@described(eq=False)
+class LocusController(Walking, Described):
     """Walk along the locus until what is measured meets its limit: Koren (1989), section 5 and (36).
 
     From sample to sample the coordinate s moves by ki e + kp (e - e') + kd (e - 2 e' + e''), with e = limit - margin - response,
@@ -96,34 +101,26 @@ class LocusController(Walking, Frozen):
     2.1283
     """
 
-    curve: Any
+    curve: Any = custom()
     _: KW_ONLY
-    along: str | None = None
-    gain: float | str | GainSchedule | None = None
-    x: tuple[float, float] | None = None
-    start: Any = "feasible"
-    margin: float = 0.0
-    kp: float = 0.0
-    kd: float = 0.0
-    hold: str | float = "settled"
-    lag: float = 0.0
-    at: str | None = None
-    period: float | None = 0.5
-    method: str = "feedback"
-    filter: float = 1.0
-    floor: float | None = None
+    along: str | None = custom(default=None)
+    gain: float | str | GainSchedule | None = custom(default=None)
+    x: tuple[float, float] | None = custom(default=None)
+    start: Any = custom(default="feasible")
+    margin: float = custom(checks.nonnegative, default=0.0)
+    kp: float = custom(checks.nonnegative, default=0.0)
+    kd: float = custom(checks.nonnegative, default=0.0)
+    hold: str | float = custom(_hold, default="settled")
+    lag: float = quantity("s", at_least=0, default=0.0)
+    at: str | None = choice(*PLACES, default=None)
+    period: float | None = quantity("s", above=0, default=0.5)
+    method: str = choice(*METHODS, default="feedback")
+    filter: float = quantity("1", above=0, at_most=1, default=1.0)
+    floor: float | None = custom(default=None)
 
-    def __post_init__(self) -> None:
-        checks.one_of("method", self.method, METHODS)
-        for name in ("margin", "kp", "kd"):
-            checks.nonnegative(name, getattr(self, name))
-        checks.nonnegative("lag", self.lag, "s")
-        checks.share("filter", self.filter)
-        if self.at is not None:
-            checks.one_of("at", self.at, PLACES)
-        if self.period is not None:
-            checks.positive("period", self.period, "s")
-        self._check_hold()
+    def _check(self) -> None:
+        if self.period is None and (self.lag > 0 or not isinstance(self.hold, str)):
+            raise ValueError("period must be a number (s) where lag or hold is a time; got None")
         stretch, unit = self.stretch, self.reports["slack"]
         if self.margin >= (greatest := float(np.max(stretch.limit))):
             raise checks.refuse("margin", f"< {greatest:.6g}, the greatest limit on the curve", self.margin, unit)
@@ -132,14 +129,6 @@ class LocusController(Walking, Frozen):
         if self.method == "feedback":
             self._check_gain()
         _ = self.start_place, self.law
-
-    def _check_hold(self) -> None:
-        if isinstance(self.hold, str):
-            checks.one_of("hold", self.hold, HOLDS)
-        else:
-            checks.nonnegative("hold", self.hold, "s")
-        if self.period is None and (self.lag > 0 or not isinstance(self.hold, str)):
-            raise ValueError("period must be a number (s) where lag or hold is a time; got None")
 
     def _check_gain(self) -> None:
         if isinstance(self.gain, str):

@@ -15,7 +15,7 @@ is fitted by places and a trend.
 
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from functools import cached_property
 from math import isnan, nan
 from typing import Self
@@ -24,7 +24,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, text
 from sdpgrind.locus._correct.modified import Modified
 from sdpgrind.locus._problem.problem import Problem
 
@@ -58,8 +58,8 @@ class Adaptation:
         return np.concatenate([[self.hidden, self.bias - self.constraint @ self.reference], self.constraint, self.cost])
 
 
-@dataclass(frozen=True, eq=False)
-class ModifierController(Frozen):
+@described(eq=False)
+class ModifierController(Described):
     """Correct the model by measured value and slopes of constraint and cost, and go to its optimum: modifier adaptation.
 
     It reaches the optimum of a plant that differs from the model in kind, which no locus of that model does; it pays for that
@@ -79,7 +79,7 @@ class ModifierController(Frozen):
         By how much controls are moved along the limit, as a share of their (logarithmic, where positive) ranges. Slopes are
         believed less while the point itself moves by more.
     across : float
-        The same across the limit; not needed. Where nothing is active, controls are moved in all directions by `dither`.
+        The same share across the limit; not needed. Where nothing is active, controls are moved in all directions by `dither`.
     filter : float
         Share (0, 1] of new slopes that is believed, once for each pattern: of 2^n samples for n controls, 2^(n+1) with `across`.
     gain : float
@@ -111,36 +111,25 @@ class ModifierController(Frozen):
     {'u': 2.027, 'v': 2.517}
     """
 
-    problem: Problem
+    problem: Problem = part(Problem, " (see locus.preset)")
     _: KW_ONLY
-    feedback: str = "state"
-    hidden: float | None = None
-    dither: float = 0.01
-    across: float = 0.0
-    filter: float = 0.5
-    gain: float = 1.0
-    trust: float = 0.1
-    margin: float = 0.0
-    cost: str | None = "cost"
-    period: float | None = None
+    feedback: str = choice(*FEEDBACK, default="state")
+    hidden: float | None = custom(default=None)
+    dither: float = quantity("1", above=0, below=0.25, default=0.01)
+    across: float = quantity("1", at_least=0, below=0.25, default=0.0)
+    filter: float = quantity("1", above=0, at_most=1, default=0.5)
+    gain: float = quantity("1", above=0, at_most=1, default=1.0)
+    trust: float = quantity("1", above=0, at_most=1, default=0.1)
+    margin: float = custom(checks.number, default=0.0)
+    cost: str | None = text(default="cost")
+    period: float | None = quantity("s", above=0, default=None)
 
-    def __post_init__(self) -> None:
-        checks.kind("problem", self.problem, Problem, " (see locus.preset)")
+    def _check(self) -> None:
         if len(self.problem.hidden) != 1 or len(self.problem.varying) != 1:
             told = f"{len(self.problem.hidden)} and {len(self.problem.varying)}"
             raise ValueError(f"problem must have one hidden state and one constraint; got {told}")
         if self.problem.system.limit_varies:
             raise ValueError("limit must not depend on the hidden state, for a controller is to compute it; it does")
-        checks.one_of("feedback", self.feedback, FEEDBACK)
-        for name in ("filter", "gain", "trust"):
-            checks.share(name, getattr(self, name))
-        if not 0 < checks.number("dither", self.dither) < 0.25:
-            raise checks.refuse("dither", "in (0, 0.25)", self.dither)
-        if not 0 <= checks.number("across", self.across) < 0.25:
-            raise checks.refuse("across", "in [0, 0.25)", self.across)
-        checks.number("margin", self.margin)
-        if self.period is not None:
-            checks.positive("period", self.period, "s")
         _ = self.start_hidden
 
     @property

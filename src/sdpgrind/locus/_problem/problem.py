@@ -9,7 +9,7 @@ from typing import Any, Self
 import casadi as ca
 
 from sdpgrind.base import checks, stored
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described
 from sdpgrind.identify import Estimate
 from sdpgrind.locus._problem.process import Function, Ranges, Varying, check_function, check_name
 from sdpgrind.locus._problem.system import System, system_of
@@ -18,9 +18,33 @@ BEYOND = 0.05
 """Share of its range by which a measured control may lie outside (chosen)."""
 
 
-@stored.stored("locus.problem")
-@dataclass(frozen=True)
-class Problem(Frozen):
+def _ranges(owner: str, given: Any) -> dict[str, tuple[float, float]]:
+    if not isinstance(given, Mapping) or not given:
+        raise TypeError(
+            f"{owner} must be a mapping of names to (least, greatest), with one name at least; got {checks.shown(given)}"
+        )
+    found = {}
+    for name, ends in given.items():
+        check_name(owner, name)
+        try:
+            low, high = ends
+        except (TypeError, ValueError):
+            raise TypeError(f"{owner}[{name!r}] must be (least, greatest); got {checks.shown(ends)}") from None
+        low, high = checks.number(f"{owner}[{name!r}][0]", low), checks.number(f"{owner}[{name!r}][1]", high)
+        if not low < high:
+            raise checks.refuse(f"{owner}[{name!r}]", "(least, greatest) with least < greatest", (low, high))
+        found[name] = (low, high)
+    return found
+
+
+def _constraints(name: str, given: Any) -> tuple[Varying, ...]:
+    if isinstance(given, Varying):
+        return (given,)
+    return tuple(checks.kind(f"{name}[{k}]", one, Varying, " (see locus.Varying)") for k, one in enumerate(given))
+
+
+@described("locus.problem")
+class Problem(Described):
     """Least cost within limits that drift with hidden states.
 
     For every hidden state: minimise ``cost(s, c)`` over the controls, with response <= limit for every constraint and controls in
@@ -62,18 +86,14 @@ class Problem(Frozen):
     """
 
     _: KW_ONLY
-    model: Any = None
-    controls: Ranges
-    hidden: Ranges
-    cost: Function | None = None
-    constraints: Sequence[Varying] = ()
-    units: Mapping[str, str] = field(default_factory=dict)
+    model: Any = custom(default=None)
+    controls: Ranges = custom(_ranges)
+    hidden: Ranges = custom(_ranges)
+    cost: Function | None = custom(default=None)
+    constraints: Sequence[Varying] = custom(_constraints, default=())
+    units: Mapping[str, str] = custom(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        set_ = object.__setattr__
-        set_(self, "controls", _ranges("controls", self.controls))
-        set_(self, "hidden", _ranges("hidden", self.hidden))
-        set_(self, "constraints", _constraints(self.constraints))
+    def _check(self) -> None:
         if self.model is None:
             check_function("cost", self.cost)
         elif self.cost is not None or self.constraints:
@@ -155,31 +175,6 @@ class Problem(Frozen):
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel to other processes as text: expressions of CasADi cannot."""
         return read_problem, (written(self),)
-
-
-def _ranges(owner: str, given: object) -> dict[str, tuple[float, float]]:
-    if not isinstance(given, Mapping) or not given:
-        raise TypeError(
-            f"{owner} must be a mapping of names to (least, greatest), with one name at least; got {checks.shown(given)}"
-        )
-    found = {}
-    for name, ends in given.items():
-        check_name(owner, name)
-        try:
-            low, high = ends
-        except (TypeError, ValueError):
-            raise TypeError(f"{owner}[{name!r}] must be (least, greatest); got {checks.shown(ends)}") from None
-        low, high = checks.number(f"{owner}[{name!r}][0]", low), checks.number(f"{owner}[{name!r}][1]", high)
-        if not low < high:
-            raise checks.refuse(f"{owner}[{name!r}]", "(least, greatest) with least < greatest", (low, high))
-        found[name] = (low, high)
-    return found
-
-
-def _constraints(given: Any) -> tuple[Varying, ...]:
-    if isinstance(given, Varying):
-        return (given,)
-    return tuple(checks.kind(f"constraints[{k}]", one, Varying, " (see locus.Varying)") for k, one in enumerate(given))
 
 
 @dataclass(frozen=True)

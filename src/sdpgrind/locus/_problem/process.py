@@ -1,19 +1,37 @@
 """What a problem is made of: functions of hidden states and controls, varying constraints, built-in processes."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any, Protocol, TypeAlias
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described
 
 Function: TypeAlias = Callable[[Any, Any], Any]
 """Of hidden states and controls, both by name: ``f(s, c)``."""
 Ranges: TypeAlias = Mapping[str, tuple[float, float]]
 
 
-@dataclass(frozen=True)
-class Varying(Frozen):
+def check_function(name: str, value: Any) -> Any:
+    """Return a function f(s, c)."""
+    if not callable(value):
+        raise TypeError(f"{name} must be a function f(s, c) of hidden states and controls; got {checks.shown(value)}")
+    return value
+
+
+def check_name(owner: str, value: Any) -> str:
+    """Return a name that can stand in code."""
+    if not isinstance(value, str) or not value.isidentifier():
+        raise ValueError(f"{owner} must be named by identifiers; got {checks.shown(value)}")
+    return value
+
+
+def _function_of_varying(name: str, value: Any) -> Any:
+    return check_function(f"Varying.{name}", value)
+
+
+@described()
+class Varying(Described):
     """A constraint that varies with a hidden state: what is measured must stay under what can be computed, Koren (19).
 
     Parameters
@@ -39,15 +57,10 @@ class Varying(Frozen):
     """
 
     _: KW_ONLY
-    response: Function
-    limit: Function
-    name: str = "response"
-    unit: str = ""
-
-    def __post_init__(self) -> None:
-        for name in ("response", "limit"):
-            check_function(f"Varying.{name}", getattr(self, name))
-        check_name("name", self.name)
+    response: Function = custom(_function_of_varying)
+    limit: Function = custom(_function_of_varying)
+    name: str = custom(check_name, default="response")
+    unit: str = custom(default="")
 
 
 class Process(Protocol):
@@ -71,13 +84,3 @@ class Process(Protocol):
 
     def cost(self, s: Any, c: Any) -> Any:
         """Return what is minimised, of hidden states ``s`` and controls ``c`` (units: see `units`)."""
-
-
-def check_function(name: str, value: object) -> None:
-    if not callable(value):
-        raise TypeError(f"{name} must be a function f(s, c) of hidden states and controls; got {checks.shown(value)}")
-
-
-def check_name(owner: str, value: object) -> None:
-    if not isinstance(value, str) or not value.isidentifier():
-        raise ValueError(f"{owner} must be named by identifiers; got {checks.shown(value)}")

@@ -1,17 +1,15 @@
 """A gain that follows the loop slope."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.locus._stretch.stretch import Stretch
 
 
-@dataclass(frozen=True)
-class GainSchedule(Frozen):
+@described()
+class GainSchedule(Described):
     """Gain that follows the loop slope: ``k(s) = theta / |e_s(s)|``.
 
     Parameters
@@ -19,7 +17,7 @@ class GainSchedule(Frozen):
     stretch : Stretch
         Where the loop slope is read, per unit of the coordinate.
     theta : float
-        Share of deadbeat, in (0, 1], dimensionless.
+        Share of deadbeat, in (0, 1].
 
     Examples
     --------
@@ -29,11 +27,8 @@ class GainSchedule(Frozen):
     0.6
     """
 
-    stretch: Stretch
-    theta: float = 1.0
-
-    def __post_init__(self) -> None:
-        checks.share("theta", self.theta)
+    stretch: Stretch = custom()
+    theta: float = quantity("1", above=0, at_most=1, default=1.0)
 
     def __call__(self, s: Any) -> Any:
         """Return the gain at a coordinate, clamped to the stretch; units of the coordinate over those of the response.

@@ -1,20 +1,18 @@
 """Grinding with the dressing lead as a third control: as rough as allowed, and as near to burning."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any, ClassVar
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, part, quantity
 from sdpgrind.locus._problem.process import Varying
 from sdpgrind.locus.processes._grinding import Grinding
 from sdpgrind.locus.processes._roughness import Roughness
 
 
-@stored("locus.dressed_grinding")
-@dataclass(frozen=True)
-class DressedGrinding(Frozen):
+@described("locus.dressed_grinding")
+class DressedGrinding(Described):
     """Grind off most without burning and within a roughness, with a wheel that is dressed to suit; after Malkin and Koren (1980).
 
     Controls are ``infeed_rate`` (mm/s), ``work_rotation`` (rad/s) and ``dressing_lead`` s_d (mm). A fine lead leaves a smooth
@@ -48,18 +46,15 @@ class DressedGrinding(Frozen):
 
     _inside: ClassVar[str] = "grinding"
     _: KW_ONLY
-    grinding: Grinding
-    area: float
-    area_exponent: float
+    grinding: Grinding = part(Grinding, " (see locus.processes.Grinding)")
+    area: float = quantity("1", above=0, at_most=1)
+    area_exponent: float = quantity("1", above=0)
 
-    def __post_init__(self) -> None:
-        checks.kind("grinding", self.grinding, Grinding, " (see locus.processes.Grinding)")
+    def _check(self) -> None:
         if self.grinding.roughness is None:
             raise ValueError(
                 "grinding must have a roughness (see locus.processes.Roughness): the coarsest lead is best without; got none"
             )
-        checks.share("area", self.area)
-        checks.positive("area_exponent", self.area_exponent)
 
     def check(self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]) -> None:
         """Refuse ranges (low, high) of controls and hidden states that smell of another unit (rad/s): see `Grinding`."""

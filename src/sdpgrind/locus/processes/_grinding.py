@@ -1,8 +1,8 @@
 """Cylindrical plunge grinding as fast as a wheel that dulls allows without burning the work."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field
-from math import pi
+from dataclasses import KW_ONLY
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -11,17 +11,15 @@ import numpy.typing as npt
 from sdpgrind import physics
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, flag, part, quantity, valued
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.locus._problem.process import Varying
 from sdpgrind.locus.processes._roughness import Roughness
 
-SMALLEST = 2.0  # mm: diameters below it are in m or inches
-FASTEST_INFEED = 1.0  # mm/s: above it µm/s are meant
-SLOWEST_WHEEL = 1000.0  # mm/s: below it m/s are meant
-RPM_LIKE = 5.0  # a work surface faster than this part of the wheel's speed is a rotation in rev/min
-_LENGTHS = {"wheel_diameter": "mm", "work_diameter": "mm", "width": "mm", "wheel_speed": "mm/s"}
+FASTEST_INFEED = 1.0
+"""Infeed rate (mm/s) above which another unit is meant (chosen)."""
+RPM_LIKE = 5.0
+"""Wheel speed over work speed below which a rotation in rev/min is meant (chosen)."""
 
 
 def _published() -> physics.BurningLimit:
@@ -29,9 +27,8 @@ def _published() -> physics.BurningLimit:
     return physics.BurningLimit(u0=6.2, B=7.2)
 
 
-@stored("locus.grinding")
-@dataclass(frozen=True)
-class Grinding(Frozen):
+@described("locus.grinding")
+class Grinding(Described):
     """Grind off most without burning while the wheel dulls: Koren (29), section 6; Malkin's laws as in Brown (1988) (4.2), (4.3).
 
     Controls are ``infeed_rate`` v_f (of the radius, mm/s) and ``work_rotation`` n_w (rad/s); hidden is ``wear_flat_area`` A (part
@@ -78,31 +75,18 @@ class Grinding(Frozen):
     """
 
     _: KW_ONLY
-    wheel_diameter: float
-    work_diameter: float
-    width: float
-    wheel_speed: float
-    power: physics.GrindingPower = field(default_factory=physics.GrindingPower)
-    burning: physics.BurningLimit = field(default_factory=_published)
-    internal: bool = False
-    roughness: Roughness | None = None
+    wheel_diameter: float = quantity("mm", above=0, usual=(2.0, 3000.0), typical=300)
+    work_diameter: float = quantity("mm", above=0, usual=(2.0, 10000.0), typical=60)
+    width: float = quantity("mm", above=0, usual=(0.05, 1000.0), typical=10)
+    wheel_speed: float = quantity("mm/s", above=0, usual=(1000.0, inf), typical=30000)
+    power: physics.GrindingPower = part(physics.GrindingPower, default_factory=physics.GrindingPower)
+    burning: physics.BurningLimit = part(physics.BurningLimit, default_factory=_published)
+    internal: bool = flag(default=False)
+    roughness: Roughness | None = part(Roughness, " (see locus.processes.Roughness)", default=None)
 
-    def __post_init__(self) -> None:
-        for name, unit in _LENGTHS.items():
-            checks.positive(name, getattr(self, name), unit)
-        for name in ("wheel_diameter", "work_diameter"):
-            if getattr(self, name) < SMALLEST:
-                raise checks.refuse(name, f">= {SMALLEST:g}; units.inch(...) for inches", getattr(self, name), "mm")
-        checks.kind("power", self.power, physics.GrindingPower)
-        checks.kind("burning", self.burning, physics.BurningLimit)
-        checks.kind("internal", self.internal, bool)
-        if self.roughness is not None:
-            checks.kind("roughness", self.roughness, Roughness, " (see locus.processes.Roughness)")
+    def _check(self) -> None:
         if self.internal and self.wheel_diameter >= self.work_diameter:
-            rule = f"< work_diameter = {self.work_diameter:g} in a bore"
-            raise checks.refuse("wheel_diameter", rule, self.wheel_diameter, "mm")
-        if self.wheel_speed < SLOWEST_WHEEL:
-            raise ValueError(f"wheel_speed must be in mm/s, some 30000; units.m_per_s(...) for m/s; got {self.wheel_speed!r}")
+            raise self._refused("wheel_diameter", f"< work_diameter = {self.work_diameter:g} in a bore")
 
     def check(self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]) -> None:
         """Refuse ranges (low, high) of controls and hidden states that smell of another unit (rad/s, parts of 1).
@@ -160,8 +144,8 @@ class Grinding(Frozen):
     @property
     def job(self) -> Mapping[str, object]:
         """Wheel and work (mm, mm/s), which a controller's plan and a machine must share; nothing that is estimated."""
-        lengths = {name: (float(getattr(self, name)), "mm") for name in ("wheel_diameter", "work_diameter", "width")}
-        return {**lengths, "wheel_speed": (float(self.wheel_speed), "mm/s"), "internal": bool(self.internal)}
+        shared = valued(self, ("wheel_diameter", "work_diameter", "width", "wheel_speed"))
+        return {**shared, "internal": self.internal}
 
     @property
     def equivalent_diameter(self) -> float:

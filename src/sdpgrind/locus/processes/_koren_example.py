@@ -1,7 +1,7 @@
 """The example that Koren carries through his paper, with everything that it gives in closed form."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any
 
 import numpy as np
@@ -9,17 +9,15 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.locus._problem.process import Varying
 
 ONSET = 0.5
 """Hidden state above which the constraint is active, at scale 1."""
 
 
-@stored("locus.koren_example")
-@dataclass(frozen=True)
-class KorenExample(Frozen):
+@described("locus.koren_example")
+class KorenExample(Described):
     """Minimise (u - 1)^2 + (v - 4)^2 while x v + 16 - 4 v stays under 17 + u - 4 v: Koren (14) to (18), (25), (26).
 
     Controls are ``u`` and ``v``, the hidden state is ``x``; none has a unit. The constraint is active from x = 1/2 on. There the
@@ -45,10 +43,7 @@ class KorenExample(Frozen):
     """
 
     _: KW_ONLY
-    scale: float = 1.0
-
-    def __post_init__(self) -> None:
-        checks.positive("scale", self.scale)
+    scale: float = quantity("1", above=0, default=1.0)
 
     @property
     def constraints(self) -> tuple[Varying, ...]:

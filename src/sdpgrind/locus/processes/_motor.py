@@ -1,22 +1,20 @@
 """A motor turns a joint whose inertia drifts: Koren's example of a response and its limit."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.locus._problem.process import Varying
 
 KG_MM2_PER_N_MM_S2 = 1000.0
-"""Inertia (kg mm^2) that a torque of 1 N mm speeds up by 1 rad/s^2."""
+"""Inertia (kg mm^2) that a torque of 1 N mm accelerates by 1 rad/s^2 (derived)."""
 
 
-@stored("locus.motor_axis")
-@dataclass(frozen=True)
-class MotorAxis(Frozen):
+@described("locus.motor_axis")
+class MotorAxis(Described):
     """Turn by an angle in the least time, with a motor whose load's inertia nobody measures: Koren (20) to (22).
 
     Controls are ``speed`` omega (rad/s), up to which the axis runs, and ``acceleration`` (rad/s^2), with which it starts and
@@ -51,13 +49,9 @@ class MotorAxis(Frozen):
     """
 
     _: KW_ONLY
-    inertia_base: float
-    torque_max: float
-    angle: float
-
-    def __post_init__(self) -> None:
-        for name, unit in {"inertia_base": "kg mm^2", "torque_max": "N mm", "angle": "rad"}.items():
-            checks.positive(name, getattr(self, name), unit)
+    inertia_base: float = quantity("kg mm^2", above=0)
+    torque_max: float = quantity("N mm", above=0)
+    angle: float = quantity("rad", above=0, usual=(1e-3, 1000.0), typical=60)
 
     @property
     def constraints(self) -> tuple[Varying, ...]:

@@ -1,18 +1,16 @@
 """Roughness of a ground surface by the chips and by how the wheel was dressed."""
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 
-_POSITIVE = {"roughness_max": "mm", "base": "mm", "chip_thickness": "mm", "exponent": "1", "lead": "mm", "lead_reference": "mm"}
+ROUGHEST = 0.1
+"""Roughness (mm) from which on another unit is meant (chosen)."""
 
 
-@stored("locus.roughness")
-@dataclass(frozen=True)
-class Roughness(Frozen):
+@described("locus.roughness")
+class Roughness(Described):
     """Roughness R_a = rho R_0 (s_d/s_ref)^(1/2) (a_d/a_ref)^(1/4) (h/h_ref)^gamma, h = Z'/V_s, and what it must stay under.
 
     R_0 and gamma are the user's: no source prints them. rho, the state that the wheel was dressed into, is hidden.
@@ -32,7 +30,7 @@ class Roughness(Frozen):
     lead_reference : float
         s_ref, mm.
     depth_ratio : float
-        a_d/a_ref, depth of dressing in units of that of `base`.
+        a_d/a_ref, depth of dressing relative to that of `base`.
 
     Raises
     ------
@@ -48,21 +46,18 @@ class Roughness(Frozen):
     """
 
     _: KW_ONLY
-    roughness_max: float
-    base: float
-    exponent: float
-    chip_thickness: float = 1e-4
-    lead: float = 0.1
-    lead_reference: float = 0.1
-    depth_ratio: float = 1.0
+    roughness_max: float = quantity("mm", above=0)
+    base: float = quantity("mm", above=0)
+    exponent: float = quantity("1", above=0)
+    chip_thickness: float = quantity("mm", above=0, usual=(1e-8, 0.05), typical=1e-4, default=1e-4)
+    lead: float = quantity("mm", above=0, usual=(1e-3, 20.0), typical=0.1, default=0.1)
+    lead_reference: float = quantity("mm", above=0, usual=(1e-3, 20.0), typical=0.1, default=0.1)
+    depth_ratio: float = quantity("1", above=0, default=1.0)
 
-    def __post_init__(self) -> None:
-        for name, unit in _POSITIVE.items():
-            checks.positive(name, getattr(self, name), unit)
-        checks.positive("depth_ratio", self.depth_ratio)
-        for name in ("roughness_max", "base"):
-            if getattr(self, name) >= 0.1:
-                raise ValueError(f"{name} must be in mm, < 0.1; units.um(...) for micrometres; got {getattr(self, name)!r}")
+    def _check(self) -> None:
+        for name, value in (("roughness_max", self.roughness_max), ("base", self.base)):
+            if value >= ROUGHEST:
+                raise ValueError(f"{name} must be in mm, < {ROUGHEST:g}; units.um(...) for micrometres; got {value!r}")
 
     def roughness(self, chip_thickness: Any, lead: Any, state: Any) -> Any:
         """Return R_a (mm) of an equivalent chip thickness Z'/V_s (mm), a dressing lead (mm) and a dressing state (unit 1)."""

@@ -1,25 +1,14 @@
 """Turning, milling and drilling: the price of a surface, a tool that wears, a tooth that breaks, a spindle that tires."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from math import inf
 from typing import Any
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.locus._problem.process import Varying
-
-_POSITIVE = {
-    "tool_change_time": "s",
-    "life": "s",
-    "life_speed": "mm/s",
-    "life_feed": "mm",
-    "feed_force": "N/mm^q",
-    "force_exponent": "1",
-    "wear_force": "N/mm",
-}
 
 
 def tool_change_time(*, change: float, edge_cost: float, machine_rate: float, profit_rate: float = 0.0) -> float:
@@ -59,9 +48,8 @@ def tool_change_time(*, change: float, edge_cost: float, machine_rate: float, pr
     return t1 + price / (rate + earned)
 
 
-@stored("locus.turning")
-@dataclass(frozen=True)
-class Turning(Frozen):
+@described("locus.turning")
+class Turning(Described):
     """Cut at the least cost while the tool wears: Koren (1) to (6), (27) to (35).
 
     Controls are ``cutting_speed`` v (mm/s) and ``feed`` f (mm in a turn; of a milling cutter, mm for each tooth); hidden is
@@ -85,13 +73,14 @@ class Turning(Frozen):
     taylor_v_exp, taylor_f_exp : float
         n and p, exponents of the tool life in speed and feed, unit 1.
     feed_force, force_exponent : float
-        K_c, force at a feed of 1 mm, N, and its exponent q.
+        K_c, force at a feed of 1 mm, N/mm^q, and its exponent q, unit 1.
     speed_force : float
         C_v, by which speed softens the force, N/(mm/s).
     wear_force : float
         C_w, force for each mm of flank wear, N/mm.
     breaking_force, breaking_exponent : float, optional
-        K_b, the force at which the tool breaks at a feed of 1 mm, N, and its exponent nb; None: it does not break.
+        K_b, the force at which the tool breaks at a feed of 1 mm, N/mm^nb, and its exponent nb, unit 1; None: it does not
+        break.
     power_max : float, optional
         Greatest power at the tool, W.
 
@@ -113,40 +102,26 @@ class Turning(Frozen):
     """
 
     _: KW_ONLY
-    tool_change_time: float
-    life: float
-    life_speed: float
-    life_feed: float
-    taylor_v_exp: float
-    taylor_f_exp: float
-    feed_force: float
-    force_exponent: float
-    speed_force: float
-    wear_force: float
-    breaking_force: float | None = None
-    breaking_exponent: float = 0.5
-    power_max: float | None = None
+    tool_change_time: float = quantity("s", above=0)
+    life: float = quantity("s", above=0)
+    life_speed: float = quantity("mm/s", above=0, usual=(10.0, 1e6), typical=3000)
+    life_feed: float = quantity("mm", above=0, usual=(1e-3, 50.0), typical=0.3)
+    taylor_v_exp: float = quantity("1", above=1, hint=": else the fastest cut is the cheapest")
+    taylor_f_exp: float = quantity("1", at_least=0)
+    feed_force: float = quantity("N/mm^q", above=0)
+    force_exponent: float = quantity("1", above=0)
+    speed_force: float = quantity("N/(mm/s)", at_least=0)
+    wear_force: float = quantity("N/mm", above=0)
+    breaking_force: float | None = quantity("N/mm^nb", above=0, default=None)
+    breaking_exponent: float = quantity("1", at_least=0, default=0.5)
+    power_max: float | None = quantity("W", above=0, default=None)
 
-    def __post_init__(self) -> None:
-        for name, unit in _POSITIVE.items():
-            checks.positive(name, getattr(self, name), unit)
-        checks.nonnegative("taylor_f_exp", self.taylor_f_exp)
-        checks.nonnegative("speed_force", self.speed_force, "N/(mm/s)")
-        checks.nonnegative("breaking_exponent", self.breaking_exponent)
-        if checks.number("taylor_v_exp", self.taylor_v_exp) <= 1:
-            raise checks.refuse("taylor_v_exp", "> 1: else the fastest cut is the cheapest", self.taylor_v_exp)
+    def _check(self) -> None:
         if self.breaking_force is None and self.power_max is None:
             raise ValueError("breaking_force (N) or power_max (W) must be given: nothing else limits the cut; got neither")
-        if self.power_max is not None:
-            checks.positive("power_max", self.power_max, "W")
-        if self.breaking_force is not None:
-            self._check_breaking()
-
-    def _check_breaking(self) -> None:
-        checks.positive("breaking_force", self.breaking_force, "N/mm^nb")
-        if self.breaking_exponent >= self.force_exponent:
+        if self.breaking_force is not None and self.breaking_exponent >= self.force_exponent:
             rule = f"< force_exponent = {self.force_exponent:g}: else no feed is too great for the tool"
-            raise checks.refuse("breaking_exponent", rule, self.breaking_exponent)
+            raise self._refused("breaking_exponent", rule)
 
     @property
     def constraints(self) -> tuple[Varying, ...]:
