@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from hwsim.command.base import Area
+from hwsim.command._run_folder import drawn
+from hwsim.command.base import Area, announce
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
-    from hwsim.command._finishing._finishing_jobs import Job
+    from hwsim.command._finishing.toml import Job
 
 
 class Finishing(Area):
@@ -53,7 +54,7 @@ finished part, with the results that it would have had; a finished run is report
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem in a cell of which nothing is said."""
-        from hwsim.command._finishing._finishing_jobs import scattered
+        from hwsim.command._finishing.toml import scattered
 
         return scattered(problem, nominal=arguments.nominal)
 
@@ -81,9 +82,44 @@ finished part, with the results that it would have had; a finished run is report
             if arguments.confirm is not None:
                 raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
             return None
-        from hwsim.command._finishing._finishing_study_cli import studied
-
         return studied(title, job, arguments)
+
+
+def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
+    """Make the experiment, keep it where a folder is given, and say what came of it."""
+    from hwsim._study.study import finishing_study
+    from sdpgrind.base.progress import TerminalLine
+
+    settings = {"method": job.method, "kind": job.settings.get("kind", "lqg"), **job.study}
+    if arguments.plan is not None:
+        raise ValueError("--motion must be left out with --study, which plans motions of its own")
+    if arguments.parts is not None:
+        raise ValueError(f"--parts must be left out with --study (--confirm is of the runs that confirm); got {arguments.parts}")
+    if arguments.confirm is not None:
+        settings["confirm"] = arguments.confirm
+    folder = _folder(arguments.out)
+    announce("planning and running an experiment")
+    found = finishing_study(job.stand, rng=arguments.rng, folder=folder, progress=TerminalLine(), **settings)
+    text = f"{title}: {found.report(rng=arguments.rng)}"
+    return text if folder is None else f"{text}\n\nkept in {folder}: {', '.join(_keep(folder, found, text, arguments))}"
+
+
+def _folder(path: Path | None) -> Path | None:
+    if path is not None and path.exists() and not path.is_dir():
+        raise ValueError(f"--out must be a folder; {path} is a file")
+    return path
+
+
+def _keep(folder: Path, found: Any, text: str, arguments: argparse.Namespace) -> list[str]:
+    """Write report, log of the confirmation and picture; journals of all runs are there already."""
+    from sdpgrind.base.records import whole_file
+
+    with whole_file(folder / "study.txt") as temporary:
+        Path(temporary).write_text(f"{text}\n")
+    found.confirmation.save(folder / "confirm.nc")
+    things = {"study.png": found, "confirm.png": found.confirmation}
+    pictures = [] if arguments.no_pictures else drawn(folder, things)
+    return ["study.txt", "run-01.db ... run-18.db", "confirm.db", "confirm.nc", *pictures]
 
 
 AREA = Finishing()

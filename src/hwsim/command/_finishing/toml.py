@@ -5,12 +5,12 @@ Every fault is one line that names the key.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hwsim.command._finishing._finishing_jobs import NORMAL_FORCE, Job
 from hwsim.command._physics import flag
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
@@ -18,6 +18,11 @@ from hwsim.plants._finishing.plant import FinishingCell
 from sdpgrind import finishing
 from sdpgrind.base import checks
 from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField
+
+NORMAL_FORCE = 1.111
+"""Force where none is given, N; source: the middle of Wang's three."""
+KIND = "lqg"
+"""Controller where none is given; chosen."""
 
 _TOOL = {
     "contact_angle": "rad",
@@ -55,6 +60,33 @@ _WAVE = {"amplitude": "mm", "wavelength": "mm", "phase": "rad"}
 _TABLE = {"inertia": "kg m^2", "damping": "N m s", "torque_constant": "N m/A", "kp": "A/rad", "ki": "A/(rad s)", "kd": "A s/rad"}
 _LEVELS = {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"}
 _METHODS = ("trapezoid", "toppra", "min_time")
+
+
+@dataclass(frozen=True)
+class Job:
+    """A cell, what it is believed to be, how its motion is planned, how its controller is set, and what a study varies."""
+
+    stand: FinishingCell
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    method: str = "trapezoid"
+    study: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def problem(self) -> finishing.FinishingProblem:
+        """What is planned."""
+        return self.stand.problem
+
+    def controller(self, plan: finishing.Motion) -> finishing.TorqueController:
+        """The controller of every part."""
+        return finishing.TorqueController(
+            self.stand.torque_axis, plan, **{"normal_force": self.stand.target_force, "kind": KIND} | dict(self.settings)
+        )
+
+
+def scattered(problem: finishing.FinishingProblem, *, nominal: bool) -> Job:
+    """A problem in a cell of which nothing is said: parts that differ, or all as believed."""
+    scatter = None if nominal else CellScatter()
+    return Job(FinishingCell(problem, scatter=scatter, target_force=NORMAL_FORCE))
 
 
 def read(path: Path) -> Job:

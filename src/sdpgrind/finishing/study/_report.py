@@ -1,42 +1,42 @@
 """The whole of a study as text."""
 
-from typing import TYPE_CHECKING
-
 from sdpgrind.base.rng import Seed
-from sdpgrind.finishing.study._anova import AnovaTable
-from sdpgrind.finishing.study._observations import present
+from sdpgrind.finishing.study._anova import AnovaTable, anova
+from sdpgrind.finishing.study._best import best
+from sdpgrind.finishing.study._means import level_means
+from sdpgrind.finishing.study._next_runs import next_runs
+from sdpgrind.finishing.study._observations import Observations, present
+from sdpgrind.finishing.study._power import power
+from sdpgrind.finishing.study._prediction import predict
 from sdpgrind.finishing.study._ratios import RATIOS
 from sdpgrind.finishing.study._texts import aligned, amount, labelled, level
 
-if TYPE_CHECKING:
-    from sdpgrind.finishing.study._study import Study
 
-
-def report(study: "Study", rng: Seed) -> str:
+def report(study: Observations, rng: Seed) -> str:
     """Text of a study; see `Study.report`."""
-    whole = study.anova()
+    whole = anova(study, None)
     judged = whole.error.ms is not None
     pool = "F<1" if judged else None
     parts = [_head(study), _runs(study), _what_the_ratio_says(study), _hidden(study)]
-    parts += [f"Analysis of variance\n{study.anova(pool=pool)!r}", _findings(whole, judged)]
-    parts += [f"Mean ratio at each level\n{study.level_means()!r}"]
+    parts += [f"Analysis of variance\n{anova(study, pool)!r}", _findings(whole, judged)]
+    parts += [f"Mean ratio at each level\n{level_means(study, 0.95)!r}"]
     if study.ratio != "none":
         parts += _what_to_do(study, pool, judged)
     if judged:
-        parts += [f"A repetition of the study\n{study.power(rng=rng, pool=pool)!r}"]
+        parts += [f"A repetition of the study\n{power(study, rng, 2000, None, pool, 0.05)!r}"]
     if judged and study.ratio != "none" and not study.interactions:
-        parts += [f"Further runs worth making\n{study.next_runs(3, pool=pool)!r}"]
+        parts += [f"Further runs worth making\n{next_runs(study, 3, pool)!r}"]
     return "\n\n".join(part for part in parts if part)
 
 
-def _head(study: "Study") -> str:
+def _head(study: Observations) -> str:
     count = study.readings.shape[1]
     where = "of any kind" if study.confounding is None else f"in the {study.array.name}"
     text = f"{study.name}: {study.runs} runs {where}, {count} reading{'s' * (count > 1)} each"
     return f"{text}; missing: {', '.join(map(str, study.missing))}" if study.missing else text
 
 
-def _runs(study: "Study") -> str:
+def _runs(study: Observations) -> str:
     ratio = [format(x, ".3f") for x in study.sn_ratio]
     names = [labelled(name, study.units.get(name, "")) for name in study.factors]
     heads = ("run", *names, "mean reading", RATIOS[study.ratio].unit or "ratio")
@@ -49,7 +49,7 @@ def _runs(study: "Study") -> str:
     return aligned(heads, rows)
 
 
-def _what_the_ratio_says(study: "Study") -> str:
+def _what_the_ratio_says(study: Observations) -> str:
     if study.ratio == "none":
         return ""
     reference = f"; 0 dB is {amount(study.reference, study.unit)}" if study.ratio in ("smaller", "larger") else ""
@@ -59,7 +59,7 @@ def _what_the_ratio_says(study: "Study") -> str:
     return text
 
 
-def _hidden(study: "Study") -> str:
+def _hidden(study: Observations) -> str:
     found = study.confounding
     if found is None or study.interactions:
         return ""
@@ -80,10 +80,10 @@ def _findings(table: AnovaTable, judged: bool) -> str:
     return f"{text} Not seen: {', '.join(unseen)}." if unseen else text
 
 
-def _what_to_do(study: "Study", pool: str | None, judged: bool) -> list[str]:
-    found = study.best()
-    kept = study.best(pool="F<1") if judged and pool else found
-    parts = [f"Best levels\n{found!r}", f"To be expected there\n{study.predict(kept, confirm=1)!r}"]
+def _what_to_do(study: Observations, pool: str | None, judged: bool) -> list[str]:
+    found = best(study, None, 0.05)
+    kept = best(study, "F<1", 0.05) if judged and pool else found
+    parts = [f"Best levels\n{found!r}", f"To be expected there\n{predict(study, kept, 1, 0.95)!r}"]
     single = study.sn_ratio.max()
     values = {name: column[present(study)].tolist()[int(study.sn_ratio.argmax())] for name, column in study.settings.items()}
     where = ", ".join(f"{name} {level(value)}" for name, value in values.items())
