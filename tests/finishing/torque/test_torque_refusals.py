@@ -102,7 +102,7 @@ def test_controller(options, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"kind": "lqg", "gains": PidffGains()}, "gains must be a LqgGains, for kind 'lqg'; got a PidffGains"),
+        ({"kind": "lqg", "gains": PidffGains()}, r"gains must be a LqgGains, for kind 'lqg'; got PidffGains\(\)"),
         ({"kind": "lqg", "gains": "printed"}, "gains must be a LqgGains, for kind 'lqg'; got 'printed'"),
         (
             {"motion": 3.0},

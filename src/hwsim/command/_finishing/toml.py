@@ -4,19 +4,20 @@ Keys are the names of the Python interface; numbers are in the library's units (
 Every fault is one line that names the key.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hwsim.command._physics import flag
+from hwsim._study.study import UNITS
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.plants._finishing.plant import FinishingCell
 from sdpgrind import finishing
 from sdpgrind.base import checks
+from sdpgrind.base.quantities import units_of
 from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField
 
 NORMAL_FORCE = 1.111
@@ -24,41 +25,9 @@ NORMAL_FORCE = 1.111
 KIND = "lqg"
 """Controller where none is given; chosen."""
 
-_TOOL = {
-    "contact_angle": "rad",
-    "lever_arm": "mm",
-    "azimuth": "rad",
-    "feed_rate": "mm/s",
-    "acceleration": "mm/s^2",
-    "friction_ratio": "",
-    "tool_diameter": "mm",
-    "wrist_radius": "mm",
-}
-_AXIS = {
-    "inertia": "kg m^2",
-    "contact_angular_stiffness": "N m/rad",
-    "torque_constant": "N m/A",
-    "current_limit": "A",
-    "current_range": "A",
-    "sample_time": "s",
-}
-_COUNTS = ("bits", "encoder_counts")
-_CELL = {"gap": "mm", "max_time": "s"}
-_SCATTER = {
-    "inertia": "",
-    "contact_angular_stiffness": "",
-    "torque_constant": "",
-    "friction_ratio": "",
-    "load_torque": "N m",
-    "tool_mass": "kg",
-    "height_sd": "mm",
-    "shortest_wavelength": "mm",
-}
-_TRUTH = {"friction_ratio": "", "load_torque": "N m", "tool_mass": "kg", "mass_radius": "mm", "roughness_error": ""}
-_TRUE_AXIS = {"inertia": "kg m^2", "contact_angular_stiffness": "N m/rad", "torque_constant": "N m/A"}
 _WAVE = {"amplitude": "mm", "wavelength": "mm", "phase": "rad"}
-_TABLE = {"inertia": "kg m^2", "damping": "N m s", "torque_constant": "N m/A", "kp": "A/rad", "ki": "A/(rad s)", "kd": "A s/rad"}
-_LEVELS = {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"}
+_HIDDEN = ("inertia", "contact_angular_stiffness", "torque_constant")
+"""What may differ between the axis and what is believed of it."""
 _METHODS = ("trapezoid", "toppra", "min_time")
 
 
@@ -101,20 +70,21 @@ def _job(file: Table) -> Job:
     problem = _problem(path, tool)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
     controller = file.maybe("controller")
-    force = controller.number("normal_force", "N") if controller.has("normal_force") else NORMAL_FORCE
-    controller.made(checks.positive, "normal_force", force, "N")
+    settings = _settings(controller)
+    force = settings.pop("normal_force")
     axis = _axis(problem, file.maybe("axis"))
     controller.made(_check_force, problem, axis, force)
     cell = _cell(problem, {"axis": axis, "target_force": force}, file.maybe("cell"))
-    return Job(cell, _settings(controller), method, _study(file.maybe("study")))
+    return Job(cell, settings, method, _study(file.maybe("study")))
 
 
 def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis, force: float) -> None:
     """What the motor cannot press the controller would refuse only after the planning."""
     places = problem.path.sample(per_leg=1)
     most = axis.torque_max / float(np.max(problem.torque_per_force(problem.feed_angles(places))))
+    unit = units_of(finishing.TorqueController)["normal_force"]
     if force > most:
-        raise checks.refuse("normal_force", f"<= {most:.4g}, what current_limit = {axis.current_limit:g} A presses", force, "N")
+        raise checks.refuse("normal_force", f"<= {most:.4g}, what current_limit = {axis.current_limit:g} A presses", force, unit)
 
 
 def _surface(table: Table) -> finishing.Surface:
@@ -143,41 +113,41 @@ def _path(surface: finishing.Surface, table: Table) -> finishing.Path:
         options |= table.given({"radius": "mm"})
         path = table.made(finishing.zigzag, surface, table.number("pitch", "mm"), **options)
     if table.has("deviation"):
-        path = table.made(path.blended, table.number("deviation", "mm"))
+        path = table.made(path.blended, table.number("deviation", units_of(finishing.Path)["deviation"]))
     table.done()
     return path
 
 
 def _problem(path: finishing.Path, table: Table) -> finishing.FinishingProblem:
-    options: dict[str, Any] = {**table.given(_TOOL)}
-    if table.has("heading"):
-        options["heading"] = table.take("heading")
+    options = table.values(finishing.FinishingProblem, skip=("path", "model", "arm"))
+    units = units_of(finishing.FinishingProblem)
+    options |= table.given({"wrist_radius": units["wrist_radius"]})
     if table.has("pushed"):
-        options["pushed"] = flag(table, "pushed")
+        options["pushed"] = table.flag("pushed")
     if table.has("placement"):
-        options["placement"] = tuple(table.list_of("placement", "mm"))
+        options["placement"] = tuple(table.list_of("placement", units["placement"]))
     table.done()
     return table.made(finishing.FinishingProblem, path, **options)
 
 
 def _axis(problem: finishing.FinishingProblem, table: Table) -> finishing.TorqueAxis:
-    options: dict[str, Any] = {**table.given(_AXIS), **{key: table.take(key) for key in _COUNTS if table.has(key)}}
+    options = table.values(finishing.TorqueAxis, skip=("lever_arm",))
     table.done()
     return table.made(finishing.TorqueAxis, lever_arm=problem.lever_arm, **options)
 
 
 def _settings(table: Table) -> dict[str, Any]:
-    settings: dict[str, Any] = {**table.given({"settle_time": "s"})}
-    settings |= {key: table.take(key) for key in ("kind", "observer") if table.has(key)}
+    settings = {"normal_force": NORMAL_FORCE} | table.values(finishing.TorqueController, every=False, skip=("axis",))
+    table.made(checks.positive, "normal_force", settings["normal_force"], units_of(finishing.TorqueController)["normal_force"])
     if table.has("prefilter"):
-        settings["prefilter"] = flag(table, "prefilter")
+        settings["prefilter"] = table.flag("prefilter")
     table.done()
     return settings
 
 
 def _study(table: Table) -> dict[str, Any]:
     """What a study varies, and how often; all of it may be left out."""
-    levels: dict[str, Any] = {key: tuple(table.list_of(key, unit)) for key, unit in _LEVELS.items() if table.has(key)}
+    levels: dict[str, Any] = {key: tuple(table.list_of(key, unit)) for key, unit in UNITS.items() if table.has(key)}
     levels |= table.given({"pitch": "mm"})
     levels |= {key: table.take(key) for key in ("pattern", "replicates") if table.has(key)}
     table.done()
@@ -185,41 +155,30 @@ def _study(table: Table) -> dict[str, Any]:
 
 
 def _cell(problem: finishing.FinishingProblem, options: dict[str, Any], table: Table) -> FinishingCell:
-    options = options | table.given(_CELL)
-    if table.has("scatter"):
-        options["scatter"] = _made(table.table("scatter"), CellScatter, _SCATTER)
+    options = options | table.values(FinishingCell, skip=("problem", "truth", "axis", "target_force"))
     if table.has("truth"):
         options["truth"] = _truth(CellTruth.nominal(problem, options["axis"]), table.table("truth"))
     table.done()
     return table.made(FinishingCell, problem, **options)
 
 
-def _made(table: Table, make: Callable[..., Any], units: Mapping[str, str]) -> Any:
-    """What a table of numbers makes."""
-    made = table.made(make, **table.given(units))
-    table.done()
-    return made
-
-
 def _truth(nominal: CellTruth, table: Table) -> CellTruth:
     """What the cell really is, where it is not what is believed."""
-    changes: dict[str, Any] = {**table.given(_TRUTH)}
+    changes = table.values(CellTruth, every=False, skip=("axis", "height", "table"))
     if table.has("axis"):
-        changes["axis"] = _made(table.table("axis"), nominal.axis.replace, _TRUE_AXIS)
-    if table.has("table"):
-        changes["table"] = _table(table)
+        changes["axis"] = _true_axis(nominal.axis, table.table("axis"))
+    if table.has("table"):  # false: a table that is always where it shall be
+        changes["table"] = None if table.take("table") is False else table.table("table").one(finishing.timing.TableLoop)
     if table.has("wave"):
         changes["height"] = _wave(table.table("wave"))
     table.done()
     return table.made(nominal.replace, **changes)
 
 
-def _table(table: Table) -> finishing.timing.TableLoop | None:
-    """The loop of the table: its numbers, or false for a table that is always where it shall be."""
-    if table.take("table") is False:
-        return None
-    loop: finishing.timing.TableLoop = _made(table.table("table"), finishing.timing.TableLoop, _TABLE)
-    return loop
+def _true_axis(believed: finishing.TorqueAxis, table: Table) -> finishing.TorqueAxis:
+    changes = table.given({name: units_of(finishing.TorqueAxis)[name] for name in _HIDDEN})
+    table.done()
+    return table.made(believed.replace, **changes)
 
 
 def _wave(table: Table) -> HeightField:

@@ -1,7 +1,7 @@
 """A finishing cell: a robot plays a motion over a surface, a torque-controlled axis presses the tool on it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from functools import cached_property
 from typing import TypeAlias
 
@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from hwsim.plants._finishing.machine import FinishingPart, Setup
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, part, quantity, valued
 from sdpgrind.finishing import FinishingProblem, TorqueAxis
 from sdpgrind.finishing.kernels import CellScatter as CellScatter
 from sdpgrind.finishing.kernels import CellTruth as CellTruth
@@ -20,8 +20,8 @@ from sdpgrind.finishing.path import PathSamples
 Truth: TypeAlias = CellTruth | Callable[[np.random.Generator], CellTruth] | None
 
 
-@dataclass(frozen=True)
-class FinishingCell(Frozen):
+@described()
+class FinishingCell(Described):
     """Robot-assisted finishing of one specimen: Wang and Jan (2001), section 5, with what they leave out.
 
     It accepts ``current`` of the torque axis (A; in whole steps of the converter, and clipped), a ``motion`` (array (m, 8): time
@@ -85,31 +85,19 @@ class FinishingCell(Frozen):
     (True, 0.0)
     """
 
-    problem: FinishingProblem
+    problem: FinishingProblem = part(FinishingProblem, ' (see finishing.preset("nominal"))')
     _: KW_ONLY
-    truth: Truth = None
-    scatter: CellScatter | None = None
-    axis: TorqueAxis | None = None
-    target_force: float | None = None
-    gap: float = 0.05
-    max_time: float | None = None
+    truth: Truth = part(CellTruth, ", a function of rng, or None", or_function=True, default=None)
+    scatter: CellScatter | None = part(CellScatter, " or None", default=None)
+    axis: TorqueAxis | None = part(TorqueAxis, " or None", default=None)
+    target_force: float | None = quantity("N", above=0, default=None)
+    gap: float = quantity("mm", at_least=0, usual=(0.0, 1000.0), typical=0.05, default=0.05)
+    max_time: float | None = quantity("s", above=0, default=None)
 
-    def __post_init__(self) -> None:
-        checks.kind("problem", self.problem, FinishingProblem, ' (see finishing.preset("nominal"))')
-        if self.axis is not None:
-            checks.kind("axis", self.axis, TorqueAxis, " or None")
-        checks.nonnegative("gap", self.gap, "mm")
+    def _check(self) -> None:
         lever_arm, wanted = self.torque_axis.lever_arm, self.problem.lever_arm
         if lever_arm != wanted:
             raise checks.refuse("axis.lever_arm", f"that of the problem, {wanted:g}", lever_arm, "mm")
-        if self.target_force is not None:
-            checks.positive("target_force", self.target_force, "N")
-        if self.max_time is not None:
-            checks.positive("max_time", self.max_time, "s")
-        if self.scatter is not None:
-            checks.kind("scatter", self.scatter, CellScatter, " or None")
-        if self.truth is not None and not callable(self.truth):
-            checks.kind("truth", self.truth, CellTruth, ", a function of rng, or None")
 
     @property
     def measures(self) -> Mapping[str, str]:
@@ -138,14 +126,14 @@ class FinishingCell(Frozen):
     def description(self) -> Mapping[str, float | str]:
         """Pattern, feed (mm/s), diameter of the tool (mm), gap (mm) and target force (N), for the log."""
         problem = self.problem
-        lengths = {"feed_rate": float(problem.feed_rate), "tool_diameter": float(problem.tool_diameter), "gap": float(self.gap)}
-        force = {} if self.target_force is None else {"target_force": float(self.target_force)}
-        return {"pattern": problem.path.pattern, "path_length": float(problem.path.length), **lengths, **force}
+        told = {"feed_rate": problem.feed_rate, "tool_diameter": problem.tool_diameter, "gap": self.gap}
+        force = {} if self.target_force is None else {"target_force": self.target_force}
+        return {"pattern": problem.path.pattern, "path_length": float(problem.path.length), **told, **force}
 
     @property
     def job(self) -> Mapping[str, object]:
         """Part and machine of the problem (mm, rad, mm/s), and the force (N); `truth` may differ, as nobody knows it."""
-        force = {} if self.target_force is None else {"target_force": (float(self.target_force), "N")}
+        force = {} if self.target_force is None else valued(self, ("target_force",))
         return {**self.problem.job, **force}
 
     @cached_property

@@ -1,24 +1,23 @@
 """How much higher than planned a surface is: plane waves through space, evaluated in closed form wherever the tool touches."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, array, described
 
 WAVES = 16
 """Waves of a random field: its values are close to normal, and a tick is still cheap."""
 _LONGEST = 10.0  # times the shortest wavelength
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class HeightField(Frozen, ByValue):
+@described()
+class HeightField(Described, ByValue):
     """Height of the real surface over the planned one, along its normal: a sum of plane waves through space.
 
     Height at x: sum of ``amplitude * cos(wave . x + phase)``.
@@ -47,13 +46,11 @@ class HeightField(Frozen, ByValue):
     array([ 0.1, -0.1])
     """
 
-    waves: Any
-    phases: Any
-    amplitudes: Any
+    waves: Any = array("rad/mm")
+    phases: Any = array("rad")
+    amplitudes: Any = array("mm")
 
-    def __post_init__(self) -> None:
-        for name, unit in {"waves": "rad/mm", "phases": "rad", "amplitudes": "mm"}.items():
-            object.__setattr__(self, name, lasting(checks.finite_array(name, getattr(self, name), unit)))
+    def _check(self) -> None:
         number = self.phases.size
         if self.waves.shape != (number, 3) or self.phases.shape != (number,) or self.amplitudes.shape != (number,):
             shapes = ", ".join(str(each.shape) for each in (self.waves, self.phases, self.amplitudes))

@@ -1,11 +1,10 @@
 """What nobody tells the planner of a finishing cell: what axis, tool, surface, table and roughness really are."""
 
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY
 
 import numpy as np
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, part, quantity
 from sdpgrind.finishing._plant.height import HeightField
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.timing._table_loop import TableLoop
@@ -14,8 +13,8 @@ from sdpgrind.finishing.torque._axis import TorqueAxis
 _RELATIVE = ("inertia", "contact_angular_stiffness", "torque_constant", "friction_ratio")
 
 
-@dataclass(frozen=True)
-class CellTruth(Frozen):
+@described()
+class CellTruth(Described):
     """What a finishing cell really is in one part; those who plan and control do not see it.
 
     Parameters
@@ -24,7 +23,7 @@ class CellTruth(Frozen):
         Inertia (kg m^2), stiffness of the contact (N m/rad) and torque constant (N m/A) count; lever arm, encoder, converter and
         sample time are the cell's own.
     friction_ratio : float
-        Tangential over normal force.
+        Tangential over normal force, unit 1.
     load_torque : float
         Constant torque against the motor, N m.
     tool_mass, mass_radius : float
@@ -50,27 +49,15 @@ class CellTruth(Frozen):
     0.3
     """
 
-    axis: TorqueAxis
-    friction_ratio: float
+    axis: TorqueAxis = part(TorqueAxis)
+    friction_ratio: float = quantity("1", at_least=0)
     _: KW_ONLY
-    load_torque: float = 0.0
-    tool_mass: float = 0.0
-    mass_radius: float = 50.0
-    height: HeightField = field(default_factory=HeightField.flat)
-    table: TableLoop | None = field(default_factory=TableLoop)
-    roughness_error: float | None = None
-
-    def __post_init__(self) -> None:
-        checks.kind("axis", self.axis, TorqueAxis)
-        checks.kind("height", self.height, HeightField, " (see hwsim.HeightField)")
-        checks.nonnegative("friction_ratio", self.friction_ratio)
-        checks.number("load_torque", self.load_torque, "N m")
-        checks.nonnegative("tool_mass", self.tool_mass, "kg")
-        checks.nonnegative("mass_radius", self.mass_radius, "mm")
-        if self.table is not None:
-            checks.kind("table", self.table, TableLoop, " or None")
-        if self.roughness_error is not None:
-            checks.number("roughness_error", self.roughness_error)
+    load_torque: float = quantity("N m", default=0.0)
+    tool_mass: float = quantity("kg", at_least=0, default=0.0)
+    mass_radius: float = quantity("mm", at_least=0, usual=(0.0, 5000.0), typical=50, default=50.0)
+    height: HeightField = part(HeightField, " (see hwsim.HeightField)", default_factory=HeightField.flat)
+    table: TableLoop | None = part(TableLoop, " or None", default_factory=TableLoop)
+    roughness_error: float | None = quantity("1", default=None)
 
     @classmethod
     def nominal(cls, problem: FinishingProblem, axis: TorqueAxis) -> "CellTruth":
@@ -83,17 +70,17 @@ class CellTruth(Frozen):
         axis : TorqueAxis
             The torque axis, in kg m^2, N m/rad, N m/A.
         """
-        return cls(axis, float(problem.friction_ratio))
+        return cls(axis, problem.friction_ratio)
 
 
-@dataclass(frozen=True)
-class CellScatter(Frozen):
+@described()
+class CellScatter(Described):
     """How cells differ from part to part.
 
     Parameters
     ----------
     inertia, contact_angular_stiffness, torque_constant, friction_ratio : float
-        Standard deviation of the logarithm of each; the median is that of the truth.
+        Standard deviation of the logarithm of each, unit 1; the median is that of the truth.
     load_torque : float
         Standard deviation, N m; about 0.02 N at the contact with the default.
     tool_mass : float
@@ -115,21 +102,14 @@ class CellScatter(Frozen):
     0.02
     """
 
-    inertia: float = 0.05
-    contact_angular_stiffness: float = 0.2
-    torque_constant: float = 0.02
-    friction_ratio: float = 0.1
-    load_torque: float = 0.002
-    tool_mass: float = 0.005
-    height_sd: float = 0.01
-    shortest_wavelength: float = 5.0
-
-    def __post_init__(self) -> None:
-        for name in _RELATIVE:
-            checks.within(name, getattr(self, name), 0.0, 1.0)
-        for name, unit in {"load_torque": "N m", "tool_mass": "kg", "height_sd": "mm"}.items():
-            checks.nonnegative(name, getattr(self, name), unit)
-        checks.positive("shortest_wavelength", self.shortest_wavelength, "mm")
+    inertia: float = quantity("1", at_least=0, at_most=1, default=0.05)
+    contact_angular_stiffness: float = quantity("1", at_least=0, at_most=1, default=0.2)
+    torque_constant: float = quantity("1", at_least=0, at_most=1, default=0.02)
+    friction_ratio: float = quantity("1", at_least=0, at_most=1, default=0.1)
+    load_torque: float = quantity("N m", at_least=0, default=0.002)
+    tool_mass: float = quantity("kg", at_least=0, default=0.005)
+    height_sd: float = quantity("mm", at_least=0, default=0.01)
+    shortest_wavelength: float = quantity("mm", above=0, usual=(0.02, 1e4), typical=5, default=5.0)
 
     def drawn(self, truth: CellTruth, rng: np.random.Generator) -> CellTruth:
         """Return the truth of one part, in the units of `CellTruth`.

@@ -10,8 +10,8 @@ from typing import Any, Self
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import encode, stored
+from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, valued
+from sdpgrind.base.stored import encode
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._lever import feed_angle, torque_per_force
 from sdpgrind.finishing.arm._tool import HEADINGS, checked_hold, tool_poses
@@ -22,12 +22,19 @@ from sdpgrind.finishing.surface._surface import Surface
 from sdpgrind.identify import Estimate
 
 TABLE_HEIGHT = 100.0  # mm above the base: where the generic arm has its wrist well inside its reach
-SLOWEST, FASTEST = 0.1, 1e4  # mm/s: a feed outside is in another unit
+SLOWEST, FASTEST = 0.1, 1e4
+"""Feed outside of which another unit is meant, mm/s; chosen."""
 
 
-@stored("finishing.problem")
-@dataclasses.dataclass(frozen=True)
-class FinishingProblem(Frozen):
+def _place(name: str, value: Any) -> tuple[float, ...]:
+    place = checks.finite_array(name, value, "mm")
+    if place.shape != (3,):
+        raise ValueError(f"{name} must be three coordinates (mm); got {checks.shown(value)}")
+    return tuple(place.tolist())
+
+
+@described("finishing.problem")
+class FinishingProblem(Described):
     """Follow a path over a surface with a tool on a torque-controlled axis, held by a robot, the work on an xy table.
 
     Parameters
@@ -55,7 +62,7 @@ class FinishingProblem(Frozen):
     acceleration : float
         Greatest one along the path, mm/s^2; "trapezoid" only, the other methods go by the limits of the joints.
     friction_ratio : float
-        Tangential over normal force of the tool.
+        Tangential over normal force of the tool, unit 1.
     tool_diameter : float
         Of the tool, mm: what the roughness depends on. It is not the footprint.
     wrist_radius : float or tuple of float
@@ -78,47 +85,38 @@ class FinishingProblem(Frozen):
     12.5
     """
 
-    path: Path
+    path: Path = part(Path, " (see finishing.hilbert)")
     _: dataclasses.KW_ONLY
-    model: RoughnessModel = dataclasses.field(default_factory=RoughnessModel.published)
-    arm: Arm = dataclasses.field(default_factory=Arm.generic)
-    contact_angle: float = units.deg(30.0)
-    lever_arm: float = 95.0
-    heading: str = "fixed"
-    azimuth: float = 0.0
-    pushed: bool = False
-    feed_rate: float = 25.0
-    acceleration: float = 1000.0
-    friction_ratio: float = 0.3
-    tool_diameter: float = 4.0
-    wrist_radius: float | tuple[float, ...] = 350.0
-    placement: tuple[float, float, float] | None = None
+    model: RoughnessModel = part(
+        RoughnessModel, " (see finishing.roughness.RoughnessModel.published)", default_factory=RoughnessModel.published
+    )
+    arm: Arm = part(Arm, " (see finishing.Arm.generic)", default_factory=Arm.generic)
+    contact_angle: float = quantity("rad", default=units.deg(30.0))
+    lever_arm: float = quantity("mm", above=0, usual=(0.0, 5000.0), typical=95, default=95.0)
+    heading: str = choice(*HEADINGS, default="fixed")
+    azimuth: float = quantity("rad", default=0.0)
+    pushed: bool = custom(default=False)
+    feed_rate: float = quantity("mm/s", above=0, default=25.0)
+    acceleration: float = quantity("mm/s^2", above=0, usual=(1.0, 1e7), typical=1000, default=1000.0)
+    friction_ratio: float = quantity("1", at_least=0, default=0.3)
+    tool_diameter: float = quantity("mm", above=0, usual=(0.05, 1000.0), typical=4, default=4.0)
+    wrist_radius: float | tuple[float, ...] = custom(unit="mm", default=350.0)
+    placement: tuple[float, float, float] | None = custom(_place, "mm", default=None)
 
-    def __post_init__(self) -> None:
-        checks.kind("path", self.path, Path, " (see finishing.hilbert)")
-        checks.kind("model", self.model, RoughnessModel, " (see finishing.roughness.RoughnessModel.published)")
-        checks.kind("arm", self.arm, Arm, " (see finishing.Arm.generic)")
-        checks.one_of("heading", self.heading, HEADINGS)
+    def _check(self) -> None:
         checked_hold(self.contact_angle, self.lever_arm, self.pushed)
-        for name, unit in {"feed_rate": "mm/s", "acceleration": "mm/s^2", "tool_diameter": "mm"}.items():
-            checks.positive(name, getattr(self, name), unit)
-        if abs(checks.number("azimuth", self.azimuth, "rad")) > 2 * math.pi:
-            raise checks.refuse("azimuth", "within a turn; units.deg(90) for degrees", self.azimuth, "rad")
+        if abs(self.azimuth) > 2 * math.pi:
+            raise self._refused("azimuth", "within a turn; units.deg(90) for degrees")
         if self.pushed and self.heading == "fixed":
             raise ValueError(
                 "pushed must be False where heading is 'fixed': such a tool is pushed there and dragged back; got True"
             )
         if not SLOWEST <= self.feed_rate <= FASTEST:
-            raise checks.refuse("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?", self.feed_rate, "mm/s")
+            raise self._refused("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?")
         for turned in (0.0, math.pi) if self.heading == "fixed" else (0.0,):  # a fixed tool meets every direction of feed
             self.torque_per_force(turned)
         for k, radius in enumerate(self.wrist_radii):
             checks.positive(f"wrist_radius[{k}]" if len(self.wrist_radii) > 1 else "wrist_radius", radius, "mm")
-        if self.placement is not None:
-            place = checks.finite_array("placement", self.placement, "mm")
-            if place.shape != (3,):
-                raise ValueError(f"placement must be three coordinates (mm); got {checks.shown(self.placement)}")
-            object.__setattr__(self, "placement", tuple(place.tolist()))
 
     def __repr__(self) -> str:
         path = f"{self.path.pattern} of {len(self.path.nodes)} nodes at {self.feed_rate:g} mm/s"
@@ -172,14 +170,13 @@ class FinishingProblem(Frozen):
     @cached_property
     def job(self) -> Mapping[str, object]:
         """Part and machine, name -> (value, unit); nothing that is estimated."""
-        held = {"contact_angle": (float(self.contact_angle), "rad"), "lever_arm": (float(self.lever_arm), "mm")}
         told = {"pattern": self.path.pattern, "path_length": (self.path.length, "mm"), "path_digest": _digest(self.path)}
         return {
             **told,
-            **held,
+            **valued(self, ("contact_angle", "lever_arm")),
             "heading": self.heading,
             "pushed": float(self.pushed),
-            "feed_rate": (float(self.feed_rate), "mm/s"),
+            **valued(self, ("feed_rate",)),
         }
 
     def updated(self, estimate: Estimate) -> Self:

@@ -1,7 +1,7 @@
 """A robot of five joints over a table of two: lengths, limits, poses, joints."""
 
 import math
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import ClassVar, Self
 
 import numpy as np
@@ -9,8 +9,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.base.units import deg
 from sdpgrind.finishing.arm import _forward as chain
 from sdpgrind.finishing.arm import _inverse as closed_form
@@ -21,9 +20,32 @@ UNITS = ("rad",) * 5 + ("mm",) * 2
 RISE = 0.1  # s: time to full acceleration, by which the generic arm's jerk is limited
 
 
-@stored("finishing.arm")
-@dataclass(frozen=True)
-class Arm(Frozen):
+def _positions(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
+    """Limits of position, one for each joint."""
+    found = _seven(name, values)
+    for joint, value in zip(NAMES[:5], found, strict=False):
+        if abs(value) > 4 * math.pi:
+            raise checks.refuse(f"{name} of {joint}", "within two turns; units.deg(90) for degrees", value, "rad")
+    return found
+
+
+def _rates(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
+    """Limits of speed, acceleration or jerk, one for each joint."""
+    found = _seven(name, values)
+    for joint, unit, value in zip(NAMES, UNITS, found, strict=True):
+        checks.positive(f"{name} of {joint}", value, unit)
+    return found
+
+
+def _seven(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
+    array = checks.finite_array(name, values, "rad, mm")
+    if array.shape != (7,):
+        raise ValueError(f"{name} must be seven numbers, of {', '.join(NAMES)} (rad, mm); got {checks.shown(values)}")
+    return tuple(array.tolist())
+
+
+@described("finishing.arm")
+class Arm(Described):
     """A 5-axis arm without wrist yaw, and an xy table that carries the work.
 
     Standard Denavit-Hartenberg links (theta, d, a, alpha), mm and degrees: (q1, d1, 0, 90), (q2, 0, a2, 0), (q3, 0, a3, 0),
@@ -40,9 +62,9 @@ class Arm(Frozen):
     d1, a2, a3, d5 : float
         Height of the shoulder, upper arm, forearm, wrist to P, mm.
     position_min, position_max : tuple of float
-        Limits of q1 to q5 (rad) and of the table's X and Y (mm).
+        Limits of q1 to q5 and of the table's X and Y: rad, mm.
     speed_max, acceleration_max, jerk_max : tuple of float
-        Per s, s^2 and s^3; jerk_max None: the accelerations may jump.
+        In rad/s, mm/s; in rad/s^2, mm/s^2; in rad/s^3, mm/s^3. jerk_max None: the accelerations may jump.
 
     Raises
     ------
@@ -58,29 +80,21 @@ class Arm(Frozen):
     array([476.707,   0.   , 389.731])
     """
 
-    d1: float
-    a2: float
-    a3: float
-    d5: float
+    d1: float = quantity("mm", at_least=0, usual=(0.0, 1e4), typical=400)
+    a2: float = quantity("mm", above=0, usual=(5.0, 1e4), typical=300)
+    a3: float = quantity("mm", above=0, usual=(5.0, 1e4), typical=250)
+    d5: float = quantity("mm", at_least=0, usual=(0.0, 1e4), typical=100)
     _: KW_ONLY
-    position_min: tuple[float, ...]
-    position_max: tuple[float, ...]
-    speed_max: tuple[float, ...]
-    acceleration_max: tuple[float, ...]
-    jerk_max: tuple[float, ...] | None
+    position_min: tuple[float, ...] = custom(_positions, "rad, mm")
+    position_max: tuple[float, ...] = custom(_positions, "rad, mm")
+    speed_max: tuple[float, ...] = custom(_rates, "rad/s, mm/s")
+    acceleration_max: tuple[float, ...] = custom(_rates, "rad/s^2, mm/s^2")
+    jerk_max: tuple[float, ...] | None = custom(_rates, "rad/s^3, mm/s^3")
 
     names: ClassVar[tuple[str, ...]] = NAMES
     units: ClassVar[tuple[str, ...]] = UNITS
 
-    def __post_init__(self) -> None:
-        for name in ("d1", "d5"):
-            checks.nonnegative(name, getattr(self, name), "mm")
-        for name in ("a2", "a3"):
-            checks.positive(name, getattr(self, name), "mm")
-        for name in ("position_min", "position_max", "speed_max", "acceleration_max", "jerk_max"):
-            if name == "jerk_max" and self.jerk_max is None:
-                continue
-            object.__setattr__(self, name, _seven(name, getattr(self, name), positive=not name.startswith("position")))
+    def _check(self) -> None:
         for joint, unit, low, high in zip(NAMES, UNITS, self.position_min, self.position_max, strict=True):
             if low >= high:
                 raise ValueError(f"position_max of {joint} must be > position_min ({unit}); got {high!r} and {low!r}")
@@ -110,7 +124,7 @@ class Arm(Frozen):
     @property
     def lengths(self) -> tuple[float, float, float, float]:
         """Lengths d1, a2, a3, d5, mm."""
-        return float(self.d1), float(self.a2), float(self.a3), float(self.d5)
+        return self.d1, self.a2, self.a3, self.d5
 
     def forward(self, joints: npt.ArrayLike) -> Floats:
         """Return the pose of P in the base.
@@ -282,18 +296,3 @@ def _joints(joints: npt.ArrayLike, widths: tuple[int, ...]) -> Floats:
         wanted = " or ".join(f"(..., {width})" for width in widths)
         raise ValueError(f"joints must be of shape {wanted} (rad, mm); got {array.shape}")
     return array
-
-
-def _seven(name: str, values: npt.ArrayLike, positive: bool) -> tuple[float, ...]:
-    """Seven numbers, one for each joint."""
-    array = checks.finite_array(name, values, "rad, mm")
-    if array.shape != (7,):
-        raise ValueError(f"{name} must be seven numbers, of {', '.join(NAMES)} (rad, mm); got {checks.shown(values)}")
-    if positive:
-        for joint, unit, value in zip(NAMES, UNITS, array, strict=True):
-            checks.positive(f"{name} of {joint}", float(value), unit)
-    else:
-        for joint, value in zip(NAMES[:5], array, strict=False):
-            if abs(value) > 4 * math.pi:
-                raise checks.refuse(f"{name} of {joint}", "within two turns; units.deg(90) for degrees", float(value), "rad")
-    return tuple(array.tolist())

@@ -1,6 +1,6 @@
 """A tool path over a surface: nodes in the unit square, the legs between them, and what follows on the surface."""
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -9,8 +9,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, text, units_of
 from sdpgrind.finishing.path import _contact as contact
 from sdpgrind.finishing.path import _crossed_creases as crossed_creases
 from sdpgrind.finishing.path import _door as door
@@ -34,9 +33,8 @@ BLEND = 0.05
 """Deviation of a rounded corner, pitches, where none is given."""
 
 
-@stored("finishing.path")
-@dataclass(frozen=True, eq=False, repr=False)
-class Path(Frozen):
+@described("finishing.path", eq=False)
+class Path(Described):
     """A tool path over a surface, through nodes in the unit square: Wang, section 3.
 
     Between its nodes the path is straight in the square, or a spline; the square is laid on the surface by a mapping, so that
@@ -84,23 +82,17 @@ class Path(Frozen):
            [0., 1., 0.]])
     """
 
-    surface: Surface
-    nodes: Floats
+    surface: Surface = part(Surface)
+    nodes: Floats = custom(lambda name, value: door.square_nodes(value))
     _: KW_ONLY
-    mapping: str = "parametric"
-    pattern: str = "path"
-    corners: Bools | None = None
-    smooth: bool = False
-    deviation: float = 0.0
+    mapping: str = choice(*MAPPINGS, default="parametric")
+    pattern: str = text(default="path")
+    corners: Bools | None = custom(default=None)
+    smooth: bool = custom(default=False)
+    deviation: float = quantity("mm", at_least=0, usual=(0.0, 1000.0), typical=0.1, default=0.0)
 
-    def __post_init__(self) -> None:
-        checks.kind("surface", self.surface, Surface)
-        checks.one_of("mapping", self.mapping, MAPPINGS)
-        checks.kind("pattern", self.pattern, str)
-        nodes = door.square_nodes(self.nodes)
-        object.__setattr__(self, "nodes", nodes)
-        object.__setattr__(self, "corners", door.sharp_corners(self.corners, nodes, self.smooth))
-        object.__setattr__(self, "deviation", checks.nonnegative("deviation", self.deviation, "mm"))
+    def _check(self) -> None:
+        object.__setattr__(self, "corners", door.sharp_corners(self.corners, self.nodes, self.smooth))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Path) and self._key == other._key
@@ -288,7 +280,8 @@ class Path(Frozen):
         >>> len(path.runs), len(path.blended().runs)
         (51, 1)
         """
-        return self.replace(deviation=BLEND * self.pitch if deviation is None else checks.positive("deviation", deviation, "mm"))
+        unit = units_of(Path)["deviation"]
+        return self.replace(deviation=BLEND * self.pitch if deviation is None else checks.positive("deviation", deviation, unit))
 
     def metrics(
         self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None

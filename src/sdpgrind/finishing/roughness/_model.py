@@ -1,6 +1,5 @@
 """Roughness after finishing: a law of it, not a number, from tool, path and force."""
 
-import dataclasses
 from collections.abc import Mapping
 from typing import Any, Self
 
@@ -10,16 +9,42 @@ import numpy.typing as npt
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.base.rng import Seed, generator
-from sdpgrind.base.stored import stored
 from sdpgrind.finishing.roughness._terms import NAMES, PATTERNS, SETTINGS, TERMS, checked_patterns, design
 from sdpgrind.identify import Estimate
 
 
-@stored("finishing.roughness")
-@dataclasses.dataclass(frozen=True)
-class RoughnessModel(Frozen):
+def _tuples(array: Floats) -> Any:
+    return tuple(map(_tuples, array)) if array.ndim else float(array)
+
+
+def _of_shape(*shape: int) -> Any:
+    """Check of pure numbers, kept as tuples."""
+
+    def check(name: str, value: npt.ArrayLike) -> Any:
+        array = checks.finite_array(name, value)
+        if array.shape != shape:
+            raise ValueError(f"{name} must be of shape {shape}; got {array.shape}")
+        return _tuples(array)
+
+    return check
+
+
+def _range(unit: str, default: tuple[float, float]) -> Any:
+    """Declare two numbers, 0 < low < high."""
+
+    def check(name: str, value: tuple[float, float]) -> tuple[float, float]:
+        low, high = value
+        if not 0 < checks.number(name, low, unit) < checks.number(name, high, unit):
+            raise checks.refuse(name, "two numbers, 0 < low < high", (low, high), unit)
+        return float(low), float(high)
+
+    return custom(check, unit, default=default)
+
+
+@described("finishing.roughness")
+class RoughnessModel(Described):
     """Log-normal roughness R_a of a finished surface.
 
     ``ln(R_a/µm) = intercept + hilbert5 + zigzag + tool_exponent ln(d/3.5 mm) + force_slope x + force_bend x^2``,
@@ -35,7 +60,7 @@ class RoughnessModel(Frozen):
     covariance : array_like, shape (6, 6)
         Of the coefficients, unit 1.
     freedom : float
-        Degrees of freedom that the residual rests on.
+        Degrees of freedom of the residual, unit 1.
     tool_diameter_range, normal_force_range : (float, float)
         Where it is valid, mm and N.
 
@@ -55,27 +80,15 @@ class RoughnessModel(Frozen):
     1.301
     """
 
-    coefficients: npt.ArrayLike
-    residual_sd: float
-    covariance: npt.ArrayLike = dataclasses.field(repr=False)
-    freedom: float
-    tool_diameter_range: tuple[float, float] = (3.0, 4.0)
-    normal_force_range: tuple[float, float] = (0.556, 1.667)
+    coefficients: npt.ArrayLike = custom(_of_shape(len(NAMES)), "1")
+    residual_sd: float = quantity("1", at_least=0)
+    covariance: npt.ArrayLike = custom(_of_shape(len(NAMES), len(NAMES)), "1", repr=False)
+    freedom: float = quantity("1", above=0)
+    tool_diameter_range: tuple[float, float] = _range("mm", (3.0, 4.0))
+    normal_force_range: tuple[float, float] = _range("N", (0.556, 1.667))
 
-    def __post_init__(self) -> None:
-        for name, shape in (("coefficients", (len(NAMES),)), ("covariance", (len(NAMES), len(NAMES)))):
-            array = checks.finite_array(name, getattr(self, name))
-            if array.shape != shape:
-                raise ValueError(f"{name} must be of shape {shape}; got {array.shape}")
-            object.__setattr__(self, name, _tuples(array))
+    def _check(self) -> None:
         _check_covariance(np.asarray(self.covariance))
-        checks.nonnegative("residual_sd", self.residual_sd, "1")
-        checks.positive("freedom", self.freedom)
-        for name, unit in (("tool_diameter_range", "mm"), ("normal_force_range", "N")):
-            low, high = getattr(self, name)
-            if not 0 < checks.number(name, low, unit) < checks.number(name, high, unit):
-                raise checks.refuse(name, "two numbers, 0 < low < high", (low, high), unit)
-            object.__setattr__(self, name, (float(low), float(high)))
 
     @classmethod
     def published(cls) -> Self:
@@ -300,7 +313,3 @@ def _check_covariance(matrix: Floats) -> None:
 def _inside(array: Floats, ends: tuple[float, float]) -> npt.NDArray[np.bool_]:
     """Whether values are in a range, up to rounding; NaN is not."""
     return np.asarray((array >= ends[0] * (1 - 1e-9)) & (array <= ends[1] * (1 + 1e-9)))
-
-
-def _tuples(array: Floats) -> Any:
-    return tuple(map(_tuples, array)) if array.ndim else float(array)

@@ -1,6 +1,5 @@
 """Orthogonal arrays: in any two columns, each pair of levels comes equally often."""
 
-import dataclasses
 from functools import cached_property
 from itertools import combinations
 from typing import Any
@@ -9,13 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, custom, described
 from sdpgrind.finishing.study._array_tables import TABLES, Table
 
 
-@stored("finishing.array")
-@dataclasses.dataclass(frozen=True, repr=False)
-class OrthogonalArray:
+@described("finishing.array")
+class OrthogonalArray(Described):
     """An orthogonal array of strength 2: which level each column has in each run.
 
     Parameters
@@ -40,10 +38,10 @@ class OrthogonalArray:
     OrthogonalArray(L18(2^1 3^7): 18 runs, 8 columns)
     """
 
-    name: str
-    table: npt.ArrayLike
+    name: str = custom()
+    table: npt.ArrayLike = custom()
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         table = _whole_numbers(self.table)
         object.__setattr__(self, "table", tuple(map(tuple, table.tolist())))
         for k, column in enumerate(table.T, start=1):

@@ -1,6 +1,5 @@
 """A die surface: B-spline or rational B-spline patch."""
 
-import dataclasses
 from functools import cached_property
 from typing import Any, Self
 
@@ -9,8 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, custom, described
 from sdpgrind.finishing.surface import _area as area
 from sdpgrind.finishing.surface import _degenerate as degenerate
 from sdpgrind.finishing.surface import _door as door
@@ -23,9 +21,8 @@ NOT_GIVEN: Any = ()
 KnotPair = tuple[npt.ArrayLike, npt.ArrayLike]
 
 
-@stored("finishing.surface")
-@dataclasses.dataclass(frozen=True, eq=False)
-class Surface(Frozen):
+@described("finishing.surface", eq=False)
+class Surface(Described):
     """A surface Q(u, v) of control points and basis functions, rational where it has weights (Wang, section 3).
 
     The source's sum runs to n + m + 1 in both directions; each index must run over its own control points, and k and l are
@@ -62,13 +59,13 @@ class Surface(Frozen):
     2628.747347
     """
 
-    control_points: Floats
-    degree: Pair = NOT_GIVEN
-    knots: tuple[Floats, Floats] = NOT_GIVEN
-    weights: Floats | None = None
-    outward: int = 1
+    control_points: Floats = custom(unit="mm")
+    degree: Pair = custom(default=NOT_GIVEN)
+    knots: tuple[Floats, Floats] = custom(default=NOT_GIVEN)
+    weights: Floats | None = custom(default=None)
+    outward: int = custom(default=1)
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         if self.degree is NOT_GIVEN or self.knots is NOT_GIVEN:
             raise TypeError("degree and knots must be given; Surface.bspline(control_points) gives what is usual for both")
         net = door.control_net(self.control_points)

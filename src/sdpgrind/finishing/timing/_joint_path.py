@@ -1,6 +1,5 @@
 """One smooth run: the joints as a spline over arc length."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from math import factorial
 from typing import NamedTuple
@@ -11,7 +10,7 @@ from scipy.interpolate import make_interp_spline
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, array, described, units_of
 from sdpgrind.finishing.timing import _path_kernels as path_kernels
 
 DEGREE = 5
@@ -25,8 +24,8 @@ class Pieces(NamedTuple):
     polynomials: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class JointPath(Frozen):
+@described(eq=False)
+class JointPath(Described):
     """One smooth run: a quintic spline over arc length through samples of the joints.
 
     Between two samples every joint is a polynomial; four derivatives are continuous. Fewer than six samples are joined by one
@@ -52,23 +51,18 @@ class JointPath(Frozen):
     [0.284, 10.0]
     """
 
-    length: Floats
-    joints: Floats
+    length: Floats = array("mm")
+    joints: Floats = array("rad or mm")
 
-    def __post_init__(self) -> None:
-        length = checks.finite_array("length", self.length, "mm")
-        joints = checks.finite_array("joints", self.joints, "rad or mm")
+    def _check(self) -> None:
+        length, joints = self.length, self.joints
         if length.ndim != 1 or length.size < 2:
-            raise checks.refuse("length", "of shape (m,) with m >= 2", length.shape, "mm")
+            raise self._refused("length", "of shape (m,) with m >= 2", length.shape)
         if joints.ndim != 2 or len(joints) != length.size:
-            raise checks.refuse("joints", f"of shape ({length.size}, n), as many as lengths", joints.shape, "rad or mm")
-        flat = np.flatnonzero(np.diff(length) <= 0)
-        if flat.size:
-            k = int(flat[0])
-            rule = f"rising: points {k} and {k + 1} coincide or go back"
-            raise checks.refuse("length", rule, (float(length[k]), float(length[k + 1])), "mm")
-        object.__setattr__(self, "length", length)
-        object.__setattr__(self, "joints", joints)
+            raise self._refused("joints", f"of shape ({length.size}, n), as many as lengths", joints.shape)
+        for k in np.flatnonzero(np.diff(length) <= 0)[:1]:
+            pair = float(length[k]), float(length[k + 1])
+            raise self._refused("length", f"rising: points {k} and {k + 1} coincide or go back", pair)
 
     @property
     def span(self) -> float:
@@ -106,10 +100,11 @@ class JointPath(Frozen):
             When a length is not on the run, or there is no such derivative.
         """
         order = checks.one_of("derivative", derivative, range(4))
-        where = checks.finite_array("length", length, "mm")
+        unit = units_of(JointPath)["length"]
+        where = checks.finite_array("length", length, unit)
         slack = 1e-9 * self.span
         for value in where.ravel()[(where.ravel() < self.length[0] - slack) | (where.ravel() > self.length[-1] + slack)][:1]:
-            raise checks.refuse("length", f"in [{self.length[0]:g}, {self.length[-1]:g}]", float(value), "mm")
+            raise checks.refuse("length", f"in [{self.length[0]:g}, {self.length[-1]:g}]", float(value), unit)
         return self.derivatives(where.ravel())[:, order].reshape(*where.shape, -1)
 
     def derivatives(self, length: Floats) -> Floats:

@@ -1,19 +1,17 @@
 """What the joints can do."""
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, custom, described, units_of
 
 
-@stored("finishing.limits")
-@dataclass(frozen=True)
-class JointLimits(Frozen):
+@described("finishing.limits")
+class JointLimits(Described):
     """Greatest speed, acceleration and jerk of every joint, the table's two included.
 
     Parameters
@@ -21,7 +19,7 @@ class JointLimits(Frozen):
     names : sequence of str, (n,)
         Names of the joints.
     speed_max : sequence of float, (n,)
-        Greatest speed of each, rad/s, or mm/s for one that slides.
+        Greatest speed of each, rad/s or mm/s.
     acceleration_max : sequence of float, (n,)
         Greatest acceleration, rad/s^2 or mm/s^2.
     jerk_max : sequence of float, (n,), optional
@@ -38,18 +36,17 @@ class JointLimits(Frozen):
     True
     """
 
-    names: Sequence[str]
+    names: Sequence[str] = custom(lambda name, value: checks.unique(name, tuple(value)))
     _: KW_ONLY
-    speed_max: Sequence[float]
-    acceleration_max: Sequence[float]
-    jerk_max: Sequence[float] | None = None
+    speed_max: Sequence[float] = custom(unit="rad/s or mm/s")
+    acceleration_max: Sequence[float] = custom(unit="rad/s^2 or mm/s^2")
+    jerk_max: Sequence[float] | None = custom(unit="rad/s^3 or mm/s^3", default=None)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "names", checks.unique("names", tuple(self.names)))
-        for name, power in (("speed_max", ""), ("acceleration_max", "^2"), ("jerk_max", "^3")):
+    def _check(self) -> None:
+        for name, unit in units_of(JointLimits).items():
             value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, name, _each(name, value, len(self.names), f"rad/s{power} or mm/s{power}"))
+                object.__setattr__(self, name, _each(name, value, len(self.names), unit))
 
     @property
     def table(self) -> Floats:

@@ -1,6 +1,5 @@
 """The position loop of one axis of the xy table."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +8,7 @@ import numpy.typing as npt
 from sdpgrind import control
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.finishing.timing import _table_kernels as table_kernels
 
 
@@ -38,9 +36,8 @@ class SampledTable(NamedTuple):
         return np.concatenate([np.ravel(each) for each in self])
 
 
-@stored("finishing.table_loop")
-@dataclass(frozen=True)
-class TableLoop(Frozen):
+@described("finishing.table_loop")
+class TableLoop(Described):
     """Position loop of one axis of the xy table: a motor with friction under a PID law on the position error (Wang, Sec. 3).
 
     ``J P'' + B P' = Kt (Kp e + Ki int e + Kd e')`` with e = P* - P, so that
@@ -73,18 +70,14 @@ class TableLoop(Frozen):
     0.2
     """
 
-    inertia: float = 0.002
-    damping: float = 0.01
-    torque_constant: float = 0.5
-    kp: float = 20.0
-    ki: float = 100.0
-    kd: float = 0.4
+    inertia: float = quantity("kg m^2", above=0, default=0.002)
+    damping: float = quantity("N m s", at_least=0, default=0.01)
+    torque_constant: float = quantity("N m/A", above=0, default=0.5)
+    kp: float = quantity("A/rad", above=0, default=20.0)
+    ki: float = quantity("A/(rad s)", above=0, default=100.0)
+    kd: float = quantity("A s/rad", at_least=0, default=0.4)
 
-    def __post_init__(self) -> None:
-        for name, unit in (("inertia", "kg m^2"), ("torque_constant", "N m/A"), ("kp", "A/rad"), ("ki", "A/(rad s)")):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
-        for name, unit in (("damping", "N m s"), ("kd", "A s/rad")):
-            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), unit))
+    def _check(self) -> None:
         if not (self.damping + self.torque_constant * self.kd) * self.kp > self.inertia * self.ki:
             poles = ", ".join(f"{pole:.4g}" for pole in self.poles)
             raise ValueError(

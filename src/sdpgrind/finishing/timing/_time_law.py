@@ -1,18 +1,16 @@
 """A time law: arc length over time, in pieces of constant jerk."""
 
-from dataclasses import KW_ONLY, dataclass
-from typing import NamedTuple
+from dataclasses import KW_ONLY
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, custom, described, quantity, units_of
 from sdpgrind.finishing.timing._cubic import advanced
 
-FIELDS = {"knots": "s", "length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
 JOINED = 1e-6
 """Of a law's length and of its greatest feed: by how much less a piece may end beside where the next begins."""
 
@@ -26,9 +24,13 @@ class Course(NamedTuple):
     jerk: Floats
 
 
-@stored("finishing.time_law")
-@dataclass(frozen=True, eq=False)
-class TimeLaw(Frozen):
+def _row(unit: str) -> Any:
+    """Declare finite numbers that kernels take: contiguous, and writeable as the kernels are compiled for."""
+    return custom(lambda name, value: np.ascontiguousarray(checks.finite_array(name, value, unit)), unit)
+
+
+@described("finishing.time_law", eq=False)
+class TimeLaw(Described):
     """Arc length over time from rest to rest, in pieces of constant jerk: cubic polynomials, without any further approximation.
 
     A piece with jerk 0 has constant acceleration: the square of the feed is then a straight line over arc length.
@@ -60,35 +62,32 @@ class TimeLaw(Frozen):
     (0.2, [8.75, 50.0, -1000.0, 0.0])
     """
 
-    knots: Floats
-    length: Floats
-    feed: Floats
-    acceleration: Floats
-    jerk: Floats
+    knots: Floats = _row("s")
+    length: Floats = _row("mm")
+    feed: Floats = _row("mm/s")
+    acceleration: Floats = _row("mm/s^2")
+    jerk: Floats = _row("mm/s^3")
     _: KW_ONLY
-    slowed: float = 1.0
+    slowed: float = quantity("1", above=0, default=1.0)
 
-    def __post_init__(self) -> None:
-        for name, unit in FIELDS.items():
-            object.__setattr__(self, name, np.ascontiguousarray(checks.finite_array(name, getattr(self, name), unit)))
-        object.__setattr__(self, "slowed", checks.positive("slowed", self.slowed))
+    def _check(self) -> None:
         self._check_shapes()
         self._check_jumps()
 
     def _check_shapes(self) -> None:
         """Refuse times that do not rise from 0, and pieces that do not lie between them."""
         if self.knots.ndim != 1 or self.knots.size < 2:
-            raise checks.refuse("knots", "of shape (k + 1,) with k >= 1", self.knots.shape, "s")
+            raise self._refused("knots", "of shape (k + 1,) with k >= 1", self.knots.shape)
         if self.knots[0] != 0:
-            raise checks.refuse("knots[0]", "0", float(self.knots[0]), "s")
+            raise checks.refuse("knots[0]", "0", float(self.knots[0]), units_of(TimeLaw)["knots"])
         for k in np.flatnonzero(np.diff(self.knots) < 0)[:1]:
             pair = float(self.knots[k]), float(self.knots[k + 1])
-            raise checks.refuse("knots", f"rising: knots {k} and {k + 1} go back", pair, "s")
+            raise self._refused("knots", f"rising: knots {k} and {k + 1} go back", pair)
         count = self.knots.size - 1
-        for name in list(FIELDS)[1:]:
+        for name in Course._fields:
             if getattr(self, name).shape != (count,):
                 rule = f"of shape ({count},), a piece between each two knots"
-                raise checks.refuse(name, rule, getattr(self, name).shape, FIELDS[name])
+                raise self._refused(name, rule, getattr(self, name).shape)
 
     def _check_jumps(self) -> None:
         """Refuse a piece that does not begin where the one before it ends."""
@@ -97,7 +96,9 @@ class TimeLaw(Frozen):
         for name, scale in (("length", way), ("feed", float(np.abs(self.feed).max()))):
             begin, end = getattr(self, name)[1:], getattr(ends, name)[:-1]
             for k in np.flatnonzero(np.abs(begin - end) > JOINED * scale)[:1]:
-                raise checks.refuse(f"{name}[{k + 1}]", f"where piece {k} ends, at {end[k]:.6g}", float(begin[k]), FIELDS[name])
+                raise checks.refuse(
+                    f"{name}[{k + 1}]", f"where piece {k} ends, at {end[k]:.6g}", float(begin[k]), units_of(TimeLaw)[name]
+                )
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, TimeLaw) and self._key == other._key
@@ -107,7 +108,7 @@ class TimeLaw(Frozen):
 
     @property
     def _key(self) -> tuple[object, ...]:
-        return (*(getattr(self, name).tobytes() for name in FIELDS), self.slowed)
+        return (*(getattr(self, name).tobytes() for name in ("knots", *Course._fields)), self.slowed)
 
     @property
     def duration(self) -> float:
@@ -152,7 +153,7 @@ class TimeLaw(Frozen):
         length : array, (...)
             Arc lengths on the law, mm.
         """
-        where = np.clip(checks.finite_array("length", length, "mm"), self.length[0], self.end)
+        where = np.clip(checks.finite_array("length", length, units_of(TimeLaw)["length"]), self.length[0], self.end)
         k = np.clip(np.searchsorted(self.length, where, side="right") - 1, 0, self.length.size - 1)
         low, high = self.knots[k], self.knots[k + 1]
         for _ in range(60):  # the length never falls: halving finds the time to the last digits

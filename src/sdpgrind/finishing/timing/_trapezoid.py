@@ -1,17 +1,15 @@
 """Rest to rest over a length, with limits along the path alone: the trapezoid of speed, and its variant of limited jerk."""
 
-from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.finishing.timing._time_law import TimeLaw, integrated
 
 
-@dataclass(frozen=True)
-class Trapezoid(Frozen):
+@described()
+class Trapezoid(Described):
     """Trapezoidal speed profile from rest to rest, in closed form (Wang, Fig. 9).
 
     Parameters
@@ -35,14 +33,9 @@ class Trapezoid(Frozen):
     (0.028284, 14.142, 0.28)
     """
 
-    length: float
-    speed_max: float
-    acceleration: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "length", checks.nonnegative("length", self.length, "mm"))
-        for name, unit in (("speed_max", "mm/s"), ("acceleration", "mm/s^2")):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
+    length: float = quantity("mm", at_least=0, usual=(0.0, 1e6), typical=100)
+    speed_max: float = quantity("mm/s", above=0, usual=(0.05, 1e4), typical=25)
+    acceleration: float = quantity("mm/s^2", above=0, usual=(1.0, 1e6), typical=1000)
 
     @property
     def peak(self) -> float:

@@ -7,18 +7,16 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, count, described, quantity
 
 GRAVITY = 9.81
 """m/s^2, as the source has it."""
-HEAVIEST, STRONGEST, SHORTEST = 1.0, 20.0, 1.0
-"""kg m^2, N m/A and mm beyond which another unit is meant."""
+SHORTEST = 1.0
+"""Lever arm below which another unit is meant, mm; chosen."""
 
 
-@stored("finishing.axis")
-@dataclasses.dataclass(frozen=True)
-class TorqueAxis(Frozen):
+@described("finishing.axis")
+class TorqueAxis(Described):
     """Motor that presses the tool against the surface: J theta'' = k_t i - T_f - T_L, T_f = max(0, k_e (theta - theta_s)).
 
     The contact is the spring of Wang and Jan (2001) (2) that pushes and does not pull; the motion is their (3) with k_e theta for
@@ -61,30 +59,22 @@ class TorqueAxis(Frozen):
     (1.947, 0.04)
     """
 
-    inertia: float = 0.0011
-    contact_angular_stiffness: float = 11.95
-    torque_constant: float = 0.185
+    inertia: float = quantity("kg m^2", above=0, at_most=1.0, hint=": is it in kg m^2?", default=0.0011)
+    contact_angular_stiffness: float = quantity("N m/rad", above=0, default=11.95)
+    torque_constant: float = quantity("N m/A", above=0, at_most=20.0, hint=": is it in N m/A?", default=0.185)
     _: dataclasses.KW_ONLY
-    lever_arm: float = 95.0
-    current_limit: float = 1.0
-    current_range: float = 5.0
-    bits: int = 12
-    encoder_counts: int = 20_000
-    sample_time: float = 1e-3
+    lever_arm: float = quantity("mm", above=0, usual=(0.0, 5000.0), typical=95, default=95.0)
+    current_limit: float = quantity("A", above=0, default=1.0)
+    current_range: float = quantity("A", above=0, default=5.0)
+    bits: int = count(default=12)
+    encoder_counts: int = count(default=20_000)
+    sample_time: float = quantity("s", above=0, default=1e-3)
 
-    def __post_init__(self) -> None:
-        checks.positive("contact_angular_stiffness", self.contact_angular_stiffness, "N m/rad")
-        for name, unit, most in (("inertia", "kg m^2", HEAVIEST), ("torque_constant", "N m/A", STRONGEST)):
-            if checks.positive(name, getattr(self, name), unit) > most:
-                raise checks.refuse(name, f"<= {most:g}: is it in {unit}?", getattr(self, name), unit)
-        if checks.positive("lever_arm", self.lever_arm, "mm") < SHORTEST:
-            raise checks.refuse("lever_arm", f">= {SHORTEST:g}; 95.0 for 0.095 m", self.lever_arm, "mm")
-        checks.positive("current_range", self.current_range, "A")
-        if checks.positive("current_limit", self.current_limit, "A") > self.current_range:
-            raise checks.refuse("current_limit", f"<= current_range = {self.current_range:g}", self.current_limit, "A")
-        checks.count("bits", self.bits)
-        checks.count("encoder_counts", self.encoder_counts)
-        checks.positive("sample_time", self.sample_time, "s")
+    def _check(self) -> None:
+        if self.lever_arm < SHORTEST:
+            raise self._refused("lever_arm", f">= {SHORTEST:g}; 95.0 for 0.095 m")
+        if self.current_limit > self.current_range:
+            raise self._refused("current_limit", f"<= current_range = {self.current_range:g}")
 
     @property
     def natural_frequency(self) -> float:

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from functools import cached_property
 from math import nan
 from typing import Any, ClassVar
@@ -13,12 +13,12 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, units_of
 from sdpgrind.finishing.torque import _slots as at
 from sdpgrind.finishing.torque._axis import TorqueAxis, true_axis
 from sdpgrind.finishing.torque._controller_kernels import controller_step, torque_at
 from sdpgrind.finishing.torque._gains import Gains
-from sdpgrind.finishing.torque._law import Setting, TorqueLaw, setting
+from sdpgrind.finishing.torque._law import KINDS, OBSERVERS, Setting, TorqueLaw, setting
 from sdpgrind.finishing.torque._loop import AxisLoop
 from sdpgrind.finishing.torque._model import continuous, sampled
 from sdpgrind.finishing.torque._poles import AxisPoles, check_stable, poles_of
@@ -28,8 +28,8 @@ _UNDAMPED = 0.5  # s: how long to wait for a contact that nothing damps
 _DIGEST = 12  # hexadecimal digits
 
 
-@dataclass(frozen=True, eq=False)
-class TorqueController(Stateful, Frozen):
+@described(eq=False)
+class TorqueController(Stateful, Described):
     """Hold the contact torque by the motor's current, knowing only that current and the motor's angle.
 
     ========== ============================================================================================================
@@ -89,24 +89,22 @@ class TorqueController(Stateful, Frozen):
     """
 
     _changing = ("state",)
-    axis: TorqueAxis
-    motion: Any = None
+    axis: TorqueAxis = part(TorqueAxis)
+    motion: Any = custom(default=None)
     _: KW_ONLY
-    normal_force: float
-    kind: str = "pidff"
-    gains: Gains | None = None
-    observer: str = "pid"
-    prefilter: bool = False
-    load_torque: npt.ArrayLike = 0.0
-    settle_time: float | None = None
+    normal_force: float = quantity("N", above=0)
+    kind: str = choice(*KINDS, default="pidff")
+    gains: Gains | None = custom(default=None)
+    observer: str = choice(*OBSERVERS, default="pid")
+    prefilter: bool = custom(lambda name, value: bool(value), default=False)
+    load_torque: npt.ArrayLike = custom(unit="N m", default=0.0)
+    settle_time: float | None = quantity("s", at_least=0, default=None)
 
     reports: ClassVar[Mapping[str, str]] = {"torque_estimate": "N m", "torque_ref": "N m"}
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         self.setting.check_sampling()
         check_stable(self.setting)
-        if self.settle_time is not None:
-            checks.nonnegative("settle_time", self.settle_time, "s")
         _ = self.reference
 
     @cached_property
@@ -138,7 +136,7 @@ class TorqueController(Stateful, Frozen):
     def job(self) -> Mapping[str, object]:
         """What the motion is made for, and the normal force that is held (N): `hwsim` refuses to run it for anything else."""
         planned = getattr(getattr(self.motion, "problem", None), "job", None) or {}
-        return {**planned, "target_force": (float(self.normal_force), "N")}
+        return {**planned, "target_force": (self.normal_force, units_of(type(self))["normal_force"])}
 
     @property
     def description(self) -> Mapping[str, float | str]:
@@ -158,7 +156,7 @@ class TorqueController(Stateful, Frozen):
     def settling(self) -> float:
         """How long the motion waits, s."""
         if self.settle_time is not None:
-            return float(self.settle_time)
+            return self.settle_time
         return _UNDAMPED if self.setting.gains is None else 4.0 / self.poles.slowest
 
     @cached_property

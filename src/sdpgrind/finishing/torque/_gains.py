@@ -1,6 +1,5 @@
 """Gains of the torque controllers: as printed, by poles, and of the two that the source does not have."""
 
-import dataclasses
 from math import sqrt
 from typing import Self
 
@@ -9,17 +8,13 @@ import scipy.linalg
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.parallel import one_blas_thread
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.finishing.torque._axis import TorqueAxis
 
-_PIDFF = {"kp": "1/s^2", "ki": "1/s^3", "kd": "1/s", "obs_kp": "N m/rad", "obs_ki": "N m/(rad s)", "obs_kd": "N m s/rad"}
 
-
-@stored("finishing.pidff_gains")
-@dataclasses.dataclass(frozen=True)
-class PidffGains(Frozen):
+@described("finishing.pidff_gains")
+class PidffGains(Described):
     """Gains of PID plus feedforward, Wang and Jan (2001) (6), and of its torque observer, (9).
 
     (5) has T_f + T_L where (6) has T*, as nobody measures the load. ``PidffGains()`` are the gains that the source prints in its
@@ -43,17 +38,12 @@ class PidffGains(Frozen):
     (299.3636, 226981.0, 183.0, 5.28, 70.4, 0.132)
     """
 
-    kp: float = 299.3636
-    ki: float = 226981.0
-    kd: float = 183.0
-    obs_kp: float = 5.28
-    obs_ki: float = 70.4
-    obs_kd: float = 0.132
-
-    def __post_init__(self) -> None:
-        for name, unit in _PIDFF.items():
-            checks.number(name, getattr(self, name), unit)
-        checks.positive("kd", self.kd, "1/s")
+    kp: float = quantity("1/s^2", default=299.3636)
+    ki: float = quantity("1/s^3", default=226981.0)
+    kd: float = quantity("1/s", above=0, default=183.0)
+    obs_kp: float = quantity("N m/rad", default=5.28)
+    obs_ki: float = quantity("N m/(rad s)", default=70.4)
+    obs_kd: float = quantity("N m s/rad", default=0.132)
 
     @classmethod
     def of_poles(cls, axis: TorqueAxis, *, pole: float = 61.0, observer_pole: float | None = None) -> Self:
@@ -98,9 +88,8 @@ class PidffGains(Frozen):
         return axis.inertia * self.ki / (axis.inertia * self.kp + axis.contact_angular_stiffness)
 
 
-@stored("finishing.damping_gains")
-@dataclasses.dataclass(frozen=True)
-class DampingGains(Frozen):
+@described("finishing.damping_gains")
+class DampingGains(Described):
     """Constant torque less damping: u = T* - K_v omega, K_v = 2 zeta sqrt(k_e J), omega without its slow part.
 
     What any force controller must be compared with. Like (6), which takes k_e omega for the rate of T_f, it damps the speed of
@@ -110,7 +99,7 @@ class DampingGains(Frozen):
     Parameters
     ----------
     damping : float
-        zeta, dimensionless.
+        zeta, unit 1.
     highpass_time : float
         Time constant of what takes the slow part of the speed away, s.
 
@@ -121,12 +110,8 @@ class DampingGains(Frozen):
     0.11465
     """
 
-    damping: float = 0.5
-    highpass_time: float = 0.1
-
-    def __post_init__(self) -> None:
-        checks.positive("damping", self.damping)
-        checks.positive("highpass_time", self.highpass_time, "s")
+    damping: float = quantity("1", above=0, default=0.5)
+    highpass_time: float = quantity("s", above=0, default=0.1)
 
     def speed_gain(self, axis: TorqueAxis) -> float:
         """Return K_v, N m s/rad.
@@ -139,9 +124,8 @@ class DampingGains(Frozen):
         return 2.0 * self.damping * sqrt(axis.contact_angular_stiffness * axis.inertia)
 
 
-@stored("finishing.lqg_gains")
-@dataclasses.dataclass(frozen=True)
-class LqgGains(Frozen):
+@described("finishing.lqg_gains")
+class LqgGains(Described):
     """Kalman filter over [theta, omega, d, d'] and state feedback: damping relative to the surface, not to the still world.
 
     J omega' = u - k_e theta - d, d'' white; the estimate is k_e theta + d, and
@@ -152,7 +136,7 @@ class LqgGains(Frozen):
     bandwidth : float
         w, rad/s.
     damping : float
-        zeta, dimensionless.
+        zeta, unit 1.
     density : float
         Root of the intensity of d'', N m/s^1.5: how much the surface is expected to move.
 
@@ -163,14 +147,9 @@ class LqgGains(Frozen):
     [0.2549, 37.4153, -5.5705, -300.9914]
     """
 
-    bandwidth: float = 80.0
-    damping: float = 0.9
-    density: float = 1.0
-
-    def __post_init__(self) -> None:
-        checks.positive("bandwidth", self.bandwidth, "rad/s")
-        checks.positive("damping", self.damping)
-        checks.positive("density", self.density, "N m/s^1.5")
+    bandwidth: float = quantity("rad/s", above=0, default=80.0)
+    damping: float = quantity("1", above=0, default=0.9)
+    density: float = quantity("N m/s^1.5", above=0, default=1.0)
 
     def feedback(self, axis: TorqueAxis) -> tuple[float, float]:
         """Return K1 (N m/rad) and K2 (N m s/rad).

@@ -109,12 +109,9 @@ class Setting:
 
 def setting(axis: TorqueAxis, kind: str, gains: object, observer: str, prefilter: bool) -> Setting:
     """Check what a controller is to be made of."""
-    checks.kind("axis", axis, TorqueAxis)
-    checks.one_of("kind", kind, KINDS)
-    observer = checks.one_of("observer", observer, OBSERVERS)
     if kind != "pidff" and (observer != "pid" or prefilter):
         raise ValueError(f"observer and prefilter must be left as they are with kind {kind!r}; got {observer!r} and {prefilter}")
-    return Setting(axis, kind, _gains(kind, gains), observer, bool(prefilter))
+    return Setting(axis, kind, _gains(kind, gains), observer, prefilter)
 
 
 def _gains(kind: str, gains: object) -> Gains | None:

@@ -23,14 +23,13 @@ class Reference:
 
 def reference(axis: TorqueAxis, motion: Any, normal_force: float, load_torque: npt.ArrayLike) -> Reference:
     """Reference along a motion; refused where it needs more current than there is."""
-    force = checks.positive("normal_force", normal_force, "N")
     time, per_force = (np.zeros(1), np.array([1e-3 * axis.lever_arm])) if motion is None else _motion(motion, axis)
     load = checks.finite_array("load_torque", load_torque, "N m")
     if load.shape not in ((), time.shape):
         raise ValueError(
             f"load_torque must be one number or {time.size}, one for each time of the motion; got shape {load.shape}"
         )
-    found = Reference(time, force * per_force, np.array(np.broadcast_to(load, time.shape)), per_force)
+    found = Reference(time, normal_force * per_force, np.array(np.broadcast_to(load, time.shape)), per_force)
     _check_current(axis, found)
     return found
 
