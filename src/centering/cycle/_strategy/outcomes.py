@@ -9,9 +9,8 @@ from math import sqrt
 import numpy as np
 
 from centering.cycle._strategy.outcome_kernels import FINE, stroke_for, travel_at
-from centering.push._contact.batch_kernels import push_many
 from centering.push._contact.reaction import refuse_unfinished
-from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION
+from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION, push_many
 from centering.push._machine.model import PushModel
 from centering.push._profile.gentle import gentle_profile, tap_profile
 from centering.push._profile.profile import TipProfile

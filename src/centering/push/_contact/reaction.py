@@ -6,8 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from centering.push._contact.batch_kernels import push_many
-from centering.push._contact.reaction_kernels import COLUMNS, DONE, EVENTS_MAX, TOO_MANY
+from centering.push._contact.reaction_kernels import COLUMNS, DONE, EVENTS_MAX, TOO_MANY, push_many
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats

@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.push._contact.phase_kernels import FREE, SLIP, _horizon, _mode_of, _phase, _phase_energies
-from centering.push._profile.profile_rows import STILL
+from centering.push._profile.rows import STILL
 from sdpgrind.base.compiled import compiled
 
 FINAL_POSITION, FREE_SLIDE, PEAK_FORCE, TIME, EVENTS, ENERGY_ERROR, BREAKAWAY_TIME, FINAL_SPEED = range(8)
@@ -65,6 +65,17 @@ def push(parameters, segments, start, out, log):
         speed = 0.0 if status == DONE else speed
     _finish(law, tip, tip_speed, gap, speed, out, log, sums)
     return status
+
+
+@compiled
+def push_many(parameters, segments, ends, starts, out, status):
+    """Simulate pushes: row i of `parameters` (or the only one) with the segments before ``ends[i]`` (or the only profile)."""
+    log = np.empty((0, LOG_COLUMNS))
+    for i in range(out.shape[0]):
+        profile = i if ends.size > 1 else 0
+        begin = ends[profile - 1] if profile > 0 else 0
+        law = parameters[i if parameters.shape[0] > 1 else 0]
+        status[i] = push(law, segments[begin : ends[profile]], starts[profile], out[i], log)
 
 
 @compiled

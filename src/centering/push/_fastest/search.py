@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import exp, inf, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
+from centering.push._contact.reaction import simulate_pushes
 from centering.push._fastest.model import SOLVED, STARTS, Program, Task
-from centering.push._fastest.optimal_creep import creeps
 from centering.push._fastest.push import OptimalPush, PushStatus, judged, with_friction
 from centering.push._machine.model import PushModel
 from centering.push._machine.problem import CenteringProblem
@@ -22,6 +23,9 @@ _BEFORE, _ROOM = 1.5, 1.2  # of F_s/k: how much shorter the push before a creep 
 _TRIES = 3  # creeps
 _SWING = 4.0  # of the spread: parts that break away in turn may begin so far apart
 _LEAST = 1e-9  # s
+_SPEEDS = np.geomspace(0.25, 4.0, 13)  # of (F_s - F_k)/sqrt(k M), the speed of a jump
+_LENGTHS = np.linspace(0.5, 3.0, 41)  # of F_s/k, by which the contact closes until the part breaks away
+_SHARE = 0.97  # chosen: of the stop error that a creep may use up, as the push before it changes by a hair
 
 
 @dataclass(frozen=True)
@@ -233,3 +237,35 @@ def _way_back(acceleration: float) -> Floats:
 
 def _with_way_back(stopped: TipProfile, wish: _Wish) -> TipProfile:
     return TipProfile(*np.vstack((stopped.segments, _way_back(wish.problem.limits.acceleration_max))).T)
+
+
+class Creep(NamedTuple):
+    """A slow end of a push: rows of its profile (s, mm/s, mm/s^2), its time (s), the middle of where it leaves the parts (mm).
+
+    Parts that come to rest in contact are apart by the closing of their contacts, in proportion to F_k/k. When the tip goes on
+    slowly each sticks until F_s and jumps; then the contact is closed by about (2 F_k - F_s)/k, which differs less.
+    """
+
+    rows: Floats
+    time: float
+    middle: float
+
+
+def creeps(
+    models: Sequence[PushModel], before: TipProfile, after: Floats, error: float, acceleration: float
+) -> tuple[Creep, ...]:
+    """Slow ends that bring all parts within an error (mm) of one place, by time; `after` are the rows that draw the tip back."""
+    possible = [(rows, float(rows[:, 0].sum())) for rows in _possible(models[-1], acceleration)]
+    profiles = [TipProfile(*np.vstack((before.segments, rows, after)).T) for rows, _ in possible]
+    ends = np.array([simulate_pushes(model, profiles)[:, 0] for model in models])
+    middle, reach = 0.5 * (ends.max(axis=0) + ends.min(axis=0)), 0.5 * np.ptp(ends, axis=0)
+    near = [Creep(*each, float(place)) for each, place, far in zip(possible, middle, reach, strict=True) if far <= _SHARE * error]
+    return tuple(sorted(near, key=lambda creep: creep.time))
+
+
+def _possible(model: PushModel, acceleration: float) -> list[Floats]:
+    """Rows from rest to rest, of several speeds and lengths."""
+    jump = (model.breakaway_force - model.coulomb_force) / sqrt(model.contact_stiffness * model.inertia)
+    closing = model.breakaway_force / model.contact_stiffness
+    moves = [TipProfile.move(share * closing, part * jump, acceleration) for part in _SPEEDS for share in _LENGTHS]
+    return [move.segments[move.duration > _LEAST] for move in moves]

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from centering.push._profile.profile_rows import STILL, jerk_rise, move_arguments, scaled
+from centering.push._profile.rows import STILL, jerk_rise, move_arguments, scaled
 from centering.push._profile.timing import move_peak
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue, lasting

@@ -9,7 +9,7 @@ from hwsim.command.base import Area
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
-    from hwsim.command._centering._centering_jobs import Job
+    from hwsim.command._centering.toml import Job
 
 
 class Centering(Area):
@@ -50,7 +50,7 @@ reported again.
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a machine that is what it is believed to be, with its scatter."""
-        from hwsim.command._centering._centering_jobs import Job
+        from hwsim.command._centering.toml import Job
         from hwsim.plants._centering.plant import CenteringMachine
 
         return Job(CenteringMachine(problem))
@@ -63,7 +63,7 @@ reported again.
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
         """Plan a job anew."""
-        from hwsim.command._centering._centering_jobs import planned
+        from hwsim.command._centering.toml import planned
 
         return planned(job, progress)
 
@@ -85,7 +85,7 @@ reported again.
         """Let both controllers work on the same parts, where that is asked for."""
         if not arguments.source:
             return None
-        from hwsim.command._centering._centering_compare import compared
+        from hwsim.command._centering.report import compared
 
         return compared(self, title, job, arguments)
 
