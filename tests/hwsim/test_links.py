@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hwsim._link import _backlog
-from hwsim._link._link_frames import Unpacker, packed
+from hwsim._link import courier as couriers
 from hwsim._link.courier import Courier
 from hwsim._link.links import Link, QueueLink
+from hwsim._link.tcp import Unpacker, packed
 
 MESSAGES = st.lists(st.binary(max_size=40), max_size=8)
 
@@ -244,8 +244,8 @@ def test_only_what_was_lost_is_sent_again():
 
 
 def test_a_backlog_is_a_queue_whatever_of_it_is_in_the_file(monkeypatch):
-    monkeypatch.setattr(_backlog, "NEAR", 4)
-    backlog, plain, rng = _backlog.Backlog(), deque(), np.random.default_rng(3)
+    monkeypatch.setattr(couriers, "NEAR", 4)
+    backlog, plain, rng = couriers.Backlog(), deque(), np.random.default_rng(3)
     for k in range(2000):
         if rng.random() < (0.7 if k % 400 < 200 else 0.2):
             record = rng.bytes(int(rng.integers(0, 40)))
@@ -259,7 +259,7 @@ def test_a_backlog_is_a_queue_whatever_of_it_is_in_the_file(monkeypatch):
 
 
 def test_a_host_that_is_gone_for_long_costs_no_memory_and_no_record(monkeypatch):
-    monkeypatch.setattr(_backlog, "NEAR", 100)
+    monkeypatch.setattr(couriers, "NEAR", 100)
     near, far = QueueLink().start()
     machine, host = Courier(near), Courier()
     for k in range(5000):

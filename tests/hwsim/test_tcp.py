@@ -8,10 +8,9 @@ from time import monotonic
 import numpy as np
 import pytest
 
-from hwsim._link._link_frames import packed
 from hwsim._link.courier import Courier
 from hwsim._link.links import Link
-from hwsim._link.tcp import TcpLink, TcpListener
+from hwsim._link.tcp import TcpLink, TcpListener, packed
 
 PATIENCE = 20.0  # s; nothing here takes long, but the machine may be busy
 

@@ -8,11 +8,13 @@ repeat). No time is guessed: the next sign of life tells.
 """
 
 import struct
+import tempfile
 import uuid
+import weakref
+from collections import deque
 from itertools import count
-from typing import Any, Self
+from typing import IO, Any, Self
 
-from hwsim._link._backlog import Backlog
 from hwsim._link.links import Link
 from hwsim._processor.tasks import NANOSECONDS
 from sdpgrind.base import checks
@@ -20,7 +22,9 @@ from sdpgrind.base import checks
 # kind, who sends; of whom, records in order, records behind them, last message; number of this message, oldest record, this one
 _HEADER = struct.Struct("!B8Q")
 _SIGN, _RECORD = 3, 4
-_WINDOW = 64  # records that are under way at once: bits of a word
+_WINDOW = 64  # derived: records under way at once are the bits of one word of the header
+_LENGTH = struct.Struct("!Q")  # of a record in the file of a backlog
+NEAR = 4096  # records in memory; chosen: 40 s of a controller of 100 Hz
 
 
 class Courier:
@@ -241,3 +245,49 @@ class Courier:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
+
+
+class Backlog:
+    """A queue of records: the first ones in memory, those behind them in a temporary file that ends with the process."""
+
+    def __init__(self) -> None:
+        self._near: deque[bytes] = deque()
+        self._far: IO[bytes] | None = None
+        self._read = self._behind = 0  # where in the file the next begins, how many are there
+
+    def __len__(self) -> int:
+        return len(self._near) + self._behind
+
+    def __getitem__(self, place: int) -> bytes:
+        return self._near[place]
+
+    def append(self, record: bytes) -> None:
+        """Put a record behind all others."""
+        if len(self._near) < NEAR and not self._behind:
+            self._near.append(record)
+            return
+        if self._far is None:
+            self._far = tempfile.TemporaryFile(prefix="hwsim-")  # noqa: SIM115
+            weakref.finalize(self, self._far.close)
+        self._far.seek(0, 2)
+        self._far.write(_LENGTH.pack(len(record)) + record)
+        self._behind += 1
+
+    def popleft(self) -> bytes:
+        """Take the first record away."""
+        record = self._near.popleft()
+        if self._far is not None and self._behind:
+            self._near.append(self._fetched(self._far))
+        return record
+
+    def _fetched(self, far: IO[bytes]) -> bytes:
+        """The next record of the file; an emptied file begins anew."""
+        far.seek(self._read)
+        (length,) = _LENGTH.unpack(far.read(_LENGTH.size))
+        record = far.read(length)
+        self._read += _LENGTH.size + length
+        self._behind -= 1
+        if not self._behind:
+            self._read = 0
+            far.truncate(0)
+        return record

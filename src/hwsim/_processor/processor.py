@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hwsim._processor._releases import NEVER, Motion, Released
 from hwsim._processor.schedule import Kind, Schedule
-from hwsim._processor.tasks import Task
+from hwsim._processor.tasks import NEVER, Motion, Released, Task
 from sdpgrind.base import checks
 
 Told = Collection[tuple[str, Kind]]
@@ -95,7 +94,7 @@ class Processor:
     Examples
     --------
     >>> from hwsim._processor.scheduler import Scheduler
-    >>> from hwsim._processor.tasks import Task
+    >>> from hwsim._processor.tasks import NEVER, Motion, Released, Task
     >>> core = Scheduler([Task("control", 0.01, execution_time=0.002)]).start(0)
     >>> core.next_event(5_000_000).kind.name, core.next_event(5_000_000).kind.name
     ('RELEASE', 'START')
