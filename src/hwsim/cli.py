@@ -20,7 +20,7 @@ _AREAS = (
     "hwsim.command._finishing.command",
     "hwsim.command._centering.command",
 )
-REFUSED, INTERRUPTED = 2, 130  # exit status
+REFUSED, INTERRUPTED = 2, 130  # exit status; source: argparse, and 128 + SIGINT of a shell
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -12,10 +12,10 @@ from typing import Self
 from sdpgrind.base import checks
 
 Address = tuple[str, int]
-LARGEST = 16 * 2**20  # bytes of one message; chosen
-_MARK = 0xC35A  # chosen: no text begins like this, so that a peer of another protocol fails at its first prefix
+LARGEST = 16 * 2**20  # bytes of one message; chosen: a scanned profile has some 10 kB
+_MARK = 0xC35A  # chosen: begins no text, so that a peer of another protocol fails at once
 _PREFIX = struct.Struct("!HI")
-_CHUNK = 2**16  # bytes read at once; chosen
+_CHUNK = 2**16  # bytes read at once; chosen: the usual buffer of a socket
 _CHUNKS = 64  # read in one call at most; chosen: a flood of messages does not hold up the receiver
 
 

@@ -25,7 +25,7 @@ CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, names TEXT NOT NULL, arrays BLOB NOT NULL);
 """
 _VERSION = "1"
-_PATIENCE = 60.0  # s to wait for another process that is writing
+_PATIENCE = 60.0  # s to wait for a process that writes; chosen: longer than any part takes to write
 
 
 class Journal:

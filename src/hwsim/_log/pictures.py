@@ -24,12 +24,12 @@ _PICTURES = {
     "Probe": "hwsim.plants._probe.picture",
     "WeldBeadStand": "hwsim.plants._weldbead.picture",
 }
-_MOST_LETTERS = 36  # names of controllers in more of them would run into each other
-_LINE = 48  # letters below a panel
-_TITLE = 40  # letters above a panel
-_SMALL = 0.02  # mm, s
+_MOST_LETTERS = 36  # chosen: longer names of controllers overlap
+_LINE = 48  # letters below a panel; chosen: they fit
+_TITLE = 40  # letters above a panel; chosen: they fit
+_SMALL = 0.02  # mm, s; chosen: below it labels are in the finer unit
 _FINER = {"mm": "µm", "s": "ms"}
-_MOST_PARTS = 50  # more lines than these cannot be told apart
+_MOST_PARTS = 50  # chosen: more lines cannot be told apart
 
 
 def draw(log: PartLog) -> "Figure":

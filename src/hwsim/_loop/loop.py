@@ -26,8 +26,8 @@ from sdpgrind.base.progress import Progress, silent
 from sdpgrind.base.rng import Seed, children
 
 Numbered = tuple[int, np.random.Generator]
-BLOCK = 64  # parts between two entries into the journal when an executor runs them; no matter how many workers
-PIECE = 8  # parts in one piece of work: the controller travels once for each
+BLOCK = 64  # parts between two journal entries of a parallel run, whatever its workers; chosen
+PIECE = 8  # parts in one piece of work; chosen: the controller is pickled once a piece
 
 
 def run(

@@ -9,9 +9,9 @@ import numpy as np
 
 from sdpgrind.base import checks
 
-SMALLEST_TICK = Fraction(1, 1_000_000)  # s; finer rates are for hardware, not for a simulation loop
-_SIMPLEST = 1_000_000  # largest denominator of a rate
-_ROUNDING = 1e-15  # relative; a float such as 1/60 is this close to the fraction that was meant, by chance none is
+SMALLEST_TICK = Fraction(1, 1_000_000)  # s; chosen: a finer rate is a matter of hardware
+_SIMPLEST = 1_000_000  # largest denominator of a rate; chosen: a microsecond
+_ROUNDING = 1e-15  # relative; chosen: above the rounding of a float (1/60), below any chance agreement
 
 
 def simplest(value: float) -> Fraction:

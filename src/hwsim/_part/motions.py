@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 Column = npt.NDArray[Any]
-ROWS_MAX = 64  # of a longer one the digest is enough: a path of a robot has 7000 rows, and is the same for each part
+ROWS_MAX = 64  # chosen: a robot path of 7000 rows is the same for each part, and its digest is enough
 _OF = ":"  # no name of a tier has it
 
 

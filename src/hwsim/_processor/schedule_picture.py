@@ -12,8 +12,8 @@ from sdpgrind.base import checks, pictures
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_JOBS = 60  # in the picture, where nothing else is asked for
-_MS = 1_000_000  # ns in a millisecond
+_JOBS = 60  # jobs in the picture by default; chosen: single ones can be seen
+_MS = 1_000_000  # ns in a millisecond; derived
 _WORK, _WAIT, _RELEASE, _MISSED = "tab:blue", "0.82", "0.15", "tab:red"
 _BAR, _LINE = 0.5, 0.12  # height of a bar, of the line of those that wait
 

@@ -13,7 +13,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.rng import Seed, children
 
-_ROUNDING = 1e-12
+_ROUNDING = 1e-12  # of a sum of shares; chosen: ten shares of 0.1 are a whole processor
 
 
 @dataclass(frozen=True)

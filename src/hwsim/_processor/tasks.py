@@ -13,9 +13,9 @@ from sdpgrind.base import checks
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
-NANOSECONDS = 1_000_000_000  # in a second
-NEVER = 2**62  # ns: 146 years
-DRAWN = 64  # jobs whose random numbers are drawn together; chosen
+NANOSECONDS = 1_000_000_000  # in a second; derived
+NEVER = 2**62  # ns; chosen: 146 years, and sums still fit a word
+DRAWN = 64  # jobs whose random numbers are drawn together; chosen: one call of numpy for many
 
 
 class Draw(NamedTuple):

@@ -14,8 +14,8 @@ from hwsim._replay.replay import Instant, Replay
 from sdpgrind.base import checks
 
 _COMMAND, _PLANNED, _DIGEST = "_command", "_planned", "_digest"
-_COARSE = 1e-3  # s: tick where the times of a recording are on no grid
-_EVEN = 1e-9  # s
+_COARSE = 1e-3  # s; chosen: tick of a recording whose times are on no grid
+_EVEN = 1e-9  # s; chosen: two steps of a period differ by rounding alone
 
 
 class _Accepted(dict[str, str]):

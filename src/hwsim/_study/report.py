@@ -7,8 +7,8 @@ import numpy as np
 
 from sdpgrind.base.rng import Seed
 
-_UM = 1000.0
-_PASSES, _PLACES = 3, 2001
+_UM = 1000.0  # in a millimetre; derived
+_PASSES, _PLACES = 3, 2001  # of the table of decisions; chosen
 _HEADS = ("run", "tool mm", "pattern", "feed mm/s", "force N", "held N", "sd N", "no contact", "fed mm/s", "off path mm", "Ra µm")
 
 

@@ -35,7 +35,7 @@ def _unit(factor: str | Fraction, *exponents: int) -> Unit:
 
 _TURN = Fraction(2 * math.pi)
 _FORCE, _ENERGY, _POWER, _ANGLE = (1, -2, 1), (2, -2, 1), (2, -3, 1), (0, 0, 0, 1)
-_POUND = Fraction("4.4482216152605")  # N
+_POUND = Fraction("4.4482216152605")  # N; source: 0.45359237 kg of 1959 times 9.80665 m/s^2
 _UNITS = {
     **{name: _unit(f, 1) for name, f in {"m": "1", "cm": "0.01", "mm": "0.001", "um": "1e-6", "µm": "1e-6"}.items()},
     **{name: _unit(f, 1) for name, f in {"μm": "1e-6", "in": "0.0254", "inch": "0.0254", "ft": "0.3048"}.items()},

@@ -12,7 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from hwsim._log.log import Log
 
-_SHOWN = 10  # parts printed one by one
+_SHOWN = 10  # parts printed one by one; chosen: the summary still fits a screen
 _ENDS = {"timed_out": "time was up", "slipped": "the table threw the part", "lost": "the part was lost"}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from hwsim.command.base import Area
 from sdpgrind.base.progress import Progress, silent
 
-INTERRUPTED = 130  # exit status
+INTERRUPTED = 130  # exit status; source: 128 + SIGINT of a shell
 _EVERY = 2.0  # s between lines in a pipe; chosen: work says what it does within two seconds
 
 
