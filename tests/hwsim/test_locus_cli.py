@@ -14,8 +14,7 @@ import hwsim
 import sdpgrind
 from hwsim._log.log import same
 from hwsim.cli import main
-from hwsim.command._locus.toml import DESIGNED, PRINTED
-from hwsim.command._locus.toml import read
+from hwsim.command._locus.toml import DESIGNED, PRINTED, read
 from hwsim.devices import Gauge
 from sdpgrind import locus, physics
 
@@ -95,8 +94,8 @@ def test_prints_the_best_beside_what_came_of_it(finished, capsys):
 
 
 def test_the_best_that_is_printed_is_the_best_of_the_middle(finished):
-    from hwsim.command._locus.toml import Job
     from hwsim.command._locus.report import best_rates
+    from hwsim.command._locus.toml import Job
 
     log, curve = sdpgrind.load(finished / "run.nc"), sdpgrind.load(finished / "curve.nc")
     best = best_rates(log, curve, Job(hwsim.AdaptiveGrinder(PROBLEM)))
