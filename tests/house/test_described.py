@@ -283,7 +283,7 @@ def stated_twice(source, declared):
 
 
 READ_BY_HAND = (
-    "_centering_toml.py", "_locus_toml.py", "_weldbead_stand_toml.py",
+    "_centering_toml.py", "_weldbead_stand_toml.py",
 )  # fmt: skip
 """Readers whose classes are not all described yet."""
 

@@ -2,9 +2,16 @@
 
 import pytest
 
-from sdpgrind import plunge, weldbead
+import hwsim
+from sdpgrind import locus, plunge, weldbead
 
 CYCLE = plunge.preset("simulation")
+GRINDER = hwsim.PlungeGrinder(CYCLE)
+ADAPTIVE = hwsim.AdaptiveGrinder(locus.preset("grinding"))
+GRINDING = locus.preset("grinding").model
+ROUGHNESS = locus.preset("grinding-roughness").model.grinding.roughness
+TURNING = locus.preset("turning").model
+AXIS = locus.preset("motor").model
 PROCESS = weldbead.preset("P1").model
 BEAD = weldbead.preset("P1")
 MALKIN = weldbead.MalkinBurnLimit.published(diameter=170.0)
@@ -21,6 +28,19 @@ CALLS = [
     (CYCLE, {"command_rate_max": 4.48e-5}, "mm/s, some 0.05; units.m_per_s(...) for m/s; got 4.48e-05"),
     (plunge.RoughnessLaw(), {"roughness_scale": 98}, "mm, some 0.1; units.um(...) for micrometres; got 98"),
     (plunge.Wear(0.02), {"reference_rate": 1e-5}, "mm/s, some 0.01; units.m_per_s(...) for m/s; got 1e-05"),
+    (GRINDER, {"command_quantum": 1.0}, "mm, some 0.001; units.um(...) for micrometres; got 1.0"),
+    (GRINDING, {"wheel_diameter": 0.3}, "mm, some 300; units.m(...) for metres; got 0.3"),
+    (GRINDING, {"work_diameter": 0.06}, "mm, some 60; units.m(...) for metres; got 0.06"),
+    (GRINDING, {"width": 0.0093}, "mm, some 10; units.m(...) for metres; got 0.0093"),
+    (GRINDING, {"wheel_speed": 30}, "mm/s, some 30000; units.m_per_s(...) for m/s; got 30"),
+    (ROUGHNESS, {"lead": 100}, "mm, some 0.1; units.um(...) for micrometres; got 100"),
+    (ROUGHNESS, {"lead_reference": 1e-4}, "mm, some 0.1; units.m(...) for metres; got 0.0001"),
+    (ROUGHNESS, {"chip_thickness": 0.1}, "mm, some 0.0001; units.um(...) for micrometres; got 0.1"),
+    (TURNING, {"life_speed": 3}, "mm/s, some 3000; units.m_per_s(...) for m/s; got 3"),
+    (TURNING, {"life_feed": 3e-4}, "mm, some 0.3; units.m(...) for metres; got 0.0003"),
+    (AXIS, {"angle": 3438}, "rad, some 60; units.deg(...) for degrees; got 3438"),
+    (ADAPTIVE, {"stock": 3e-4}, "mm, some 0.3; units.m(...) for metres; got 0.0003"),
+    (ADAPTIVE, {"stock": 300}, "mm, some 0.3; units.um(...) for micrometres; got 300"),
     (PROCESS, {"disk_radius": 0.09}, "mm, some 90; units.m(...) for metres; got 0.09"),
     (PROCESS, {"disk_radius": 3.5}, "mm, some 90; units.inch(...) for inches; got 3.5"),
     (PROCESS, {"free_speed": 8500}, "rad/s, some 500; units.rpm(...) for rev/min; got 8500"),
