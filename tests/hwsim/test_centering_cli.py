@@ -195,7 +195,7 @@ def test_all_that_a_file_may_say(tmp_path):
         ("tolerence = 1", "tolerence is not a key; is tolerance meant?"),
         ('tolerance = "2 kg"', "tolerance"),
         ("[part]\nmass = -1", "[part] mass must be > 0 (kg); got -1"),
-        ("[model]\nmu_static = 0.1", "[model] mu_static must be >= mu_kinetic = 0.15 (1); got 0.1"),
+        ("[model]\nmu_static = 0.1", "[model] mu_static must be >= mu_kinetic = 0.15; got 0.1"),
         ("[limits]\nspindle_speed_max = 0", "[limits] spindle_speed_max must be > 0 (rad/s); got 0"),
         ("[machine]\nstart_offset = [5, 1]", "[machine] start_offset must be of a least and a greatest"),
         ("[machine]\nstart_offset = [1, 15]", "[machine] start_offset must be <= offset_max = 10 (mm); got (1.0, 15.0)"),

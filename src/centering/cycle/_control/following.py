@@ -1,7 +1,5 @@
 """The probe is followed by a PI law of the slide's speed that brakes in time and does not wind up."""
 
-import dataclasses
-from dataclasses import dataclass
 from math import copysign, sqrt
 
 import numpy as np
@@ -9,13 +7,13 @@ import numpy.typing as npt
 
 from centering.push._profile.timing import rest_to_rest
 from sdpgrind.base import checks
-from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, array, described, quantity, units_of
 
 
-@dataclass(frozen=True)
-class FollowingGains(Frozen):
+@described()
+class FollowingGains(Described):
     """Gains of the law that follows the probe: slide speed = Kp e + Ki integral of e, e the deviation of the probe.
 
     The defaults are what `tune_following` finds for a step of a whole gap; the integral, which only makes a slow tail there, is
@@ -24,9 +22,9 @@ class FollowingGains(Frozen):
     Parameters
     ----------
     proportional : float
-        Kp, 1/s.
+        Proportional gain Kp, 1/s.
     integral : float
-        Ki, 1/s^2.
+        Integral gain Ki, 1/s^2.
 
     Raises
     ------
@@ -40,12 +38,8 @@ class FollowingGains(Frozen):
     0.057427
     """
 
-    proportional: float = 32.0
-    integral: float = 0.0
-
-    def __post_init__(self) -> None:
-        checks.positive("proportional", self.proportional, "1/s")
-        checks.nonnegative("integral", self.integral, "1/s^2")
+    proportional: float = quantity("1/s", above=0, default=32.0)
+    integral: float = quantity("1/s^2", at_least=0, default=0.0)
 
     def error_gain(self, frequency: float) -> float:
         """Return the amplitude of the deviation over that of the rim's motion: ``|E/r|`` of E/r = s^2/(s^2 + Kp s + Ki).
@@ -64,8 +58,8 @@ class FollowingGains(Frozen):
         return square / abs(complex(self.integral - square, self.proportional * frequency))
 
 
-@dataclass(frozen=True)
-class FollowingLimits(Frozen):
+@described()
+class FollowingLimits(Described):
     """What the slide can do while it follows.
 
     Parameters
@@ -75,7 +69,7 @@ class FollowingLimits(Frozen):
     acceleration : float
         Greatest acceleration, mm/s^2.
     sample_time : float
-        Of the law, s.
+        Sample time of the law, s.
 
     Raises
     ------
@@ -88,14 +82,9 @@ class FollowingLimits(Frozen):
     0.1129
     """
 
-    speed: float = 120.0
-    acceleration: float = 2560.0
-    sample_time: float = 0.01
-
-    def __post_init__(self) -> None:
-        checks.positive("speed", self.speed, "mm/s")
-        checks.positive("acceleration", self.acceleration, "mm/s^2")
-        checks.positive("sample_time", self.sample_time, "s")
+    speed: float = quantity("mm/s", above=0, usual=(0.5, 2000.0), typical=120, default=120.0)
+    acceleration: float = quantity("mm/s^2", above=0, default=2560.0)
+    sample_time: float = quantity("s", above=0, default=0.01)
 
     def least_time(self, distance: float) -> float:
         """Return the least time (s) from rest to rest over a distance: no law of following is faster.
@@ -182,8 +171,8 @@ def braking_speed(distance: float, limits: FollowingLimits) -> float:
     return sqrt(lost * lost + 2.0 * limits.acceleration * distance) - lost
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class FollowingMap(ByValue, Frozen):
+@described()
+class FollowingMap(ByValue, Described):
     """The objective of Mears (3.15), Z = t_s/t_s,nom + OV/OV_nom, over both gains.
 
     Parameters
@@ -199,22 +188,20 @@ class FollowingMap(ByValue, Frozen):
 
     Examples
     --------
-    >>> tune_following(proportional=[5.0, 32.0, 90.0], integral=[0.0, 60.0]).gains
-    FollowingGains(proportional=32.0, integral=0.0)
+    >>> tune_following(proportional=[5.0, 32.0, 90.0], integral=[0.0, 60.0])
+    FollowingMap(3 x 2 gains, the best FollowingGains(proportional=32.0, integral=0.0))
     """
 
-    proportional: Floats
-    integral: Floats
-    settling_time: Floats
-    overshoot: Floats
-    objective: Floats
-
-    def __post_init__(self) -> None:
-        for field in dataclasses.fields(self):
-            object.__setattr__(self, field.name, lasting(getattr(self, field.name)))
+    proportional: Floats = array("1/s", finite=False)
+    integral: Floats = array("1/s^2", finite=False)
+    settling_time: Floats = array("s", finite=False)
+    overshoot: Floats = array("1", finite=False)
+    objective: Floats = array("1", finite=False)
 
     def __repr__(self) -> str:
-        return f"FollowingMap({self.proportional.size} x {self.integral.size} gains, the best {self.gains})"
+        tried, best = f"{self.proportional.size} x {self.integral.size} gains", self.gains
+        told = f"FollowingGains(proportional={best.proportional}, integral={best.integral})"
+        return f"FollowingMap({tried}, the best {told})"
 
     @property
     def gains(self) -> FollowingGains:
@@ -255,14 +242,13 @@ def tune_following(
     Examples
     --------
     >>> found = tune_following()
-    >>> found.gains, round(float(found.settling_time.min()), 3)  # s
-    (FollowingGains(proportional=32.0, integral=0.0), 0.104)
+    >>> found.gains.proportional, found.gains.integral, round(float(found.settling_time.min()), 3)  # 1/s, 1/s^2, s
+    (32.0, 0.0, 0.104)
     """
     way = checks.positive("step", step, "mm")
-    kp = _gains("proportional", np.linspace(2.0, 60.0, 30) if proportional is None else proportional, "1/s")
-    ki = _gains("integral", np.linspace(0.0, 300.0, 31) if integral is None else integral, "1/s^2")
-    if kp.min() <= 0:
-        raise checks.refuse("proportional", "> 0", float(kp.min()), "1/s")
+    kp = _gains("proportional", np.linspace(2.0, 60.0, 30) if proportional is None else proportional)
+    ki = _gains("integral", np.linspace(0.0, 300.0, 31) if integral is None else integral)
+    checks.positive("proportional", float(kp.min()), units_of(FollowingGains)["proportional"])
     nominal = checks.positive("settling_nominal", settling_nominal, "s"), checks.positive("overshoot_nominal", overshoot_nominal)
     settling, overshoot = _responses(way, limits or FollowingLimits(), kp, ki)
     return FollowingMap(kp, ki, settling, overshoot, settling / nominal[0] + overshoot / nominal[1])
@@ -273,12 +259,12 @@ _FINE = 10  # looks at the slide within a sample
 _SETTLED = 0.01  # of the step
 
 
-def _gains(name: str, values: npt.ArrayLike, unit: str) -> Floats:
+def _gains(name: str, values: npt.ArrayLike) -> Floats:
     """A copy of gains to be tried."""
-    array = np.atleast_1d(checks.finite_array(name, values, unit)).astype(float)
-    if array.min() < 0:
-        raise checks.refuse(name, ">= 0", float(array.min()), unit)
-    return array
+    unit = units_of(FollowingGains)[name]
+    gains = np.atleast_1d(checks.finite_array(name, values, unit)).astype(float)
+    checks.nonnegative(name, float(gains.min()), unit)
+    return gains
 
 
 def _responses(step: float, limits: FollowingLimits, kp: Floats, ki: Floats) -> tuple[Floats, Floats]:

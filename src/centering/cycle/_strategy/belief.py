@@ -1,13 +1,10 @@
 """What a part's pushes say of its friction: mean and standard deviation of the friction scale."""
 
-import dataclasses
 from math import sqrt
 from typing import NamedTuple
 
 from centering.push._machine.problem import PushScatter
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 
 
 class Belief(NamedTuple):
@@ -25,9 +22,8 @@ class Belief(NamedTuple):
     evidence: float
 
 
-@stored("centering.belief")
-@dataclasses.dataclass(frozen=True)
-class FrictionScaleBelief(Frozen):
+@described("centering.belief")
+class FrictionScaleBelief(Described):
     """Belief about the friction scale of a part: friction over that of the model, both coefficients together.
 
     The scale of a part is 1 with a standard deviation of `part_sd`; each push scatters about it by `push_sd`. After n pushes that
@@ -53,12 +49,8 @@ class FrictionScaleBelief(Frozen):
     (0.0894, 3.0)
     """
 
-    part_sd: float
-    push_sd: float
-
-    def __post_init__(self) -> None:
-        checks.nonnegative("part_sd", self.part_sd, "relative")
-        checks.nonnegative("push_sd", self.push_sd, "relative")
+    part_sd: float = quantity("relative", at_least=0)
+    push_sd: float = quantity("relative", at_least=0)
 
     @classmethod
     def of(cls, scatter: PushScatter) -> "FrictionScaleBelief":

@@ -1,6 +1,5 @@
 """What pushes do: travel of the part by kind of push, stroke of the tip and friction, simulated exactly and kept in a table."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import cached_property, partial
@@ -14,12 +13,10 @@ from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION, pu
 from centering.push._machine.model import PushModel
 from centering.push._profile.gentle import gentle_profile, tap_profile
 from centering.push._profile.profile import TipProfile
-from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.parallel import execute
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, array, choice, custom, described, flag, quantity
 
 _FIRST, _EACH, _SCALES = -1.6, 1.0 / 15.0, 62  # of the friction scales, as areas sinh
 FRICTION_SCALES = 1.0 + FINE * np.sinh(_FIRST + _EACH * np.arange(_SCALES))
@@ -32,9 +29,8 @@ _SPREAD = 0.045
 """Standard deviation of the friction scale over which the mean travel is taken: about that of a push once a few were seen."""
 
 
-@stored("centering.push_kind")
-@dataclasses.dataclass(frozen=True)
-class PushKind(Frozen):
+@described("centering.push_kind")
+class PushKind(Described):
     """How a tip pushes.
 
     Parameters
@@ -58,14 +54,9 @@ class PushKind(Frozen):
     'trapezoid 10 mm/s, drawn back'
     """
 
-    shape: str
-    push_speed: float
-    retract: bool
-
-    def __post_init__(self) -> None:
-        checks.one_of("shape", self.shape, ("trapezoid", "gentle"))
-        checks.positive("push_speed", self.push_speed, "mm/s")
-        checks.kind("retract", self.retract, bool)
+    shape: str = choice("trapezoid", "gentle")
+    push_speed: float = quantity("mm/s", above=0, usual=(0.01, 2000.0), typical=20)
+    retract: bool = flag()
 
     @property
     def name(self) -> str:
@@ -106,9 +97,8 @@ def default_kinds(top_speed: float) -> tuple[PushKind, ...]:
     return (*taps, PushKind("trapezoid", top_speed, True), PushKind("trapezoid", min(10.0, top_speed), False), *gentle)
 
 
-@stored("centering.outcomes")
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class OutcomeTable(ByValue, Frozen):
+@described("centering.outcomes")
+class OutcomeTable(ByValue, Described):
     """Travel of a part by kind of push, stroke and friction scale.
 
     Attributes
@@ -125,20 +115,17 @@ class OutcomeTable(ByValue, Frozen):
         Greatest stroke that a kind of push is used for.
     """
 
-    kinds: tuple[PushKind, ...]
-    first_stroke: float
-    stroke_ratio: float
-    travel: Floats
-    contact_time: Floats
-    last: Floats
+    kinds: tuple[PushKind, ...] = custom()
+    first_stroke: float = custom(unit="mm")
+    stroke_ratio: float = custom(unit="1")
+    travel: Floats = array("mm", finite=False)
+    contact_time: Floats = array("s", finite=False)
+    last: Floats = array("1", np.int64, finite=False)
 
-    def __post_init__(self) -> None:
-        for name, kind in (("travel", float), ("contact_time", float), ("last", np.int64)):
-            object.__setattr__(self, name, lasting(getattr(self, name), kind))
+    def _check(self) -> None:
         if self.travel.shape[-1] != _SCALES:
-            raise checks.refuse(
-                "travel", f"of shape (K, S, {_SCALES}), as a plan of this version has it", self.travel.shape, "mm"
-            )
+            rule = f"of shape (K, S, {_SCALES}), as a plan of this version has it"
+            raise self._refused("travel", rule, self.travel.shape)
 
     def __repr__(self) -> str:
         last = self.first_stroke * self.stroke_ratio ** (self.travel.shape[1] - 1)

@@ -1,24 +1,20 @@
 """How long things take between two pushes, and how fast the table may turn at an offset."""
 
-import dataclasses
 from math import pi, sqrt
 
 import numpy as np
 
 from centering.push._machine.model import GRAVITY
 from centering.push._machine.problem import CenteringProblem
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 
 _MARGIN = 0.6  # share of the friction at rest that turning with the table may use up
 _REACH = 60.0  # mm/s: how fast the rim may come toward the tip, so that the tip outruns it
 
 
-@stored("centering.cycle_timing")
-@dataclasses.dataclass(frozen=True)
-class CycleTiming(Frozen):
+@described("centering.cycle_timing")
+class CycleTiming(Described):
     """What a cycle takes besides its pushes; the defaults suit `CenteringController`.
 
     Parameters
@@ -41,14 +37,9 @@ class CycleTiming(Frozen):
     0.1
     """
 
-    measuring_arc: float = 1.6
-    busy_time: float = 0.1
-    first_arc: float = 0.3
-
-    def __post_init__(self) -> None:
-        checks.positive("measuring_arc", self.measuring_arc, "rad")
-        checks.positive("busy_time", self.busy_time, "s")
-        checks.positive("first_arc", self.first_arc, "rad")
+    measuring_arc: float = quantity("rad", above=0, usual=(0.001, 20.0), typical=1.6, default=1.6)
+    busy_time: float = quantity("s", above=0, default=0.1)
+    first_arc: float = quantity("rad", above=0, usual=(0.001, 20.0), typical=0.3, default=0.3)
 
     def start_time(self, speed: float, acceleration: float) -> float:
         """Return the mean time from rest to first touch, s: acceleration (rad/s^2) to a speed (rad/s), measuring, half a turn."""

@@ -1,14 +1,11 @@
 """A ring on a table and the tip that pushes it: mass, friction, contact."""
 
-import dataclasses
 from typing import ClassVar
 
 import numpy as np
 
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, part, quantity
 from sdpgrind.base.warned import warn
 
 GRAVITY = 9807.0
@@ -16,51 +13,37 @@ GRAVITY = 9807.0
 
 _NEWTON = 1e-3  # N s^2/mm of a kg
 
-# What no ring and no tip reaches, in the library's units, and what was meant then.
-_HEAVIEST, _STIFFEST, _ROUGHEST = 500.0, 2e5, 2.0
+_ROUGHEST = 2.0  # chosen: no dry contact has such a coefficient of friction; percent are meant then
 
 
-def below(name: str, value: float, most: float, unit: str, hint: str) -> float:
-    """Return a number; one so large that it smells of another unit is refused with the way to write it."""
-    if value >= most:
-        raise checks.refuse(name, f"< {most:g}; {hint}", value, unit)
-    return value
-
-
-@stored("centering.part")
-@dataclasses.dataclass(frozen=True)
-class Part(Frozen):
+@described("centering.part")
+class Part(Described):
     """A ring that lies on the table.
 
     Parameters
     ----------
     mass : float
-        kg.
+        Mass of the ring, kg.
     radius : float
-        Of the surface that is pushed, mm.
+        Radius of the surface that is pushed, mm.
 
     Raises
     ------
     ValueError
-        When a value is not > 0, or a mass smells of grams.
+        When a value is not > 0, or smells of another unit.
 
     Examples
     --------
     >>> Part(mass=18.9, radius=89.5)
-    Part(mass=18.9, radius=89.5)
+    Part(mass=18.9 kg, radius=89.5 mm)
     """
 
-    mass: float
-    radius: float
-
-    def __post_init__(self) -> None:
-        below("mass", checks.positive("mass", self.mass, "kg"), _HEAVIEST, "kg", "grams/1000")
-        checks.positive("radius", self.radius, "mm")
+    mass: float = quantity("kg", above=0, below=500.0, hint="; grams/1000")
+    radius: float = quantity("mm", above=0, usual=(5.0, 5000.0), typical=90)
 
 
-@stored("centering.push_model")
-@dataclasses.dataclass(frozen=True)
-class PushModel(Frozen):
+@described("centering.push_model")
+class PushModel(Described):
     """A part that a tip pushes over a table with friction: M x'' = F_c - F_f, Mears (5.26) and (5.27) with the signs mended.
 
     The contact is a spring and a damper that only push; the friction is `breakaway_force` at rest, and `coulomb_force` with a
@@ -71,15 +54,15 @@ class PushModel(Frozen):
     part : Part
         Mass (kg) and radius (mm); `replace` takes ``mass`` and ``radius`` too.
     contact_stiffness : float
-        k, N/mm.
+        Stiffness k of the contact, N/mm.
     contact_damping : float
-        b, N s/mm.
+        Damping b of the contact, N s/mm.
     mu_static, mu_kinetic : float
-        Coefficients of friction at rest and in motion, dimensionless.
+        Coefficients of friction at rest and in motion, unit 1.
     viscous_coefficient : float
-        k_v, N s/mm.
+        Viscous friction k_v, N s/mm.
     restitution : float
-        Ratio of speeds after and before a free impact, Mears (3.11), dimensionless.
+        Ratio of speeds after and before a free impact, Mears (3.11), unit 1.
 
     Raises
     ------
@@ -93,32 +76,21 @@ class PushModel(Frozen):
     >>> round(model.breakaway_force, 4), round(model.coulomb_force, 4), round(model.stick_slip_quantum, 6)  # N, N, mm
     (37.0705, 27.8028, 0.015446)
     >>> model.replace(mass=0.8).part
-    Part(mass=0.8, radius=89.5)
+    Part(mass=0.8 kg, radius=89.5 mm)
     """
 
-    part: Part
-    contact_stiffness: float
-    contact_damping: float
-    mu_static: float
-    mu_kinetic: float
-    viscous_coefficient: float = 0.0
-    restitution: float = 0.85
+    part: Part = part(Part)
+    contact_stiffness: float = quantity("N/mm", above=0, below=2e5, hint="; N/m over 1000")
+    contact_damping: float = quantity("N s/mm", at_least=0)
+    mu_static: float = quantity("1", above=0, below=_ROUGHEST, hint="; percent/100")
+    mu_kinetic: float = quantity("1", above=0, below=_ROUGHEST, hint="; percent/100")
+    viscous_coefficient: float = quantity("N s/mm", at_least=0, default=0.0)
+    restitution: float = quantity("1", at_least=0, at_most=1, default=0.85)
     _inside: ClassVar[str] = "part"
 
-    def __post_init__(self) -> None:
-        checks.kind("part", self.part, Part)
-        stiffness = checks.positive("contact_stiffness", self.contact_stiffness, "N/mm")
-        below("contact_stiffness", stiffness, _STIFFEST, "N/mm", "N/m over 1000")
-        checks.nonnegative("contact_damping", self.contact_damping, "N s/mm")
-        below("mu_kinetic", checks.positive("mu_kinetic", self.mu_kinetic, "1"), _ROUGHEST, "1", "percent/100")
-        checks.nonnegative("viscous_coefficient", self.viscous_coefficient, "N s/mm")
-        checks.within("restitution", self.restitution, 0.0, 1.0, "1")
-        self._check_static()
-
-    def _check_static(self) -> None:
-        below("mu_static", checks.positive("mu_static", self.mu_static, "1"), _ROUGHEST, "1", "percent/100")
+    def _check(self) -> None:
         if self.mu_static < self.mu_kinetic:
-            raise checks.refuse("mu_static", f">= mu_kinetic = {self.mu_kinetic:g}", self.mu_static, "1")
+            raise self._refused("mu_static", f">= mu_kinetic = {self.mu_kinetic:g}")
         if self.mu_static == self.mu_kinetic:
             warn(f"mu_static equals mu_kinetic = {self.mu_kinetic:g}: the part will not stick and slip")
 

@@ -1,57 +1,30 @@
 """What is to be centred: the model of the push, the machine's limits, how much pushes scatter, how near is near enough."""
 
-import dataclasses
 from collections.abc import Mapping
 from math import inf, isfinite
 from typing import ClassVar, Self
 
-from centering.push._machine.model import PushModel, below
+from centering.push._machine.model import PushModel
 from sdpgrind import units
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, count, described, part, quantity, valued
 from sdpgrind.identify import Estimate, Status
 
 _RAPID = 5000.0 / 60.0  # mm/s: 5000 mm/min, the fastest that the source's slide is told to go
 
-_SPEEDS = ("approach_speed", "push_speed_max", "slide_speed_max")
-_OTHERS = {
-    "acceleration_max": "mm/s^2",
-    "safety": "mm",
-    "follow_gap": "mm",
-    "spindle_speed_max": "rad/s",
-    "spindle_acceleration_max": "rad/s^2",
-    "sample_time": "s",
-    "stroke_offset_max": "mm",
-}
-# What no machine reaches: number, unit, what was meant then.
-_TOO_MUCH = {
-    "slide_speed_max": (2000.0, "mm/s", "mm/min over 60"),
-    "settle_time": (5.0, "s", "ms/1000"),
-    "safety": (100.0, "mm", "units.um(...) for micrometres"),
-    "follow_gap": (200.0, "mm", "units.um(...) for micrometres"),
-    "spindle_speed_max": (30.0, "rad/s", "units.rpm(...) for rev/min"),
-    "sample_time": (1.0, "s", "ms/1000"),
-    "stroke_offset_max": (50.0, "mm", "units.um(...) for micrometres"),
-}
-_SLOWEST = 20.0  # mm/s^2
-_SCATTERED = {
-    "direction_sd": (0.3, "rad", "units.deg(...) for degrees"),
-    "stop_sd": (0.1, "mm", "units.um(...) for micrometres"),
-    "measuring_sd": (0.1, "mm", "units.um(...) for micrometres"),
-}
-_COARSEST = 0.1  # of the greatest offset: a ring that is centred to that needs no push
+_SLOWEST = 20.0  # mm/s^2, chosen: a slide that gains speed more slowly does not push; m/s^2 are meant then
+_MICROMETRES = "; units.um(...) for micrometres"
+_COARSEST = 0.1  # chosen: of the greatest offset; a ring that need not be centred better needs no push
 
 
-@stored("centering.limits")
-@dataclasses.dataclass(frozen=True)
-class CenteringLimits(Frozen):
+@described("centering.limits")
+class CenteringLimits(Described):
     """What slide, table and controller can do; the defaults are those of the source.
 
     Parameters
     ----------
     approach_speed, push_speed_max : float
-        Speed of the rapid approach v_r, and the greatest of a push, mm/s.
+        Speed of the rapid approach v_r and greatest speed of a push, mm/s.
     slide_speed_max : float
         Greatest speed of the slide, mm/s.
     acceleration_max : float
@@ -63,11 +36,11 @@ class CenteringLimits(Frozen):
     follow_gap : float
         Distance from the rim to the pusher tip while the probe follows, mm.
     spindle_speed_max : float
-        rad/s.
+        Greatest speed of the table, rad/s.
     spindle_acceleration_max : float
-        rad/s^2.
+        Greatest acceleration of the table, rad/s^2.
     sample_time : float
-        Of the controller, s.
+        Sample time of the controller, s.
     stroke_offset_max : float
         Greatest running correction of the stroke, mm.
 
@@ -82,48 +55,54 @@ class CenteringLimits(Frozen):
     (120.0, 5.0)
     """
 
-    approach_speed: float = _RAPID
-    push_speed_max: float = _RAPID
-    slide_speed_max: float = 120.0
-    acceleration_max: float = 2560.0
-    settle_time: float = 0.05
-    safety: float = 0.5
-    follow_gap: float = 7.928
-    spindle_speed_max: float = units.rpm(100.0)
-    spindle_acceleration_max: float = 10.0
-    sample_time: float = 0.01
-    stroke_offset_max: float = 0.5
+    approach_speed: float = quantity("mm/s", above=0, usual=(0.5, 2000.0), typical=80, default=_RAPID)
+    push_speed_max: float = quantity("mm/s", above=0, usual=(0.5, 2000.0), typical=80, default=_RAPID)
+    slide_speed_max: float = quantity(
+        "mm/s", above=0, below=2000.0, hint="; mm/min over 60", usual=(0.5, 2000.0), typical=120, default=120.0
+    )
+    acceleration_max: float = quantity("mm/s^2", above=0, default=2560.0)
+    settle_time: float = quantity("s", at_least=0, below=5.0, hint="; ms/1000", default=0.05)
+    safety: float = quantity("mm", above=0, below=100.0, hint=_MICROMETRES, usual=(0.005, 100.0), typical=0.5, default=0.5)
+    follow_gap: float = quantity("mm", above=0, below=200.0, hint=_MICROMETRES, usual=(0.1, 200.0), typical=8, default=7.928)
+    spindle_speed_max: float = quantity(
+        "rad/s",
+        above=0,
+        below=30.0,
+        hint="; units.rpm(...) for rev/min",
+        usual=(0.05, 30.0),
+        typical=10,
+        default=units.rpm(100.0),
+    )
+    spindle_acceleration_max: float = quantity("rad/s^2", above=0, default=10.0)
+    sample_time: float = quantity("s", above=0, below=1.0, hint="; ms/1000", default=0.01)
+    stroke_offset_max: float = quantity(
+        "mm", above=0, below=50.0, hint=_MICROMETRES, usual=(0.001, 50.0), typical=0.5, default=0.5
+    )
 
-    def __post_init__(self) -> None:
-        speeds = {name: checks.positive(name, getattr(self, name), "mm/s") for name in _SPEEDS}
+    def _check(self) -> None:
+        speeds = {name: getattr(self, name) for name in ("approach_speed", "push_speed_max")}
         fast = {name: speed for name, speed in speeds.items() if speed > self.slide_speed_max}
         if fast:
             rule = f"<= slide_speed_max = {self.slide_speed_max:g}; lower {'it' if len(fast) == 1 else 'both'}"
             raise checks.refuse(" and ".join(fast), rule, max(fast.values()), "mm/s")
-        for name, unit in _OTHERS.items():
-            checks.positive(name, getattr(self, name), unit)
-        checks.nonnegative("settle_time", self.settle_time, "s")
-        for name, (most, unit, hint) in _TOO_MUCH.items():
-            below(name, getattr(self, name), most, unit, hint)
         if self.acceleration_max <= _SLOWEST:
-            raise checks.refuse("acceleration_max", f"> {_SLOWEST:g}; 1000 times m/s^2", self.acceleration_max, "mm/s^2")
+            raise self._refused("acceleration_max", f"> {_SLOWEST:g}; 1000 times m/s^2")
 
 
-@stored("centering.scatter")
-@dataclasses.dataclass(frozen=True)
-class PushScatter(Frozen):
+@described("centering.scatter")
+class PushScatter(Described):
     """How much pushes differ, as standard deviations.
 
     Parameters
     ----------
     friction_part_sd, friction_push_sd : float
-        Of the friction from part to part, and from push to push of a part, relative; both coefficients move together.
+        Friction from part to part and from push to push of a part, relative; both coefficients move together.
     direction_sd : float
-        Of the direction of a push, rad.
+        Direction of a push, rad.
     stop_sd : float
-        Of the place where the slide stops, mm.
+        Place where the slide stops, mm.
     measuring_sd : float
-        Of a measured offset, in each direction, mm.
+        Measured offset, in each direction, mm.
 
     Raises
     ------
@@ -136,33 +115,24 @@ class PushScatter(Frozen):
     (0.08, 0.0)
     """
 
-    friction_part_sd: float = 0.08
-    friction_push_sd: float = 0.04
-    direction_sd: float = units.deg(1.5)
-    stop_sd: float = 0.5e-3
-    measuring_sd: float = 0.3e-3
+    friction_part_sd: float = quantity("relative", at_least=0, default=0.08)
+    friction_push_sd: float = quantity("relative", at_least=0, default=0.04)
+    direction_sd: float = quantity("rad", at_least=0, below=0.3, hint="; units.deg(...) for degrees", default=units.deg(1.5))
+    stop_sd: float = quantity("mm", at_least=0, below=0.1, hint=_MICROMETRES, default=0.5e-3)
+    measuring_sd: float = quantity("mm", at_least=0, below=0.1, hint=_MICROMETRES, default=0.3e-3)
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         for name in ("friction_part_sd", "friction_push_sd"):
-            if checks.nonnegative(name, getattr(self, name), "relative") >= 1:
-                raise checks.refuse(name, "in [0, 1)", getattr(self, name), "relative")
-        for name, (most, unit, hint) in _SCATTERED.items():
-            below(name, checks.nonnegative(name, getattr(self, name), unit), most, unit, hint)
+            if getattr(self, name) >= 1:
+                raise self._refused(name, "in [0, 1)")
 
 
-_MACHINE = {
-    "slide_speed_max": "mm/s",
-    "acceleration_max": "mm/s^2",
-    "follow_gap": "mm",
-    "spindle_speed_max": "rad/s",
-    "spindle_acceleration_max": "rad/s^2",
-}
+_MACHINE = ("slide_speed_max", "acceleration_max", "follow_gap", "spindle_speed_max", "spindle_acceleration_max")
 _ESTIMATED = ("mu_static", "mu_kinetic", "viscous_coefficient", "contact_stiffness", "contact_damping")
 
 
-@stored("centering.problem")
-@dataclasses.dataclass(frozen=True)
-class CenteringProblem(Frozen):
+@described("centering.problem")
+class CenteringProblem(Described):
     """Bring a ring to the axis of a turning table by pushes, in the least time.
 
     Parameters
@@ -178,7 +148,7 @@ class CenteringProblem(Frozen):
     offset_max : float
         Greatest offset that a part begins with, mm; smaller than its radius.
     pushes_max : int
-        After so many pushes a part is given up.
+        Number of pushes after which a part is given up.
 
     Raises
     ------
@@ -195,36 +165,26 @@ class CenteringProblem(Frozen):
     5.0
     """
 
-    model: PushModel
-    limits: CenteringLimits = dataclasses.field(default_factory=CenteringLimits)
-    scatter: PushScatter = dataclasses.field(default_factory=PushScatter)
-    tolerance: float = 0.0025
-    offset_max: float = 10.0
-    pushes_max: int = 60
+    model: PushModel = part(PushModel)
+    limits: CenteringLimits = part(CenteringLimits, default_factory=CenteringLimits)
+    scatter: PushScatter = part(PushScatter, default_factory=PushScatter)
+    tolerance: float = quantity("mm", above=0, usual=(2e-5, 10.0), typical=0.0025, default=0.0025)
+    offset_max: float = quantity("mm", above=0, usual=(0.001, 1000.0), typical=10, default=10.0)
+    pushes_max: int = count(default=60)
     _inside: ClassVar[tuple[str, ...]] = ("model", "limits", "scatter")
 
-    def __post_init__(self) -> None:
-        checks.kind("model", self.model, PushModel)
-        checks.kind("limits", self.limits, CenteringLimits)
-        checks.kind("scatter", self.scatter, PushScatter)
-        checks.positive("tolerance", self.tolerance, "mm")
-        checks.count("pushes_max", self.pushes_max)
-        coarsest = _COARSEST * checks.positive("offset_max", self.offset_max, "mm")
+    def _check(self) -> None:
+        coarsest = _COARSEST * self.offset_max
         if self.tolerance >= coarsest:
-            rule = f"< a tenth of offset_max, {coarsest:g}; units.um(...) for micrometres"
-            raise checks.refuse("tolerance", rule, self.tolerance, "mm")
+            raise self._refused("tolerance", f"< a tenth of offset_max, {coarsest:g}{_MICROMETRES}")
         if self.offset_max >= self.model.part.radius:
-            raise checks.refuse("offset_max", f"< the radius of the part = {self.model.part.radius:g}", self.offset_max, "mm")
+            raise self._refused("offset_max", f"< the radius of the part = {self.model.part.radius:g}")
 
     @property
     def job(self) -> Mapping[str, tuple[float, str]]:
         """What tells part and machine from others, with units: mass kg, lengths mm, speeds mm/s and rad/s, and so on."""
-        part = {
-            "mass": (self.model.part.mass, "kg"),
-            "radius": (self.model.part.radius, "mm"),
-            "tolerance": (self.tolerance, "mm"),
-        }
-        return part | {name: (float(getattr(self.limits, name)), unit) for name, unit in _MACHINE.items()}
+        told = valued(self.model.part, ("mass", "radius")) | valued(self, ("tolerance",))
+        return told | valued(self.limits, _MACHINE)
 
     @property
     def quantum_note(self) -> str:

@@ -1,7 +1,6 @@
 """Where a push is expected to leave the ring, and how sure that is."""
 
 from cmath import exp, phase
-from dataclasses import dataclass
 from math import hypot, sqrt
 
 import numpy as np
@@ -13,9 +12,9 @@ from centering.push._plan.direction import Touch
 from centering.push.turning import _direction_kernels as at
 from centering.push.turning._shooting import landing, ring_state
 from sdpgrind.base import checks
-from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, array, custom, described
 
 _BEFORE = 0.05  # mm: so far before first touch the tip is followed from, so that the ring may lie nearer
 _WEIGHTS = np.array([2.0, 0.5, 0.5]) / 3.0
@@ -24,8 +23,8 @@ _ERROR = 1e-8  # mm: of a step of the push in the plane
 _CHANGE = 0.01  # mm: over which derivatives by place are taken
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Arrival(Frozen, ByValue):
+@described()
+class Arrival(ByValue, Described):
     """Place on the table where a ring's centre is expected to come to rest; `Push.arrival` makes it.
 
     The x axis goes from the table's axis, the origin, through the centre as it was before the push.
@@ -43,12 +42,9 @@ class Arrival(Frozen, ByValue):
     5.0
     """
 
-    x: float
-    y: float
-    covariance: Floats
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "covariance", lasting(self.covariance))
+    x: float = custom(unit="mm")
+    y: float = custom(unit="mm")
+    covariance: Floats = array("mm^2", finite=False)
 
     @property
     def offset(self) -> float:

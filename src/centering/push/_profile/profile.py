@@ -1,6 +1,5 @@
 """What the pusher tip does: segments of constant acceleration, whose speed may jump between them and whose position may not."""
 
-from dataclasses import dataclass
 from math import sqrt
 from typing import Any, Self
 
@@ -12,13 +11,20 @@ from centering.push._profile.timing import move_peak
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, custom, described, quantity, units_of
 
 
-@stored("centering.tip_profile")
-@dataclass(frozen=True, eq=False, repr=False)
-class TipProfile(Frozen, ByValue):
+def column(unit: str, **options: Any) -> Any:
+    """Declare a finite number for each segment; one number is a column of one."""
+
+    def check(name: str, value: Any) -> Floats:
+        return lasting(np.atleast_1d(checks.finite_array(name, value, unit)))
+
+    return custom(check, unit, **options)
+
+
+@described("centering.tip_profile")
+class TipProfile(ByValue, Described):
     """Motion of the pusher tip in segments of constant acceleration.
 
     Position counts from the first touch of a part at rest, positive toward the axis of the table. The speed may jump where two
@@ -27,11 +33,11 @@ class TipProfile(Frozen, ByValue):
     Parameters
     ----------
     duration : array, (n,)
-        Of each segment, s, > 0.
+        Duration of each segment, s, > 0.
     velocity : array, (n,)
-        At the begin of each segment, mm/s.
+        Speed at the begin of each segment, mm/s.
     acceleration : array, (n,)
-        In each segment, mm/s^2.
+        Acceleration in each segment, mm/s^2.
     start : float
         Position at the begin, mm; negative: a gap lies before the part.
 
@@ -47,20 +53,17 @@ class TipProfile(Frozen, ByValue):
     (0.122552, 7.5)
     """
 
-    duration: Floats
-    velocity: Floats
-    acceleration: Floats
-    start: float = 0.0
+    duration: Floats = column("s")
+    velocity: Floats = column("mm/s")
+    acceleration: Floats = column("mm/s^2")
+    start: float = quantity("mm", default=0.0)
 
-    def __post_init__(self) -> None:
-        for name, unit in (("duration", "s"), ("velocity", "mm/s"), ("acceleration", "mm/s^2")):
-            object.__setattr__(self, name, lasting(np.atleast_1d(checks.finite_array(name, getattr(self, name), unit))))
+    def _check(self) -> None:
         sizes = {self.duration.shape, self.velocity.shape, self.acceleration.shape}
         if len(sizes) > 1 or self.duration.ndim != 1 or self.duration.size == 0:
             raise checks.refuse("duration, velocity and acceleration", "of one length >= 1", sizes)
         if not np.all(self.duration > 0.0):
-            raise checks.refuse("duration", "> 0 in every segment", float(self.duration.min()), "s")
-        object.__setattr__(self, "start", checks.number("start", self.start, "mm"))
+            raise self._refused("duration", "> 0 in every segment", float(self.duration.min()))
 
     @classmethod
     def constant_speed(cls, speed: float, duration: float, *, start: float = 0.0) -> Self:
@@ -80,8 +83,10 @@ class TipProfile(Frozen, ByValue):
         >>> round(TipProfile.constant_speed(10.0, 0.4).stroke, 12)  # mm
         4.0
         """
-        values = checks.positive("speed", speed, "mm/s"), checks.positive("duration", duration, "s")
-        return cls(np.array(values[1:]), np.array(values[:1]), np.zeros(1), start)
+        v = checks.positive("speed", speed, "mm/s")
+        return cls(
+            np.array([checks.positive("duration", duration, units_of(cls)["duration"])]), np.array([v]), np.zeros(1), start
+        )
 
     @classmethod
     def move(cls, distance: float, speed: float, acceleration: float, *, start: float = 0.0) -> Self:

@@ -1,19 +1,18 @@
 """A push on a turning table as a push along a line: the tip's speed along the contact normal, the rim's own advance included."""
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
 from centering.push._machine.model import GRAVITY, PushModel
-from centering.push._profile.profile import TipProfile
+from centering.push._profile.profile import TipProfile, column
 from centering.push.turning import _direction_kernels as at
 from centering.push.turning._shooting import ring_state
 from centering.push.turning._turning_kernels import PIECE_COLUMNS, follow
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import described
 
 _TURN = 0.02  # rad of the table in a piece
 _PIECES = 25  # of a push at least
@@ -22,8 +21,7 @@ _ERROR = 1e-8  # mm: of a step of the way in the plane
 _PARTS = 16  # in which a slide that goes on after the stroke is followed
 
 
-@stored("centering.table_profile")
-@dataclass(frozen=True, eq=False, repr=False)
+@described("centering.table_profile")
 class TableProfile(TipProfile):
     """Motion of a tip along the contact normal, against a turning table, with what the turning adds to friction.
 
@@ -32,11 +30,11 @@ class TableProfile(TipProfile):
     Parameters
     ----------
     duration : array, (n,)
-        Of each segment, s.
+        Duration of each segment, s.
     velocity : array, (n,)
-        Of the tip along the contact normal against the table, at the begin of each segment, mm/s.
+        Speed of the tip along the contact normal against the table, at the begin of each segment, mm/s.
     acceleration : array, (n,)
-        In each segment, mm/s^2.
+        Acceleration in each segment, mm/s^2.
     start : float
         Position at the begin, mm.
     held, slid : array, (n,)
@@ -54,14 +52,14 @@ class TableProfile(TipProfile):
     array([[ 0.1, 10. ,  0. ,  3. ,  2. ]])
     """
 
-    held: Floats | tuple[float, ...] = ()
-    slid: Floats | tuple[float, ...] = ()
+    held: Floats | tuple[float, ...] = column("N", default=())
+    slid: Floats | tuple[float, ...] = column("N", default=())
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         for name in ("held", "slid"):
             given = getattr(self, name)
-            loads = lasting(np.atleast_1d(checks.finite_array(name, given, "N")) if len(given) else np.zeros(self.duration.size))
+            loads = given if len(given) else lasting(np.zeros(self.duration.size))
             if loads.shape != self.duration.shape:
                 raise checks.refuse(name, f"of the {self.duration.size} segments", loads.shape)
             object.__setattr__(self, name, loads)

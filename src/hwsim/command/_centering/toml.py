@@ -5,58 +5,22 @@ left out is that of the preset. Every fault is one line that names the key.
 """
 
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import centering
-from hwsim.command._physics import flag
+from centering.push import Part, PushModel
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.plants._centering.plant import CenteringMachine
 from hwsim.plants._probe.errors import ProbeErrors
 from sdpgrind.base import checks
+from sdpgrind.base.quantities import specs
 
-_LENGTHS = {"tolerance": "mm", "offset_max": "mm"}
-_PART = {"mass": "kg", "radius": "mm"}
-_MODEL = {
-    "contact_stiffness": "N/mm",
-    "contact_damping": "N s/mm",
-    "mu_static": "",
-    "mu_kinetic": "",
-    "viscous_coefficient": "N s/mm",
-    "restitution": "",
-}
-_LIMITS = {
-    "approach_speed": "mm/s",
-    "push_speed_max": "mm/s",
-    "slide_speed_max": "mm/s",
-    "acceleration_max": "mm/s^2",
-    "settle_time": "s",
-    "safety": "mm",
-    "follow_gap": "mm",
-    "spindle_speed_max": "rad/s",
-    "spindle_acceleration_max": "rad/s^2",
-    "sample_time": "s",
-    "stroke_offset_max": "mm",
-}
-_SCATTER = {"friction_part_sd": "", "friction_push_sd": "", "direction_sd": "rad", "stop_sd": "mm", "measuring_sd": "mm"}
-_SETTINGS = {
-    "probe_closed": "mm",
-    "probe_reach": "mm",
-    "margin": "mm",
-    "radius_sd": "mm",
-    "form_sd": "mm",
-    "noise_sd": "mm",
-    "doubt": "",
-    "turns_in_doubt": "",
-    "following_lag": "s",
-    "manual_lead": "rad",
-    "timeout": "s",
-    "lost_after": "s",
-    "force_idle": "N",
-}
-_MACHINE = {"tip_radius": "mm", "start_gap": "mm", "time_max": "s"}
+_BY_HAND = ("problem", "truth", "ring", "scatter", "errors", "scheduler", "tick")  # of the machine
+_NOT_SET = ("tip_radius", "angle_sd")  # of the controller: they are those of the machine
 _ERRORS = {
     "probe_quantum": "mm",
     "slide_quantum": "mm",
@@ -109,7 +73,7 @@ def _job(file: Table) -> Job:
     if file.has("spindle_speed") and file.take("spindle_speed") != "scheduled":
         speed = file.number("spindle_speed", "rad/s")
         file.made(checks.at_most, "spindle_speed", speed, "spindle_speed_max", problem.limits.spindle_speed_max, "rad/s")
-    settings = _changed(centering.CycleSettings(), file.maybe("controller"), _SETTINGS)
+    settings = _changed(centering.CycleSettings(), file.maybe("controller"), _NOT_SET)
     machine = _machine(problem, file.maybe("machine"))
     return Job(machine, speed, settings.replace(tip_radius=machine.tip_radius))
 
@@ -118,40 +82,54 @@ def _problem(file: Table) -> centering.CenteringProblem:
     """A preset with what the file says of part, model, limits and scatter."""
     name = file.text("preset", tuple(info.name for info in centering.presets())) if file.has("preset") else "printed"
     known = centering.preset(name)
-    part = _changed(known.model.part, file.maybe("part"), _PART)
-    model = _changed(known.model.replace(part=part), file.maybe("model"), _MODEL)
-    limits = _changed(known.limits, file.maybe("limits"), _LIMITS)
-    scatter = _changed(known.scatter, file.maybe("scatter"), _SCATTER)
-    options: dict[str, Any] = {**file.given(_LENGTHS)}
-    if file.has("pushes_max"):
-        options["pushes_max"] = file.take("pushes_max")
+    part = _changed(known.model.part, file.maybe("part"))
+    model = _changed(known.model.replace(part=part), file.maybe("model"))
+    limits = _changed(known.limits, file.maybe("limits"))
+    scatter = _changed(known.scatter, file.maybe("scatter"))
+    options = file.values(centering.CenteringProblem, every=False, skip=_inside(known))
     return file.made(known.replace, model=model, limits=limits, scatter=scatter, **options)
 
 
-def _changed(known: Any, table: Table, units: dict[str, str]) -> Any:
-    """Something known with the numbers of a table."""
-    changed = table.made(known.replace, **table.given(units))
+def _changed(known: Any, table: Table, skip: Iterable[str] = ()) -> Any:
+    """Something known with the values of a table, but for what it holds inside."""
+    changed = table.made(known.replace, **table.values(type(known), every=False, skip=(*_inside(known), *skip)))
     table.done()
     return changed
 
 
+def _inside(known: Any) -> tuple[str, ...]:
+    """Fields that are objects: a table of the file holds each."""
+    return tuple(name for name, spec in specs(type(known)).items() if spec.kind == "part")
+
+
 def _machine(problem: centering.CenteringProblem, table: Table) -> CenteringMachine:
-    options: dict[str, Any] = {**table.given(_MACHINE)}
+    options = table.values(CenteringMachine, every=False, skip=_BY_HAND)
     if table.has("start_offset"):
         options["start_offset"] = _offset(table)
-    if table.has("gain_scheduling"):
-        options["gain_scheduling"] = flag(table, "gain_scheduling")
-    if table.has("scheduler") and not flag(table, "scheduler"):
+    if table.has("scheduler") and not table.flag("scheduler"):
         options["scheduler"] = None
     if table.has("truth"):
-        options["truth"] = _changed(problem.model, table.table("truth"), _MODEL | _PART)
+        options["truth"] = _truth(problem.model, table.table("truth"))
     if table.has("scatter"):
-        options["scatter"] = _changed(problem.scatter, table.table("scatter"), _SCATTER)
+        options["scatter"] = _changed(problem.scatter, table.table("scatter"))
     if table.has("errors"):
-        errors = ProbeErrors(noise_sd=0.0, runout=0.0)
-        options["errors"] = _changed(errors, table.table("errors"), _ERRORS)
+        options["errors"] = _errors(table.table("errors"))
     table.done()
     return table.made(CenteringMachine, problem, **options)
+
+
+def _truth(model: PushModel, table: Table) -> PushModel:
+    """A model with the values of a table, which names those of its part, too."""
+    values = table.values(Part, every=False) | table.values(type(model), every=False, skip=("part",))
+    truth = table.made(model.replace, **values)
+    table.done()
+    return truth
+
+
+def _errors(table: Table) -> ProbeErrors:
+    errors = table.made(ProbeErrors(noise_sd=0.0, runout=0.0).replace, **table.given(_ERRORS))
+    table.done()
+    return errors
 
 
 def _offset(table: Table) -> Any:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY
 from typing import ClassVar, Self, TypeAlias
 
 import numpy as np
@@ -18,14 +18,14 @@ from hwsim.plants._centering.tasks import control_period, source_tasks
 from hwsim.plants._probe.errors import ProbeErrors
 from hwsim.plants._probe.ring import Ring, lobes_of, shape_of
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, flag, part, quantity
 
 Truth: TypeAlias = PushModel | Callable[[np.random.Generator], PushModel] | None
 _NEAREST = 0.1  # of the greatest offset: where parts begin, if nobody says
 
 
-@dataclass(frozen=True)
-class CenteringMachine(Frozen):
+@described()
+class CenteringMachine(Described):
     """A ring off the axis of a turning table; a slide follows its rim with a probe and pushes it: Mears (2006), chapters 3 and 5.
 
     Measured, at each sample: ``time`` (s), ``angle`` of the spindle (rad, it goes on over turns; the rim stands out furthest
@@ -104,40 +104,26 @@ class CenteringMachine(Frozen):
     (-7.928, 0.0)
     """
 
-    problem: CenteringProblem
+    problem: CenteringProblem = part(CenteringProblem, " (see centering.preset)")
     _: KW_ONLY
-    truth: Truth = None
-    ring: Ring | None = None
-    start_offset: tuple[float, float] | float | None = None
-    scatter: PushScatter | None = None
-    errors: ProbeErrors | None = field(default_factory=lambda: ProbeErrors(noise_sd=0.0, runout=0.0))
-    scheduler: Scheduler | None = field(default_factory=source_tasks)
-    tip_radius: float = 3.75
-    start_gap: float | None = None
-    gain_scheduling: bool = True
-    tick: float = 1e-3
-    time_max: float = 300.0
+    truth: Truth = part(PushModel, ", a function of rng, or None", or_function=True, default=None)
+    ring: Ring | None = part(Ring, " or None", default=None)
+    start_offset: tuple[float, float] | float | None = custom(unit="mm", default=None)
+    scatter: PushScatter | None = part(PushScatter, " or None", default=None)
+    errors: ProbeErrors | None = part(ProbeErrors, " or None", default_factory=lambda: ProbeErrors(noise_sd=0.0, runout=0.0))
+    scheduler: Scheduler | None = part(Scheduler, " or None", default_factory=source_tasks)
+    tip_radius: float = quantity("mm", at_least=0, usual=(0.0, 500.0), typical=4, default=3.75)
+    start_gap: float | None = quantity("mm", above=0, usual=(0.001, 1000.0), typical=8, default=None)
+    gain_scheduling: bool = flag(default=True)
+    tick: float = quantity("s", above=0, default=1e-3)
+    time_max: float = quantity("s", above=0, default=300.0)
 
     _inside: ClassVar[str] = "problem"
 
-    def __post_init__(self) -> None:
-        checks.kind("problem", self.problem, CenteringProblem, " (see centering.preset)")
-        if self.truth is not None and not callable(self.truth):
-            checks.kind("truth", self.truth, PushModel, ", a function of rng, or None")
-        if self.scatter is not None:
-            checks.kind("scatter", self.scatter, PushScatter, " or None")
-        if self.errors is not None:
-            checks.kind("errors", self.errors, ProbeErrors, " or None")
-        clock = Clock(exact("tick", checks.positive("tick", self.tick, "s")))
+    def _check(self) -> None:
+        clock = Clock(exact("tick", self.tick))
         if self.scheduler is not None:
-            clock.ticks(
-                "period of the task control", control_period(checks.kind("scheduler", self.scheduler, Scheduler, " or None"))
-            )
-        checks.nonnegative("tip_radius", self.tip_radius, "mm")
-        if self.start_gap is not None:
-            checks.positive("start_gap", self.start_gap, "mm")
-        checks.kind("gain_scheduling", self.gain_scheduling, bool)
-        checks.positive("time_max", self.time_max, "s")
+            clock.ticks("period of the task control", control_period(self.scheduler))
         self._check_start()
 
     def _check_start(self) -> None:
@@ -146,9 +132,9 @@ class CenteringMachine(Frozen):
         for name, offset in zip(("start_offset[0]", "start_offset[1]"), self._offsets, strict=True):
             checks.nonnegative(name, offset, "mm")
         if max(self._offsets) > most:
-            raise checks.refuse("start_offset", f"<= offset_max = {most:g}", self.start_offset, "mm")
+            raise self._refused("start_offset", f"<= offset_max = {most:g}")
         if self._offsets[0] > self._offsets[1]:
-            raise checks.refuse("start_offset", "of a least and a greatest", self.start_offset, "mm")
+            raise self._refused("start_offset", "of a least and a greatest")
         if self.ring is not None:
             if self.start_offset is not None:
                 raise ValueError(
@@ -162,7 +148,7 @@ class CenteringMachine(Frozen):
             return _NEAREST * self.problem.offset_max, self.problem.offset_max
         if isinstance(self.start_offset, tuple | list):
             if len(self.start_offset) != 2:
-                raise checks.refuse("start_offset", "a number or a pair of them", self.start_offset, "mm")
+                raise self._refused("start_offset", "a number or a pair of them")
             return self.start_offset[0], self.start_offset[1]
         return self.start_offset, self.start_offset
 
@@ -195,9 +181,8 @@ class CenteringMachine(Frozen):
     @property
     def description(self) -> Mapping[str, float | str]:
         """Part (kg, mm), tolerance (mm) and radius of the roller (mm), for the log."""
-        part, tolerance = self.problem.model.part, self.problem.tolerance
-        known = {"mass": part.mass, "radius": part.radius, "tolerance": tolerance, "tip_radius": self.tip_radius}
-        return {name: float(value) for name, value in known.items()}
+        ring, tolerance = self.problem.model.part, self.problem.tolerance
+        return {"mass": ring.mass, "radius": ring.radius, "tolerance": tolerance, "tip_radius": self.tip_radius}
 
     @property
     def job(self) -> Mapping[str, object]:
@@ -248,7 +233,7 @@ class CenteringMachine(Frozen):
             gauge_settings(self.errors, scatter, phase, ring.radius, self.tip_radius),
             core_settings(self.problem.limits, model, ring.radius, 0.0 if self.gain_scheduling else lag_time(model.part.mass)),
             Clock(exact("tick", self.tick)),
-            float(self.time_max),
+            self.time_max,
             self.scheduler,
             self._control_ticks,
         )
