@@ -3,19 +3,17 @@
 Each is an immutable description; what it remembers, and the random source, are handed in.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, count, custom, described, quantity
 
 __all__ = ["Gauge", "Scanner"]
 
 
-@dataclass(frozen=True)
-class Gauge(Frozen):
+@described()
+class Gauge(Described):
     """A reading with white noise, in whole steps.
 
     Parameters
@@ -23,7 +21,7 @@ class Gauge(Frozen):
     noise_sd : float
         Standard deviation of the noise, in the unit of the reading.
     relative_sd : float
-        Standard deviation of noise that grows with the value, dimensionless.
+        Standard deviation of the noise that is proportional to the value, relative.
     quantum : float
         Step of the reading, in its unit; 0: none.
 
@@ -38,13 +36,9 @@ class Gauge(Frozen):
     1.25
     """
 
-    noise_sd: float = 0.0
-    relative_sd: float = 0.0
-    quantum: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("noise_sd", "relative_sd", "quantum"):
-            checks.nonnegative(name, getattr(self, name))
+    noise_sd: float = custom(checks.nonnegative, default=0.0)  # in the unit of what is read, which differs
+    relative_sd: float = quantity("1", at_least=0, default=0)
+    quantum: float = custom(checks.nonnegative, default=0.0)
 
     def read(self, value: float, normal: float) -> float:
         """Return what is shown (unit of the value).
@@ -65,8 +59,8 @@ class Gauge(Frozen):
         return self.quantum * round(shown / self.quantum) if self.quantum else shown
 
 
-@dataclass(frozen=True)
-class Scanner(Frozen):
+@described()
+class Scanner(Described):
     """Scans a profile on an even grid, along several tracks, and gives their mean.
 
     Parameters
@@ -91,14 +85,9 @@ class Scanner(Frozen):
     array([0. , 0.5, 1. , 1.5, 2. ])
     """
 
-    spacing: float = 0.25
-    tracks: int = 3
-    noise_sd: float = 0.01
-
-    def __post_init__(self) -> None:
-        checks.positive("spacing", self.spacing, "mm")
-        checks.count("tracks", self.tracks)
-        checks.nonnegative("noise_sd", self.noise_sd, "mm")
+    spacing: float = quantity("mm", above=0, usual=(0.001, 100.0), typical=0.25, default=0.25)
+    tracks: int = count(default=3)
+    noise_sd: float = quantity("mm", at_least=0, default=0.01)
 
     def grid(self, first: float, last: float) -> Floats:
         """Return where is read, from `first` to `last`, both included.

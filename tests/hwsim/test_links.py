@@ -133,7 +133,7 @@ def test_a_closed_link_loses_what_is_under_way():
     [
         (lambda: QueueLink(latency=-1.0), r"latency must be >= 0 \(s\); got -1.0"),
         (lambda: QueueLink(jitter=float("inf")), r"jitter must be finite \(s\); got inf"),
-        (lambda: QueueLink(loss=1.5), r"loss must be in \[0, 1\] \(1\); got 1.5"),
+        (lambda: QueueLink(loss=1.5), r"loss must be in \[0, 1\]; got 1.5"),
         (lambda: back(QueueLink().start()[0]), r"time must be >= that of the link, 2 \(s\); got 1.0"),
         (lambda: back(Courier()), r"time must be >= 2, that was told last \(s\); got 1.0"),
     ],

@@ -1,14 +1,13 @@
 """A link between a machine and its host: what every link does, and one in memory that is clocked by the simulation."""
 
 from collections import deque
-from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from hwsim._processor.tasks import NANOSECONDS
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.base.rng import Seed, children
 
 
@@ -56,8 +55,8 @@ class Link(Protocol):
         """Break the link; what is under way is lost."""
 
 
-@dataclass(frozen=True)
-class QueueLink(Frozen):
+@described()
+class QueueLink(Described):
     """A link in memory: messages arrive late, some never; always in order.
 
     Parameters
@@ -67,7 +66,7 @@ class QueueLink(Frozen):
     jitter : float
         A message takes longer by a uniform draw between 0 and this, s; none overtakes another.
     loss : float
-        Probability with which a message is lost, in [0, 1].
+        Probability that a message is lost, in [0, 1].
 
     Raises
     ------
@@ -86,14 +85,9 @@ class QueueLink(Frozen):
     [b'here I am']
     """
 
-    latency: float = 0.0
-    jitter: float = 0.0
-    loss: float = 0.0
-
-    def __post_init__(self) -> None:
-        checks.nonnegative("latency", self.latency, "s")
-        checks.nonnegative("jitter", self.jitter, "s")
-        checks.within("loss", self.loss, 0.0, 1.0, "1")
+    latency: float = quantity("s", at_least=0, default=0)
+    jitter: float = quantity("s", at_least=0, default=0)
+    loss: float = quantity("1", at_least=0, at_most=1, default=0)
 
     def start(self, rng: Seed = 0) -> tuple["QueueEnd", "QueueEnd"]:
         """Return both ends of a fresh link, at time 0 s.

@@ -1,7 +1,8 @@
 """Tasks on one virtual processor: a deterministic, pre-emptive, multi-rate scheduler with fixed priorities."""
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,14 +11,23 @@ from hwsim._processor.processor import Processor, Told
 from hwsim._processor.schedule import Schedule
 from hwsim._processor.tasks import NANOSECONDS, Task
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.base.rng import Seed, children
 
 _ROUNDING = 1e-12  # of a sum of shares; chosen: ten shares of 0.1 are a whole processor
 
 
-@dataclass(frozen=True)
-class Scheduler(Frozen):
+def _tasks(name: str, given: Any) -> tuple[Task, ...]:
+    if not isinstance(given, Sequence) or not given:
+        raise TypeError(f"{name} must be a list of tasks; got {checks.shown(given)}")
+    for k, task in enumerate(given):
+        checks.kind(f"{name}[{k}]", task, Task)
+    checks.unique(f"names of {name}", [task.name for task in given])
+    return tuple(given)
+
+
+@described()
+class Scheduler(Described):
     """Tasks that share one virtual processor; the most urgent job runs, one that it interrupts keeps what remains of it.
 
     Inputs of a job are sampled when it starts, its outputs take effect when it is complete. A release that finds the job before
@@ -54,24 +64,13 @@ class Scheduler(Frozen):
     Schedule(2 s: control 200 releases, data 200 releases, model 240 releases, communication 20 releases; overruns: none)
     """
 
-    tasks: Sequence[Task]
+    tasks: Sequence[Task] = custom(_tasks)
     _: KW_ONLY
-    spindle_speed_max: float | None = None
+    spindle_speed_max: float | None = quantity("rad/s", above=0, usual=(0.01, 1000.0), typical=10, default=None)
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.tasks, Sequence) or not self.tasks:
-            raise TypeError(f"tasks must be a list of tasks; got {checks.shown(self.tasks)}")
-        for k, task in enumerate(self.tasks):
-            checks.kind(f"tasks[{k}]", task, Task)
-        object.__setattr__(self, "tasks", tuple(self.tasks))
-        checks.unique("names of tasks", [task.name for task in self.tasks])
-        self._check_load()
-
-    def _check_load(self) -> None:
+    def _check(self) -> None:
         angular = [task.name for task in self.tasks if task.angle_step is not None]
-        if self.spindle_speed_max is not None:
-            checks.positive("spindle_speed_max", self.spindle_speed_max, "rad/s")
-        elif angular:
+        if angular and self.spindle_speed_max is None:
             raise ValueError(f"spindle_speed_max must be given (rad/s), as {angular[0]} has an angle_step; got None")
         if self.utilisation > 1.0 + _ROUNDING:
             shares = ", ".join(f"{task.name} {task.share(self.spindle_speed_max or 0.0):.3g}" for task in self.tasks)
