@@ -13,7 +13,7 @@ import sdpgrind
 from hwsim._log.log import same
 from hwsim.cli import main
 from hwsim.command import base as _area
-from hwsim.command._weldbead._weldbead_jobs import job_of
+from hwsim.command._weldbead.toml import job_of
 from sdpgrind import weldbead
 
 JOB = ["weldbead", "--simple", "--preset", "P1", "--tolerance", "1e-2", "--parts", "6", "--rng", "4"]

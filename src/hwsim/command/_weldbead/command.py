@@ -10,7 +10,7 @@ from hwsim.command.base import Area
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
-    from hwsim.command._weldbead._weldbead_jobs import Job
+    from hwsim.command._weldbead.toml import Job
 
 
 class WeldBead(Area):
@@ -44,7 +44,7 @@ the last finished bead, with the results that it would have had; a finished run 
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a stand of which nothing is said."""
-        from hwsim.command._weldbead._weldbead_jobs import job_of
+        from hwsim.command._weldbead.toml import job_of
 
         return job_of(problem, simple=arguments.simple)
 

@@ -1,36 +1,141 @@
 """A weld-bead job as a TOML file: the planning problem, and the stand on which it is tried.
 
 Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad, $) or texts with a
-unit. Every fault is one line that names the key.
+unit. Every fault is one line that names the key. All three tiers run on the force table, or the sequence alone on the stand
+of one draw a pass.
 """
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
 
 from hwsim.command._quantities import quantity
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
-from hwsim.command._weldbead import _weldbead_jobs as jobs
-from hwsim.command._weldbead._weldbead_stand_toml import job_of
-from sdpgrind import sdp, weldbead
+from hwsim.plants._force_table.plant import ForceTableStand
+from hwsim.plants._weldbead.plant import WeldBeadStand
+from sdpgrind import sdp, units, weldbead
+from sdpgrind.base import checks
 from sdpgrind.base.quantities import units_of
+from sdpgrind.weldbead import force, passes
+from sdpgrind.weldbead.kernels import CoefficientScatter, Motor
 
+Problem: TypeAlias = weldbead.SequenceProblem
+Policy: TypeAlias = weldbead.SequencePolicy
 _BurnLimit: TypeAlias = weldbead.ForceBurnLimit | weldbead.PowerBurnLimit | weldbead.MalkinBurnLimit
+ANGLE, STIFFNESS, CROSSOVER = units.deg(20.0), 6e5, units.hz(3.0)
+"""Relaxed angle (rad) and rotational stiffness (N mm/rad) of the disc, crossover (rad/s) of the force loop: Brown (1988)."""
+WAVE, WAVE_LENGTH = 0.1, 40.0
+"""Waves of the bead, mm (chosen): no bead is level."""
+_NODE = 0.1
+"""Distance of the nodes of a bead, mm (chosen)."""
+_MOTORS: dict[str, Callable[[], Motor | None]] = {"process": lambda: None, "air": Motor.air}
 
 
-def read(path: Path, *, simple: bool = False) -> jobs.Job:
+class Job(Protocol):
+    """A stand, and the controller that it takes."""
+
+    @property
+    def stand(self) -> Any:
+        """The plant."""
+
+    @property
+    def problem(self) -> Problem:
+        """What the sequence is planned for."""
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Mean height (mm) and time to the deadline (s) at the start."""
+
+    def controller(self, policy: Policy) -> Any:
+        """The controller that follows a policy."""
+
+
+@dataclass(frozen=True)
+class OneDraw:
+    """The sequence alone: a pass takes off what is drawn for it."""
+
+    stand: WeldBeadStand
+
+    @property
+    def problem(self) -> Problem:
+        """What the sequence is planned for."""
+        return self.stand.problem
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Mean height (mm) and time to the deadline (s) at the start."""
+        return self.stand.start_height, self.stand.start_time
+
+    def controller(self, policy: Policy) -> weldbead.SequenceController:
+        """The controller that follows a policy."""
+        return weldbead.SequenceController(policy)
+
+
+@dataclass(frozen=True)
+class ThreeTiers:
+    """Sequence, passes and force loop."""
+
+    stand: ForceTableStand
+    problem: Problem
+    crossover: float = CROSSOVER
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Mean height (mm) and time to the deadline (s) at the start."""
+        return self.stand.problem.bead.mean, self.stand.start_time
+
+    def controller(self, policy: Policy) -> weldbead.Hierarchy:
+        """The controller that follows a policy."""
+        loop = force.PI.design(crossover=self.crossover, drive=force.table_drive())
+        return weldbead.Hierarchy(policy, self.stand.problem.disc, loop, lead_out=self.stand.lead_out)
+
+
+def job_of(problem: Problem, *, simple: bool) -> Job:
+    """Put a problem on a stand of which nothing is said."""
+    plain = WeldBeadStand(problem)
+    if simple:
+        return OneDraw(plain)
+    disc = passes.TiltedDisc(problem.model, relaxed_angle=ANGLE, rotational_stiffness=STIFFNESS)
+    on_table = _one_pass(problem, disc, _bead(problem, plain.start_height))
+    return ThreeTiers(ForceTableStand(on_table, sequence=problem, time=plain.start_time), problem)
+
+
+def read(path: Path, *, simple: bool = False) -> Job:
     """Read the job in the file at `path`; ValueError names the file and the key."""
-    one_draw, three_tiers = read_toml(path, lambda table: job_of(_problem(table), table, read_scatter))
+    one_draw, three_tiers = read_toml(path, lambda table: _stands(_problem(table), table))
     return one_draw if simple else three_tiers
 
 
-def _problem(job: Table) -> weldbead.SequenceProblem:
+def _bead(problem: Problem, height: float, wave: float | None = None, wave_length: float = WAVE_LENGTH) -> passes.Contour:
+    """A wavy bead of a mean height (mm), with metal everywhere."""
+    wave = checks.nonnegative("wave", min(WAVE, height / 2) if wave is None else wave, "mm")
+    if wave_length < 10 * _NODE:
+        raise checks.refuse("wave_length", f">= {10 * _NODE:g}", wave_length, "mm")
+    x = np.linspace(0.0, problem.bead_length, math.ceil(problem.bead_length / _NODE) + 1)
+    shape = np.sin(2 * np.pi * x / wave_length)
+    z = height + wave * (shape - np.trapezoid(shape, x) / problem.bead_length)
+    if z.min() <= 0:
+        raise checks.refuse("wave", f"small enough to leave metal everywhere on a bead of {height:g} mm", wave, "mm")
+    return passes.Contour(x, z)
+
+
+def _one_pass(problem: Problem, disc: passes.TiltedDisc, contour: passes.Contour) -> passes.PassProblem:
+    """Disc and bead of a stand; what its first pass is asked for is the sequence's affair."""
+    feed = problem.feed_rate(problem.durations[-1])
+    return passes.PassProblem(disc, contour, mean_cut=0.0, feed_rate=feed, normal_force_max=problem.force_max)
+
+
+def _problem(job: Table) -> Problem:
     return weldbead.SequenceProblem(
         job.table("process").one(weldbead.GrindingProcess),
         **job.values(weldbead.SequenceProblem),
         durations=job.list_of("durations", units_of(weldbead.SequenceProblem)["durations"]),
-        scatter=read_scatter(job.table("scatter")),
+        scatter=_scatter(job.table("scatter")),
         burn_limit=_burn_limit(job.table("burn_limit")) if job.has("burn_limit") else None,
         height_charge=_height_charge(job.table("height_charge")),
         lateness_charge=_one_sided(job.table("lateness_charge"), "s") if job.has("lateness_charge") else None,
@@ -38,7 +143,7 @@ def _problem(job: Table) -> weldbead.SequenceProblem:
     )
 
 
-def read_scatter(table: Table) -> weldbead.Scatter:
+def _scatter(table: Table) -> weldbead.Scatter:
     names, relative = table.take("attribution"), table.take("relative_sd")
     several = isinstance(names, list)
     sds = relative if isinstance(relative, list) else [relative]
@@ -87,3 +192,75 @@ def _malkin(table: Table) -> weldbead.MalkinBurnLimit:
     if table.has("u0") or table.has("B"):
         return table.one(weldbead.MalkinBurnLimit)
     return table.made(weldbead.MalkinBurnLimit.published, **table.values(weldbead.MalkinBurnLimit, skip=("u0", "B")))
+
+
+def _stands(problem: Problem, file: Table) -> tuple[OneDraw, ThreeTiers]:
+    """Read both stands, that of one draw a pass and the force table, so that a fault is found whichever is run."""
+    disc = _disc(problem, file.maybe("disc"))
+    loop = file.maybe("loop")
+    crossover = loop.given({"crossover": "rad/s"}).get("crossover", CROSSOVER)
+    loop.done()
+    loop.made(force.PI.design, crossover=crossover)
+    table = file.maybe("stand")
+    start = _start(problem, table)
+    process, truth = _truth(problem, table.maybe("truth"))
+    simple = table.maybe("simple")
+    plain = simple.made(
+        WeldBeadStand,
+        problem,
+        truth=truth,
+        **start,
+        **_given(simple, WeldBeadStand, "height_noise", "power_noise", "force_noise"),
+    )
+    simple.done()
+    stand = _force_table(problem, disc, process, table, plain)
+    table.done()
+    return OneDraw(plain), ThreeTiers(stand, problem, crossover)
+
+
+def _start(problem: Problem, table: Table) -> dict[str, float]:
+    """Height and time that the plan knows: what it does not, the machine would find only after the planning."""
+    start = _given(table, WeldBeadStand, "height", "time")
+    if "height" in start and not 0 < start["height"] <= problem.height_max:
+        raise checks.refuse(table.path("height"), f"> 0 and <= height_max = {problem.height_max:g}", start["height"], "mm")
+    if "time" in start and not 0 <= start["time"] <= problem.horizon:
+        raise checks.refuse(table.path("time"), f">= 0 and <= horizon = {problem.horizon:g}", start["time"], "s")
+    return start
+
+
+def _disc(problem: Problem, table: Table) -> passes.TiltedDisc:
+    given = {"relaxed_angle": ANGLE, "rotational_stiffness": STIFFNESS} | _given(
+        table, passes.TiltedDisc, "relaxed_angle", "rotational_stiffness"
+    )
+    table.done()
+    return table.made(passes.TiltedDisc, problem.model, **given)
+
+
+def _truth(problem: Problem, table: Table) -> tuple[weldbead.GrindingProcess, Problem | None]:
+    """What the process really is, and the same with the scatter of the stand of one draw."""
+    process = table.made(problem.model.replace, **table.values(weldbead.GrindingProcess, every=False))
+    drawn = _scatter(table.table("scatter")) if table.has("scatter") else problem.scatter
+    table.done()
+    truth = table.made(problem.replace, scatter=drawn, model=process)
+    return process, truth if table.entries else None
+
+
+def _force_table(problem: Problem, disc: passes.TiltedDisc, process: Any, table: Table, plain: WeldBeadStand) -> ForceTableStand:
+    contour = table.made(_bead, problem, plain.start_height, **table.given({"wave": "mm", "wave_length": "mm"}))
+    motor = _MOTORS[table.text("motor", _MOTORS)]() if table.has("motor") else None
+    scatter = {name: table.table(name).one(CoefficientScatter) for name in ("pass_scatter", "bead_scatter") if table.has(name)}
+    return table.made(
+        ForceTableStand,
+        table.made(_one_pass, problem, disc, contour),
+        truth=disc.replace(model=process) if process != disc.model else None,
+        sequence=problem,
+        time=plain.start_time,
+        motor=motor,
+        **scatter,
+        **_given(table, ForceTableStand, "runout", "lead_in", "lead_out"),
+    )
+
+
+def _given(table: Table, cls: type, *names: str) -> dict[str, float]:
+    """Numbers of some fields of a described class, where they are there."""
+    return table.given({name: units_of(cls)[name] for name in names})

@@ -1,7 +1,7 @@
 """A stand that grinds a weld bead pass by pass under force control: a disc on a compliance, a table that moves the work."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -10,7 +10,7 @@ import numpy as np
 from hwsim.devices import Gauge, Scanner
 from hwsim.plants._force_table.machine import ForceTable, Setup
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, count, custom, described, flag, part, quantity, units_of, valued
 from sdpgrind.weldbead import SequenceProblem, preset
 from sdpgrind.weldbead.force import SensorChain, TableDrive, table_drive
 from sdpgrind.weldbead.kernels import FINE, SPACING, Bead, drawn_disc, reach
@@ -19,22 +19,25 @@ from sdpgrind.weldbead.kernels import Motor as Motor
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 
 Truth: TypeAlias = TiltedDisc | Callable[[np.random.Generator], TiltedDisc] | None
-_KINDS: dict[str, type] = {
-    "pass_scatter": CoefficientScatter,
-    "bead_scatter": CoefficientScatter,
-    "drive": TableDrive,
-    "sensor": SensorChain,
-    "scanner": Scanner,
-}
-_NONNEGATIVE = {"runout": "mm", "grinder_inertia": "N mm s^2", "lead_in": "mm", "lead_out": "mm", "clearance": "mm"}
 
 
 def _drive() -> TableDrive:
     return table_drive("appendix-b").replace(backlash=0.01)
 
 
-@dataclass(frozen=True)
-class ForceTableStand(Frozen):
+def _checked_disc(disc: Any) -> TiltedDisc:
+    if not isinstance(disc, TiltedDisc):
+        raise TypeError(f"truth must be None, a TiltedDisc or a function of rng that gives one; got {checks.shown(disc)}")
+    return disc
+
+
+def _checked_truth(name: str, truth: Any) -> Any:
+    """Return what the disc really is, or a function that draws it."""
+    return truth if truth is None or callable(truth) else _checked_disc(truth)
+
+
+@described()
+class ForceTableStand(Described):
     """Pass by pass under force control: Brown (1988), chapters 6 and 7, with what they leave out.
 
     A tilted disc on a rotational compliance cuts the bead by volume balance; a motor-driven table with stiction and backlash
@@ -118,48 +121,34 @@ class ForceTableStand(Frozen):
     1.0
     """
 
-    problem: PassProblem
+    problem: PassProblem = part(PassProblem)
     _: KW_ONLY
-    truth: Truth = None
-    pass_scatter: CoefficientScatter = field(default_factory=CoefficientScatter)
-    bead_scatter: CoefficientScatter = field(default_factory=lambda: CoefficientScatter(0.0, 0.0, 0.0))
-    sequence: SequenceProblem | None = None
-    time: float | None = None
-    motor: Motor | None = None
-    drive: TableDrive = field(default_factory=_drive)
-    sensor: SensorChain = field(default_factory=SensorChain)
-    delay_samples: int = 1
-    speed_gauge: Gauge = field(default_factory=lambda: Gauge(relative_sd=0.01))
-    feed_gauge: Gauge = field(default_factory=lambda: Gauge(noise_sd=0.01))
-    table_gauge: Gauge = field(default_factory=lambda: Gauge(noise_sd=0.002))
-    scanner: Scanner = field(default_factory=Scanner)
-    runout: float = 0.1
-    grinder_inertia: float = 0.0
-    spring_first: bool = False
-    lead_in: float = 10.0
-    lead_out: float = 5.0
-    clearance: float = 2.0
-    datum: float = 0.0
-    overload: float = 300.0
+    truth: Truth = custom(_checked_truth, default=None)
+    pass_scatter: CoefficientScatter = part(CoefficientScatter, default_factory=CoefficientScatter)
+    bead_scatter: CoefficientScatter = part(CoefficientScatter, default_factory=lambda: CoefficientScatter(0.0, 0.0, 0.0))
+    sequence: SequenceProblem | None = part(SequenceProblem, default=None)
+    time: float | None = quantity("s", default=None)
+    motor: Motor | None = part(Motor, default=None)
+    drive: TableDrive = part(TableDrive, default_factory=_drive)
+    sensor: SensorChain = part(SensorChain, default_factory=SensorChain)
+    delay_samples: int = count(0, default=1)
+    speed_gauge: Gauge = part(Gauge, default_factory=lambda: Gauge(relative_sd=0.01))
+    feed_gauge: Gauge = part(Gauge, default_factory=lambda: Gauge(noise_sd=0.01))
+    table_gauge: Gauge = part(Gauge, default_factory=lambda: Gauge(noise_sd=0.002))
+    scanner: Scanner = part(Scanner, default_factory=Scanner)
+    runout: float = quantity("mm", at_least=0, usual=(0.0, 10.0), typical=0.1, default=0.1)
+    grinder_inertia: float = quantity("N mm s^2", at_least=0, default=0.0)
+    spring_first: bool = flag(default=False)
+    lead_in: float = quantity("mm", at_least=0, usual=(0.0, 1000.0), typical=10, default=10.0)
+    lead_out: float = quantity("mm", at_least=0, usual=(0.0, 1000.0), typical=5, default=5.0)
+    clearance: float = quantity("mm", at_least=0, usual=(0.0, 500.0), typical=2, default=2.0)
+    datum: float = quantity("mm", default=0.0)
+    overload: float = quantity("N", above=0, default=300.0)
 
-    def __post_init__(self) -> None:
-        for name, unit in _NONNEGATIVE.items():
-            checks.nonnegative(name, getattr(self, name), unit)
-        checks.positive("overload", self.overload, "N")
-        checks.count("delay_samples", self.delay_samples, at_least=0)
-        checks.number("datum", self.datum, "mm")
-        for name, kind in {"sequence": SequenceProblem, "motor": Motor}.items():
-            if getattr(self, name) is not None:
-                checks.kind(name, getattr(self, name), kind)
-        checks.number("time", self.start_time, "s")
-        checks.kind("problem", self.problem, PassProblem)
-        for name, wanted in _KINDS.items():
-            checks.kind(name, getattr(self, name), wanted)
-        if self.truth is not None and not callable(self.truth):
-            _checked_disc(self.truth)
+    def _check(self) -> None:
         if self.grinder_inertia > 0 and self.problem.disc.rotational_stiffness is None:
             rule = "0 with a compliance table; a grinder with inertia needs rotational_stiffness"
-            raise checks.refuse("grinder_inertia", rule, self.grinder_inertia, "N mm s^2")
+            raise self._refused("grinder_inertia", rule)
         if self.bead.length <= self.scanner.spacing:
             raise checks.refuse("bead", f"longer than the scanner's spacing {self.scanner.spacing:g}", self.bead.length, "mm")
 
@@ -208,7 +197,14 @@ class ForceTableStand(Frozen):
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit (and dimension of arrays) of what a bead became."""
-        scalars = {"penalty": "$", "height": "mm", "overground": "mm", "overground_worst": "mm", "passes": "", "time": "s"}
+        scalars = {
+            "penalty": "$",
+            "height": "mm",
+            "overground": "mm",
+            "overground_worst": "mm",
+            "passes": "",
+            "time": units_of(type(self))["time"],
+        }
         more = {"lead_time": "s", "lateness": "s", "stalls": "", "burned": "", "burn_time": "s"}
         of_pass = {"cut_depth": "mm", "specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": "", "force": "N"}
         arrays = {f"true_{name}": (unit, "pass") for name, unit in {**of_pass, "volume": "mm^3"}.items()}
@@ -235,8 +231,7 @@ class ForceTableStand(Frozen):
             "bead_length": (self.bead.length, "mm"),
             "bead_width": (float(model.bead_width), "mm"),
             "disk_radius": (float(model.disk_radius), "mm"),
-            "datum": (self.datum, "mm"),
-            "lead_out": (self.lead_out, "mm"),
+            **valued(self, ("datum", "lead_out")),
             "parent": self.problem.parent,
         } | self.problem.disc.job
         if self.sequence is not None:
@@ -256,9 +251,3 @@ class ForceTableStand(Frozen):
         disc = self.truth(of_truth) if callable(self.truth) else self.truth
         disc = drawn_disc(self.bead_scatter, _checked_disc(self.problem.disc if disc is None else disc), of_truth)
         return ForceTable(Setup(self, self.bead, disc), of_passes, of_noise)
-
-
-def _checked_disc(disc: Any) -> TiltedDisc:
-    if not isinstance(disc, TiltedDisc):
-        raise TypeError(f"truth must be None, a TiltedDisc or a function of rng that gives one; got {checks.shown(disc)}")
-    return disc

@@ -1,7 +1,7 @@
 """A stand that grinds a weld bead in whole passes: one draw of the removed depth a pass."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -9,15 +9,23 @@ import numpy as np
 from hwsim._part.clock import Clock, common_tick
 from hwsim.plants._weldbead.machine import Noise, Setup, WeldBead
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, part, quantity, units_of
 from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
 
 Truth: TypeAlias = GrindingProcess | SequenceProblem | Callable[[np.random.Generator], Any] | None
 _RESOLUTION = 1e-3  # s; passes last a whole number of milliseconds (or of a finer tick that the stage needs)
 
 
-@dataclass(frozen=True)
-class WeldBeadStand(Frozen):
+def _checked_truth(name: str, truth: Any) -> Any:
+    if truth is not None and not isinstance(truth, GrindingProcess | SequenceProblem) and not callable(truth):
+        raise TypeError(
+            f"{name} must be None, a GrindingProcess, a SequenceProblem or a function of rng; got {checks.shown(truth)}"
+        )
+    return truth
+
+
+@described()
+class WeldBeadStand(Described):
     """A weld bead under a grinder: each pass removes a random depth of the whole bead, as the sequence planner assumes.
 
     An event plant: a pass is one event, after which the bead is scanned. Time runs while a pass is ground and while the
@@ -71,24 +79,18 @@ class WeldBeadStand(Frozen):
     (12.0, 8.333333333333334, 1)
     """
 
-    problem: SequenceProblem
+    problem: SequenceProblem = part(SequenceProblem)
     _: KW_ONLY
-    truth: Truth = None
-    height: float | None = None
-    time: float | None = None
-    height_noise: float = 0.002
-    power_noise: float = 5.0
-    force_noise: float = 0.5
+    truth: Truth = custom(_checked_truth, default=None)
+    height: float | None = quantity("mm", default=None)
+    time: float | None = quantity("s", default=None)
+    height_noise: float = quantity("mm", at_least=0, default=0.002)
+    power_noise: float = quantity("W", at_least=0, default=5.0)
+    force_noise: float = quantity("N", at_least=0, default=0.5)
 
-    def __post_init__(self) -> None:
-        checks.kind("problem", self.problem, SequenceProblem)
-        _checked_truth(self.truth)
-        checks.number("height", self.start_height, "mm")
-        if self.problem.lateness_charge is None:
-            checks.nonnegative("time", self.start_time, "s")
-        checks.number("time", self.start_time, "s")
-        for name, unit in (("height_noise", "mm"), ("power_noise", "W"), ("force_noise", "N")):
-            checks.nonnegative(name, getattr(self, name), unit)
+    def _check(self) -> None:
+        if self.problem.lateness_charge is None and self.start_time < 0:
+            raise self._refused("time", ">= 0")
 
     @property
     def start_height(self) -> float:
@@ -104,7 +106,7 @@ class WeldBeadStand(Frozen):
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of what the scanner, the clock, and the sensors of the last pass say."""
         return {
-            "height": "mm",
+            "height": units_of(type(self))["height"],
             "time_left": "s",
             "grinding_power": "W",
             "normal_force": "N",
@@ -122,12 +124,13 @@ class WeldBeadStand(Frozen):
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit (and dimension of arrays) of what a bead became."""
+        own = units_of(type(self))
         return {
             "penalty": "$",
-            "height": "mm",
+            "height": own["height"],
             "overground": "mm",
             "passes": "",
-            "time": "s",
+            "time": own["time"],
             "lateness": "s",
             "burned": "",
             "true_cut_depth": ("mm", "pass"),
@@ -190,13 +193,6 @@ class WeldBeadStand(Frozen):
         if isinstance(truth, SequenceProblem):
             return truth.model, truth.scatter
         return self._drawn(_checked_draw(truth(rng)), rng)
-
-
-def _checked_truth(truth: Any) -> None:
-    if truth is not None and not isinstance(truth, GrindingProcess | SequenceProblem) and not callable(truth):
-        raise TypeError(
-            f"truth must be None, a GrindingProcess, a SequenceProblem or a function of rng; got {checks.shown(truth)}"
-        )
 
 
 def _checked_draw(truth: Any) -> Any:

@@ -24,33 +24,24 @@ UNSEEN = 0.5
 
 
 @compiled(fastmath=REORDER)
-def _dot(weight, group, row, first_lag, low, high, flipped, target, node, nodes):
-    """Sum of weight[lag] * value[node - lag] over the targets 1..nodes-1; `flipped` is the value from the top down."""
-    begin = max(low, node - (nodes - 1))
-    count = max(0, min(high, node - 1) + 1 - begin)
-    shift = nodes - 1 - node + begin
-    begin -= first_lag
-    a = weight[group, row, begin : begin + count]  # slices from 0 on: the loop compiles to vector instructions
-    b = flipped[target, shift : shift + count]
-    total = 0.0
-    for k in range(count):
-        total += a[k] * b[k]
-    return total
-
-
-@compiled(fastmath=REORDER)
 def _expect(group, row, node, tables, value, flipped, level):
-    """E value(next) + charges of one row at one node. `flipped` is measured from the value of node 0."""
+    """E value(next) + charges of one row at one node. `flipped` is the value from the top down, less that of node 0."""
     weight, first_lag, reach, gone, stopped, above, charge, target, part, _ = tables
     nodes = value.shape[1]
+    begin = max(reach[group, row, 0], node - (nodes - 1))  # the lags that lead to the targets 1..nodes-1
+    count = max(0, min(reach[group, row, 1], node - 1) + 1 - begin)
+    shift = nodes - 1 - node + begin
+    a = weight[group, row, begin - first_lag : begin - first_lag + count]
     total = 0.0
     for corner in range(target.shape[2]):
         share = part[group, row, corner]
         if share == 0.0:
             continue
         to = target[group, row, corner]
-        bottom = value[to, 0]
-        inner = _dot(weight, group, row, first_lag, reach[group, row, 0], reach[group, row, 1], flipped, to, node, nodes)
+        bottom, inner = value[to, 0], 0.0
+        b = flipped[to, shift : shift + count]  # slices from 0 on: the loop compiles to vector instructions
+        for k in range(count):
+            inner += a[k] * b[k]
         if above.shape[2] > 0:
             inner -= above[group, row, node] * (value[to, nodes - 1] - bottom)
         total += share * (inner + bottom)
@@ -187,12 +178,11 @@ def _search(group, base, levels, regimes, stride, refine, coarse_q, tables, valu
     out_q, out_u, out_a = out
     count, nodes = levels.size, value.shape[1]
     scanned = (count - 1) // stride + 1
-    best, none = np.full(nodes, np.inf), np.full(nodes, np.inf)
-    out_q[:] = np.inf
+    best, none = np.empty(nodes), np.empty(nodes)
+    best[:], none[:], out_q[:], out_u[:], out_a[:] = np.inf, np.inf, np.inf, levels[0], 0
     for k in range(coarse_q.shape[0]):
         for node in range(nodes):
             out_q[node] = min(out_q[node], coarse_q[k, node])
-    out_u[:], out_a[:] = levels[0], 0
     for a in range(coarse_q.shape[0] // scanned):
         for regime in range(regimes.size - 1):
             low, high = regimes[regime], regimes[regime + 1]
@@ -219,8 +209,9 @@ def _search(group, base, levels, regimes, stride, refine, coarse_q, tables, valu
 
 
 @compiled(fastmath=REORDER)
-def _first_least(q, levels, out_q, out_u, out_a):
+def _first_least(q, levels, out):
     """Least row at every node where only the levels count; ties go to the first. Two passes that run along the nodes."""
+    out_q, out_u, out_a = out
     count, nodes = levels.size, out_q.size
     out_q[:] = np.inf
     for row in range(q.shape[0]):
@@ -249,36 +240,20 @@ def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, comp
     """
     row_at, level_at, regime_at, scan_at, levels, regimes, strides, refine, rows = plan
     for move in range(begin, end):
-        scanned = rows[scan_at[move] : scan_at[move + 1]]
+        scanned, own = rows[scan_at[move] : scan_at[move + 1]], levels[level_at[move] : level_at[move + 1]]
         sums = dense[scan_at[move] : scan_at[move + 1]]
         part = sums if complete else coarse_q[: scanned.size]
         for group in range(out_q.shape[1]):
+            out = (out_q[move, group], out_u[move, group], out_a[move, group])
             if not complete:
                 _scan(group, scanned, tables, value, flipped, level, sums, use_dense, part)
             if not refine[move] and strides[move] == 1:
-                _first_least(
-                    part,
-                    levels[level_at[move] : level_at[move + 1]],
-                    out_q[move, group],
-                    out_u[move, group],
-                    out_a[move, group],
-                )
-                continue
-            _search(
-                group,
-                row_at[move],
-                levels[level_at[move] : level_at[move + 1]],
-                regimes[regime_at[move] : regime_at[move + 1]],
-                strides[move],
-                refine[move],
-                part,
-                tables,
-                value,
-                flipped,
-                level,
-                (out_q[move, group], out_u[move, group], out_a[move, group]),
-                state,
-            )
+                _first_least(part, own, out)
+            else:
+                _search(
+                    group, row_at[move], own, regimes[regime_at[move] : regime_at[move + 1]], strides[move], refine[move],
+                    part, tables, value, flipped, level, out, state,
+                )  # fmt: skip
 
 
 @compiled(fastmath=REORDER)

@@ -1,12 +1,10 @@
 """What nobody tells the planner: how the coefficients of the process differ from pass to pass, and what motor turns the disc."""
 
-from dataclasses import dataclass
 from math import log1p, sqrt
 
 import numpy as np
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.base.units import hz
 from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -14,14 +12,14 @@ from sdpgrind.weldbead.sequence._process import GrindingProcess
 _GUARD_SPEED = 0.7236067977499789  # (1 + sqrt(0.2))/2 of the free speed: 80 % of the greatest power
 
 
-@dataclass(frozen=True)
-class CoefficientScatter(Frozen):
+@described()
+class CoefficientScatter(Described):
     """Log-normal coefficients with given means: each pass, or each bead, has its own.
 
     Parameters
     ----------
     specific_energy, idle_power, friction_ratio : float
-        Standard deviation over mean of each, dimensionless.
+        Standard deviation over mean of each, relative.
 
     Raises
     ------
@@ -37,13 +35,9 @@ class CoefficientScatter(Frozen):
     True
     """
 
-    specific_energy: float = 0.15
-    idle_power: float = 0.20
-    friction_ratio: float = 0.15
-
-    def __post_init__(self) -> None:
-        for name in ("specific_energy", "idle_power", "friction_ratio"):
-            checks.nonnegative(name, getattr(self, name))
+    specific_energy: float = quantity("1", at_least=0, default=0.15)
+    idle_power: float = quantity("1", at_least=0, default=0.20)
+    friction_ratio: float = quantity("1", at_least=0, default=0.15)
 
     def drawn(self, process: GrindingProcess, rng: np.random.Generator) -> GrindingProcess:
         """Return the process with coefficients (J/mm^3, W, 1) drawn round its own.
@@ -81,8 +75,8 @@ def _lognormal(relative_sd: float, normal: float) -> float:
     return float(np.exp(sqrt(variance) * normal - variance / 2))
 
 
-@dataclass(frozen=True)
-class Motor(Frozen):
+@described()
+class Motor(Described):
     """The motor that turns the disc, where it is another one than the process says.
 
     Parameters
@@ -94,9 +88,9 @@ class Motor(Frozen):
     spin_time : float
         Time constant of the spin, s; 0: it follows its load at once.
     guard : float
-        The platform does not rise while the spin is below this share of the free speed, dimensionless; 0: no guard.
+        The platform does not rise while the spin is below this share of the free speed; 0: no guard.
     stall : float
-        Below this share of the free speed the motor has stalled, and the pass is broken off, dimensionless.
+        Below this share of the free speed the motor has stalled, and the pass is broken off.
 
     Raises
     ------
@@ -109,18 +103,11 @@ class Motor(Frozen):
     50.0
     """
 
-    free_speed: float
-    speed_droop: float = 0.0
-    spin_time: float = 0.05
-    guard: float = 0.0
-    stall: float = 0.3
-
-    def __post_init__(self) -> None:
-        checks.positive("free_speed", self.free_speed, "rad/s")
-        checks.nonnegative("speed_droop", self.speed_droop, "rad/(s N mm)")
-        checks.nonnegative("spin_time", self.spin_time, "s")
-        for name in ("guard", "stall"):
-            checks.within(name, getattr(self, name), 0.0, 1.0)
+    free_speed: float = quantity("rad/s", above=0, usual=(10.0, 5000.0), typical=300)
+    speed_droop: float = quantity("rad/(s N mm)", at_least=0, default=0.0)
+    spin_time: float = quantity("s", at_least=0, default=0.05)
+    guard: float = quantity("1", at_least=0, at_most=1, default=0.0)
+    stall: float = quantity("1", at_least=0, at_most=1, default=0.3)
 
     @classmethod
     def air(cls) -> "Motor":

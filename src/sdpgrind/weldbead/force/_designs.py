@@ -1,6 +1,5 @@
 """Feedback laws found for given limits: tuned PI, disturbance observer, and the convex design as yardstick."""
 
-import dataclasses
 from collections.abc import Callable
 from functools import cached_property
 from typing import TypeAlias
@@ -9,9 +8,8 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.parallel import one_blas_thread
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, part, quantity
 from sdpgrind.base.units import hz
 from sdpgrind.control import Law, QLimits, Sampled, q_design, slope_bandwidth
 from sdpgrind.weldbead.force._feedback import PI, ForceLoop, ForcePlant
@@ -21,17 +19,16 @@ _Family: TypeAlias = Callable[[float, float], Law]
 _Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 
 
-@stored("force.limits")
-@dataclasses.dataclass(frozen=True)
-class DesignLimits(Frozen):
+@described("force.limits")
+class DesignLimits(Described):
     """What every feedback design is compared at.
 
     Parameters
     ----------
     runout_response : float
-        Largest force made at the alias of the disc speed, 20 to 50 Hz, per runout force, dimensionless.
+        Largest force made at the alias of the disc speed, 20 to 50 Hz, per runout force, unit 1.
     sensitivity_max, complementary_max : float
-        Ms and Mt, dimensionless; Ms = 2 implies a gain margin of 6 dB.
+        Ms and Mt, unit 1; Ms = 2 implies a gain margin of 6 dB.
 
     Examples
     --------
@@ -39,15 +36,9 @@ class DesignLimits(Frozen):
     2.0
     """
 
-    runout_response: float = 0.1
-    sensitivity_max: float = 2.0
-    complementary_max: float = 1.5
-
-    def __post_init__(self) -> None:
-        checks.positive("runout_response", self.runout_response)
-        for name in ("sensitivity_max", "complementary_max"):
-            if checks.number(name, getattr(self, name)) <= 1:
-                raise checks.refuse(name, "> 1", getattr(self, name))
+    runout_response: float = quantity("1", above=0, default=0.1)
+    sensitivity_max: float = quantity("1", above=1, default=2.0)
+    complementary_max: float = quantity("1", above=1, default=1.5)
 
 
 def runout_weight(plant: ForcePlant) -> tuple[Floats, Floats]:
@@ -123,9 +114,8 @@ def tuned_pi(plant: ForcePlant | None = None, limits: DesignLimits | None = None
     return tuned(law, ((0.2, 8.0), (0.05, 2.5)), plant, limits, "PI")
 
 
-@stored("force.observer")
-@dataclasses.dataclass(frozen=True)
-class DisturbanceObserver(Frozen):
+@described("force.observer")
+class DisturbanceObserver(Described):
     """Law that feeds back, low-passed, what the model of the loop did not foresee.
 
     Q(z) = (1 - a/z)/(1 - a) ((1 - p)/(1 - p/z))^2 / K_x with p = exp(-cutoff T); a = lead exp(-b1 T) takes the slowest pole of
@@ -136,7 +126,7 @@ class DisturbanceObserver(Frozen):
     cutoff : float
         Of the low-pass, rad/s.
     lead : float
-        Share of the slowest pole that is inverted, 0 to 1, dimensionless.
+        Share of the slowest pole that is inverted, unit 1, 0 to 1.
     plant : ForcePlant
         What is driven.
 
@@ -152,13 +142,9 @@ class DisturbanceObserver(Frozen):
     'observer'
     """
 
-    cutoff: float
-    lead: float = 1.0
-    plant: ForcePlant = dataclasses.field(default_factory=ForcePlant)
-
-    def __post_init__(self) -> None:
-        checks.positive("cutoff", self.cutoff, "rad/s")
-        checks.within("lead", self.lead, 0.0, 1.0)
+    cutoff: float = quantity("rad/s", above=0)
+    lead: float = quantity("1", at_least=0, at_most=1, default=1.0)
+    plant: ForcePlant = part(ForcePlant, default_factory=ForcePlant)
 
     @property
     def law(self) -> Law:

@@ -1,6 +1,5 @@
 """Position drive of the platform, from command to platform position, with stiction, play and backlash as data."""
 
-import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -9,20 +8,15 @@ from scipy.optimize import least_squares
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.base.units import hz
 from sdpgrind.control import held
 from sdpgrind.weldbead.force._kernels import DriveCore
 from sdpgrind.weldbead.force._servo import ServoTable
 
-_POSITIVE = {"gain": "1/s^2", "damping": "1/s", "lag": "rad/s", "lead": "rad/s", "dc_gain": "mm/V"}
-_NONNEGATIVE = {"tachometer": "s", "stuck_band": "mm", "play": "mm", "backlash": "mm"}
 
-
-@stored("force.drive")
-@dataclasses.dataclass(frozen=True)
-class TableDrive(Frozen):
+@described("force.drive")
+class TableDrive(Described):
     """Platform position X (mm) for a command X_c (mm): Brown (1988), (7.2), with the friction that his model leaves out.
 
     v' = gain F(s) (X_c - tachometer v - X) - damping v - friction, F(s) = (s/lead + 1)/(s/lag + 1).
@@ -60,21 +54,15 @@ class TableDrive(Frozen):
     array([  9. , 312.9, 312.9])
     """
 
-    gain: float
-    damping: float
-    tachometer: float = 0.0
-    lag: float = 1000.0
-    lead: float = 1000.0
-    stuck_band: float = 0.0
-    play: float = 0.0
-    backlash: float = 0.0
-    dc_gain: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name, unit in _POSITIVE.items():
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name), unit))
-        for name, unit in _NONNEGATIVE.items():
-            object.__setattr__(self, name, checks.nonnegative(name, getattr(self, name), unit))
+    gain: float = quantity("1/s^2", above=0)
+    damping: float = quantity("1/s", above=0)
+    tachometer: float = quantity("s", at_least=0, default=0.0)
+    lag: float = quantity("rad/s", above=0, default=1000.0)
+    lead: float = quantity("rad/s", above=0, default=1000.0)
+    stuck_band: float = quantity("mm", at_least=0, usual=(0.0, 2.0), typical=0.01, default=0.0)
+    play: float = quantity("mm", at_least=0, usual=(0.0, 5.0), typical=0.05, default=0.0)
+    backlash: float = quantity("mm", at_least=0, usual=(0.0, 5.0), typical=0.05, default=0.0)
+    dc_gain: float = quantity("mm/V", above=0, default=1.0)
 
     @property
     def transfer(self) -> scipy.signal.TransferFunction:

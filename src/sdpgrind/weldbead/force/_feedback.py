@@ -1,6 +1,5 @@
 """Feedback laws of the force loop and the loop that they close: law, drive, sensor, contact stiffness, delay."""
 
-import dataclasses
 from functools import cached_property
 from typing import Any
 
@@ -8,8 +7,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, count, described, part, quantity, text
 from sdpgrind.control import Law, Sampled, continuous, held, same_sample_time
 from sdpgrind.weldbead.force._drive import TableDrive, table_drive
 from sdpgrind.weldbead.force._sensor import SensorChain
@@ -19,9 +17,8 @@ CONTACT_STIFFNESS = 6e5 / 88.9**2
 """Rotational stiffness over the radius of a 7 inch disc squared, Brown (7.1b), N/mm."""
 
 
-@stored("force.plant")
-@dataclasses.dataclass(frozen=True)
-class ForcePlant(Frozen):
+@described("force.plant")
+class ForcePlant(Described):
     """What a force controller drives: table drive, contact, sensor, and the delay of computing and sending.
 
     Parameters
@@ -42,16 +39,10 @@ class ForcePlant(Frozen):
     75.92
     """
 
-    drive: TableDrive = dataclasses.field(default_factory=table_drive)
-    sensor: SensorChain = dataclasses.field(default_factory=SensorChain)
-    contact_stiffness: float = CONTACT_STIFFNESS
-    delay_samples: int = 1
-
-    def __post_init__(self) -> None:
-        checks.kind("drive", self.drive, TableDrive, ", as table_drive() gives it")
-        checks.kind("sensor", self.sensor, SensorChain)
-        checks.positive("contact_stiffness", self.contact_stiffness, "N/mm")
-        checks.count("delay_samples", self.delay_samples, at_least=0)
+    drive: TableDrive = part(TableDrive, ", as table_drive() gives it", default_factory=table_drive)
+    sensor: SensorChain = part(SensorChain, default_factory=SensorChain)
+    contact_stiffness: float = quantity("N/mm", above=0, default=CONTACT_STIFFNESS)
+    delay_samples: int = count(0, default=1)
 
     @property
     def sample_time(self) -> float:
@@ -88,8 +79,8 @@ def _series(first: _System, second: _System) -> tuple[Floats, Floats, Floats]:
     return whole, np.concatenate([B, np.zeros(len(second[1]))]), np.concatenate([second[3] * C, second[2]])
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class ForceLoop(Frozen):
+@described(eq=False)
+class ForceLoop(Described):
     """A feedback law and what it drives: everything that `margins` and `ForceController` need.
 
     Parameters
@@ -113,11 +104,11 @@ class ForceLoop(Frozen):
     (1, 1.0)
     """
 
-    law: Law
-    plant: ForcePlant
-    name: str = "law"
+    law: Law = part(Law)
+    plant: ForcePlant = part(ForcePlant)
+    name: str = text(default="law")
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         same_sample_time(self.plant, self.law.system)
         worst = float(np.max(np.abs(self.open.closed().poles)))
         if worst >= 1:
@@ -150,9 +141,8 @@ class ForceLoop(Frozen):
         return self.replace(plant=self.plant.replace(delay_samples=delay_samples))
 
 
-@stored("force.pi")
-@dataclasses.dataclass(frozen=True)
-class PI(Frozen):
+@described("force.pi")
+class PI(Described):
     """Sampled proportional and integral law by Tustin's rule: Brown (1988), (7.4) and (7.6).
 
     u_k = K_I T xi_k + (K_p + K_I T/2) e_k, xi_{k+1} = xi_k + e_k.
@@ -172,14 +162,9 @@ class PI(Frozen):
     [0.15, 0.25]
     """
 
-    kp: float
-    ki: float
-    sample_time: float = 1 / 60
-
-    def __post_init__(self) -> None:
-        checks.nonnegative("kp", self.kp, "mm/N")
-        checks.positive("ki", self.ki, "mm/(N s)")
-        checks.positive("sample_time", self.sample_time, "s")
+    kp: float = quantity("mm/N", at_least=0)
+    ki: float = quantity("mm/(N s)", above=0)
+    sample_time: float = quantity("s", above=0, default=1 / 60)
 
     @property
     def law(self) -> Law:

@@ -1,16 +1,12 @@
 """What the platform may do, and how it behaves without contact."""
 
-import dataclasses
 from math import inf
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, count, described, quantity
 
 
-@stored("force.command_limits")
-@dataclasses.dataclass(frozen=True)
-class Limits(Frozen):
+@described("force.command_limits")
+class Limits(Described):
     """What the platform may do, and how it behaves without contact.
 
     Parameters
@@ -32,18 +28,13 @@ class Limits(Frozen):
     1.0
     """
 
-    command_min: float = -inf
-    command_max: float = inf
-    command_rate_max: float = inf
-    contact_force: float = 1.0
-    patience: int = 6
-    approach_rate_max: float = 1.0
+    command_min: float = quantity("mm", usual=(-1000.0, 1000.0), typical=10, default=-inf)
+    command_max: float = quantity("mm", usual=(-1000.0, 1000.0), typical=10, default=inf)
+    command_rate_max: float = quantity("mm/s", above=0, usual=(0.05, 1000.0), typical=20, default=inf)
+    contact_force: float = quantity("N", at_least=0, default=1.0)
+    patience: int = count(default=6)
+    approach_rate_max: float = quantity("mm/s", at_least=0, usual=(0.0, 500.0), typical=1, default=1.0)
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         if not self.command_min < self.command_max:
-            raise checks.refuse("command_max", f"> command_min = {self.command_min:g}", self.command_max, "mm")
-        if not self.command_rate_max > 0:
-            raise checks.refuse("command_rate_max", "> 0", self.command_rate_max, "mm/s")
-        checks.nonnegative("contact_force", self.contact_force, "N")
-        checks.count("patience", self.patience)
-        checks.nonnegative("approach_rate_max", self.approach_rate_max, "mm/s")
+            raise self._refused("command_max", f"> command_min = {self.command_min:g}")

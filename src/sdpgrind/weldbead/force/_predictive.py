@@ -1,16 +1,13 @@
 """Model predictive control of the force: the linear law that it is without limits, and its matrices."""
 
-import dataclasses
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, count, described, part, quantity
 from sdpgrind.control import Law, Sampled
 from sdpgrind.weldbead.force._designs import DesignLimits, best_parameters
 from sdpgrind.weldbead.force._feedback import ForceLoop, ForcePlant
@@ -26,9 +23,8 @@ class Prediction(NamedTuple):
     gain: Floats
 
 
-@stored("force.predictive")
-@dataclasses.dataclass(frozen=True)
-class Predictive(Frozen):
+@described("force.predictive")
+class Predictive(Described):
     """Predictive law: over `horizon` samples, least sum of (F - F_ref)^2 + move_weight (K_x change of command)^2.
 
     A Kalman filter estimates the loop's state and an offset of the platform (mm) that drifts, so that nothing is left over.
@@ -37,9 +33,9 @@ class Predictive(Frozen):
     Parameters
     ----------
     move_weight : float
-        Weight of a change of command against an error of force, dimensionless.
+        Weight of a change of command against an error of force, unit 1.
     drift : float
-        How fast the offset drifts against the noise of the sensor, K_x sd(change in a sample)/sd(reading), dimensionless.
+        How fast the offset drifts against the noise of the sensor, K_x sd(change in a sample)/sd(reading), unit 1.
     horizon : int
         Samples looked ahead, a whole number.
     plant : ForcePlant
@@ -56,15 +52,10 @@ class Predictive(Frozen):
     'predictive'
     """
 
-    move_weight: float = 10.0
-    drift: float = 0.1
-    horizon: int = 20
-    plant: ForcePlant = dataclasses.field(default_factory=ForcePlant)
-
-    def __post_init__(self) -> None:
-        checks.positive("move_weight", self.move_weight)
-        checks.positive("drift", self.drift)
-        checks.count("horizon", self.horizon, at_least=2)
+    move_weight: float = quantity("1", above=0, default=10.0)
+    drift: float = quantity("1", above=0, default=0.1)
+    horizon: int = count(2, default=20)
+    plant: ForcePlant = part(ForcePlant, default_factory=ForcePlant)
 
     @classmethod
     def design(cls, plant: ForcePlant | None = None, limits: DesignLimits | None = None, horizon: int = 20) -> "Predictive":

@@ -1,6 +1,5 @@
 """Force sensor: analogue filter, sampling inside the sensor, digital filter, output at the rate of the controller."""
 
-import dataclasses
 from math import pi
 
 import numpy as np
@@ -9,16 +8,14 @@ import scipy.signal
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, count, described, quantity
 from sdpgrind.base.units import hz
 from sdpgrind.control import Sampled, continuous, ramped
 from sdpgrind.weldbead.force._kernels import SensorCore
 
 
-@stored("force.sensor")
-@dataclasses.dataclass(frozen=True)
-class SensorChain(Frozen):
+@described("force.sensor")
+class SensorChain(Described):
     """From the force at the grinder to the number that the controller reads: Brown (1988), 7.2.
 
     The filter of 30 Hz at an output rate of 60 Hz is no anti-alias filter: what the disc does at 50 Hz is read at 10 Hz.
@@ -51,25 +48,18 @@ class SensorChain(Frozen):
     array([ -9.8, -12.4])
     """
 
-    analogue_cutoff: float | None = hz(120.0)
-    cutoff: float = hz(30.0)
-    inner_rate: int | None = 8
-    sample_time: float = 1 / 60
-    noise_sd: float = 0.2
-    quantum: float = 0.1
+    analogue_cutoff: float | None = quantity("rad/s", above=0, default=hz(120.0))
+    cutoff: float = quantity("rad/s", above=0, default=hz(30.0))
+    inner_rate: int | None = count(default=8)
+    sample_time: float = quantity("s", above=0, default=1 / 60)
+    noise_sd: float = quantity("N", at_least=0, default=0.2)
+    quantum: float = quantity("N", at_least=0, default=0.1)
 
-    def __post_init__(self) -> None:
-        if self.analogue_cutoff is not None:
-            checks.positive("analogue_cutoff", self.analogue_cutoff, "rad/s")
-        checks.positive("cutoff", self.cutoff, "rad/s")
-        checks.positive("sample_time", self.sample_time, "s")
-        checks.nonnegative("noise_sd", self.noise_sd, "N")
-        checks.nonnegative("quantum", self.quantum, "N")
+    def _check(self) -> None:
         if self.inner_rate is not None:
-            checks.count("inner_rate", self.inner_rate)
             half = pi * self.inner_rate / self.sample_time
             if self.cutoff >= half * (1 - 1e-9):
-                raise checks.refuse("cutoff", f"< {half:g}, half the rate inside the sensor", self.cutoff, "rad/s")
+                raise self._refused("cutoff", f"< {half:g}, half the rate inside the sensor")
 
     @property
     def inner_time(self) -> float:

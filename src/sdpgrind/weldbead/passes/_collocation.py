@@ -15,9 +15,8 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind import physics
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.base.stored import stored
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
@@ -35,8 +34,8 @@ ENGAGED = 3.0
 """Distance (mm) of the tip from both ends of the bead between which the equation is used."""
 
 
-@dataclasses.dataclass(frozen=True)
-class Freedom(Frozen):
+@described()
+class Freedom(Described):
     """What the optimal control of a pass may choose besides the heights, and how fast it may move.
 
     Parameters
@@ -65,20 +64,18 @@ class Freedom(Frozen):
     0.001
     """
 
-    feed_rate_min: float
-    feed_rate_max: float
-    time_weight: float = 1e-3
-    height_rate_max: float = np.inf
-    force_rate_max: float = np.inf
+    feed_rate_min: float = quantity("mm/s", above=0, usual=(0.05, 1000.0), typical=10)
+    feed_rate_max: float = custom(unit="mm/s")  # may be infinite
+    time_weight: float = quantity("mm^2", at_least=0, default=1e-3)
+    height_rate_max: float = custom(unit="mm/s", default=np.inf)
+    force_rate_max: float = custom(unit="N/s", default=np.inf)
 
-    def __post_init__(self) -> None:
-        checks.positive("feed_rate_min", self.feed_rate_min, "mm/s")
-        checks.nonnegative("time_weight", self.time_weight, "mm^2")
+    def _check(self) -> None:
         if not self.feed_rate_max >= self.feed_rate_min:
-            raise checks.refuse("feed_rate_max", f">= feed_rate_min, {self.feed_rate_min:g}", self.feed_rate_max, "mm/s")
-        for name, unit in {"height_rate_max": "mm/s", "force_rate_max": "N/s"}.items():
+            raise self._refused("feed_rate_max", f">= feed_rate_min, {self.feed_rate_min:g}")
+        for name in ("height_rate_max", "force_rate_max"):
             if not getattr(self, name) > 0:
-                raise checks.refuse(name, "> 0", getattr(self, name), unit)
+                raise self._refused(name, "> 0")
 
 
 @stored("weldbead.collocation")

@@ -1,14 +1,12 @@
 """A tilted disc on a rotational spring: Brown (1988), 6.4."""
 
-import dataclasses
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, custom, described, part, quantity, valued
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead.passes._kernels import Core
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -58,9 +56,21 @@ class Linearized(NamedTuple):
     normal_force: float
 
 
-@stored("weldbead.tilted_disc")
-@dataclasses.dataclass(frozen=True)
-class TiltedDisc(Frozen):
+def _checked_table(name: str, table: Any) -> tuple[tuple[float, float], ...]:
+    """Return the wind-ups (rad) and torques (N mm) of a spring as plain pairs."""
+    rows = checks.finite_array(name, table, "rad, N mm")
+    if rows.ndim != 2 or rows.shape[0] < 2 or rows.shape[1] != 2:
+        raise ValueError(f"compliance must be pairs of wind-up and torque (rad, N mm), two at least; got shape {rows.shape}")
+    if np.any(rows[0] != 0):
+        raise ValueError(f"compliance must begin at no wind-up and no torque (rad, N mm); got {tuple(rows[0].tolist())}")
+    if np.any(np.diff(rows, axis=0) <= 0):
+        k = int(np.argmax(np.any(np.diff(rows, axis=0) <= 0, axis=1)))
+        raise ValueError(f"compliance must increase in both columns (rad, N mm); got {rows[k].tolist()}, {rows[k + 1].tolist()}")
+    return tuple((float(a), float(t)) for a, t in rows)
+
+
+@described("weldbead.tilted_disc")
+class TiltedDisc(Described):
     """A rigid disc held at an angle by a rotational spring, cutting with its face: Brown (1988), 6.4.
 
     Parameters
@@ -74,9 +84,9 @@ class TiltedDisc(Frozen):
     compliance : sequence of (float, float), optional
         Wind-up (rad) and torque (N mm) of a spring that is not linear: from (0, 0) on, both increasing.
     stall_guard : float
-        Share of the motor's greatest power that a plan may use (droop > 0), 1.
+        Share of the motor's greatest power that a plan may use (droop > 0), unit 1.
     grinding_ratio : float
-        Volume ground for a volume of disc worn, G, 1; infinite: no wear.
+        Volume ground for a volume of disc worn, G, unit 1; infinite: no wear.
 
     Raises
     ------
@@ -93,17 +103,16 @@ class TiltedDisc(Frozen):
     (75.92, 14.0)
     """
 
-    model: GrindingProcess
-    relaxed_angle: float
-    rotational_stiffness: float | None = None
-    compliance: tuple[tuple[float, float], ...] | None = None
-    stall_guard: float = 0.8
-    grinding_ratio: float = np.inf
+    model: GrindingProcess = part(GrindingProcess)
+    relaxed_angle: float = quantity("rad")
+    rotational_stiffness: float | None = quantity("N mm/rad", above=0, default=None)
+    compliance: tuple[tuple[float, float], ...] | None = custom(_checked_table, default=None)
+    stall_guard: float = quantity("1", at_least=0, at_most=1, default=0.8)
+    grinding_ratio: float = quantity("1", above=0, default=np.inf)
 
-    def __post_init__(self) -> None:
-        checks.kind("model", self.model, GrindingProcess)
-        angle = checks.number("relaxed_angle", self.relaxed_angle, "rad")
-        if not 0 < angle < np.pi / 2 or angle > STEEPEST:
+    def _check(self) -> None:
+        angle = self.relaxed_angle
+        if not 0 < angle <= STEEPEST:
             hint = "; units.deg(20) for degrees" if angle > STEEPEST else ""
             raise ValueError(f"relaxed_angle must be in (0, {STEEPEST:g}] (rad){hint}; got {angle!r}")
         if self.model.specific_energy > ENERGIES:
@@ -112,13 +121,6 @@ class TiltedDisc(Frozen):
             )
         if (self.rotational_stiffness is None) == (self.compliance is None):
             raise ValueError("either rotational_stiffness (N mm/rad) or compliance must be given")
-        if self.rotational_stiffness is not None:
-            checks.positive("rotational_stiffness", self.rotational_stiffness, "N mm/rad")
-        else:
-            object.__setattr__(self, "compliance", _checked_table(self.compliance))
-        checks.within("stall_guard", self.stall_guard, 0.0, 1.0)
-        if not self.grinding_ratio > 0:
-            raise checks.refuse("grinding_ratio", "> 0", self.grinding_ratio)
         if self.power_max < self.model.idle_power:
             raise ValueError(
                 f"idle_power must be below the {self.power_max:.4g} W that the grinder may use, or it cannot cut at all (W);"
@@ -149,8 +151,9 @@ class TiltedDisc(Frozen):
     @property
     def job(self) -> dict[str, tuple[float, str] | object]:
         """What a controller and a machine must agree on: angle (rad) and compliance (N mm/rad)."""
-        spring = self.compliance if self.rotational_stiffness is None else (self.rotational_stiffness, "N mm/rad")
-        return {"relaxed_angle": (self.relaxed_angle, "rad"), "compliance": spring}
+        told = valued(self, ("relaxed_angle", "rotational_stiffness"))
+        spring = self.compliance if self.rotational_stiffness is None else told["rotational_stiffness"]
+        return {"relaxed_angle": told["relaxed_angle"], "compliance": spring}
 
     @property
     def contact_stiffness(self) -> float:
@@ -244,15 +247,3 @@ class TiltedDisc(Frozen):
             m.disk_radius, angles, torques, min(peak, most), m.free_speed, m.speed_droop, m.friction_ratio,
             m.specific_energy, m.idle_power, float(self.grinding_ratio),
         )  # fmt: skip
-
-
-def _checked_table(table: Any) -> tuple[tuple[float, float], ...]:
-    rows = checks.finite_array("compliance", table, "rad, N mm")
-    if rows.ndim != 2 or rows.shape[0] < 2 or rows.shape[1] != 2:
-        raise ValueError(f"compliance must be pairs of wind-up and torque (rad, N mm), two at least; got shape {rows.shape}")
-    if np.any(rows[0] != 0):
-        raise ValueError(f"compliance must begin at no wind-up and no torque (rad, N mm); got {tuple(rows[0].tolist())}")
-    if np.any(np.diff(rows, axis=0) <= 0):
-        k = int(np.argmax(np.any(np.diff(rows, axis=0) <= 0, axis=1)))
-        raise ValueError(f"compliance must increase in both columns (rad, N mm); got {rows[k].tolist()}, {rows[k + 1].tolist()}")
-    return tuple((float(a), float(t)) for a, t in rows)

@@ -1,25 +1,23 @@
 """What one pass is asked for."""
 
-import dataclasses
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, flag, law, part, quantity
 from sdpgrind.base.warned import warn
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
 from sdpgrind.weldbead.sequence._burn import BurnLimit
 
+_BURN_LIMITS = "a ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit"
 
-@stored("weldbead.pass_problem")
-@dataclasses.dataclass(frozen=True)
-class PassProblem(Frozen):
+
+@described("weldbead.pass_problem")
+class PassProblem(Described):
     """One pass over a measured bead: how much to take off on average, towards what shape, within which limits.
 
     Parameters
@@ -64,32 +62,20 @@ class PassProblem(Frozen):
     """
 
     _inside: ClassVar[str] = "disc"
-    disc: TiltedDisc
-    bead: Contour
-    mean_cut: float
-    feed_rate: float
-    target_shape: Contour | None = None
-    parent: Contour | None = None
-    allow_overground: bool = False
-    normal_force_max: float = 90.0
-    burn_limit: BurnLimit | None = None
-    spacing: float = 0.05
+    disc: TiltedDisc = part(TiltedDisc)
+    bead: Contour = part(Contour)
+    mean_cut: float = quantity("mm", at_least=0, usual=(0.0, 60.0), typical=0.2)
+    feed_rate: float = quantity("mm/s", above=0, usual=(0.1, 1000.0), typical=20)
+    target_shape: Contour | None = part(Contour, default=None)
+    parent: Contour | None = part(Contour, default=None)
+    allow_overground: bool = flag(default=False)
+    normal_force_max: float = quantity("N", above=0, default=90.0)
+    burn_limit: BurnLimit | None = law({}, _BURN_LIMITS, "interval", "margin", default=None)
+    spacing: float = quantity("mm", above=0, usual=(1e-3, 50.0), typical=0.05, default=0.05)
 
-    def __post_init__(self) -> None:
-        checks.kind("disc", self.disc, TiltedDisc)
-        checks.kind("bead", self.bead, Contour)
-        for name in ("target_shape", "parent"):
-            if getattr(self, name) is not None:
-                checks.kind(name, getattr(self, name), Contour)
-        if self.burn_limit is not None:
-            checks.able(
-                "burn_limit", self.burn_limit, "a ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit", "interval", "margin"
-            )
-        checks.nonnegative("mean_cut", self.mean_cut, "mm")
-        for name, unit in {"feed_rate": "mm/s", "normal_force_max": "N", "spacing": "mm"}.items():
-            checks.positive(name, getattr(self, name), unit)
+    def _check(self) -> None:
         if self.spacing > self.bead.length / 10:
-            raise checks.refuse("spacing", f"<= {self.bead.length / 10:g}, a tenth of the bead", self.spacing, "mm")
+            raise self._refused("spacing", f"<= {self.bead.length / 10:g}, a tenth of the bead")
         if self.force_limit < float(self.disc.model.threshold_force):
             raise ValueError(
                 f"normal_force_max must be > {float(self.disc.model.threshold_force):.4g}, below which nothing is cut (N);"
