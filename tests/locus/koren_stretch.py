@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus import Stretch
 
 START = 44 / 401  # v at x = 20
 

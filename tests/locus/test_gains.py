@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from koren_stretch import START, koren, loop_slope_of, v_of
+from locus_inside import Lag, Pid, lagged_map, radius, sampled_radius
 
 from sdpgrind import locus
 from sdpgrind.locus import gains
-from sdpgrind.locus.gains._loops import Lag, Pid, lagged_map, radius, sampled_radius
 
 KOREN = koren()
 WHOLE = gains.design_gain(KOREN, x=(0.5, 20.0))

@@ -16,13 +16,11 @@ from closed_forms import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from locus_inside import _presets
 from scipy.optimize import brentq
 
 from sdpgrind import physics, units
-from sdpgrind.locus.processes import _presets
-from sdpgrind.locus.processes._dressed_grinding import DressedGrinding
-from sdpgrind.locus.processes._grinding import Grinding
-from sdpgrind.locus.processes._roughness import Roughness
+from sdpgrind.locus.processes import DressedGrinding, Grinding, Roughness
 
 PROBLEM = _presets.preset("grinding")
 GRINDING = PROBLEM.model

@@ -5,15 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from locus_inside import ABOVE, BELOW, INSIDE, NO_KEY, Inversion, Table, find_state, run_many, tape, work_size
+from locus_inside import inversion_kernels as kernels
 from scipy.optimize import brentq
 
-from sdpgrind.locus._curve import inversion_kernels as kernels
-from sdpgrind.locus._curve.inversion import Inversion
-from sdpgrind.locus._curve.inversion_kernels import find_state, retrieve
-from sdpgrind.locus._problem.tape import tape
-from sdpgrind.locus._problem.tape_kernels import run_many, work_size
-from sdpgrind.locus._trace.table import Table
-from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY
+from sdpgrind.locus.kernels import retrieve
 
 LOW, HIGH = 0.2, 20.0
 FORMS = {
@@ -93,6 +89,7 @@ def test_a_line_takes_two_evaluations_and_no_response_many(monkeypatch):
     seen = []
     real = kernels.run
     monkeypatch.setattr(kernels, "run", lambda *given: (seen.append(1), real(*given)))
+    monkeypatch.setattr(kernels, "_newton", kernels._newton.py_func)
     counts = {}
     for form in FORMS:
         packed, most = response(form), 0

@@ -8,10 +8,10 @@ import pytest
 from closed_forms import GAINS, koren_run, named, slacks
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from locus_inside import _presets
 from scipy.optimize import brentq, minimize
 
-from sdpgrind.locus.processes import _presets
-from sdpgrind.locus.processes._koren_example import KorenExample
+from sdpgrind.locus.processes import KorenExample
 
 EXAMPLE = KorenExample()
 X = st.floats(0.5, 20.0)

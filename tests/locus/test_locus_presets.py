@@ -4,9 +4,9 @@ import casadi as ca
 import numpy as np
 import pytest
 from closed_forms import named
+from locus_inside import _presets
 
 from sdpgrind.base import stored
-from sdpgrind.locus.processes import _presets
 
 NAMES = [info.name for info in _presets.presets()]
 

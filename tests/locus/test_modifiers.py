@@ -5,11 +5,11 @@ from itertools import product
 
 import numpy as np
 import pytest
+from locus_inside import pattern
 from scipy.optimize import minimize
 
 from sdpgrind import locus
-from sdpgrind.locus._correct.modifiers import ModifierController, pattern
-from sdpgrind.locus._robust.robust import robust_locus
+from sdpgrind.locus import ModifierController, robust_locus
 
 
 def problem(power=1.0, slope=0.0, x=(0.2, 5.0)):

@@ -6,9 +6,9 @@ import pytest
 from closed_forms import named, slacks, slsqp
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from locus_inside import _presets
 
-from sdpgrind.locus.processes import _presets
-from sdpgrind.locus.processes._motor import MotorAxis
+from sdpgrind.locus.processes import MotorAxis
 
 PROBLEM = _presets.preset("motor")
 AXIS = PROBLEM.model

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from hard_problems import PROBLEMS
+from locus_inside import pieces as _pieces
 
 from sdpgrind import locus
-from sdpgrind.locus._trace import pieces as _pieces
 
 
 @pytest.mark.parametrize(

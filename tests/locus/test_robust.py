@@ -6,10 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 from koren_stretch import u_of, v_of
+from locus_inside import feedback_points
 from scipy.optimize import minimize_scalar
 
 from sdpgrind import locus
-from sdpgrind.locus._robust.robust import feedback_points, robust_locus
+from sdpgrind.locus import robust_locus
 
 RANGE = (0.6, 5.0)
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from locus_inside import ABOVE, BELOW, INSIDE, NO_KEY, Table, pack
 from scipy.interpolate import CubicHermiteSpline
 
-from sdpgrind.locus._trace.table import Table
-from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up, pack
+from sdpgrind.locus.kernels import look_up
 
 
 def waves(key):

@@ -5,9 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from sdpgrind.locus._problem.tape import tape
-from sdpgrind.locus._problem.tape_kernels import Op, run, run_many, work_size
+from locus_inside import Op, run, run_many, tape, work_size
 
 AWKWARD = [
     0.0,

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from hard_problems import PROBLEMS, one, problem
+from locus_inside import _exchange, work_size
+from locus_inside import kkt_kernels as kkt
+from locus_inside import trace_kernels as kernels
 
 from sdpgrind.base.compiled import opened
-from sdpgrind.locus._problem.tape_kernels import work_size
-from sdpgrind.locus._trace import kkt_kernels as kkt
-from sdpgrind.locus._trace import trace_kernels as kernels
-from sdpgrind.locus._trace.exchange_kernels import _exchange
 
 exchange = opened(_exchange)
 

@@ -8,10 +8,10 @@ import pytest
 from closed_forms import M_PER_MIN, ON_TURNING_LOCUS, named, slacks, slsqp, turning_rates
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from locus_inside import _presets
 from scipy.optimize import brentq, minimize_scalar
 
-from sdpgrind.locus.processes import _presets
-from sdpgrind.locus.processes._turning import Turning, tool_change_time
+from sdpgrind.locus.processes import Turning, tool_change_time
 
 PROBLEM = _presets.preset("turning")
 TURNING = PROBLEM.model

@@ -9,14 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plunge_inside import CONSTRAINTS, SETTINGS, SOLVED, Task, moved, optimum, program, readings
 from scipy.optimize import brentq
 
 import hwsim
 from sdpgrind import plunge
-from sdpgrind.plunge._learn import readings
-from sdpgrind.plunge._learn.bounding import moved
-from sdpgrind.plunge._stages.program import CONSTRAINTS, SETTINGS, program
-from sdpgrind.plunge._stages.solvers import SOLVED, Task, optimum
 
 COARSE = plunge.preset("simulation")
 FINE = COARSE.replace(sample_time=0.02)

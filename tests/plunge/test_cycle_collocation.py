@@ -7,11 +7,10 @@ import warnings
 import numpy as np
 import pytest
 from cycle_sets import NOMINAL, play, problem
+from plunge_inside import allowed_rate, burn_depth, burns_always, collocation, coolest, core_at
+from plunge_inside import dp as _dp
 
 from sdpgrind import physics, plunge, units
-from sdpgrind.plunge._model.dynamics import allowed_rate, burn_depth, burns_always, coolest, core_at
-from sdpgrind.plunge._plan import collocation
-from sdpgrind.plunge._plan import dp as _dp
 
 RANGE = (units.hz(2), units.hz(8))
 

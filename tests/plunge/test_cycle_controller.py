@@ -5,10 +5,10 @@ import pytest
 from cycle_parts import EXACT, MODEL, PRINTED, PROBLEM, SAMPLE, SHARP, WORN, became, run, zero_at
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plunge_inside import state as places
 
 import hwsim
 from sdpgrind import physics, plunge
-from sdpgrind.plunge._control import state as places
 
 # The printed cycle. Rows marked (cal) fixed the preset: they test this code, not the model -----------------------------
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from cycle_sets import NOMINAL, play, problem
+from plunge_inside import core_at
+from plunge_inside import dp as _dp
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from sdpgrind import physics, plunge, sdp
-from sdpgrind.plunge._model.dynamics import core_at
-from sdpgrind.plunge._plan import dp as _dp
 
 
 @pytest.mark.parametrize(("number", "margin"), [(0, 0.0), (7, 0.0), (8, 0.0), (3, 0.03)])

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plunge_inside import kernels as _kernels
+from plunge_inside import state as places
 from plunge_twins import Filter, Printed, Wheel, ground
 from scipy.optimize import brentq
 
@@ -14,8 +16,6 @@ import hwsim
 from sdpgrind import physics, plunge
 from sdpgrind.base.compiled import opened
 from sdpgrind.plunge import kernels
-from sdpgrind.plunge._control import state as places
-from sdpgrind.plunge._model import kernels as _kernels
 
 PROBLEM = plunge.preset("simulation")
 MODEL = PROBLEM.model

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plunge_inside import _Bias, measured_slack, noise_of_slack, scatter_of_slack
 
 import hwsim
 from sdpgrind import physics, plunge
-from sdpgrind.plunge._learn.margins import _Bias
-from sdpgrind.plunge._learn.readings import measured_slack, noise_of_slack, scatter_of_slack
 
 PROBLEM = plunge.preset("simulation")
 SHARPER = PROBLEM.replace(wear_flat_area=0.9 * 0.026)

@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plunge_inside import Envelope, Limits, _damage, _slowing
 from scipy.integrate import quad, simpson, solve_ivp
 
 from sdpgrind import physics, plunge
 from sdpgrind.base.compiled import opened
 from sdpgrind.plunge import kernels
-from sdpgrind.plunge._model.kernels import _damage
-from sdpgrind.plunge._plan.envelope import Envelope, Limits
-from sdpgrind.plunge._plan.exact import _slowing
 
 damage = opened(_damage)
 

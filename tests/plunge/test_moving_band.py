@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
+from plunge_inside import DECAY
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import kve
 
 from sdpgrind import plunge
-from sdpgrind.plunge._model.kernels import DECAY
 
 PROBLEM = plunge.preset("simulation")
 MODEL = PROBLEM.model

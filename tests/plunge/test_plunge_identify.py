@@ -6,11 +6,11 @@ import xarray as xr
 from cycle_readings import EXPERIMENT, LONG, NOMINAL, RATE, SIZE, STEP, TIME, cramer_rao, cycle, found, noisy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plunge_inside import contact as _contact
+from plunge_inside import cycles as _records
 from scipy import integrate, optimize
 
 from sdpgrind import identify, plunge, units
-from sdpgrind.plunge._identify import contact as _contact
-from sdpgrind.plunge._identify import cycles as _records
 
 # Parts and logs ---------------------------------------------------------------------------------------------------
 
@@ -181,7 +181,7 @@ def test_one_per_cent_of_power(rate, published):
     model = NOMINAL.model
     v = np.full(12, model.burn_rate if rate is None else rate)
     part = _records.Cycle("", np.arange(12.0), v, v, 1.01 * model.grinding_power(v), np.zeros(12))
-    from sdpgrind.plunge._identify.sharpness import samples
+    from plunge_inside import samples
 
     each, _ = samples(part, model, v, np.ones(12, dtype=bool), np.inf)
     percent = 100 * (each[0] / model.wear_flat_area - 1)

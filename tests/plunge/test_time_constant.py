@@ -5,11 +5,11 @@ import pytest
 from cycle_readings import LONG, RATE, SIZE, STEP, TAU, TIME, cramer_rao, cycle, found, noisy, spread
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plunge_inside import cycles as _records
+from plunge_inside import time_constant as _time_constant
 from scipy import integrate, signal
 
 from sdpgrind import identify, plunge
-from sdpgrind.plunge._identify import cycles as _records
-from sdpgrind.plunge._identify import time_constant as _time_constant
 
 # Time constant: the numbers of the source's own recipe and of the right one ----------------------------------------
 

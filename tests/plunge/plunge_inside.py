@@ -1,0 +1,32 @@
+"""What tests of the plunge reach inside the package: twins of kernels, and parts that no user names."""
+
+from sdpgrind.plunge._control import state as state
+from sdpgrind.plunge._identify import contact as contact
+from sdpgrind.plunge._identify import cycles as cycles
+from sdpgrind.plunge._identify import time_constant as time_constant
+from sdpgrind.plunge._identify.sharpness import samples as samples
+from sdpgrind.plunge._learn import readings as readings
+from sdpgrind.plunge._learn.bounding import moved as moved
+from sdpgrind.plunge._learn.margins import _Bias as _Bias
+from sdpgrind.plunge._learn.readings import measured_slack as measured_slack
+from sdpgrind.plunge._learn.readings import noise_of_slack as noise_of_slack
+from sdpgrind.plunge._learn.readings import scatter_of_slack as scatter_of_slack
+from sdpgrind.plunge._model import kernels as kernels
+from sdpgrind.plunge._model.dynamics import allowed_rate as allowed_rate
+from sdpgrind.plunge._model.dynamics import burn_depth as burn_depth
+from sdpgrind.plunge._model.dynamics import burns_always as burns_always
+from sdpgrind.plunge._model.dynamics import coolest as coolest
+from sdpgrind.plunge._model.dynamics import core_at as core_at
+from sdpgrind.plunge._model.kernels import DECAY as DECAY
+from sdpgrind.plunge._model.kernels import _damage as _damage
+from sdpgrind.plunge._plan import collocation as collocation
+from sdpgrind.plunge._plan import dp as dp
+from sdpgrind.plunge._plan.envelope import Envelope as Envelope
+from sdpgrind.plunge._plan.envelope import Limits as Limits
+from sdpgrind.plunge._plan.exact import _slowing as _slowing
+from sdpgrind.plunge._stages.program import CONSTRAINTS as CONSTRAINTS
+from sdpgrind.plunge._stages.program import SETTINGS as SETTINGS
+from sdpgrind.plunge._stages.program import program as program
+from sdpgrind.plunge._stages.solvers import SOLVED as SOLVED
+from sdpgrind.plunge._stages.solvers import Task as Task
+from sdpgrind.plunge._stages.solvers import optimum as optimum
