@@ -10,37 +10,36 @@ One tick of a loop is::
 
 `loop` is ``TableLoop.sampled(tick).parameters``, `axis` is `TorqueAxis.parameters`; `law`, `state`, `time` and `torque` are what
 `TorqueController.law` holds; each `state` is changed and is the caller's own copy. `controller_step` is `torque_at` and
-`controller_sample`, one after the other. Places in the arrays have names in this module: `ANGLE`, `SPEED`, `MEAN_TORQUE` of the
-axis; `CURRENT`, `ESTIMATE`, `REFERENCE`, `COUNT` of a controller; and their sizes `STATES`, `CONTROL` and, of the table, `TABLE`.
+`controller_sample`, one after the other. The arrays are rows of `MOTOR` (state of the axis) and `CONTROLLER`: in a
+kernel ``state.view(MOTOR)[0].angle`` has the angle (see `sdpgrind.base.states`). Their places have names, too: `ANGLE`,
+`SPEED`, `MEAN_TORQUE` of the axis; `CURRENT`, `ESTIMATE`, `REFERENCE`, `COUNT` of a controller; and their sizes `STATES`,
+`CONTROL` and, of the table, `TABLE`.
 
 The hidden physics of a simulated cell: `cell`, its compiled steps; `CellTruth` and `CellScatter`, `HeightField`.
 """
 
+from sdpgrind.base.states import places, width
 from sdpgrind.finishing._plant import kernels as cell
 from sdpgrind.finishing._plant.height import HeightField
 from sdpgrind.finishing._plant.truth import CellScatter, CellTruth
 from sdpgrind.finishing.timing._table_kernels import TABLE, table_step
 from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import controller_sample, controller_step, feed_override, torque_at
-from sdpgrind.finishing.torque._slots import (
-    ANGLE,
-    CONTROL,
-    COUNT,
-    CURRENT,
-    ESTIMATE,
-    MEAN_TORQUE,
-    REFERENCE,
-    SPEED,
-    STATES,
-)
+from sdpgrind.finishing.torque._states import CONTROLLER, MOTOR
+
+ANGLE, SPEED, MEAN_TORQUE = places(MOTOR, "angle", "speed", "mean_torque")
+CURRENT, ESTIMATE, REFERENCE, COUNT = places(CONTROLLER, "current", "estimate", "reference", "count")
+STATES, CONTROL = width(MOTOR), width(CONTROLLER)
 
 __all__ = [
     "ANGLE",
     "CONTROL",
+    "CONTROLLER",
     "COUNT",
     "CURRENT",
     "ESTIMATE",
     "MEAN_TORQUE",
+    "MOTOR",
     "REFERENCE",
     "SPEED",
     "STATES",

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from torque_twins import DampedTwin, LqgTwin, PidffTwin
 
+from sdpgrind.base.states import named
 from sdpgrind.finishing import kernels
-from sdpgrind.finishing.torque import _slots as at
 from sdpgrind.finishing.torque._axis import TorqueAxis
 from sdpgrind.finishing.torque._controller import TorqueController
 from sdpgrind.finishing.torque._gains import DampingGains, LqgGains, PidffGains
@@ -165,9 +165,9 @@ def test_the_integral_waits_at_the_limit():
     for _ in range(100):
         current = kernels.controller_sample(law.parameters, state, 0.0, 5.0, 0.0, 0.0)
     assert current == pytest.approx(1.0, abs=AXIS.current_step)
-    assert state[at.INTEGRAL] == 0.0
+    assert named(state, kernels.CONTROLLER).integral == 0.0
     kernels.controller_sample(law.parameters, state, 0.0, -0.01, 0.0, 0.0)
-    assert state[at.INTEGRAL] != 0.0
+    assert named(state, kernels.CONTROLLER).integral != 0.0
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -8,9 +8,9 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.finishing.timing._table_kernels import table_step
-from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
-from sdpgrind.finishing.torque._controller_kernels import controller_step, feed_override, torque_at
-from sdpgrind.finishing.torque._slots import ANGLE, ESTIMATE, MEAN_TORQUE, REFERENCE
+from sdpgrind.finishing.torque._axis_kernels import _axis_tick, encoder_reading
+from sdpgrind.finishing.torque._controller_kernels import _controller_step, _feed_override, _torque_at
+from sdpgrind.finishing.torque._states import AXIS, CONTROLLER, LAW, MOTOR
 
 # Columns of a course: time, commands of the table, tip, normal, azimuth of the tool, what weight presses, direction to next row.
 TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, COLUMNS = 0, 1, 3, 6, 9, 12, 13, 16
@@ -148,20 +148,26 @@ def _slide(place, along, cell, state):
 @compiled
 def tick(course, waves, loop, cell, axis, state, axis_state, trace, current, override):
     """Advance by a tick with a current (A) and a share of the planned speed, both held."""
+    _tick(course, waves, loop, cell, axis.view(AXIS)[0], state, axis_state.view(MOTOR)[0], trace, current, override)
+
+
+@compiled
+def _tick(course, waves, loop, cell, axis, state, motor, trace, current, override):
+    """Advance by a tick, with the names of the torque axis."""
     before = state[PLAYED]
     place, along, slope, weight = touch(course, waves, loop, cell, state, override * cell[TICK])
     forward = _slide(place, along, cell, state)
     angle = cell[CONTACT_ANGLE] + cell[SIDE] * np.arctan(slope)
     lever = np.cos(angle) - cell[SIDE] * cell[FRICTION] * np.sin(angle) * forward
     surface = surface_angle(cell, state)
-    axis_tick(axis_state, _converted(current, cell), cell[LOAD] - weight, state[SURFACE], surface, axis)
+    _axis_tick(axis, motor, _converted(current, cell), cell[LOAD] - weight, state[SURFACE], surface)
     state[SURFACE] = surface
-    state[FORCE] = max(axis_state[MEAN_TORQUE], 0.0) / (1e-3 * cell[LEVER] * max(lever, _LEAST))
+    state[FORCE] = max(motor.mean_torque, 0.0) / (1e-3 * cell[LEVER] * max(lever, _LEAST))
     state[TICKS] += 1.0
-    if axis_state[MEAN_TORQUE] > _FLYING and state[TOUCHED] < 0.0:
+    if motor.mean_torque > _FLYING and state[TOUCHED] < 0.0:
         state[TOUCHED] = state[TICKS]
     if state[PLAYED] > before:
-        _count(state, axis_state[MEAN_TORQUE] <= _FLYING)
+        _count(state, motor.mean_torque <= _FLYING)
     _keep(state, cell, trace)
 
 
@@ -212,20 +218,27 @@ def _keep(state, cell, trace):
 @compiled
 def shown(cell, axis_state):
     """What the encoder says, rad."""
-    return encoder_reading(axis_state[ANGLE] + cell[OFFSET], cell[RESOLUTION])
+    return _shown(cell, axis_state.view(MOTOR)[0])
+
+
+@compiled
+def _shown(cell, motor):
+    return encoder_reading(motor.angle + cell[OFFSET], cell[RESOLUTION])
 
 
 @compiled
 def finish(course, waves, loop, cell, axis, state, axis_state, trace, law, controller, time, torque, known, table, most):
     """Work on under a controller until the table of rows is full or the part is done; return rows, and whether it is done."""
+    motor, known_axis = axis_state.view(MOTOR)[0], axis.view(AXIS)[0]
+    setting, told = law.view(LAW)[0], controller.view(CONTROLLER)[0]
     for row in range(table.shape[0]):
-        angle, played = shown(cell, axis_state), state[PLAYED]
-        current = controller_step(law, controller, angle, played, time, torque, 0.0, 0.0)
-        override = feed_override(law, controller)
+        angle, played = _shown(cell, motor), state[PLAYED]
+        current = _controller_step(setting, told, angle, played, time, torque, 0.0, 0.0)
+        override = _feed_override(setting, told)
         table[row, 0], table[row, 1], table[row, 2], table[row, 3] = angle, played, current, override
-        load = torque_at(time, known, played, controller)
-        table[row, 4], table[row, 5] = controller[ESTIMATE] - load, controller[REFERENCE] - load
-        tick(course, waves, loop, cell, axis, state, axis_state, trace, current, override)
+        load = _torque_at(time, known, played, told)
+        table[row, 4], table[row, 5] = told.estimate - load, told.reference - load
+        _tick(course, waves, loop, cell, known_axis, state, motor, trace, current, override)
         if state[PLAYED] >= course[course.shape[0] - 1, TIME] or state[TICKS] >= most:
             return row + 1, True
     return table.shape[0], False

@@ -34,8 +34,8 @@ class Trapezoid(Described):
     """
 
     length: float = quantity("mm", at_least=0, usual=(0.0, 1e6), typical=100)
-    speed_max: float = quantity("mm/s", above=0, usual=(0.05, 1e4), typical=25)
-    acceleration: float = quantity("mm/s^2", above=0, usual=(1.0, 1e6), typical=1000)
+    speed_max: float = quantity("mm/s", above=0, usual=(1e-3, 1e6), typical=25)
+    acceleration: float = quantity("mm/s^2", above=0, usual=(1e-3, 1e7), typical=1000)
 
     @property
     def peak(self) -> float:

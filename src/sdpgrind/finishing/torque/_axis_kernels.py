@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.finishing.torque import _slots as at
+from sdpgrind.finishing.torque._states import AXIS, MOTOR
 
 _EVENTS = 100
 """Touches and lifts within a piece of a tick; a contact lasts half a period, so that there are never more than a few."""
@@ -26,25 +26,31 @@ def axis_tick(state, current, load_torque, surface, next_surface, axis):
     Parameters
     ----------
     state : array, (STATES,)
-        Motor angle (rad) and speed (rad/s); at `MEAN_TORQUE` the mean contact torque of the tick (N m) is written.
+        State of the axis, a row of `MOTOR`; the mean contact torque of the tick (N m) is written there.
     current, load_torque : float
         Held over the tick, A and N m.
     surface, next_surface : float
         Angle at which the surface is touched at the begin and the end of the tick, rad; a straight line between.
-    axis : array, (AXIS,)
-        J (kg m^2), k_e (N m/rad), k_t (N m/A) and the length of a tick (s).
+    axis : array, (4,)
+        J (kg m^2), k_e (N m/rad), k_t (N m/A) and the length of a tick (s): a row of `AXIS`.
     """
-    inertia, stiffness, tick = axis[at.INERTIA], axis[at.STIFFNESS], axis[at.TICK]
-    drive = axis[at.TORQUE_CONSTANT] * current - load_torque
+    return _axis_tick(axis.view(AXIS)[0], state.view(MOTOR)[0], current, load_torque, surface, next_surface)
+
+
+@compiled
+def _axis_tick(axis, motor, current, load_torque, surface, next_surface):
+    """Advance the axis over a tick; loops view axis and state once and call this."""
+    inertia, stiffness, tick = axis.inertia, axis.stiffness, axis.tick
+    drive = axis.torque_constant * current - load_torque
     slope = (next_surface - surface) / tick
     frequency = np.sqrt(stiffness / inertia)
     pieces = int(np.ceil(frequency * tick))  # of less than 1 rad each, far from half a period
-    gap, speed = state[at.ANGLE] - surface, state[at.SPEED] - slope
+    gap, speed = motor.angle - surface, motor.speed - slope
     for _ in range(pieces):
         gap, speed = _piece(gap, speed, tick / pieces, drive / inertia, drive / stiffness, frequency)
-    before = state[at.SPEED]
-    state[at.ANGLE], state[at.SPEED] = next_surface + gap, speed + slope
-    state[at.MEAN_TORQUE] = drive - inertia * (state[at.SPEED] - before) / tick
+    before = motor.speed
+    motor.angle, motor.speed = next_surface + gap, speed + slope
+    motor.mean_torque = drive - inertia * (motor.speed - before) / tick
     return stiffness * max(gap, 0.0)
 
 

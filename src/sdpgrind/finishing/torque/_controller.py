@@ -14,7 +14,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
 from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, units_of
-from sdpgrind.finishing.torque import _slots as at
+from sdpgrind.base.states import floats, places
 from sdpgrind.finishing.torque._axis import TorqueAxis, true_axis
 from sdpgrind.finishing.torque._controller_kernels import controller_step, torque_at
 from sdpgrind.finishing.torque._gains import Gains
@@ -23,9 +23,12 @@ from sdpgrind.finishing.torque._loop import AxisLoop
 from sdpgrind.finishing.torque._model import continuous, sampled
 from sdpgrind.finishing.torque._poles import AxisPoles, check_stable, poles_of
 from sdpgrind.finishing.torque._reference import Reference, reference
+from sdpgrind.finishing.torque._states import CONTROLLER, LAW
 
 _UNDAMPED = 0.5  # s: how long to wait for a contact that nothing damps
 _DIGEST = 12  # hexadecimal digits
+_COUNT, _PATH_TIME, _ESTIMATE, _REFERENCE = places(CONTROLLER, "count", "path_time", "estimate", "reference")
+(_SETTLE_STEPS,) = places(LAW, "settle_steps")
 
 
 @described(eq=False)
@@ -163,8 +166,9 @@ class TorqueController(Stateful, Described):
     def law(self) -> TorqueLaw:
         """Arrays for compiled loops, in N m, A, rad and s."""
         known = self.reference
-        start = np.zeros(at.CONTROL)
-        return TorqueLaw(self.setting.parameters(self.settling), start, known.time, known.torque + known.load, known.load)
+        return TorqueLaw(
+            self.setting.parameters(self.settling), floats(CONTROLLER), known.time, known.torque + known.load, known.load
+        )
 
     @cached_property
     def state(self) -> Floats:
@@ -222,17 +226,17 @@ class TorqueController(Stateful, Described):
             With the observer "ideal", which needs to know the true torque (N m).
         """
         law, state = self.law, self.state
-        if law.parameters[at.KIND] == at.PIDFF and law.parameters[at.OBSERVER] == at.IDEAL:
+        if self.observer == "ideal":
             raise checks.refuse("observer", "'pid' or 'state' on a machine: no sensor has the true contact torque", "ideal")
         current = controller_step(law.parameters, state, float(motor_angle), float(path_time), law.time, law.torque, 0.0, 0.0)
         if self.motion is None:
             return {"current": current}
-        count = state[at.COUNT]
-        command = {"current": current, "feed_override": 1.0 if count > law.parameters[at.SETTLE_STEPS] else 0.0}
+        count = state[_COUNT]
+        command = {"current": current, "feed_override": 1.0 if count > law.parameters[_SETTLE_STEPS] else 0.0}
         return {**command, "motion": self.motion.profile} if count == 1.0 else command
 
     def report(self) -> dict[str, float]:
         """Return what it takes the contact torque to be, and what it is to be (N m)."""
         law, state = self.law, self.state
-        load = float(torque_at(law.time, law.load, state[at.PATH_TIME], state))
-        return {"torque_estimate": float(state[at.ESTIMATE]) - load, "torque_ref": float(state[at.REFERENCE]) - load}
+        load = float(torque_at(law.time, law.load, state[_PATH_TIME], state))
+        return {"torque_estimate": float(state[_ESTIMATE]) - load, "torque_ref": float(state[_REFERENCE]) - load}

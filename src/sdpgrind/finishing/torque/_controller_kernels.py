@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.finishing.torque import _slots as at
+from sdpgrind.finishing.torque import _states as at
 
 
 @compiled
@@ -23,13 +23,25 @@ def controller_step(law, state, motor_angle, path_time, time, torque, true_torqu
     true_torque, true_speed : float
         True contact torque (N m) and speed (rad/s), for the law that is given both; others do not look.
     """
-    return controller_sample(law, state, motor_angle, torque_at(time, torque, path_time, state), true_torque, true_speed)
+    known, s = law.view(at.LAW)[0], state.view(at.CONTROLLER)[0]
+    return _controller_step(known, s, motor_angle, path_time, time, torque, true_torque, true_speed)
+
+
+@compiled
+def _controller_step(law, s, motor_angle, path_time, time, torque, true_torque, true_speed):
+    """Take a sample, with the names of law and state; loops view both once and call this."""
+    return _sample(law, s, motor_angle, _torque_at(time, torque, path_time, s), true_torque, true_speed)
 
 
 @compiled
 def feed_override(law, state):
     """Return 1.0 when so many samples have been taken that the contact has settled, else 0.0: dimensionless."""
-    return 1.0 if state[at.COUNT] > law[at.SETTLE_STEPS] else 0.0
+    return _feed_override(law.view(at.LAW)[0], state.view(at.CONTROLLER)[0])
+
+
+@compiled
+def _feed_override(law, s):
+    return 1.0 if s.count > law.settle_steps else 0.0
 
 
 @compiled
@@ -45,15 +57,20 @@ def torque_at(time, torque, path_time, state):
     state : array
         State of a controller, which remembers the place.
     """
+    return _torque_at(time, torque, path_time, state.view(at.CONTROLLER)[0])
+
+
+@compiled
+def _torque_at(time, torque, path_time, s):
     if np.isnan(path_time):
-        path_time = state[at.PATH_TIME]
-    state[at.PATH_TIME] = path_time
-    k, last = int(state[at.INDEX]), time.size - 1
+        path_time = s.path_time
+    s.path_time = path_time
+    k, last = int(s.index), time.size - 1
     while k > 0 and time[k] > path_time:
         k -= 1
     while k < last and time[k + 1] <= path_time:
         k += 1
-    state[at.INDEX] = k
+    s.index = k
     if k == last or path_time <= time[k]:
         return torque[k]
     return torque[k] + (torque[k + 1] - torque[k]) * ((path_time - time[k]) / (time[k + 1] - time[k]))
@@ -74,132 +91,145 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
     true_torque, true_speed : float
         True contact torque (N m) and speed (rad/s), for the law that is given both; others do not look.
     """
-    step = law[at.SAMPLE_TIME]
-    state[at.COUNT] += 1.0
-    state[at.REFERENCE] = torque_ref
-    if state[at.SEEN] == 0.0:
-        _begin(law, state, motor_angle)
+    return _sample(law.view(at.LAW)[0], state.view(at.CONTROLLER)[0], motor_angle, torque_ref, true_torque, true_speed)
+
+
+@compiled
+def _sample(law, s, motor_angle, torque_ref, true_torque, true_speed):
+    """Take a sample with a torque reference, with the names of law and state."""
+    step = law.sample_time
+    s.count += 1.0
+    s.reference = torque_ref
+    if s.seen == 0.0:
+        _begin(law, s, motor_angle)
     if not np.isfinite(motor_angle):
-        motor_angle = state[at.READING] + step * state[at.MOTION_SPEED]
-    state[at.MOTION_SPEED] = (motor_angle - state[at.READING]) / step
-    state[at.READING] = motor_angle
-    if state[at.SEEN] == 0.0:  # what is not known cannot be fed back
+        motor_angle = s.reading + step * s.motion_speed
+    s.motion_speed = (motor_angle - s.reading) / step
+    s.reading = motor_angle
+    if s.seen == 0.0:  # what is not known cannot be fed back
         current = _limited(law, torque_ref)
-    elif law[at.KIND] == at.PIDFF:
-        current = _pidff(law, state, true_torque, true_speed)
-    elif law[at.KIND] == at.LQG:
-        current = _lqg(law, state)
-    elif law[at.KIND] == at.DAMPED:
-        current = _damped(law, state)
+    elif law.kind == at.PIDFF:
+        current = _pidff(law, s, true_torque, true_speed)
+    elif law.kind == at.LQG:
+        current = _lqg(law, s)
+    elif law.kind == at.DAMPED:
+        current = _damped(law, s)
     else:
         current = _limited(law, torque_ref)
-        state[at.ESTIMATE] = law[at.MOTOR_CONSTANT] * current
-    state[at.CURRENT] = current
+        s.estimate = law.motor_constant * current
+    s.current = current
     return current
 
 
 @compiled
-def _begin(law, state, motor_angle):
+def _begin(law, s, motor_angle):
     """Begin the observer where the first reading is, wherever the encoder has its zero; nothing is touched there."""
     if np.isfinite(motor_angle):
-        state[at.SEEN] = 1.0
-        state[at.READING] = state[at.OBS_ANGLE] = motor_angle
-        if law[at.KIND] == at.LQG:
-            state[at.OBS_TORQUE] = -law[at.LAW_STIFFNESS] * motor_angle
+        s.seen = 1.0
+        s.reading = s.obs_angle = motor_angle
+        if law.kind == at.LQG:
+            s.obs_torque = -law.stiffness * motor_angle
 
 
 @compiled
 def _limited(law, torque):
     """Current (A) for a torque (N m), in the converter's steps and within the limit."""
-    current = torque / law[at.MOTOR_CONSTANT]
-    most = law[at.CURRENT_MAX]
-    if law[at.CURRENT_STEP] > 0.0:
-        current = law[at.CURRENT_STEP] * np.floor(current / law[at.CURRENT_STEP] + 0.5)
-        most = law[at.CURRENT_STEP] * np.floor(most / law[at.CURRENT_STEP] + 1e-9)
+    current = torque / law.motor_constant
+    most = law.current_max
+    if law.current_step > 0.0:
+        current = law.current_step * np.floor(current / law.current_step + 0.5)
+        most = law.current_step * np.floor(most / law.current_step + 1e-9)
     return min(max(current, -most), most)
 
 
 @compiled
-def _pidff(law, state, true_torque, true_speed):
+def _pidff(law, s, true_torque, true_speed):
     """PID on the torque error, derivative by k_e omega, the reference fed forward: Wang (6)."""
     torque, speed = true_torque, true_speed
     pull = 0.0
-    if law[at.OBSERVER] != at.IDEAL:
-        pull = _observed(law, state)
-        torque, speed = state[at.ESTIMATE], state[at.MOTION_SPEED]
-    state[at.ESTIMATE] = torque
-    wanted = state[at.REFERENCE]
-    if law[at.PREFILTER] < 1.0:
-        state[at.FILTERED] += (1.0 - law[at.PREFILTER]) * (wanted - state[at.FILTERED])
-        wanted = state[at.FILTERED]
+    if law.observer != at.IDEAL:
+        pull = _observed(law, s)
+        torque, speed = s.estimate, s.motion_speed
+    s.estimate = torque
+    wanted = s.reference
+    if law.prefilter < 1.0:
+        s.filtered += (1.0 - law.prefilter) * (wanted - s.filtered)
+        wanted = s.filtered
     error = wanted - torque
-    scale = law[at.LAW_INERTIA] / law[at.LAW_STIFFNESS]
-    integral = state[at.INTEGRAL] + law[at.SAMPLE_TIME] * error
-    feedback = law[at.KP] * error - law[at.KD] * law[at.LAW_STIFFNESS] * speed
-    asked = scale * (feedback + law[at.KI] * integral) + wanted
-    if abs(asked) <= law[at.MOTOR_CONSTANT] * law[at.CURRENT_MAX] or asked * error < 0.0:
-        state[at.INTEGRAL] = integral  # else it would wind up against the limit
+    scale = law.inertia / law.stiffness
+    integral = s.integral + law.sample_time * error
+    feedback = law.kp * error - law.kd * law.stiffness * speed
+    asked = scale * (feedback + law.ki * integral) + wanted
+    if abs(asked) <= law.motor_constant * law.current_max or asked * error < 0.0:
+        s.integral = integral  # else it would wind up against the limit
     current = _limited(law, asked)
-    if law[at.OBSERVER] != at.IDEAL:
-        _foresee(law, state, current, pull)
+    if law.observer != at.IDEAL:
+        _foresee(law, s, current, pull)
     return current
 
 
 @compiled
-def _observed(law, state):
+def _observed(law, s):
     """Estimate the torque, and return what pulls the observer's motor to the true one, N m: Wang (9), corrected."""
-    error = state[at.READING] - state[at.OBS_ANGLE]
-    if law[at.OBSERVER] == at.PID_OBSERVER:
-        state[at.OBS_TORQUE] += law[at.SAMPLE_TIME] * law[at.OBS_KI] * error
-        pull = law[at.OBS_KP] * error + state[at.OBS_TORQUE] + law[at.OBS_KD] * (state[at.MOTION_SPEED] - state[at.OBS_SPEED])
-        state[at.ESTIMATE] = -pull
+    error = s.reading - s.obs_angle
+    if law.observer == at.PID_OBSERVER:
+        s.obs_torque += law.sample_time * law.obs_ki * error
+        pull = law.obs_kp * error + s.obs_torque + law.obs_kd * (s.motion_speed - s.obs_speed)
+        s.estimate = -pull
         return pull
-    state[at.ESTIMATE] = state[at.OBS_TORQUE]
+    s.estimate = s.obs_torque
     return error
 
 
 @compiled
-def _foresee(law, state, current, pull):
+def _foresee(law, s, current, pull):
     """Advance the observer by the current that is really given."""
-    step, inertia = law[at.SAMPLE_TIME], law[at.LAW_INERTIA]
-    drive = law[at.MOTOR_CONSTANT] * current
-    if law[at.OBSERVER] == at.PID_OBSERVER:
+    step, inertia = law.sample_time, law.inertia
+    drive = law.motor_constant * current
+    if law.observer == at.PID_OBSERVER:
         gain = (drive + pull) / inertia
-        state[at.OBS_ANGLE] += step * (state[at.OBS_SPEED] + 0.5 * step * gain)
-        state[at.OBS_SPEED] += step * gain
+        s.obs_angle += step * (s.obs_speed + 0.5 * step * gain)
+        s.obs_speed += step * gain
         return
-    gain = (drive - state[at.OBS_TORQUE] + law[at.OBS_KP] * pull) / inertia
-    state[at.OBS_ANGLE] += step * (state[at.OBS_SPEED] + 0.5 * step * gain + law[at.OBS_KD] / inertia * pull)
-    state[at.OBS_SPEED] += step * gain
-    state[at.OBS_TORQUE] -= step * law[at.OBS_KI] * pull
+    gain = (drive - s.obs_torque + law.obs_kp * pull) / inertia
+    s.obs_angle += step * (s.obs_speed + 0.5 * step * gain + law.obs_kd / inertia * pull)
+    s.obs_speed += step * gain
+    s.obs_torque -= step * law.obs_ki * pull
 
 
 @compiled
-def _damped(law, state):
+def _damped(law, s):
     """The reference, less damping by the speed without its slow part."""
-    speed = state[at.MOTION_SPEED]
-    state[at.SLOW_SPEED] += (1.0 - law[at.SPEED_POLE]) * (speed - state[at.SLOW_SPEED])
-    current = _limited(law, state[at.REFERENCE] - law[at.SPEED_GAIN] * (speed - state[at.SLOW_SPEED]))
-    state[at.ESTIMATE] = law[at.MOTOR_CONSTANT] * current
+    speed = s.motion_speed
+    s.slow_speed += (1.0 - law.speed_pole) * (speed - s.slow_speed)
+    current = _limited(law, s.reference - law.speed_gain * (speed - s.slow_speed))
+    s.estimate = law.motor_constant * current
     return current
 
 
 @compiled
-def _lqg(law, state):
+def _lqg(law, s):
     """Kalman filter over angle, speed, what the contact lacks of k_e theta, and its rate; then state feedback."""
-    error = state[at.READING] - state[at.OBS_ANGLE]
-    angle = state[at.OBS_ANGLE] + law[at.LQG_GAIN] * error
-    speed = state[at.OBS_SPEED] + law[at.LQG_GAIN + 1] * error
-    offset = state[at.OBS_TORQUE] + law[at.LQG_GAIN + 2] * error
-    rate = state[at.OBS_RATE] + law[at.LQG_GAIN + 3] * error
-    torque = law[at.LAW_STIFFNESS] * angle + offset
-    state[at.ESTIMATE] = torque
-    push = law[at.LQG_TORQUE] / law[at.LAW_STIFFNESS] * (torque - state[at.REFERENCE])
-    current = _limited(law, state[at.REFERENCE] - push - law[at.LQG_SPEED] * (speed + rate / law[at.LAW_STIFFNESS]))
-    drive = law[at.MOTOR_CONSTANT] * current
-    for i in range(4):
-        row = at.LQG_MATRIX + 4 * i
-        state[at.OBS_ANGLE + i] = (
-            law[row] * angle + law[row + 1] * speed + law[row + 2] * offset + law[row + 3] * rate + law[at.LQG_INPUT + i] * drive
-        )
+    error = s.reading - s.obs_angle
+    angle = s.obs_angle + law.gain[0] * error
+    speed = s.obs_speed + law.gain[1] * error
+    offset = s.obs_torque + law.gain[2] * error
+    rate = s.obs_rate + law.gain[3] * error
+    torque = law.stiffness * angle + offset
+    s.estimate = torque
+    push = law.feedback_torque / law.stiffness * (torque - s.reference)
+    current = _limited(law, s.reference - push - law.feedback_speed * (speed + rate / law.stiffness))
+    drive = law.motor_constant * current
+    s.obs_angle = _ahead(law, 0, angle, speed, offset, rate, drive)
+    s.obs_speed = _ahead(law, 1, angle, speed, offset, rate, drive)
+    s.obs_torque = _ahead(law, 2, angle, speed, offset, rate, drive)
+    s.obs_rate = _ahead(law, 3, angle, speed, offset, rate, drive)
     return current
+
+
+@compiled
+def _ahead(law, i, angle, speed, offset, rate, drive):
+    """One state of the filter a sample later."""
+    row = 4 * i
+    free = law.matrix[row] * angle + law.matrix[row + 1] * speed + law.matrix[row + 2] * offset + law.matrix[row + 3] * rate
+    return free + law.input[i] * drive

@@ -3,13 +3,15 @@
 import dataclasses
 from functools import cached_property
 from math import ceil, exp
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.torque import _slots as at
+from sdpgrind.base.quantities import specs
+from sdpgrind.base.states import floats, named
+from sdpgrind.finishing.torque import _states as at
 from sdpgrind.finishing.torque._axis import TorqueAxis
 from sdpgrind.finishing.torque._gains import DampingGains, Gains, LqgGains, PidffGains
 
@@ -73,38 +75,37 @@ class Setting:
     def linear(self) -> Floats:
         """Array for compiled code of the loop alone: nothing is rounded, clipped or filtered before it."""
         found = self.parameters(digital=False)
-        found[at.PREFILTER] = 0.0
+        named(found, at.LAW).prefilter = 0.0
         return found
 
     def parameters(self, settle_time: float = 0.0, digital: bool = True) -> Floats:
         """Array for compiled code; without `digital` currents are neither rounded nor clipped."""
-        axis, p = self.axis, np.zeros(at.LAW)
-        p[at.KIND], p[at.OBSERVER] = KINDS[self.kind], OBSERVERS[self.observer]
-        p[at.SAMPLE_TIME], p[at.MOTOR_CONSTANT] = axis.sample_time, axis.torque_constant
-        p[at.CURRENT_MAX], p[at.CURRENT_STEP] = (axis.current_limit, axis.current_step) if digital else (np.inf, 0.0)
-        p[at.SETTLE_STEPS] = ceil(settle_time / axis.sample_time - 1e-9)
-        p[at.LAW_INERTIA], p[at.LAW_STIFFNESS] = axis.inertia, axis.contact_angular_stiffness
+        axis, row = self.axis, floats(at.LAW)
+        p = named(row, at.LAW)
+        p.kind, p.observer = KINDS[self.kind], OBSERVERS[self.observer]
+        p.sample_time, p.motor_constant = axis.sample_time, axis.torque_constant
+        p.current_max, p.current_step = (axis.current_limit, axis.current_step) if digital else (np.inf, 0.0)
+        p.settle_steps = ceil(settle_time / axis.sample_time - 1e-9)
+        p.inertia, p.stiffness = axis.inertia, axis.contact_angular_stiffness
         if isinstance(self.gains, PidffGains):
             self._pidff(p, self.gains)
         elif isinstance(self.gains, DampingGains):
-            p[at.SPEED_GAIN] = self.gains.speed_gain(axis)
-            p[at.SPEED_POLE] = exp(-axis.sample_time / self.gains.highpass_time)
+            p.speed_gain = self.gains.speed_gain(axis)
+            p.speed_pole = exp(-axis.sample_time / self.gains.highpass_time)
         elif self.gains is not None:
             self._lqg(p, self.gains)
-        return p
+        return row
 
-    def _pidff(self, p: Floats, gains: PidffGains) -> None:
-        p[at.KP], p[at.KI], p[at.KD] = gains.kp, gains.ki, gains.kd
-        p[at.OBS_KP], p[at.OBS_KI], p[at.OBS_KD] = gains.obs_kp, gains.obs_ki, gains.obs_kd
+    def _pidff(self, p: Any, gains: PidffGains) -> None:
+        for name in specs(PidffGains):
+            setattr(p, name, getattr(gains, name))
         if self.prefilter:
-            p[at.PREFILTER] = exp(-gains.prefilter_rate(self.axis) * self.axis.sample_time)
+            p.prefilter = exp(-gains.prefilter_rate(self.axis) * self.axis.sample_time)
 
-    def _lqg(self, p: Floats, gains: LqgGains) -> None:
+    def _lqg(self, p: Any, gains: LqgGains) -> None:
         A, B, _ = gains.sampled(self.axis)
-        p[at.LQG_TORQUE], p[at.LQG_SPEED] = gains.feedback(self.axis)
-        p[at.LQG_GAIN : at.LQG_INPUT] = gains.kalman(self.axis)
-        p[at.LQG_INPUT : at.LQG_MATRIX] = B
-        p[at.LQG_MATRIX :] = A.ravel()
+        p.feedback_torque, p.feedback_speed = gains.feedback(self.axis)
+        p.gain, p.input, p.matrix = gains.kalman(self.axis), B, A.ravel()
 
 
 def setting(axis: TorqueAxis, kind: str, gains: object, observer: str, prefilter: bool) -> Setting:

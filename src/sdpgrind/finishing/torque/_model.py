@@ -5,22 +5,24 @@ from collections.abc import Callable
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.torque import _slots as at
+from sdpgrind.base.states import floats, places
 from sdpgrind.finishing.torque._axis import TorqueAxis
 from sdpgrind.finishing.torque._controller_kernels import controller_sample
 from sdpgrind.finishing.torque._gains import DampingGains, Gains, LqgGains, PidffGains
 from sdpgrind.finishing.torque._law import Setting
 from sdpgrind.finishing.torque._loop import INPUTS, OUTPUTS, AxisLoop
+from sdpgrind.finishing.torque._states import CONTROLLER
 
 # From state and inputs to what the state becomes and the outputs; linear.
 _Flow = Callable[[Floats, Floats], tuple[list[float], list[float]]]
 _KEPT = {
-    at.CONSTANT: [],
-    at.PIDFF: [at.READING, at.INTEGRAL, at.OBS_ANGLE, at.OBS_SPEED, at.OBS_TORQUE],
-    at.DAMPED: [at.READING, at.SLOW_SPEED],
-    at.LQG: [at.OBS_ANGLE, at.OBS_SPEED, at.OBS_TORQUE, at.OBS_RATE],
+    "constant": (),
+    "pidff": ("reading", "integral", "obs_angle", "obs_speed", "obs_torque"),
+    "damped": ("reading", "slow_speed"),
+    "lqg": ("obs_angle", "obs_speed", "obs_torque", "obs_rate"),
 }
 """What a controller remembers from sample to sample, the prefilter left out: it is not in the loop."""
+_SEEN, _ESTIMATE = places(CONTROLLER, "seen", "estimate")
 
 
 def continuous(setting: Setting, truth: TorqueAxis) -> AxisLoop:
@@ -38,17 +40,16 @@ def continuous(setting: Setting, truth: TorqueAxis) -> AxisLoop:
 def sampled(setting: Setting, truth: TorqueAxis) -> AxisLoop:
     """The loop of the compiled controller over a sample, currents held, without rounding; the surface held, too."""
     parameters = setting.linear
-    kept = _KEPT[int(parameters[at.KIND])]
-    if setting.kind == "pidff" and setting.observer == "ideal":
-        kept = [at.INTEGRAL]
+    names = ("integral",) if setting.kind == "pidff" and setting.observer == "ideal" else _KEPT[setting.kind]
+    kept = list(places(CONTROLLER, *names)) if names else []
 
     def flow(x: Floats, u: Floats) -> tuple[list[float], list[float]]:
-        state = np.zeros(at.CONTROL)
-        state[at.SEEN], state[kept] = 1.0, x[2:]
+        state = floats(CONTROLLER)
+        state[_SEEN], state[kept] = 1.0, x[2:]
         torque = truth.contact_angular_stiffness * (x[0] - u[2])
         current = controller_sample(parameters, state, x[0], u[0], torque, x[1])
         angle, speed = _swung(truth, x[0], x[1], current, u)
-        return [angle, speed, *state[kept]], [torque, state[at.ESTIMATE]]
+        return [angle, speed, *state[kept]], [torque, state[_ESTIMATE]]
 
     return _linear(flow, 2 + len(kept), setting.axis.sample_time)
 

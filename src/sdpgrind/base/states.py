@@ -1,0 +1,132 @@
+"""State and parameters of kernels by name: a row of floats whose places have names and units.
+
+A `record` is a numpy dtype of floats, so that the arrays which are kept, copied, saved and handed to kernels stay plain
+rows of floats. A kernel that Python calls views the row once, at its entry; below there are names. That costs nothing: the
+view is a pointer, and machine code is that of ``state[3]``. `named` gives plain Python the same names.
+
+Examples
+--------
+>>> import numpy as np
+>>> from sdpgrind.base.compiled import compiled
+>>> from sdpgrind.base.states import floats, named, record, units
+>>> AXIS = record("angle rad, speed rad/s, load_torque N m")
+>>> @compiled
+... def axis_step(state, inertia, tick):  # Python hands over the row of floats that it keeps
+...     axis = state.view(AXIS)[0]
+...     axis.speed -= tick * axis.load_torque / inertia
+...     axis.angle += tick * axis.speed
+>>> state = floats(AXIS)
+>>> named(state, AXIS).load_torque = -2.0
+>>> axis_step(state, 0.5, 0.1)
+>>> state.round(3).tolist(), units(AXIS)["load_torque"]
+([0.04, 0.4, -2.0], 'N m')
+"""
+
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+
+RecordType: TypeAlias = "np.dtype[np.void]"
+_FLOAT = np.dtype(np.float64)
+
+
+def record(fields: str) -> RecordType:
+    """Return the dtype of a row of floats with names.
+
+    Parameters
+    ----------
+    fields : str
+        Names, each with its unit, in the order of the row: ``"angle rad, speed rad/s"``; "1" for a pure number. A name with
+        a size, ``"gain[4] N m"``, is a vector: an array below its name, that many places of the row.
+
+    Returns
+    -------
+    numpy.dtype
+        Structured, floats only, without gaps; its metadata hold the units.
+
+    Raises
+    ------
+    ValueError
+        When a field has no unit, or two have one name.
+    """
+    known: dict[str, str] = {}
+    shapes: list[tuple[Any, ...]] = []
+    for field in fields.split(","):
+        name, _, unit = field.strip().partition(" ")
+        name, _, size = name.removesuffix("]").partition("[")
+        if not name.isidentifier() or not unit or name in known:
+            raise ValueError(f"fields must be 'name unit, name unit, ...', no name twice; got {field.strip()!r}")
+        known[name] = unit
+        shapes.append((name, _FLOAT, (int(size),)) if size else (name, _FLOAT))
+    return np.dtype(shapes, metadata={"units": known})
+
+
+def units(kind: RecordType) -> Mapping[str, str]:
+    """Return the unit of each field of a record, by name.
+
+    Parameters
+    ----------
+    kind : numpy.dtype
+        What `record` gave.
+    """
+    told: Mapping[str, str] = (kind.metadata or {})["units"]
+    return told
+
+
+def places(kind: RecordType, *names: str) -> tuple[int, ...]:
+    """Return where fields begin in the row, as plain Python wants to know it in a hot place.
+
+    Parameters
+    ----------
+    kind : numpy.dtype
+        What `record` gave.
+    *names : str
+        Fields; all of them by default.
+    """
+    fields = kind.fields or {}
+    return tuple(int(fields[name][1]) // _FLOAT.itemsize for name in names or fields)
+
+
+def width(kind: RecordType) -> int:
+    """Return how many floats the row has.
+
+    Parameters
+    ----------
+    kind : numpy.dtype
+        What `record` gave.
+    """
+    return kind.itemsize // _FLOAT.itemsize
+
+
+def floats(kind: RecordType) -> Floats:
+    """Return a row of zeros.
+
+    Parameters
+    ----------
+    kind : numpy.dtype
+        What `record` gave.
+    """
+    return np.zeros(width(kind))
+
+
+def named(row: Floats, kind: RecordType) -> Any:
+    """Return a view of a row with the names of a record: what is set there is set in the row.
+
+    Parameters
+    ----------
+    row : array, (width,)
+        Floats in one piece.
+    kind : numpy.dtype
+        What `record` gave.
+
+    Raises
+    ------
+    ValueError
+        When the row has another width.
+    """
+    if row.shape != (width(kind),):
+        raise ValueError(f"row must be of shape ({width(kind)},), as its record is; got {row.shape}")
+    return row.view(kind).view(np.recarray)[0]
