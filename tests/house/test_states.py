@@ -87,7 +87,7 @@ def test_an_order_that_changes_compiles_anew():
 
 @pytest.mark.parametrize("fields", ["angle", "angle rad, angle rad", "2 rad", "angle rad,", ""])
 def test_fields_are_refused(fields):
-    with pytest.raises(ValueError, match="fields must be 'name unit, name unit, ...', no name twice; got '"):
+    with pytest.raises(ValueError, match=r"fields must be 'name unit, name unit, ...', no name twice; got '"):
         record(fields)
 
 
