@@ -3,7 +3,8 @@
 import pytest
 
 import hwsim
-from sdpgrind import locus, plunge, weldbead
+from sdpgrind import finishing, locus, plunge, weldbead
+from sdpgrind.finishing.kernels import CellScatter
 
 CYCLE = plunge.preset("simulation")
 GRINDER = hwsim.PlungeGrinder(CYCLE)
@@ -15,6 +16,7 @@ AXIS = locus.preset("motor").model
 PROCESS = weldbead.preset("P1").model
 BEAD = weldbead.preset("P1")
 MALKIN = weldbead.MalkinBurnLimit.published(diameter=170.0)
+FINISHING = finishing.preset("specimen")
 
 CALLS = [
     (CYCLE, {"wheel_diameter": 0.05}, "mm, some 50; units.m(...) for metres; got 0.05"),
@@ -50,6 +52,18 @@ CALLS = [
     (BEAD, {"min_cut": 50}, "mm, some 0.1; units.um(...) for micrometres; got 50"),
     (MALKIN, {"diameter": 0.17}, "mm, some 170; units.m(...) for metres; got 0.17"),
     (weldbead.FinishCharge(1.0), {"reference_rate": 750}, "mm/s, some 10; units.mm_per_min(...) for mm/min; got 750"),
+    (FINISHING, {"tool_diameter": 0.004}, "mm, some 4; units.m(...) for metres; got 0.004"),
+    (FINISHING, {"tool_diameter": 4000}, "mm, some 4; units.um(...) for micrometres; got 4000"),
+    (FINISHING, {"acceleration": 0.9}, "mm/s^2, some 1000; units.m(...) for m/s^2; got 0.9"),
+    (FINISHING.path, {"deviation": 2000}, "mm, some 0.1; units.um(...) for micrometres; got 2000"),
+    (finishing.Arm.generic(), {"a2": 0.3}, "mm, some 300; units.m(...) for metres; got 0.3"),
+    (finishing.Arm.generic(), {"d1": 400e3}, "mm, some 400; units.um(...) for micrometres; got 400000.0"),
+    (
+        finishing.timing.Trapezoid(1.0, 25.0, 1000.0),
+        {"speed_max": 2.5e-5},
+        "mm/s, some 25; units.m_per_s(...) for m/s; got 2.5e-05",
+    ),
+    (CellScatter(), {"shortest_wavelength": 0.005}, "mm, some 5; units.m(...) for metres; got 0.005"),
 ]
 
 

@@ -72,8 +72,9 @@ def units(kind: RecordType) -> Mapping[str, str]:
     kind : numpy.dtype
         What `record` gave.
     """
-    told: Mapping[str, str] = (kind.metadata or {})["units"]
-    return told
+    told: Mapping[str, Any] = kind.metadata or {}
+    found: Mapping[str, str] = told["units"]
+    return found
 
 
 def places(kind: RecordType, *names: str) -> tuple[int, ...]:
@@ -86,7 +87,7 @@ def places(kind: RecordType, *names: str) -> tuple[int, ...]:
     *names : str
         Fields; all of them by default.
     """
-    fields = kind.fields or {}
+    fields: Mapping[str, Any] = kind.fields or {}
     return tuple(int(fields[name][1]) // _FLOAT.itemsize for name in names or fields)
 
 
