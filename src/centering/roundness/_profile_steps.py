@@ -3,7 +3,6 @@
 import dataclasses
 import warnings
 from math import inf, log, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from centering.roundness._form import ENOUGH, broad_form, form_of
 from centering.roundness._harmonics import HarmonicFit, even_harmonics, even_values, values_at
 from centering.roundness._origin import Made, Origin, scattered, told_form, told_gap, told_runout
 from centering.roundness._part_frame import from_part, into_part
+from centering.roundness._profile_protocol import Measured
 from centering.roundness._roundness import Roundness
 from centering.roundness._samples import Samples
 from centering.roundness._sampling import even_turn, highest_degree, supported, widest_gap
@@ -23,15 +23,12 @@ from centering.roundness._spectrum import Spectrum
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
-if TYPE_CHECKING:
-    from centering.roundness._profile import Profile
-
 _LEAST = 2  # upr: 1 upr is the offset
 _LEFT = 0.25  # of the samples: with that many degrees of freedom what a fit leaves is noise
 _BRIDGE = 2.0  # sd of one reading: a form that is less sure than that in a gap is warned of
 
 
-def without_runout(profile: "Profile", task: Task) -> Made:
+def without_runout(profile: Measured, task: Task) -> Made:
     """The same samples without the roller's runout; as they are where that is not told from noise."""
     with one_blas_thread():
         found = separate(task)
@@ -49,7 +46,7 @@ def without_runout(profile: "Profile", task: Task) -> Made:
     return Made(angle, reading, abs(found.tip_radius), circle, origin, found.residual, profile.internal)
 
 
-def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
+def filtered_evenly(profile: Measured, cut_off: float) -> Made:
     """One turn on an even grid, filtered by FFT."""
     deviation = filter_even(profile.deviation, cut_off)
     passed = transmission(np.arange((profile.angle.size + 1) // 2), cut_off)
@@ -58,7 +55,7 @@ def filtered_evenly(profile: "Profile", cut_off: float) -> Made:
     return dataclasses.replace(made, sd=averaged_sd(profile.deviation_sd, passed, scattered(sd[2:]), profile.noise_sd))
 
 
-def filtered(profile: "Profile", cut_off: float) -> Made:
+def filtered(profile: Measured, cut_off: float) -> Made:
     """Samples as they lie: harmonics by least squares, then an even grid with as many points as a turn had."""
     most = _most(profile)
     form = broad_form(_samples(profile, most), cut_off, most)
@@ -80,7 +77,7 @@ def _named(cut_off: float) -> str:
     return f"Gaussian low-pass, {cut_off:g} upr"
 
 
-def _samples(profile: "Profile", degree: int) -> Samples:
+def _samples(profile: Measured, degree: int) -> Samples:
     """The samples, with the noise where so many harmonics may leave too few to tell it."""
     few = profile.angle.size - 2 * degree - 1 < ENOUGH
     return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd) if few else profile._samples
@@ -92,7 +89,7 @@ def _thinned(sd: Floats, passed: Floats) -> Floats:
         return np.where(np.isfinite(sd), sd * passed, inf)
 
 
-def _even(profile: "Profile", circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats) -> Made:
+def _even(profile: Measured, circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats) -> Made:
     """A turn on an even grid of the part's angle with these deviations."""
     part_angle = even_turn(deviation.size)
     angle, reading = from_part(part_angle, circle[0] + profile._tip + deviation, profile._tip, circle[1:])
@@ -107,7 +104,7 @@ def _even(profile: "Profile", circle: Floats, deviation: Floats, sd: Floats, nam
     return Made(angle, reading, profile.tip_radius, profile.circle.replace(value=circle), origin, left, profile.internal)
 
 
-def _even_sd(profile: "Profile", count: int) -> Floats:
+def _even_sd(profile: Measured, count: int) -> Floats:
     """Sd of the amplitudes 0..count-1 of a turn on an even grid, mm: those that it was made with, or of its noise."""
     if profile._origin.sd:
         return np.pad(np.array(profile._origin.sd), (0, count))[:count]
@@ -116,17 +113,17 @@ def _even_sd(profile: "Profile", count: int) -> Floats:
     return sd
 
 
-def _most(profile: "Profile") -> int:
+def _most(profile: Measured) -> int:
     """Highest harmonic that the points of a turn, and all samples together, may tell."""
     return min(highest_degree(profile.points_per_turn), (profile.angle.size - 1) // 2)
 
 
-def _sure(profile: "Profile") -> int:
+def _sure(profile: Measured) -> int:
     """Highest harmonic that the widest gap leaves sure, up to the highest usual cut-off."""
     return min(_most(profile), supported(widest_gap(profile.part_angle)), CUT_OFFS[-1])
 
 
-def limits(profile: "Profile") -> str:
+def limits(profile: Measured) -> str:
     """What a gap keeps out of a spectrum that goes as far as is sure; nothing where the points of a turn are the limit."""
     sure, most = _sure(profile), min(_most(profile), CUT_OFFS[-1])
     if 2 * sure >= most:
@@ -135,7 +132,7 @@ def limits(profile: "Profile") -> str:
     return f"a gap of {gap:.3g} degrees leaves {sure} upr sure: faster form is taken for noise, or for these"
 
 
-def _sure_told(profile: "Profile") -> int:
+def _sure_told(profile: Measured) -> int:
     """The highest harmonic of a spectrum where none is asked for: refused where there is none, and told where few are."""
     sure, told = _sure(profile), limits(profile)
     if sure < _LEAST:
@@ -149,7 +146,7 @@ def _sure_told(profile: "Profile") -> int:
     return sure
 
 
-def noise_sd(profile: "Profile") -> float:
+def noise_sd(profile: Measured) -> float:
     """What all sure harmonics leave; of hardly more than one turn, which leaves nothing, what most of the upper half have."""
     degree = _sure(profile)
     form = form_of(profile._samples, degree) if degree else None
@@ -165,7 +162,7 @@ def _floor(fit: HarmonicFit) -> float:
     return sqrt(float(np.median(power)) / (2 * log(2))) if 2 * power.size >= ENOUGH else inf
 
 
-def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
+def spectrum(profile: Measured, degree: int | None) -> Spectrum:
     """Amplitudes and phases of a profile."""
     if profile._origin.filter:
         coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
@@ -178,7 +175,7 @@ def spectrum(profile: "Profile", degree: int | None) -> Spectrum:
     return Spectrum(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)
 
 
-def roundness(profile: "Profile", kind: str) -> Roundness:
+def roundness(profile: Measured, kind: str) -> Roundness:
     """A reference circle, told how sure each deviation is and which undulations its noise has."""
     sd, upr, name = profile.deviation_sd, np.array(profile._origin.sd), profile._origin.filter
     noise = sd if np.all(np.isfinite(sd)) and np.any(sd > 0) else None

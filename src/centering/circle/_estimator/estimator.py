@@ -8,15 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator_told import scale_of, told_by, unknown
-from centering.circle._estimator.estimator_travel_kernels import COMPLETE, MOVED, SHIFTED
 from centering.circle._estimator.forecast_kernels import arc_needed
-from centering.circle._estimator.kernels import run, take
+from centering.circle._estimator.kernels import COMPLETE, MOVED, SHIFTED, run, take
 from centering.circle._estimator.restart_kernels import carry_radius, restart
-from centering.circle._estimator.settings import empty_state, flag, pairs, radius_and_sd, refusal, write_quantiles
+from centering.circle._estimator.settings import empty_state, refusal, write_quantiles
 from centering.circle._estimator.start_kernels import clear, end_start
-from centering.circle._estimator.validity import limited_by, sentence
+from centering.circle._estimator.validity import limited_by, scale_of, sentence, told_by, unknown
 from centering.circle._estimator.validity_kernels import holds_axis, judge
+from centering.circle._fit.door import flag, pairs, radius_and_sd
 from centering.circle._fit.estimate import CircleEstimate
 from centering.circle._fit.form import assumed_lobes, known_harmonics
 from sdpgrind.base import checks, units

@@ -3,8 +3,8 @@
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator_row_kernels import _write_lobes
-from centering.circle._estimator.noise_kernels import _arrays, _freedom_of, _known_quantile, _quantile
+from centering.circle._estimator.kernels import _write_lobes
+from centering.circle._estimator.noise_kernels import _arrays, _copy, _freedom_of, _known_quantile, _quantile
 from centering.circle._estimator.validity_kernels import _conclude, _form_bound, _ratio_of, _worst, may_have_moved
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
@@ -33,24 +33,31 @@ def _forecast(state):
     usual = state[at.PATH] / state[at.MOVES]
     count = each / usual * state[at.USED] / state[at.SEEN]
     width = _arrays(state).shape[1]
-    ahead, row = np.zeros((3, width)), np.empty(width)
+    ahead, before, row = np.zeros((3, width)), np.zeros((3, width)), np.empty(width)
     back_to_edge = state[at.HIGH] - state[at.POSITION] if state[at.DIRECTION] > 0.0 else state[at.POSITION] - state[at.LOW]
-    covered, before, stride, n = state[at.COVERED] - back_to_edge, ahead.copy(), _STRIDE, 0
+    covered, stride, n = state[at.COVERED] - back_to_edge, _STRIDE, 0
     while n < _STEPS:
         for k in range(n + 1, n + stride + 1):
             _expected_row(state, state[at.LAST_ANGLE] + state[at.DIRECTION] * each * k, row)
-            row *= np.sqrt(count)
+            _scale(row, np.sqrt(count))
             rotate(ahead, row)
         enough = covered + each * (n + stride) >= state[at.ARC_MIN]
         if enough and _closeness(state, ahead, 1.0, count * (n + stride)) >= 1.0:
             if stride == 1:
                 return min(each * (n + 1), turn_needed(state))
-            ahead[:] = before
+            _copy(before, ahead)
             stride = stride // 3 if stride > 5 else 1
             continue
         n += stride
-        before[:] = ahead
+        _copy(ahead, before)
     return min(_further_turns(state, ahead, count * _STEPS), turn_needed(state))
+
+
+@compiled(error_model="numpy")
+def _scale(row, root):
+    """Weigh a row."""
+    for k in range(row.shape[0]):
+        row[k] *= root
 
 
 @compiled(error_model="numpy")
@@ -89,14 +96,16 @@ def _further_turns(state, turn, count):
 @compiled(error_model="numpy")
 def _closeness(state, ahead, turns, count):
     """Square of tolerance over band, at the noise and correlation of now, after `count` readings that are `turns` times ahead."""
-    array, row = _arrays(state)[:3].copy(), np.empty(ahead.shape[1])
+    width = ahead.shape[1]
+    array, room, row = np.empty((3, width)), np.empty((3, width)), np.empty(width)
+    _copy(_arrays(state), array)
     for i in range(3):
-        row[:] = ahead[i]
-        row[:i] = 0.0
-        row *= np.sqrt(turns)
+        for k in range(width):
+            row[k] = ahead[i, k] if k >= i else 0.0
+        _scale(row, np.sqrt(turns))
         rotate(array, row)
     value, information = np.empty(3), np.empty((3, 3))
-    _conclude(state, array, array.copy(), value, information)
+    _conclude(state, array, room, value, information)
     inflation, freedom = state[at.INFLATION], state[at.FREEDOM]
     if state[at.FREED] == 0.0:
         freedom = _freedom_of(state[at.WEIGHT] + count, inflation)

@@ -1,23 +1,190 @@
-"""The streaming estimator, compiled: a row per reading, rotated into a triangle; what lies too far from the others is refused."""
+"""The streaming estimator: a row a reading is rotated into a triangle; one too far from the others is refused.
+
+Exact curve of an offset circle, with the tip's radius added to reading r and radius R: r^2 = 2 x r cos + 2 y
+r sin + R^2 - d^2 is linear. Divided by 2 S, S = r - x cos - y sin, the residual is the reading's error to
+first order and a row is the curve's own derivative, so that the triangle is that of maximum likelihood: exact
+without noise, efficient with it. S is R times the cosine of the angle between the probe and the surface's
+normal. That angle is known after a few readings, R only at the end: so rows are divided by the cosine and the
+first reading r0, and all the residuals are too large by one and the same ratio R/r0.
+"""
 
 import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.estimator_row_kernels import _write_row
-from centering.circle._estimator.estimator_travel_kernels import COMPLETE, MOVED, REFUSED, SHIFTED, TAKEN, _objection, _travel
 from centering.circle._estimator.look_kernels import _has_moved
 from centering.circle._estimator.noise_kernels import _arrays
 from centering.circle._estimator.turn_kernels import _gather
-from centering.circle._estimator.validity_kernels import judge
+from centering.circle._estimator.validity_kernels import LEAST_RATIO, MOST_RATIO, judge
 from sdpgrind.base.compiled import compiled
 
+TAKEN, REFUSED, COMPLETE, MOVED, SHIFTED = range(5)
+"""What became of a reading; or whether it completes the start, or shows that the part has moved: as most of the latest are
+refused, or as the latest differ from those before as a whole."""
+NOT_FINITE, TOO_FAR, COARSE_STEPS, NOT_POSITIVE = -1, -2, -3, -4
+"""Why a reading is not taken at all."""
+PIVOT = 1e-13
+"""Least diagonal of the triangle; that of a row is 1."""
+_TURN = 2.0 * np.pi
+_GAP = 4.0  # usual steps from which on a step is a gap,
+_SMALL_GAP = np.pi / 36  # if it is more than that, rad
+_COARSE = 0.75  # rad: steps of degrees that were taken for rad are coarse and even
+_MANY_COARSE = 12  # of them in a row
+_STEEPEST = 0.25  # cosine between the probe and the surface's normal: offsets up to 0.97 radii
 _WILD = 5.0  # standard deviations from which on a reading is refused
 _QUIET = 1e-11  # least noise of the gate, in largest readings
 _SAME = 1e-12  # of the largest reading: rounding of sums
 _FEW = 8  # readings before the centre is used to weigh
 _MANY = 64  # from which on it is used again and again as it was a few readings ago,
 _EACH = 8  # so many at most
+
+
+@compiled(error_model="numpy")
+def _objection(state, angle, reading):
+    """Why a reading cannot be taken; 0 if it can."""
+    if not (np.isfinite(angle) and np.isfinite(reading)):
+        return NOT_FINITE
+    if state[at.LIMACON] == 0.0 and reading <= 0.0:
+        return NOT_POSITIVE
+    if state[at.INDEX] > 0.0:
+        step = angle - state[at.LAST_ANGLE]
+        if abs(step) > 1.001 * _TURN:
+            return TOO_FAR
+        if state[at.COARSE] >= _MANY_COARSE - 1 and _is_coarse(state, step):
+            return COARSE_STEPS
+    return TAKEN
+
+
+@compiled(error_model="numpy")
+def _is_coarse(state, step):
+    """Whether a step is coarse and much like the one before."""
+    return abs(step) > _COARSE and abs(step - state[at.LAST_STEP]) < 0.25 * abs(step)
+
+
+@compiled(error_model="numpy")
+def _travel(state, array, angle):
+    """Go on to an angle: way travelled, what of the part has been seen, what is forgotten."""
+    if state[at.INDEX] > 0.0:
+        step = angle - state[at.LAST_ANGLE]
+        state[at.COARSE] = state[at.COARSE] + 1.0 if _is_coarse(state, step) else 0.0
+        state[at.LAST_STEP] = step
+        step = _way_of(state, step)
+        _cover(state, step)
+        if state[at.LOG_FORGETTING] != 0.0 and step != 0.0:
+            _forget(state, array, np.exp(state[at.LOG_FORGETTING] * abs(step)))
+    state[at.LAST_ANGLE] = angle
+
+
+@compiled(error_model="numpy")
+def _way_of(state, step):
+    """Way of a step: one of more than half a turn goes on in the sense of rotation, whether turns are counted or not."""
+    if abs(step) <= 0.5 * _TURN:
+        return step
+    onward = step * state[at.DIRECTION] >= 0.0
+    return step if onward and state[at.DIRECTION] != 0.0 else step - np.copysign(_TURN, step)
+
+
+@compiled(error_model="numpy")
+def _cover(state, step):
+    """Widen what has been seen by a step, of a gap by a usual step only."""
+    state[at.POSITION] += step
+    way = abs(step)
+    state[at.TRAVEL] += way
+    if state[at.SEEN] == 0.0:
+        state[at.LOW] = state[at.HIGH] = state[at.POSITION]
+        return
+    if way > 0.0:
+        state[at.PATH] += way
+        state[at.MOVES] += 1.0
+        state[at.DIRECTION] = 1.0 if step > 0.0 else -1.0
+    wider = max(state[at.POSITION] - state[at.HIGH], state[at.LOW] - state[at.POSITION])
+    if wider <= 0.0:
+        return
+    count = state[at.WIDENINGS]
+    if wider > _SMALL_GAP and count > 0.0 and wider * count > _GAP * state[at.COVERED]:
+        state[at.COVERED] += state[at.COVERED] / count
+    else:
+        state[at.COVERED] += wider
+    state[at.WIDENINGS] += 1.0
+    state[at.LOW], state[at.HIGH] = min(state[at.LOW], state[at.POSITION]), max(state[at.HIGH], state[at.POSITION])
+
+
+@compiled(error_model="numpy")
+def _forget(state, array, weight):
+    """Let all readings before count for less."""
+    for i in range(at.SUM, at.SUM + at.SUMS):
+        state[i] *= weight
+    root = np.sqrt(weight)
+    for i in range(3):
+        for j in range(i, array.shape[1]):
+            array[i, j] *= root
+        if abs(array[i, i]) < PIVOT:
+            array[i, i] = PIVOT
+
+
+@compiled(error_model="numpy")
+def _write_row(state, angle, reading, row):
+    """Write regressors, target and lobes of a reading: error of the reading = target - regressors @ (q, x, y)."""
+    _write_row_at(state, np.cos(angle), np.sin(angle), reading, row)
+
+
+@compiled(error_model="numpy")
+def _write_row_at(state, c, s, reading, row):
+    """The same at an angle of this cosine and sine."""
+    if state[at.LIMACON] != 0.0:
+        if state[at.KNOWN] > 0.0:
+            reading -= _known_form(state, c, s)
+        row[0], row[1], row[2], row[3] = 1.0, c, s, reading - state[at.REFERENCE]
+        _write_lobes(state, c, s, 1.0, row)
+        return
+    r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
+    part_x, part_y, along = r * c - x, r * s - y, r - (x * c + y * s)
+    distance, start, per_start = np.sqrt(part_x * part_x + part_y * part_y), state[at.REFERENCE], state[at.PER_REFERENCE]
+    if along > _STEEPEST * distance:
+        cosine, steep = along / distance, distance / along
+    else:
+        cosine, steep = _STEEPEST, 1.0 / _STEEPEST
+    state[at.RATIO] = min(max(distance * per_start, LEAST_RATIO), MOST_RATIO)
+    if state[at.FORMS] > 0.0 or state[at.KNOWN] > 0.0:
+        part_x, part_y = part_x / distance, part_y / distance
+        if state[at.KNOWN] > 0.0:
+            r -= _known_form(state, part_x, part_y) * steep
+        _write_lobes(state, part_x, part_y, steep, row)
+    across = steep * per_start
+    row[0], row[1], row[2] = steep, r * c * across, r * s * across
+    row[3] = 0.5 * (r - start) * (r + start) * across
+    # What noise e of the reading adds to the normal equations in the mean, by its square: E[h (target - h value)]. The reading
+    # stands in the row h and in its weight too, so that rows and errors are correlated: with 2 S the residual is e + e^2/(2 S),
+    # the derivative of r h is (0, cos, sin) and that of the logarithm of the weight -sin^2(slope)/S.
+    state[at.NEW_BIAS] = (2.0 * cosine - 1.5 * steep) * per_start
+    state[at.NEW_BIAS + 1], state[at.NEW_BIAS + 2] = c * across, s * across
+
+
+@compiled(error_model="numpy")
+def _wave(c, s, upr):
+    """Cosine and sine of a whole multiple of an angle."""
+    cosine, sine = 1.0, 0.0
+    for _ in range(int(upr)):
+        cosine, sine = cosine * c - sine * s, sine * c + cosine * s
+    return cosine, sine
+
+
+@compiled(error_model="numpy")
+def _write_lobes(state, c, s, slope, row):
+    """What lobes of amplitude 1 add to a reading."""
+    for n in range(int(state[at.FORMS])):
+        cosine, sine = _wave(c, s, state[at.TAIL + 2 * n])
+        row[4 + 2 * n], row[5 + 2 * n] = slope * cosine, slope * sine
+
+
+@compiled(error_model="numpy")
+def _known_form(state, c, s):
+    """Known form at a part angle, mm."""
+    begin, total = at.TAIL + 2 * int(state[at.FORMS]), 0.0
+    for n in range(begin, begin + 3 * int(state[at.KNOWN]), 3):
+        cosine, sine = _wave(c, s, state[n])
+        total += state[n + 1] * cosine + state[n + 2] * sine
+    return total
 
 
 @compiled(error_model="numpy")

@@ -11,8 +11,9 @@ given: what is more than white noise then makes the readings doubtful until the 
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.noise_kernels import _arrays, _back, _differences, _freedom_of, _inflation_of
+from centering.circle._estimator.noise_kernels import _arrays, _differences, _freedom_of, _inflation_of
 from centering.circle._estimator.turn_kernels import _in_first_turn
+from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 
 _RARE = 13.815510557964274  # of a look, where nothing has moved, 1e-6; logarithm of its inverse

@@ -6,6 +6,7 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.turn_kernels import _long_noise, _moved_by_form
+from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 
 _TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
@@ -23,13 +24,11 @@ def _arrays(state):
 
 
 @compiled(error_model="numpy")
-def _back(array, column, out):
-    """Back-substitution of any column."""
-    for i in range(2, -1, -1):
-        rest = array[i, column]
-        for j in range(i + 1, 3):
-            rest -= array[i, j] * out[j]
-        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
+def _copy(array, out):
+    """Copy a triangle and its targets; what is below the diagonal is never read."""
+    for i in range(3):
+        for j in range(i, array.shape[1]):
+            out[i, j] = array[i, j]
 
 
 @compiled(error_model="numpy")
@@ -116,7 +115,7 @@ def _noise(state):
     Readings that are correlated count for fewer.
     """
     rows = _arrays(state)
-    value = rows[15]
+    value = rows[15, :3]
     _back(rows, 3, value)
     lagged, rounding = _differences(state, value)
     weight = state[at.WEIGHT]

@@ -3,11 +3,9 @@
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator_row_kernels import _write_row
-from centering.circle._estimator.estimator_travel_kernels import _cover, _way_of
-from centering.circle._estimator.kernels import _remember
+from centering.circle._estimator.kernels import _cover, _remember, _way_of, _write_row
 from centering.circle._estimator.look_kernels import _move_by
-from centering.circle._estimator.noise_kernels import _arrays, _known_quantile
+from centering.circle._estimator.noise_kernels import _arrays, _copy, _known_quantile
 from centering.circle._estimator.start_kernels import _replay, _ring, clear, end_start
 from centering.circle._estimator.validity_kernels import holds_axis, judge
 from sdpgrind.base.compiled import compiled
@@ -90,9 +88,7 @@ def _since_moved(state, evidence):
 def _go_back(state):
     """Be as it was some readings before: the older of the two triangles that are kept, and its sums."""
     rows = _arrays(state)
-    for i in range(3):
-        for j in range(i, rows.shape[1]):
-            rows[i, j] = rows[6 + i, j]
+    _copy(rows[6:9], rows)
     kept = at.KEPT + at.KEPT_SIZE
     for k in range(at.SUMS):
         state[at.SUM + k] = state[kept + k]

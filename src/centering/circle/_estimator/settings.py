@@ -1,13 +1,12 @@
-"""What a streaming estimator is set to, as the array that compiled code sees; and why a reading is no reading."""
+"""Settings of a streaming estimator as the array that compiled code sees; why a reading is refused."""
 
 from math import log1p
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import ndtri, stdtrit
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator_travel_kernels import COARSE_STEPS, NOT_FINITE, NOT_POSITIVE, TOO_FAR
+from centering.circle._estimator.kernels import COARSE_STEPS, NOT_FINITE, NOT_POSITIVE, TOO_FAR
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
@@ -31,13 +30,6 @@ def write_quantiles(state: Floats, confidence: float) -> None:
     state[at.STUDENT : at.STUDENT + at.TABLE] = stdtrit(np.arange(1.0, at.TABLE + 1), 0.5 + confidence / 2)
 
 
-def radius_and_sd(prior: tuple[float, float], tip_radius: float) -> tuple[float, float]:
-    """Radius with the tip, and its sd, mm."""
-    if not isinstance(prior, tuple | list) or len(prior) != 2:
-        raise TypeError(f"radius_prior must be a pair: radius and its standard deviation (mm); got {checks.shown(prior)}")
-    return checks.positive("radius_prior[0]", prior[0], "mm") + tip_radius, checks.positive("radius_prior[1]", prior[1], "mm")
-
-
 def refusal(code: int, angle: float, reading: float) -> ValueError:
     """The error of a reading that cannot be taken."""
     hint = "readings in the order of time, by less than a turn from the one before; of degrees? then units.deg(angle)"
@@ -51,26 +43,3 @@ def refusal(code: int, angle: float, reading: float) -> ValueError:
             "angle", "read more often than 8 times a turn; of degrees? then units.deg(angle)", angle, "rad"
         ),
     }[code]
-
-
-def pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Float arrays of one length; what is in them the kernels check."""
-    angles, readings = _floats("angle", angle, "rad"), _floats("reading", reading, "mm")
-    if angles.ndim != 1 or angles.shape != readings.shape:
-        raise ValueError(f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}")
-    return angles, readings
-
-
-def _floats(name: str, values: npt.ArrayLike, unit: str) -> Floats:
-    """A float array, which may hold NaN."""
-    try:
-        return np.ascontiguousarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be numbers ({unit}); got {checks.shown(values)}") from None
-
-
-def flag(name: str, value: object) -> bool:
-    """A value that must be True or False."""
-    if not isinstance(value, bool | np.bool_):
-        raise TypeError(f"{name} must be True or False; got {checks.shown(value)}")
-    return bool(value)

@@ -4,10 +4,9 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.estimator_row_kernels import _write_row, _write_row_at
-from centering.circle._estimator.estimator_travel_kernels import PIVOT
-from centering.circle._estimator.kernels import _count, _least_noise, _note, _rotate_if_tame
-from centering.circle._estimator.noise_kernels import _arrays, _back
+from centering.circle._estimator.kernels import PIVOT, _count, _least_noise, _note, _rotate_if_tame, _write_row, _write_row_at
+from centering.circle._estimator.noise_kernels import _arrays, _copy
+from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
@@ -101,9 +100,7 @@ def _is_far(state, cell):
     """Whether a reading in the ring lies too far from what the triangle predicts; it is not taken."""
     rows = _arrays(state)
     _write_row(state, cell[0], cell[1], rows[15])
-    for i in range(3):
-        for j in range(i, rows.shape[1]):
-            rows[9 + i, j] = rows[i, j]
+    _copy(rows, rows[9:12])
     return _rotate_if_tame(state, rows[9:12], rows[15]) == np.inf
 
 
@@ -140,16 +137,14 @@ def _median(values, size):
 @compiled(error_model="numpy")
 def _screen(state, room):
     """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
-    error, core = np.empty(at.RING), np.ones(at.RING)
+    error, core = np.empty(at.RING), np.empty(at.RING)
     middle = _agreed_errors(state, error, room)
     least = _least_noise(state) / state[at.RATIO]
     scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * middle, least)
-    for i in range(at.RING):
-        core[i] = 1.0 if error[i] <= _CORE * scale + state[at.FORM_GATE] else 0.0
-    _replay(state, core)
-    for i in range(at.RING):
-        core[i] = 1.0
-    _replay(state, core)
+    for again in range(2):  # one call, which is compiled once
+        for i in range(at.RING):
+            core[i] = 1.0 if again == 1 or error[i] <= _CORE * scale + state[at.FORM_GATE] else 0.0
+        _replay(state, core)
 
 
 @compiled(error_model="numpy")

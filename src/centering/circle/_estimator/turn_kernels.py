@@ -11,12 +11,12 @@ readings say of it; at most, where noise walks at random, some 100. The factor i
 import numpy as np
 
 from centering.circle._estimator import slots as at
+from centering.circle._fit.solve_kernels import _back, _triangle
 from sdpgrind.base.compiled import compiled
 
 _BLOCK = np.pi / 30  # rad: six degrees hold less than a sixth of an undulation of 9 upr
 _TURN = 2.0 * np.pi * (1.0 - 1e-6)
 _FLAT = 1.02  # as waves at the middle of a block are more than their mean over it, up to 5 upr
-_TELLS = 0.05  # least share of a wave that a circle and the waves before must leave of it
 _MARGIN = 10.0
 _MIDDLE = 7.4  # upr: inverse root of the mean of 1/n^2 over 6 to 9
 _WALK = 2.0  # noise that walks at random has so much more at 1 upr than 1/n^2 says: begin and end of the turn differ
@@ -95,33 +95,15 @@ def _write_waves(state, x, y, vector):
 
 
 @compiled(error_model="numpy")
-def _triangle(array, size):
-    """Cholesky's triangle of the first columns and the last, in place; whether each wave is told from those before."""
-    last = at.SIDE - 1
-    for i in range(size):
-        whole = array[i, i]
-        for k in range(i):
-            array[i, i] -= array[k, i] ** 2
-        if not array[i, i] > _TELLS * whole:
-            return False
-        array[i, i] = np.sqrt(array[i, i])
-        for j in range(i + 1, size + 1):
-            column = j if j < size else last
-            for k in range(i):
-                array[i, column] -= array[k, i] * array[k, column]
-            array[i, column] /= array[i, i]
-    return True
-
-
-@compiled(error_model="numpy")
 def _end_turn(state):
     """Keep what a turn says of form and noise, if its readings lie all around."""
     if state[at.BLOCK_COUNT] > 0.0:
         _end_block(state)
     turn, total, last = _square(state, at.TURN), _square(state, at.TOTAL), at.SIDE - 1
     left = np.exp(state[at.LOG_FORGETTING] * 2.0 * np.pi)
-    total *= left
-    total += turn
+    for i in range(at.SIDE):
+        for j in range(at.SIDE):
+            total[i, j] = total[i, j] * left + turn[i, j]
     if _triangle(turn, last):
         step, low, waves = state[at.PATH] / state[at.MOVES], 0.0, 0.0
         for i in range(at.CIRCLE_AND_FORM, last):
@@ -151,20 +133,14 @@ def _long_noise(state, differences):
 @compiled(error_model="numpy")
 def _moved_by_form(state):
     """How far lobes of 2 to 5 upr, as large as they are found, move the centre of all readings, over the ratio, mm."""
-    array, size, last = _square(state, at.TOTAL) + _square(state, at.TURN), at.CIRCLE_AND_FORM, at.SIDE - 1
+    array, size, last = np.empty((at.SIDE, at.SIDE)), at.CIRCLE_AND_FORM, at.SIDE - 1
+    for n in range(at.SIDE * at.SIDE):
+        array[n // at.SIDE, n % at.SIDE] = state[at.TOTAL + n] + state[at.TURN + n]
     if state[at.BLOCK_COUNT] > 0.0:
         _add_block(state, array)
     if not _triangle(array, size):
         return np.inf
     with_form, without = np.empty(size), np.empty(3)
-    for i in range(size - 1, -1, -1):
-        rest = array[i, last]
-        for j in range(i + 1, size):
-            rest -= array[i, j] * with_form[j]
-        with_form[i] = rest / array[i, i]
-    for i in range(2, -1, -1):
-        rest = array[i, last]
-        for j in range(i + 1, 3):
-            rest -= array[i, j] * without[j]
-        without[i] = rest / array[i, i]
+    _back(array, last, with_form)
+    _back(array, last, without)
     return _FLAT * np.hypot(with_form[1] - without[1], with_form[2] - without[2])

@@ -8,8 +8,9 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.noise_kernels import _arrays, _back, _known_quantile, _quantile, _write_covariance, _write_noise
+from centering.circle._estimator.noise_kernels import _arrays, _copy, _known_quantile, _quantile, _write_covariance, _write_noise
 from centering.circle._estimator.turn_kernels import _in_first_turn
+from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
@@ -80,25 +81,25 @@ def _radius_row(state, value, row):
 def _with_radius(state, array, value, weighing, room):
     """Take in what is known of the radius: one row that is not linear, by Gauss-Newton steps."""
     weight = weighing / state[at.PRIOR_SD]
-    row = np.zeros(array.shape[1])
-    start = state[at.REFERENCE]
+    row, start = _arrays(state)[15], state[at.REFERENCE]
     if state[at.LIMACON] == 0.0:  # begin where the radius is right: of two circles through a short arc the known one
         value[0] = (state[at.PRIOR_RADIUS] ** 2 - start**2) / (2.0 * start)
         value[1] = value[2] = 0.0
     for _ in range(_STEPS):
-        room[:] = array
+        _copy(array, room)
         row[:] = 0.0
         _radius_row(state, value, row)
         row[3] = state[at.PRIOR_RADIUS] - _radius(state, value)
         for i in range(3):
             row[3] += row[i] * value[i]
-        row *= weight
+        for k in range(4):
+            row[k] *= weight
         rotate(room, row)
         before_x, before_y = value[1], value[2]
         _back(room, 3, value)
         if abs(value[1] - before_x) + abs(value[2] - before_y) <= _CLOSE * state[at.LARGEST]:
             break
-    array[:] = room
+    _copy(room, array)
 
 
 @compiled(error_model="numpy")
@@ -160,9 +161,7 @@ def judge(state, least):
     state = borrowed(state)
     rows = _arrays(state)
     array, room = rows[9:12], rows[12:15]
-    for i in range(3):
-        for j in range(i, rows.shape[1]):
-            array[i, j] = rows[i, j]
+    _copy(rows, array)
     value, information = state[at.VALUE : at.VALUE + 3], state[at.INFORMATION : at.INFORMATION + 9].reshape((3, 3))
     _conclude(state, array, room, value, information)
     ratio = _ratio_of(state, value)

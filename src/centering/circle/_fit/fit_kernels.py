@@ -61,6 +61,15 @@ def _dot(a, b):
 
 
 @compiled(error_model="numpy")
+def _mean(values):
+    """Mean, summed in order."""
+    total = 0.0
+    for i in range(values.size):
+        total += values[i]
+    return total / values.size
+
+
+@compiled(error_model="numpy")
 def _triangle(rows, upper):
     """Make the first three rows (4, n) orthonormal and take them out of the last, in place; their triangle to `upper` (3, 4)."""
     for i in range(3):
@@ -153,7 +162,7 @@ def _started(data, rows, circle):
             rows[0, i], rows[1, i], rows[2, i], rows[3, i] = 1.0, data[0, i], data[1, i], data[2, i]
         _triangle(rows, upper)
         if not (_solved(upper, circle) and _holds_axis(circle)):
-            circle[0], circle[1], circle[2] = data[2].mean(), 0.0, 0.0
+            circle[0], circle[1], circle[2] = _mean(data[2]), 0.0, 0.0
     return FITTED if _holds_axis(circle) else OUTSIDE
 
 
@@ -217,7 +226,9 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result
     A radius prior of an infinite sd is none; the noise is that which the fit leaves, at least `noise_sd`.
     """
     m, data = angle.size, _prepared(angle, reading, form)
-    rows, even = np.empty((4, m + 1)), np.ones(m)
+    rows, even = np.empty((4, m + 1)), np.empty(m)
+    for i in range(m):
+        even[i] = 1.0
     ended = _started(data, rows, result)
     if ended != FITTED or not _residuals(data, result, left):
         return max(ended, SINGULAR)

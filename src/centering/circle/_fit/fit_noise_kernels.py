@@ -8,6 +8,7 @@ with its spectrum f(w) = (1 - rho^2)/(1 - 2 rho cos w + rho^2) at 0 to 5 upr.
 
 import numpy as np
 
+from centering.circle._fit.solve_kernels import _back, _triangle
 from sdpgrind.base.compiled import compiled
 
 TURN = 2.0 * np.pi
@@ -16,7 +17,6 @@ SAME = 1e-6  # rad
 SIGNIFICANT = 2.33  # standard deviations from which on a correlation is believed: of independent noise 1 % is
 MOST = 0.9999
 LOBES, COLUMNS = 5, 11
-TELLS = 0.05  # least share of a column that those before must leave of it
 SLOW = 4.0  # degrees of freedom a turn of the slowest waves above form
 RATIO, INFLATION, FREEDOM, SHIFT = 0, 1, 2, 3
 """What is told: sd of a reading over the root of squares/(m - 3), factor on it, degrees of freedom, way that form moves the
@@ -32,10 +32,12 @@ def factor(rho):
 @compiled(error_model="numpy")
 def travelled(angle):
     """Angles with whole turns counted, where readings are in the order of the travel; else as they are."""
-    out, sense, moves = angle.copy(), 0.0, 0
+    out, sense, moves = np.empty(angle.size), 0.0, 0
+    for i in range(angle.size):
+        out[i] = angle[i]
     for i in range(1, angle.size):
         step = angle[i] - angle[i - 1]
-        step -= TURN * np.round(step / TURN)
+        step -= TURN * np.rint(step / TURN)
         if abs(step) > SAME:
             sense += np.sign(step)
             moves += 1
@@ -76,40 +78,19 @@ def _write_columns(angle, reading, circle, left, out):
 
 
 @compiled(error_model="numpy")
-def _solved(array, out):
-    """Solve normal equations, in place, whose last column is the goal; whether each column is told from those before."""
-    for i in range(COLUMNS):
-        whole = array[i, i]
-        for k in range(i):
-            array[i, i] -= array[k, i] ** 2
-        if not array[i, i] > TELLS * whole:
-            return False
-        array[i, i] = np.sqrt(array[i, i])
-        for j in range(i + 1, COLUMNS + 1):
-            for k in range(i):
-                array[i, j] -= array[k, i] * array[k, j]
-            array[i, j] /= array[i, i]
-    for i in range(COLUMNS - 1, -1, -1):
-        out[i] = array[i, COLUMNS]
-        for j in range(i + 1, COLUMNS):
-            out[i] -= array[i, j] * out[j]
-        out[i] /= array[i, i]
-    return True
-
-
-@compiled(error_model="numpy")
-def _freed(angle, reading, circle, line):
+def _freed(angle, reading, kept, circle, line):
     """Take lobes of 2 to 5 upr out of the residuals, in place; how far they move the centre, less than 0: not told."""
     array, row, found = np.zeros((COLUMNS, COLUMNS + 1)), np.empty(COLUMNS + 1), np.empty(COLUMNS)
     for k in range(line.size):
-        _write_columns(angle[k], reading[k], circle, line[k], row)
+        _write_columns(angle[kept[k]], reading[kept[k]], circle, line[k], row)
         for i in range(COLUMNS):
             for j in range(i, COLUMNS + 1):
                 array[i, j] += row[i] * row[j]
-    if not _solved(array, found):
+    if not _triangle(array, COLUMNS):
         return -1.0
+    _back(array, COLUMNS, found)
     for k in range(line.size):
-        _write_columns(angle[k], reading[k], circle, line[k], row)
+        _write_columns(angle[kept[k]], reading[kept[k]], circle, line[k], row)
         for i in range(COLUMNS):
             line[k] -= found[i] * row[i]
     return np.hypot(found[1], found[2])
@@ -181,7 +162,7 @@ def noise(angle, reading, circle, left, order, whole, told):
     told[RATIO] = np.sqrt((count - 3.0) / (count - 3.0 * min(longer, (count - 4.0) / 8.0)))
     told[INFLATION], told[FREEDOM] = factor(rho), max(count / (1.0 + 2.0 * longer) - 3.0, 1.0)
     if whole and count > 2 * COLUMNS:
-        _noise_beside_form(_freed(angle[kept], reading[kept], circle, line), line, before, whole, told)
+        _noise_beside_form(_freed(angle, reading, kept, circle, line), line, before, whole, told)
 
 
 @compiled(error_model="numpy")

@@ -157,6 +157,7 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
         counted[i] = weight[i] ** 2 * left[i] if kept[i] else np.nan
         weight[i] = 1.0 if kept[i] else 0.0
     fit._direction(data, result, weight, left, result[fit.UNIT] / prior_sd, rows, np.empty(3), result)
-    left[:m] = counted
+    for i in range(m):
+        left[i] = counted[i]
     result[fit.NOISE] = scale
     return ended

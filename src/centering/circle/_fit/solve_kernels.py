@@ -1,0 +1,43 @@
+"""Small linear problems of circle fits: Cholesky's triangle, substitution through one. Compiled.
+
+`sdpgrind.identify.kernels.solve` is `_back` of the column that follows the triangle.
+"""
+
+import numpy as np
+
+from sdpgrind.base.compiled import compiled
+
+_TELLS = 0.05  # chosen: least share of a column that those before must leave of it
+
+
+@compiled(error_model="numpy")
+def _triangle(array, size):
+    """Write Cholesky's triangle of the first columns and of the last in place; return whether each column is told.
+
+    Only the upper triangle is read.
+    """
+    last = array.shape[1] - 1
+    for i in range(size):
+        whole = array[i, i]
+        for k in range(i):
+            array[i, i] -= array[k, i] ** 2
+        if not array[i, i] > _TELLS * whole:
+            return False
+        array[i, i] = np.sqrt(array[i, i])
+        for j in range(i + 1, size + 1):
+            column = j if j < size else last
+            for k in range(i):
+                array[i, column] -= array[k, i] * array[k, column]
+            array[i, column] /= array[i, i]
+    return True
+
+
+@compiled(error_model="numpy")
+def _back(array, column, out):
+    """Write the solution of a triangle for a column; a value whose pivot is 0 is 0."""
+    size = out.shape[0]
+    for i in range(size - 1, -1, -1):
+        rest = array[i, column]
+        for j in range(i + 1, size):
+            rest -= array[i, j] * out[j]
+        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
