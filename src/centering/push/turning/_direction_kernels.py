@@ -5,10 +5,12 @@ the start and acceleration. The table turns by a constant speed w (rad/s, from x
 p x^, the normal n = (c - p x^)/|c - p x^|. All positions are in the frame of the ground. Arrays are changed in place; serial.
 """
 
-from math import cos, pi, sin, sqrt
+from math import atan2, cos, hypot, inf, pi, sin, sqrt, tan
 
 import numpy as np
 
+from centering.push._profile.row_kernels import ROWS, TOTAL, push_rows
+from centering.push.turning._rim_kernels import reach
 from centering.push.turning._slide_kernels import (
     MOTION,
     STAGES,
@@ -40,6 +42,8 @@ _SLIVER = 1e-12  # s
 _EDGE, _GOLDEN, _CREST = 0.02, (sqrt(5.0) - 1.0) / 2.0, 1e-6  # of a rest: where its load is looked at; how closely
 _PARTS = 4  # in which a slide that goes on after the stroke is followed
 _HELD = 1.0 / 16.0  # of mu_k g: what is left of it at least, for a bound of the time
+_MOVED = 0.02  # chosen: of the offset; below it the ring has stuck, and no direction can be told
+_ASTRAY = 0.1  # rad, chosen: a ring that goes astray by more is not pushed toward the axis
 
 
 @compiled(error_model="numpy")
@@ -221,8 +225,36 @@ def land(parameters, radius, spindle_speed, segments, tolerance, state):
     off = parameters[_M] * spindle_speed**2 * sqrt(state[X] ** 2 + state[Y] ** 2) / parameters[_FK]
     _push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
     wait, swing = np.zeros((1, 3)), 2.0 * pi * sqrt(parameters[_M] / parameters[_K])
-    slide = 2.0 * (np.abs(segments[:, 1]).max() + 1.0) * parameters[_M] / parameters[_FK]
+    fastest = 0.0
+    for row in range(segments.shape[0]):
+        fastest = max(fastest, abs(segments[row, 1]))
+    slide = 2.0 * (fastest + 1.0) * parameters[_M] / parameters[_FK]
     wait[0, 0] = (slide + swing) / (max(1.0 - off, _HELD) * _PARTS)
     for _ in range(2 * _PARTS):
         if state[RESTS] < 0.5:
             _push_on_table(parameters, radius, spindle_speed, wait, tolerance, state)
+
+
+@compiled(error_model="numpy")
+def missed(parameters, radius, spindle_speed, push, offset, angle, longer, tolerance):
+    """What a push (as `push_rows` takes it) misses that touches the ring an angle (rad) before the push line.
+
+    Astray (rad), left along the way, distance from the axis, all but the first over the offset, as are the lengthening of the
+    stroke and the error of a step; infinite where the ring is not pushed toward the axis. Last, 1 where it comes to rest.
+    """
+    way = reach(angle, offset, radius)
+    if not min(way, way + longer * offset, push[TOTAL] - way) > 0.0:
+        return inf, inf, inf, 0.0
+    rows, state = np.empty((ROWS, 3)), np.empty(STATES)
+    count = push_rows(push, way, longer * offset, rows)
+    place(offset, -angle, radius, spindle_speed, state)
+    land(parameters, radius, spindle_speed, rows[:count], tolerance * offset, state)
+    turned = angle - spindle_speed * state[CLOCK]
+    c, s = cos(turned), sin(turned)
+    x, y = (c * state[X] - s * state[Y]) / offset - 1.0, (s * state[X] + c * state[Y]) / offset
+    if x * x + y * y < _MOVED * _MOVED:
+        astray, along = 0.0, 1.0 - hypot(x, y)
+    else:
+        astray, along = atan2(-y, -x), 1.0 + x
+    left = hypot(along, (1.0 - along) * tan(astray)) if abs(astray) < _ASTRAY else inf
+    return astray, along, left, state[RESTS]
