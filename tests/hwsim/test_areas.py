@@ -5,9 +5,11 @@ import subprocess
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import toy_area
+import xarray as xr
 from cli_fakes import only_news, without_news
 from hwsim_fakes import Drain, Tank
 
@@ -15,8 +17,13 @@ import hwsim
 import sdpgrind
 from hwsim import cli
 from hwsim._log.log import same
+from hwsim.command._report import Report, broken_off, summary_line
+from hwsim.command._run_folder import with_kept
 from hwsim.command._toml import Table, read
+from hwsim.command.base import Area, StandJob
+from sdpgrind import plunge
 from sdpgrind.base import records
+from sdpgrind.base.quantities import Described, described, law, quantity
 
 
 @pytest.fixture(autouse=True)
@@ -121,6 +128,69 @@ def test_an_area_without_tolerance_has_no_such_option(monkeypatch, capsys):
     assert said(capsys, "--preset", "full", "--parts", 1)
 
 
+# What areas share ----------------------------------------------------------------------------------------------------
+
+
+class Words(Area):
+    """An area of words alone: it reads, plans and names what its library has."""
+
+    name, about, made_for, presets = "words", "nothing new", "a plunge cycle", "simulation"
+    library, plans = "sdpgrind.plunge", "CyclePlan"
+
+    def job_of(self, problem, arguments):
+        return StandJob(hwsim.PlungeGrinder(problem))
+
+
+def test_an_area_is_mostly_words(monkeypatch):
+    beside = {"toml": SimpleNamespace(read=str), "report": SimpleNamespace(report=lambda *told: repr(told))}
+    for name, module in beside.items():
+        monkeypatch.setitem(sys.modules, f"{Words.__module__}.{name}", module)
+    monkeypatch.setattr(Words, "__module__", f"{Words.__module__}.command")
+    area = Words()
+    assert area.preset("simulation") == plunge.preset("simulation") and area.plan_class() is plunge.CyclePlan
+    job = area.job_of(area.preset("simulation"), None)
+    assert job.problem == plunge.preset("simulation") and job == StandJob(job.stand, {})
+    assert area.plan(job, None, None).problem == job.problem
+    assert area.read(Path("a.toml"), None) == "a.toml" and area.report("a", 1, 2, 3) == "('a', 1, 2, 3)"
+
+
+class Broken:
+    """Three parts of which one was thrown by the table and one given up."""
+
+    def __init__(self):
+        flags = {"unfinished": [0.0, 1.0, 1.0], "slipped": [0.0, 1.0, 0.0]}
+        columns = {name: ("part", values, {"units": ""}) for name, values in flags.items()}
+        self.outcome = xr.Dataset(columns | {"time": ("part", [4.0, 1.0, 2.0], {"units": "s"})})
+
+    def __len__(self):
+        return 3
+
+
+def test_a_report_says_which_parts_were_broken_off():
+    def summary(log, plan, job, finished):
+        yield summary_line("time (s)", log.outcome.time.values[finished], ".1f", plan)
+
+    report = Report([("time", ".1f")], {}, lambda *told: iter([f"{told}"]), summary, "ring", "it was tired")
+    assert report("a", Broken(), 3.0).splitlines() == [
+        "('a', 3.0, None)",
+        "",
+        "ring        time s",
+        "   0           4.0",
+        "   1           1.0  broken off: the table threw the part",
+        "   2           2.0  broken off: it was tired",
+        "",
+        "mean of 1 of 3 rings         planned    realised  std. error",
+        "time (s)                         3.0         4.0           -",
+        "broken off (%)                   0.0        66.7        33.3",
+        "2 of 3 rings were broken off, and are in no mean of times and sizes: the table threw the part (1), it was tired (1)",
+    ]
+    assert broken_off(Broken().outcome)[2] == "the controller gave up"
+
+
+def test_what_is_kept_is_said_below():
+    assert with_kept("text", Path("runs"), ["a.nc", "a.png"]) == "text\n\nkept in runs: a.nc, a.png"
+
+
 # TOML ----------------------------------------------------------------------------------------------------------------
 
 
@@ -156,3 +226,28 @@ def test_lists_and_tables_that_may_be_missing(tmp_path):
     path = tmp_path / "file.toml"
     path.write_text("[x]\ny = 1")
     assert read(path, lambda file: file.table("x").number("y", "")) == 1.0
+
+
+class Weight:
+    def force(self):
+        return 9.81
+
+
+@described()
+class Press(Described):
+    force_max: float = quantity("N", above=0)
+    gap: float = quantity("mm", above=0, default=0.1)
+    load: object = law({"weight": Weight}, "a load", "force", default_factory=Weight)
+
+
+def test_options_are_what_is_given_and_something_known_is_changed():
+    assert Table("press", {"gap": "20 um"}).options(Press) == {"gap": 0.02}
+    assert Table("press", {"gap": "20 um"}).options(Press, skip=("force_max",)) == {"gap": 0.02}
+    changed = Table("press", {"force_max": "1 kN"}).changed(Press(5.0, gap=0.2))
+    assert (changed.force_max, changed.gap) == (1000.0, 0.2)
+    with pytest.raises(ValueError, match=r"press\.gpa is not a key; is press\.gap meant\?"):
+        Table("press", {"gpa": 0.1}).options(Press)
+    with pytest.raises(ValueError, match=r"press\.gap is not a key"):
+        Table("press", {"gap": 0.1}).options(Press, skip=("gap",))
+    with pytest.raises(ValueError, match=r"\[press\] force_max must be > 0 \(N\); got -1.0"):
+        Table("press", {"force_max": -1}).changed(Press(5.0))

@@ -4,19 +4,52 @@ Parts that were broken off are marked and counted, and left out of the means of 
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
 
 _SHOWN = 10  # parts printed one by one; chosen: the summary still fits a screen
 _ENDS = {"timed_out": "time was up", "slipped": "the table threw the part", "lost": "the part was lost"}
+_GAVE_UP = "the controller gave up"
+Finished = npt.NDArray[np.bool_]
+"""Of each part, whether it came to its end."""
 
 
-def broken_off(outcome: Any, otherwise: str = "the controller gave up") -> list[str]:
+@dataclass(frozen=True)
+class Report:
+    """What a command prints of a run: a head, the first parts, the plan's promise beside what came of it.
+
+    `head` gives lines from title, plan and job; `summary` gives lines from log, plan, job and `Finished`. The heading of
+    the summary and the lines of parts that were broken off are added.
+    """
+
+    columns: Sequence[tuple[str, str]]  # name and format of what the table has of each part
+    headings: Mapping[str, str]  # where the name is too long
+    head: Callable[[str, Any, Any], Iterator[str]]
+    summary: Callable[["Log", Any, Any, Finished], Iterator[str]]
+    part: str = "part"
+    otherwise: str = _GAVE_UP  # why a part was broken off of which no flag tells
+
+    def __call__(self, title: str, log: "Log", plan: Any, job: Any = None) -> str:
+        """Return the whole report as text."""
+        why = broken_off(log.outcome, self.otherwise)
+        finished = np.array([not each for each in why])
+        table = parts_table(log, self.part, self.columns, self.headings, why)
+        means = [
+            summary_head(int(finished.sum()), len(log), self.part),
+            *self.summary(log, plan, job, finished),
+            *broken_lines(why, self.part),
+        ]
+        return "\n".join([*self.head(title, plan, job), "", *table, "", *means])
+
+
+def broken_off(outcome: Any, otherwise: str = _GAVE_UP) -> list[str]:
     """Say of each part why it was broken off, by flags of the outcome; "" of one that came to its end."""
     told = {name: outcome[name].values != 0 for name in _ENDS if name in outcome}
     if "unfinished" in outcome:

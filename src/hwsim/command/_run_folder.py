@@ -1,7 +1,7 @@
 """The folder of a run: plan, log, journal and pictures; what is another run's is refused before anything is written."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,7 @@ class RunFolder:
 
     def __init__(self, path: Path, word: str, load: Callable[[Path], Any]) -> None:
         self.path, self.word, self._load = path, word, load
-        if path.exists() and not path.is_dir():
-            raise ValueError(f"--out must be a folder; {path} is a file")
+        refuse_file(path)
 
     def __str__(self) -> str:
         return str(self.path)
@@ -76,6 +75,17 @@ class RunFolder:
         log.save(self.path / "run.nc")
         names = drawn(self.path, pictures) if pictures else []
         return [self._plan_file.name, "run.nc", "run.db", *names]
+
+
+def refuse_file(path: Path | None) -> None:
+    """Refuse a folder (None: there is none) that is a file."""
+    if path is not None and path.exists() and not path.is_dir():
+        raise ValueError(f"--out must be a folder; {path} is a file")
+
+
+def with_kept(text: str, folder: Path | RunFolder, names: Iterable[str]) -> str:
+    """Say below a text what is in the folder."""
+    return f"{text}\n\nkept in {folder}: {', '.join(names)}"
 
 
 def drawn(folder: Path, things: Mapping[str, Any]) -> list[str]:

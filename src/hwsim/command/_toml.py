@@ -92,6 +92,18 @@ class Table:
             if self.has(name) or (every and (spec.required or spec.kind == "law"))
         }
 
+    def options(self, cls: type, skip: Iterable[str] = ()) -> dict[str, Any]:
+        """Values of a described class that are given, and nothing else: its defaults hold for the rest."""
+        values = self.values(cls, every=False, skip=skip)
+        self.done()
+        return values
+
+    def changed(self, known: Made, skip: Iterable[str] = ()) -> Made:
+        """A described thing with the values of this table in place of its own."""
+        thing: Any = known  # has ``replace``, which a type variable cannot promise
+        changed: Made = self.made(thing.replace, **self.options(type(known), skip))
+        return changed
+
     def flag(self, key: str) -> bool:
         """True or false."""
         value = self.take(key)

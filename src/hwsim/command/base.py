@@ -4,11 +4,13 @@ import argparse
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 
-from hwsim.command._run_folder import RunFolder, differences
+from hwsim.command._run_folder import RunFolder, differences, with_kept
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -33,15 +35,36 @@ class Job(Protocol):
         """The controller that follows a plan."""
 
 
+Stand = TypeVar("Stand")
+
+
+@dataclass(frozen=True)
+class StandJob(Generic[Stand]):
+    """A stand and the settings of its controller; an area adds ``controller``, and what else it plans with."""
+
+    stand: Stand
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def problem(self) -> Any:
+        """What is planned."""
+        stand: Any = self.stand  # a plant, which a type variable cannot promise
+        return stand.problem
+
+
 class Area(ABC):
     """What differs between ``hwsim weldbead``, ``hwsim plunge``, ...: an area gives words and these functions, no more.
 
-    Its module imports nothing heavy at the top: ``hwsim --help`` asks every area.
+    Presets and plans are those of its `library`; beside its module, ``toml`` has ``read(path)`` and ``report`` a
+    `hwsim.command._report.Report` of that name. An area overrides what it does otherwise. Its module imports nothing
+    heavy at the top: ``hwsim --help`` asks every area.
     """
 
     name: ClassVar[str]  # of the command
     about: ClassVar[str]  # one line for --help
     more: ClassVar[str] = ""  # what else --help says
+    library: ClassVar[str] = ""  # package with ``preset``, ``plan`` and the class of the plans: "sdpgrind.plunge"
+    plans: ClassVar[str] = ""  # name of that class: "CyclePlan"
     made_for: ClassVar[str]  # "a weld bead"
     part: ClassVar[str] = "part"
     plan_word: ClassVar[str] = "plan"  # of its option and of its file
@@ -53,25 +76,27 @@ class Area(ABC):
     switches: ClassVar[Mapping[str, str]] = {}
     counts: ClassVar[Mapping[str, str]] = {}
 
-    @abstractmethod
     def read(self, path: Path, arguments: argparse.Namespace) -> Job:
         """Read the job in a TOML file (see `hwsim.command._toml.read`)."""
+        job: Job = self._beside("toml").read(path)
+        return job
 
-    @abstractmethod
     def preset(self, name: str) -> Any:
         """Give a problem by its name."""
+        return import_module(self.library).preset(name)
 
     @abstractmethod
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> Job:
         """Put a problem on a stand of which nothing is said."""
 
-    @abstractmethod
     def plan_class(self) -> type:
         """Class of its plans: with ``problem``, ``error``, ``plot`` and ``save``."""
+        plans: type = getattr(import_module(self.library), self.plans)
+        return plans
 
-    @abstractmethod
-    def plan(self, job: Job, arguments: argparse.Namespace, progress: Any) -> Any:
+    def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
         """Plan a job anew."""
+        return import_module(self.library).plan(job.problem)
 
     def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
         """Give what learns between parts; None: nothing does."""
@@ -92,9 +117,14 @@ class Area(ABC):
         """
         return None
 
-    @abstractmethod
     def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
         """Say in a text what was planned and what came of it (see `hwsim.command._report`)."""
+        text: str = self._beside("report").report(title, log, plan, job)
+        return text
+
+    def _beside(self, module: str) -> Any:
+        """Import a module of the folder in which the area's own module is."""
+        return import_module(f"{type(self).__module__.rpartition('.')[0]}.{module}")
 
 
 def add_to(subparsers: Any, area: Area) -> None:
@@ -138,12 +168,11 @@ def work(area: Area, arguments: argparse.Namespace) -> int:
     log = _run(area, job, plan, folder, arguments)
     pictures = {} if arguments.no_pictures else {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
     kept = [] if folder is None else folder.keep(log, pictures)
-    print(area.report(title, log, plan, job))
+    text = area.report(title, log, plan, job)
     if len(log) > arguments.parts:
         held = f"{folder} held {len(log)} finished {area.part}s already"
-        print(f"\n{held}: all of them are reported, not {arguments.parts}")
-    if folder is not None:
-        print(f"\nkept in {folder}: {', '.join(kept)}")
+        text = f"{text}\n\n{held}: all of them are reported, not {arguments.parts}"
+    print(text if folder is None else with_kept(text, folder, kept))
     return _status(log)
 
 
