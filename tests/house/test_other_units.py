@@ -18,7 +18,13 @@ BEAD = weldbead.preset("P1")
 MALKIN = weldbead.MalkinBurnLimit.published(diameter=170.0)
 FINISHING = finishing.preset("specimen")
 
+SCANNER = hwsim.devices.Scanner()
+TABLE = hwsim.Scheduler([hwsim.Task("model", angle_step=0.1)], spindle_speed_max=10.0)
+
 CALLS = [
+    (SCANNER, {"spacing": 0.00025}, "mm, some 0.25; units.m(...) for metres; got 0.00025"),
+    (SCANNER, {"spacing": 250}, "mm, some 0.25; units.um(...) for micrometres; got 250"),
+    (TABLE, {"spindle_speed_max": 3000}, "rad/s, some 10; units.rpm(...) for rev/min; got 3000"),
     (CYCLE, {"wheel_diameter": 0.05}, "mm, some 50; units.m(...) for metres; got 0.05"),
     (CYCLE, {"work_diameter": 0.07}, "mm, some 70; units.m(...) for metres; got 0.07"),
     (CYCLE, {"width": 0.009}, "mm, some 10; units.m(...) for metres; got 0.009"),
