@@ -11,7 +11,7 @@ from scipy.signal import TransferFunction, lsim
 import hwsim
 from sdpgrind import finishing
 from sdpgrind.finishing import kernels as torque
-from sdpgrind.finishing._plant import kernels as core
+from sdpgrind.finishing.kernels import cell as core
 
 TICK = AXIS.sample_time
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing import Arm
 
 GENERIC = Arm.generic()
 WIDE = GENERIC.replace(

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from arm_twins import GENERIC, WIDE, chain, inverse, random_poses, turned
+from finishing_inside import kinematics_kernels as kernels
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.base import stored
-from sdpgrind.finishing.arm import _kinematics_kernels as kernels
-from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing import Arm
 
 LOW, HIGH = np.array(GENERIC.position_min), np.array(GENERIC.position_max)
 

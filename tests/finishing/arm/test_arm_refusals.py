@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 from arm_twins import GENERIC, WIDE, chain
 
-from sdpgrind.finishing.arm._arm import Arm
-from sdpgrind.finishing.arm._branches import choose_branches
-from sdpgrind.finishing.arm._heading import corner_jumps
-from sdpgrind.finishing.arm._lever import feed_angle, torque_per_force
-from sdpgrind.finishing.arm._tool import tool_poses
+from sdpgrind.finishing import Arm
+from sdpgrind.finishing.arm import choose_branches, corner_jumps, feed_angle, tool_poses, torque_per_force
 
 CONTACT = {"point": [[0.0, 0.0, 0.0]], "tangent": [[1.0, 0.0, 0.0]], "normal": [[0.0, 0.0, 1.0]]}
 HELD = {"contact_angle": 0.5, "lever_arm": 95.0}

@@ -5,10 +5,9 @@ import itertools
 import numpy as np
 import pytest
 from arm_twins import GENERIC, WIDE, chain, turned
+from finishing_inside import check_corners, pitch_cosine
 
-from sdpgrind.finishing.arm._branches import choose_branches
-from sdpgrind.finishing.arm._heading import check_corners, corner_jumps, pitch_cosine
-from sdpgrind.finishing.arm._tool import tool_poses
+from sdpgrind.finishing.arm import choose_branches, corner_jumps, tool_poses
 
 SPEED = np.array(GENERIC.speed_max)
 HELD = {"contact_angle": np.radians(30), "lever_arm": 95.0}

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing.arm._lever import feed_angle, torque_per_force
-from sdpgrind.finishing.arm._tool import tool_poses
+from sdpgrind.finishing.arm import feed_angle, tool_poses, torque_per_force
 
 LEVER = 95.0
 ANGLE = np.radians(30)

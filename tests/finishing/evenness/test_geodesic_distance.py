@@ -4,16 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from finishing_inside import Square, distance_field, solved, sweep
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 from scipy.spatial import cKDTree
 
-from sdpgrind.finishing.path._eikonal_kernels import sweep
-from sdpgrind.finishing.path._geodesic import distance_field, solved
-from sdpgrind.finishing.path._square import Square
-from sdpgrind.finishing.path._zigzag import zigzag
-from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Surface, zigzag
+from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
 
 RADIUS = 50.0
 

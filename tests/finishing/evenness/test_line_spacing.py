@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
+from finishing_inside import Square, _value, march, spacing
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from sdpgrind.base.compiled import opened
-from sdpgrind.finishing.path import _spacing as spacing
-from sdpgrind.finishing.path._spacing_kernels import _value, march
-from sdpgrind.finishing.path._square import Square
-from sdpgrind.finishing.path._zigzag import zigzag
-from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, uneven_surfaces
+from sdpgrind.finishing import zigzag
+from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, uneven_surfaces
 
 value = opened(_value)
 

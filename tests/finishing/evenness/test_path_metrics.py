@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
+from finishing_inside import cell_areas, metrics, surface_samples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing.path._cells import cell_areas
-from sdpgrind.finishing.path._hilbert import hilbert, hilbert_nodes
-from sdpgrind.finishing.path._metrics import metrics, surface_samples
-from sdpgrind.finishing.path._path import Path
-from sdpgrind.finishing.path._zigzag import zigzag
-from sdpgrind.finishing.surface._presets import flat_surface, nominal_surface, uneven_surfaces
+from sdpgrind.finishing import Path, hilbert, zigzag
+from sdpgrind.finishing.path import hilbert_nodes
+from sdpgrind.finishing.surface import flat_surface, nominal_surface, uneven_surfaces
 
 MISSED = (1 - np.pi / 4) / 4
 """Of a cell, where a node has no leg on either side of a quarter: a square less a quarter circle."""

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sdpgrind.finishing.path._hilbert import hilbert
-from sdpgrind.finishing.path._zigzag import zigzag
-from sdpgrind.finishing.surface._presets import flat_surface, nominal_surface
+from sdpgrind.finishing import hilbert, zigzag
+from sdpgrind.finishing.surface import flat_surface, nominal_surface
 
 
 @pytest.fixture

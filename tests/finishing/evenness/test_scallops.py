@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from sdpgrind.finishing.path._scallop import ball_footprint, cusp_roughness, scallop_height
+from sdpgrind.finishing.path import ball_footprint, cusp_roughness, scallop_height
 
 
 def next_to_cylinder(ball, pitch, curvature):

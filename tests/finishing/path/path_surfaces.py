@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.interpolate import BSpline
 
-from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
 
 UNEVEN = uneven_surfaces()
 SURFACES = {"nominal": nominal_surface(), "cylinder": cylinder_surface(20.0, 50.0, inside=True), **UNEVEN}

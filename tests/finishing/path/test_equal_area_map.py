@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
+from finishing_inside import equal_area, mapping_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing.path._equal_area import equal_area
-from sdpgrind.finishing.path._hilbert import hilbert
-from sdpgrind.finishing.path._mappings import mapping_of
-from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Surface, hilbert
+from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
 
 UNEVEN = uneven_surfaces()
 SURFACES = {"nominal": nominal_surface(), **UNEVEN}

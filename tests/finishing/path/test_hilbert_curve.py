@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from finishing_inside import hilbert as module
 
-from sdpgrind.finishing.path import _hilbert as module
-from sdpgrind.finishing.path._hilbert import hilbert, hilbert_lsystem, hilbert_nodes
-from sdpgrind.finishing.surface._presets import flat_surface
+from sdpgrind.finishing import hilbert
+from sdpgrind.finishing.path import hilbert_lsystem, hilbert_nodes
+from sdpgrind.finishing.surface import flat_surface
 
 TURNS = {1: 2, 2: 12, 3: 50, 4: 204, 5: 818, 6: 3276, 7: 13106}
 

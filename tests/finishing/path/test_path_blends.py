@@ -5,9 +5,7 @@ import pytest
 from path_surfaces import FLAT, SURFACES
 from scipy.spatial import cKDTree
 
-from sdpgrind.finishing.path._hilbert import hilbert
-from sdpgrind.finishing.path._path import Path
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Path, Surface, hilbert
 
 SQUARE = [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)]
 

@@ -6,9 +6,8 @@ from path_surfaces import BALL, FLAT, SURFACES, sides
 from scipy.interpolate import NdBSpline
 
 from sdpgrind.base.stored import decode, encode
-from sdpgrind.finishing.path._hilbert import hilbert
-from sdpgrind.finishing.path._path import Path
-from sdpgrind.finishing.surface._presets import nominal_surface, sphere_surface
+from sdpgrind.finishing import Path, hilbert
+from sdpgrind.finishing.surface import nominal_surface, sphere_surface
 
 MAPPINGS = ("parametric", "equal_area")
 WAVE = [(0.1, 0.2), (0.3, 0.45), (0.5, 0.4), (0.7, 0.6), (0.9, 0.55)]

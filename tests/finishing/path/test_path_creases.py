@@ -4,13 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from finishing_inside import creases
 
-from sdpgrind.finishing.path._hilbert import hilbert
-from sdpgrind.finishing.path._path import Path
-from sdpgrind.finishing.path._zigzag import zigzag
-from sdpgrind.finishing.surface._creases import creases
-from sdpgrind.finishing.surface._presets import flat_surface, uneven_surfaces
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Path, Surface, hilbert, zigzag
+from sdpgrind.finishing.surface import flat_surface, uneven_surfaces
 
 
 def net(x, z):

@@ -4,15 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from finishing_inside import inverted, travelled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from path_surfaces import FLAT, SURFACES, point_of, sides
 from scipy.integrate import quad
 
-from sdpgrind.finishing.path._arc_kernels import inverted, travelled
-from sdpgrind.finishing.path._hilbert import hilbert
-from sdpgrind.finishing.path._path import Path
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Path, Surface, hilbert
 
 ACROSS = [(0.05, 0.1), (0.95, 0.83), (0.6, 0.05)]
 

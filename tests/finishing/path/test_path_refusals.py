@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from path_surfaces import BALL, FLAT
 
-from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing import Path
 
 NODES = [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9)]
 

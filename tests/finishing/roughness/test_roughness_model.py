@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from finishing_inside import identify_roughness, left_out
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import integrate, stats
@@ -9,7 +10,7 @@ from scipy import integrate, stats
 from sdpgrind import finishing as fin
 from sdpgrind import sdp, units
 from sdpgrind.base.stored import decode, encode
-from sdpgrind.finishing.roughness._fit import identify_roughness, leave_one_out, left_out
+from sdpgrind.finishing.roughness import leave_one_out
 
 STUDY = fin.Study.published("wang-2001")
 MODEL = fin.roughness.RoughnessModel.published()

@@ -6,6 +6,7 @@ import numpy as np
 import pandas
 import pytest
 import statsmodels.formula.api as formulas
+from finishing_inside import analysed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from published_sets import CARS, PEAS, PHADKE_FACTORS, PHADKE_RATIO, PHADKE_SQUARES, SETS, WARP_BREAKS
@@ -13,7 +14,6 @@ from scipy import stats
 from statsmodels.stats.anova import anova_lm
 
 from sdpgrind import finishing as fin
-from sdpgrind.finishing.study._observations import analysed
 
 TABLES = ("L4", "L8", "L9", "L12", "L16", "L16(4^5)", "L18", "L27", "L36")
 

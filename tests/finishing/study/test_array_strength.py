@@ -4,12 +4,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from finishing_inside import TABLES, assigned, confounding
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdpgrind.finishing.study._array_tables import TABLES
-from sdpgrind.finishing.study._arrays import OrthogonalArray, orthogonal_array
-from sdpgrind.finishing.study._confounding import assigned, confounding
+from sdpgrind.finishing.study import OrthogonalArray, orthogonal_array
 
 SHORT = ("L4", "L8", "L9", "L12", "L16", "L18", "L27", "L36")
 NAMES = (*TABLES, *SHORT)

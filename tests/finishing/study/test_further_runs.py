@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from finishing_inside import law_of_a_reading
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind import finishing as fin
 from sdpgrind import sdp
-from sdpgrind.finishing.study._reading import law_of_a_reading
 
 ARRAY = fin.study.orthogonal_array("L9")
 

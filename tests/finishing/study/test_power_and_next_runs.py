@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from finishing_inside import analysed
 from scipy import optimize, stats
 
 from sdpgrind import finishing as fin
 from sdpgrind import sdp, units
-from sdpgrind.finishing.study._observations import analysed
 
 STUDY = fin.Study.published("wang-2001")
 MODEL = fin.roughness.RoughnessModel.published()

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from finishing_inside import general
 
 from sdpgrind import finishing as fin
 from sdpgrind.base import extras
 from sdpgrind.finishing.study import OrthogonalArray
-from sdpgrind.finishing.study import _general as general
 
 WANG = fin.Study.published("wang-2001")
 Y = [1.0, 2.0, 3.0, 5.0]

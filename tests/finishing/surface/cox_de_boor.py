@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Surface
 
 ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 

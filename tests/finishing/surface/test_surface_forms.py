@@ -3,23 +3,15 @@
 import numpy as np
 import pytest
 from cox_de_boor import places, some_surface
+from finishing_inside import QUARTER, QUARTER_WEIGHTS, gauss
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
 from scipy.interpolate import NdBSpline
 from scipy.spatial.transform import Rotation
 
-from sdpgrind.finishing.surface._area import gauss
-from sdpgrind.finishing.surface._presets import (
-    QUARTER,
-    QUARTER_WEIGHTS,
-    cylinder_surface,
-    flat_surface,
-    nominal_surface,
-    sphere_surface,
-    uneven_surfaces,
-)
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Surface
+from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
 
 SEEDS = st.integers(0, 2**32 - 1)
 whole = settings(max_examples=25, deadline=None)

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from cox_de_boor import some_surface
+from finishing_inside import QUARTER, QUARTER_WEIGHTS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing.surface._presets import QUARTER, QUARTER_WEIGHTS, sphere_surface
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Surface
+from sdpgrind.finishing.surface import sphere_surface
 
 AT = np.array([0.0, 0.2, 0.5, 0.9, 1.0])
 

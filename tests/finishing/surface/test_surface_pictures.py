@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdpgrind.base.stored import decode, encode
-from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
 
 SURFACES = {"nominal": nominal_surface(), "flat": flat_surface(50.0), "ball": sphere_surface(20.0), **uneven_surfaces()}
 

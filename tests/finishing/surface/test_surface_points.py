@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 from cox_de_boor import ORDERS, derivatives, places, row, some_knots, some_surface
+from finishing_inside import _find_span, bases
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
 
 from sdpgrind.base.compiled import opened
-from sdpgrind.finishing.surface._bspline_kernels import _find_span
-from sdpgrind.finishing.surface._evaluation import bases
-from sdpgrind.finishing.surface._presets import nominal_surface, sphere_surface, uneven_surfaces
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Surface
+from sdpgrind.finishing.surface import nominal_surface, sphere_surface, uneven_surfaces
 
 find_span = opened(_find_span)
 

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from sdpgrind.finishing.surface._presets import cylinder_surface, flat_surface, nominal_surface, sphere_surface
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing import Surface
+from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface
 
 DIE = nominal_surface()
 NET = np.array(DIE.control_points)

@@ -2,14 +2,10 @@
 
 import numpy as np
 import pytest
+from finishing_inside import double_s_law, jerk_limited, jerk_program
 from timing_paths import SMOOTH, dense, line, part, wavy
 
-from sdpgrind.finishing.timing import _jerk_limited as jerk_limited
-from sdpgrind.finishing.timing import _jerk_program as jerk_program
-from sdpgrind.finishing.timing._laws import time_laws
-from sdpgrind.finishing.timing._limits import JointLimits
-from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law
-from sdpgrind.finishing.timing._violations import worst_violation
+from sdpgrind.finishing.timing import JointLimits, Trapezoid, time_laws, worst_violation
 
 SHORT = [part(wavy(seed), 8.0, 8.0 + span) for seed, span in ((0, 0.2), (1, 1.6), (2, 3.2), (3, 5.0))]
 

@@ -4,14 +4,11 @@ import logging
 
 import numpy as np
 import pytest
+from finishing_inside import min_time, toppra_law
 from scipy.optimize import linprog
 from timing_paths import ARM, LINE, TABLE, dense, ellipse, line, part, sine, wavy
 
-from sdpgrind.finishing.timing import _min_time as min_time
-from sdpgrind.finishing.timing import _toppra_law as toppra_law
-from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._laws import time_laws
-from sdpgrind.finishing.timing._violations import worst_violation
+from sdpgrind.finishing.timing import JointPath, time_laws, worst_violation
 
 FAST = 1e3  # mm/s: a feed that is seldom the limit
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.base import stored
-from sdpgrind.finishing.timing._table_loop import TableLoop
+from sdpgrind.finishing.timing import TableLoop
 
 LOOP = TableLoop()
 gains = st.floats(1e-2, 1e2)

@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
+from finishing_inside import double_s_law
 from scipy.interpolate import make_interp_spline
 from timing_paths import ARM, line, wavy
 
 from sdpgrind.base import stored
-from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._laws import time_laws
-from sdpgrind.finishing.timing._limits import JointLimits
-from sdpgrind.finishing.timing._time_law import TimeLaw
-from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law
+from sdpgrind.finishing.timing import JointLimits, JointPath, TimeLaw, Trapezoid, time_laws
 
 
 @pytest.mark.parametrize("samples", [2, 3, 4, 5, 6, 7, 40])

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 from timing_paths import LINE, SMOOTH, line, wavy
 
-from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._laws import time_laws
-from sdpgrind.finishing.timing._limits import JointLimits
-from sdpgrind.finishing.timing._table_loop import TableLoop
-from sdpgrind.finishing.timing._time_law import TimeLaw
-from sdpgrind.finishing.timing._trapezoid import Trapezoid
-from sdpgrind.finishing.timing._violations import worst_violation
+from sdpgrind.finishing.timing import JointLimits, JointPath, TableLoop, TimeLaw, Trapezoid, time_laws, worst_violation
 
 LAW = time_laws([line(1.0)], LINE, feed_rate=10.0)[0]
 

@@ -2,16 +2,11 @@
 
 import numpy as np
 import pytest
+from finishing_inside import min_time, narrowed, toppra_law
 from timing_paths import ARM, LINE, TABLE, line, wavy
 
 from sdpgrind import finishing as fin
-from sdpgrind.finishing.timing import _min_time as min_time
-from sdpgrind.finishing.timing import _toppra_law as toppra_law
-from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._laws import time_laws
-from sdpgrind.finishing.timing._narrowing import narrowed
-from sdpgrind.finishing.timing._trapezoid import Trapezoid
-from sdpgrind.finishing.timing._violations import worst_violation
+from sdpgrind.finishing.timing import JointPath, Trapezoid, time_laws, worst_violation
 
 PITCHES = [(6.4, 0.2), (8.0, 0.4), (3.0, 1.7)]
 

@@ -4,10 +4,11 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from finishing_inside import double_s_law, trapezoid_law
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law, trapezoid_law
+from sdpgrind.finishing.timing import Trapezoid
 
 rates = st.floats(1e-2, 1e3)
 

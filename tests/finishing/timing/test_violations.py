@@ -2,14 +2,10 @@
 
 import numpy as np
 import pytest
+from finishing_inside import closest, double_s_law
 from timing_paths import ARM, SMOOTH, TABLE, dense, ellipse, line, wavy
 
-from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._laws import time_laws
-from sdpgrind.finishing.timing._limits import JointLimits
-from sdpgrind.finishing.timing._time_law import TimeLaw
-from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law
-from sdpgrind.finishing.timing._violations import closest, worst_violation
+from sdpgrind.finishing.timing import JointLimits, JointPath, TimeLaw, Trapezoid, time_laws, worst_violation
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -4,14 +4,12 @@ from math import pi
 
 import numpy as np
 import pytest
+from finishing_inside import identify_load_torque
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing import kernels
-from sdpgrind.finishing.torque._axis import TorqueAxis
-from sdpgrind.finishing.torque._controller import TorqueController
-from sdpgrind.finishing.torque._load_torque import gravity_torque, identify_load_torque
-from sdpgrind.finishing.torque._simulate import simulate_axis
+from sdpgrind.finishing import TorqueAxis, TorqueController, kernels
+from sdpgrind.finishing.torque import gravity_torque, simulate_axis
 
 AXIS = TorqueAxis()
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from torque_twins import axis_twin
 
 from sdpgrind.base import stored
-from sdpgrind.finishing import kernels
-from sdpgrind.finishing.torque._axis import TorqueAxis
+from sdpgrind.finishing import TorqueAxis, kernels
 
 AXIS = TorqueAxis()
 

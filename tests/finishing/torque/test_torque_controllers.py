@@ -11,12 +11,8 @@ import pytest
 from torque_twins import DampedTwin, LqgTwin, PidffTwin
 
 from sdpgrind.base.states import named
-from sdpgrind.finishing import kernels
-from sdpgrind.finishing.torque._axis import TorqueAxis
-from sdpgrind.finishing.torque._controller import TorqueController
-from sdpgrind.finishing.torque._gains import DampingGains, LqgGains, PidffGains
-from sdpgrind.finishing.torque._simulate import simulate_axis
-from sdpgrind.finishing.torque._tolerance import worst_case
+from sdpgrind.finishing import TorqueAxis, TorqueController, kernels
+from sdpgrind.finishing.torque import DampingGains, LqgGains, PidffGains, simulate_axis, worst_case
 
 AXIS = TorqueAxis()
 COARSE = AXIS.replace(encoder_counts=4000)

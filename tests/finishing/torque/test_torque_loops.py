@@ -7,13 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdpgrind.finishing.torque._axis import TorqueAxis
-from sdpgrind.finishing.torque._controller import TorqueController
-from sdpgrind.finishing.torque._gains import DampingGains, LqgGains, PidffGains
-from sdpgrind.finishing.torque._observer import observed_torque
-from sdpgrind.finishing.torque._simulate import simulate_axis
-from sdpgrind.finishing.torque._step_response import contact_step, step_figures, triple_pole_step
-from sdpgrind.finishing.torque._tolerance import stiffness_range, worst_case
+from sdpgrind.finishing import TorqueAxis, TorqueController
+from sdpgrind.finishing.torque import (
+    DampingGains,
+    LqgGains,
+    PidffGains,
+    contact_step,
+    observed_torque,
+    simulate_axis,
+    step_figures,
+    stiffness_range,
+    triple_pole_step,
+    worst_case,
+)
 
 AXIS = TorqueAxis()
 # A fine converter and encoder: what is left is the linear loop.

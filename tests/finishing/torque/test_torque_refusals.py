@@ -4,16 +4,22 @@ import types
 
 import numpy as np
 import pytest
+from finishing_inside import identify_load_torque
 
-from sdpgrind.finishing.torque._axis import TorqueAxis
-from sdpgrind.finishing.torque._controller import TorqueController
-from sdpgrind.finishing.torque._gains import DampingGains, LqgGains, PidffGains
-from sdpgrind.finishing.torque._load_torque import gravity_torque, identify_load_torque
-from sdpgrind.finishing.torque._loop import AxisLoop
-from sdpgrind.finishing.torque._observer import observed_torque
-from sdpgrind.finishing.torque._simulate import simulate_axis
-from sdpgrind.finishing.torque._step_response import step_figures, triple_pole_step
-from sdpgrind.finishing.torque._tolerance import stiffness_range, worst_case
+from sdpgrind.finishing import TorqueAxis, TorqueController
+from sdpgrind.finishing.torque import (
+    AxisLoop,
+    DampingGains,
+    LqgGains,
+    PidffGains,
+    gravity_torque,
+    observed_torque,
+    simulate_axis,
+    step_figures,
+    stiffness_range,
+    triple_pole_step,
+    worst_case,
+)
 
 AXIS = TorqueAxis()
 

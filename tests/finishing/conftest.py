@@ -1,0 +1,1 @@
+"""Tests of finishing find `finishing_inside` beside this file."""

@@ -1,0 +1,78 @@
+"""What the tests of finishing reach inside the area."""
+
+from sdpgrind.finishing.arm import _kinematics_kernels as kinematics_kernels
+from sdpgrind.finishing.arm._heading import check_corners, pitch_cosine
+from sdpgrind.finishing.path import _hilbert as hilbert
+from sdpgrind.finishing.path import _spacing as spacing
+from sdpgrind.finishing.path._arc_kernels import inverted, travelled
+from sdpgrind.finishing.path._cells import cell_areas
+from sdpgrind.finishing.path._eikonal_kernels import sweep
+from sdpgrind.finishing.path._equal_area import equal_area
+from sdpgrind.finishing.path._geodesic import distance_field, solved
+from sdpgrind.finishing.path._mappings import mapping_of
+from sdpgrind.finishing.path._metrics import metrics, surface_samples
+from sdpgrind.finishing.path._spacing_kernels import _value, march
+from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.roughness._fit import identify_roughness, left_out
+from sdpgrind.finishing.study import _general as general
+from sdpgrind.finishing.study._array_tables import TABLES
+from sdpgrind.finishing.study._confounding import assigned, confounding
+from sdpgrind.finishing.study._observations import analysed
+from sdpgrind.finishing.study._reading import law_of_a_reading
+from sdpgrind.finishing.surface._area import gauss
+from sdpgrind.finishing.surface._bspline_kernels import _find_span
+from sdpgrind.finishing.surface._creases import creases
+from sdpgrind.finishing.surface._evaluation import bases
+from sdpgrind.finishing.surface._presets import QUARTER, QUARTER_WEIGHTS
+from sdpgrind.finishing.timing import _jerk_limited as jerk_limited
+from sdpgrind.finishing.timing import _jerk_program as jerk_program
+from sdpgrind.finishing.timing import _min_time as min_time
+from sdpgrind.finishing.timing import _toppra_law as toppra_law
+from sdpgrind.finishing.timing._narrowing import narrowed
+from sdpgrind.finishing.timing._trapezoid import double_s_law, trapezoid_law
+from sdpgrind.finishing.timing._violations import closest
+from sdpgrind.finishing.torque._load_torque import identify_load_torque
+
+__all__ = [
+    "QUARTER",
+    "QUARTER_WEIGHTS",
+    "TABLES",
+    "Square",
+    "_find_span",
+    "_value",
+    "analysed",
+    "assigned",
+    "bases",
+    "cell_areas",
+    "check_corners",
+    "closest",
+    "confounding",
+    "creases",
+    "distance_field",
+    "double_s_law",
+    "equal_area",
+    "gauss",
+    "general",
+    "hilbert",
+    "identify_load_torque",
+    "identify_roughness",
+    "inverted",
+    "jerk_limited",
+    "jerk_program",
+    "kinematics_kernels",
+    "law_of_a_reading",
+    "left_out",
+    "mapping_of",
+    "march",
+    "metrics",
+    "min_time",
+    "narrowed",
+    "pitch_cosine",
+    "solved",
+    "spacing",
+    "surface_samples",
+    "sweep",
+    "toppra_law",
+    "trapezoid_law",
+    "travelled",
+]
