@@ -26,8 +26,9 @@ from centering.push.turning._quasi_static_kernels import touch_back
 from centering.push.turning._rim_kernels import ahead, reach
 from centering.push.turning._shooting import Aim, aimed
 from sdpgrind.base import checks
-from sdpgrind.base.arrays import ByValue
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quantities import trusted
 from sdpgrind.base.stored import stored
 
 DIRECTIONS = ("exact", "quasi-static", "contact", "end")
@@ -251,5 +252,6 @@ class _Task(NamedTuple):
 
 
 def profile_of(rows: Floats, start: float) -> TipProfile:
-    """The profile of rows of duration, velocity and acceleration."""
-    return TipProfile(rows[:, 0], rows[:, 1], rows[:, 2], start=start)
+    """The profile of rows of duration, velocity and acceleration, which are trusted: they are made of checked ones."""
+    duration, velocity, acceleration = (lasting(column) for column in rows.T)
+    return trusted(TipProfile, duration=duration, velocity=velocity, acceleration=acceleration, start=float(start))
