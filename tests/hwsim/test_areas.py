@@ -12,14 +12,11 @@ import toy_area
 import xarray as xr
 from cli_fakes import only_news, without_news
 from hwsim_fakes import Drain, Tank
+from hwsim_inside import Report, Table, broken_off, read, same, summary_line, with_kept
 
 import hwsim
 import sdpgrind
 from hwsim import cli
-from hwsim._log.log import same
-from hwsim.command._report import Report, broken_off, summary_line
-from hwsim.command._run_folder import with_kept
-from hwsim.command._toml import Table, read
 from hwsim.command.base import Area, StandJob
 from sdpgrind import plunge
 from sdpgrind.base import records

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, Faster, Tank
+from hwsim_inside import same
 
 import hwsim
-from hwsim._log.log import same
 from sdpgrind.base.rng import children
 
 

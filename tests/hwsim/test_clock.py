@@ -3,10 +3,9 @@
 from fractions import Fraction
 
 import pytest
+from hwsim_inside import Clock, common_tick, exact, simplest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from hwsim._part.clock import Clock, common_tick, exact, simplest
 
 
 def test_common_tick_of_the_rates_of_the_house():

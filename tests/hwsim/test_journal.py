@@ -8,11 +8,10 @@ from functools import partial
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, Faster, Tank, noisy_tank
+from hwsim_inside import fingerprint, same
 
 import hwsim
 import sdpgrind
-from hwsim._log.fingerprint import fingerprint
-from hwsim._log.log import same
 
 
 class PowerCut(Exception):

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, noisy_tank
+from hwsim_inside import same
 
 import hwsim
-from hwsim._log.log import same
 from hwsim.cli import main
 from sdpgrind import weldbead
 

@@ -7,13 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hwsim_inside import Unpacker, couriers, packed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hwsim._link import courier as couriers
-from hwsim._link.courier import Courier
-from hwsim._link.links import Link, QueueLink
-from hwsim._link.tcp import Unpacker, packed
+from hwsim import Courier, Link, QueueLink
 
 MESSAGES = st.lists(st.binary(max_size=40), max_size=8)
 

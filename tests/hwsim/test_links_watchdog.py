@@ -11,10 +11,7 @@ import numpy as np
 import pytest
 
 import hwsim
-from hwsim._link.courier import Courier
-from hwsim._link.links import QueueLink
-from hwsim._link.tcp import TcpLink, TcpListener
-from hwsim._link.watchdog import Watchdog
+from hwsim import Courier, QueueLink, TcpLink, TcpListener, Watchdog
 
 SAFE = {"velocity": 0.0, "retract": 1.0}
 PATIENCE = 20.0  # s

@@ -6,10 +6,10 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, Tank, noisy_tank
+from hwsim_inside import same
 
 import hwsim
 import sdpgrind
-from hwsim._log.log import same
 from sdpgrind import weldbead
 
 
@@ -153,7 +153,7 @@ def test_what_a_controller_says_of_a_part_that_is_done_stands_in_the_outcome(tmp
 
 def test_paired_differences_of_controllers():
     """By hand: 1, 2, 3, 6 have mean 3 and standard deviation (14/3)^(1/2); Student's 97.5 % quantile at 3 is 3.182446."""
-    from hwsim._log.pictures import paired
+    from hwsim_inside import paired
 
     mean, half = paired(np.array([1.0, 2.0, 3.0, 6.0]))
     assert mean == 3.0 and half == pytest.approx(3.182446 * (14 / 3) ** 0.5 / 2, rel=1e-6)

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, Faster, FixedTank, Tank, noisy_tank
+from hwsim_inside import same
 
 import hwsim
-from hwsim._log.log import same
 from hwsim.protocols import FOREVER
 
 
@@ -157,7 +157,7 @@ def test_arrays_of_unequal_length_are_padded():
 
 
 def test_text_and_scans_in_commands_and_measurements():
-    from hwsim._part.part import column
+    from hwsim_inside import column
 
     assert column([1.0, np.arange(2.0)]).tolist()[1] == [0.0, 1.0]
     assert np.isnan(column([1.0, np.arange(2.0)])[0, 1])

@@ -3,10 +3,10 @@
 import math
 
 import pytest
+from hwsim_inside import parse, quantity
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hwsim.command._quantities import parse, quantity
 from sdpgrind import units
 
 

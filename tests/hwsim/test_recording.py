@@ -12,14 +12,13 @@ import finishing_fakes
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, Tank
+from hwsim_inside import Frames, digest
+from hwsim_inside import same as log_same
 from test_loop import Two
 
 import centering
 import hwsim
-from hwsim._log.frames import Frames
-from hwsim._log.log import same as log_same
-from hwsim._part.motions import digest
-from hwsim._replay.recording import Recording
+from hwsim import Recording
 from sdpgrind import plunge, units, weldbead
 from sdpgrind.weldbead import force, passes
 

@@ -9,12 +9,11 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
+from hwsim_inside import DRAWN, Kind, release_time
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hwsim._processor.schedule import Kind, Schedule
-from hwsim._processor.scheduler import Scheduler
-from hwsim._processor.tasks import DRAWN, Task, release_time
+from hwsim import Schedule, Scheduler, Task
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.rng import children
 

@@ -182,8 +182,7 @@ def test_bad_set_points_at_run_time(given, message):
 
 
 def test_a_command_that_is_called_command_keeps_its_name():
-    from hwsim._log.labels import Labels
-    from hwsim._part.motions import command_column
+    from hwsim_inside import Labels, command_column
 
     assert (command_column("flow"), command_column("platform_command")) == ("flow_command", "platform_command")
     labels = Labels("", "", {}, {"platform_command": "mm", "flow": "mm/s"}, {}, {}, {})

@@ -7,10 +7,9 @@ from time import monotonic
 
 import numpy as np
 import pytest
+from hwsim_inside import packed
 
-from hwsim._link.courier import Courier
-from hwsim._link.links import Link
-from hwsim._link.tcp import TcpLink, TcpListener, packed
+from hwsim import Courier, Link, TcpLink, TcpListener
 
 PATIENCE = 20.0  # s; nothing here takes long, but the machine may be busy
 

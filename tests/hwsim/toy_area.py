@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import xarray as xr
 from hwsim_fakes import Drain, Tank
+from hwsim_inside import parts_table, read, summary_head, summary_line
 
-from hwsim.command._report import parts_table, summary_head, summary_line
-from hwsim.command._toml import read
 from hwsim.command.base import Area
 from sdpgrind.base import checks, records
 

@@ -1,0 +1,24 @@
+"""Private names of `hwsim` that its tests look at."""
+
+from hwsim._link import courier as couriers
+from hwsim._link.tcp import Unpacker, packed
+from hwsim._log.fingerprint import fingerprint
+from hwsim._log.frames import Frames
+from hwsim._log.labels import Labels
+from hwsim._log.log import same
+from hwsim._log.pictures import paired
+from hwsim._part.clock import Clock, common_tick, exact, simplest
+from hwsim._part.motions import command_column, digest
+from hwsim._part.part import column
+from hwsim._processor.schedule import Kind
+from hwsim._processor.tasks import DRAWN, release_time
+from hwsim.command._quantities import parse, quantity
+from hwsim.command._report import Report, broken_off, parts_table, summary_head, summary_line
+from hwsim.command._run_folder import with_kept
+from hwsim.command._toml import Table, read
+
+__all__ = [
+    "DRAWN", "Clock", "Frames", "Kind", "Labels", "Report", "Table", "Unpacker", "broken_off", "column", "command_column",
+    "common_tick", "couriers", "digest", "exact", "fingerprint", "packed", "paired", "parse", "parts_table", "quantity",
+    "read", "release_time", "same", "simplest", "summary_head", "summary_line", "with_kept",
+]  # fmt: skip
