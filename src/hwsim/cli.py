@@ -1,4 +1,4 @@
-"""Command line ``hwsim``, one command an area: ``hwsim weldbead examples/weldbead.toml --parts 20 --out runs/bead``."""
+"""Command line ``hwsim``, one command an area: ``hwsim weldbead examples/weldbead.toml --out runs/bead``."""
 
 import argparse
 import os
@@ -70,7 +70,7 @@ def _warn(message: Warning | str, *where: Any, **more: Any) -> None:
 
 
 def _finish_output() -> None:
-    """Write what is left to write; who reads may have had enough, as in ``hwsim weldbead ... | head``: the work is done."""
+    """Write what is left to write; the reader of ``hwsim weldbead ... | head`` may be gone by now."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:

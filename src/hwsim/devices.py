@@ -1,4 +1,4 @@
-"""Sensors and actuators between a controller and the physics of a plant: noise, steps, delays. Thin on purpose.
+"""Sensors and actuators between a controller and the physics of a plant: noise, steps, delays.
 
 Each is an immutable description; what it remembers, and the random source, are handed in.
 """

@@ -1,14 +1,16 @@
 """What `hwsim` asks of controllers, plants, machines and adaptations. Nobody has to import or inherit these.
 
-**Order of one tick**: measure; step the controllers that are due, by priority; commands take effect; the plant
-advances; log. Time is counted in whole ticks from the start of a part; nothing here reads the wall clock.
+**Order of one tick**: measure; step the controllers that are due, by priority; commands take effect; the
+plant advances; log. Time is counted in whole ticks from the start of a part; nothing here reads the wall
+clock.
 
-**Set-points**: of several controllers (``tiers``), one may command what the plant does not accept and a controller below
-it reads. That controller gets it by name in the same tick, and then until it is changed (NaN before); numbers or arrays.
-Units on both sides are compared before the first tick. It is logged where it was commanded, as ``<name>_command``, and
-where it is a number also where it was read. The table of one of several controllers holds what it ``reads``. Of an array of two
-dimensions that is commanded (a motion) the table holds the number of its rows and, in ``<name>_digest_command``, a number that
-tells whether its entries were the same; the rows themselves, where they are at most 64, stand in a table ``<tier>:<name>``.
+**Set-points**: of several controllers (``tiers``), one may command what the plant does not accept and a
+controller below it reads. That controller gets it by name in the same tick, and then until it is changed (NaN
+before); numbers or arrays. Units on both sides are compared before the first tick. It is logged where it was
+commanded, as ``<name>_command``, and where it is a number also where it was read. The table of one of several
+controllers holds what it ``reads``. Of an array of two dimensions that is commanded (a motion) the table
+holds the number of its rows and, in ``<name>_digest_command``, a number that tells whether its entries were
+the same; the rows themselves, where they are at most 64, stand in a table ``<tier>:<name>``.
 
 Beside what the protocols demand, `hwsim` uses what it finds:
 
@@ -17,22 +19,26 @@ of         name                meaning
 ========== =================== =======================================================================================
 controller ``report()``        mapping of what it predicts or decided, logged as ``<name>_planned`` beside its command;
                                what one without a period says at its first step also stands in the outcome
-controller ``verdict()``       mapping of what it says of a part that is done: name -> number, names as in ``reports``; stands in
+controller ``verdict()``       mapping of what it says of a part that is done: name -> number, names as in
+``reports``; stands in
                                the outcome, where the plant has none of that name
-controller ``tier``            name of its table in the log (default ``"controller"``)
-controller ``tiers``           mapping name -> controller: several controllers of one part, the first has priority;
+controller ``tier``            name of its table in the log (default ``"controller"``) controller ``tiers``
+mapping name -> controller: several controllers of one part, the first has priority;
                                each is stepped at its own period
-controller ``reads``           mapping name -> unit of the measurements that it needs
-controller ``commands``        mapping name -> unit of what it commands
-controller ``reports``         mapping name -> unit of what it reports
-both       ``job``             mapping of what tells the part and the machine from others: name -> (value, unit), or a
+controller ``reads``           mapping name -> unit of the measurements that it needs controller ``commands``
+mapping name -> unit of what it commands controller ``reports``         mapping name -> unit of what it
+reports both       ``job``             mapping of what tells the part and the machine from others: name ->
+(value, unit), or a
                                plain value without unit; names that both have must be equal, or nothing is run
-both       ``description``     mapping of plain values (start, limits, what is played) that the log keeps among its attributes
-plant      ``outcomes``        mapping name -> unit of the outcome, or (unit, dimension) where the value is an array
-plant      ``with_tick(tick)`` gives the same plant with another tick (s), for plants that can advance by any time
-plant      ``after(outcome)``  gives the plant that the next part of a series finds, from the outcome of the part before:
-                               what a part leaves behind (a wheel that is duller); parts then go one after the other
-machine    ``whole(...)``      given the controller, the tables of the whole part at once where both have compiled cores,
+both       ``description``     mapping of plain values (start, limits, what is played) that the log keeps
+among its attributes plant      ``outcomes``        mapping name -> unit of the outcome, or (unit, dimension)
+where the value is an array plant      ``with_tick(tick)`` gives the same plant with another tick (s), for
+plants that can advance by any time plant      ``after(outcome)``  gives the plant that the next part of a
+series finds, from the outcome of the part before:
+                               what a part leaves behind (a wheel that is duller); parts then go one after the
+                               other
+machine    ``whole(...)``      given the controller, the tables of the whole part at once where both have
+compiled cores,
                                to the bits that the loop would give, and is done then; None where it cannot
 ========== =================== =======================================================================================
 """
@@ -76,15 +82,15 @@ class Controller(Protocol):
 
     # The loop passes names only; ``*nothing`` lets a step that names its measurements fit this protocol.
     def step(self, *nothing: Any, **measurement: Any) -> Mapping[str, Any]:
-        """Return what the plant shall do now, by names that it accepts and in their units; an empty mapping: go on.
+        """Return commands to the plant by names that it accepts, in their units; an empty mapping: go on.
 
         Parameters
         ----------
         *nothing
             Nothing: measurements come by name.
         **measurement
-            Everything that the plant measures, in its units: floats, or arrays (a scanned profile). NaN is a missing
-            reading.
+            Everything that the plant measures, in its units: floats, or arrays (a scanned profile). NaN is a
+            missing reading.
         """
 
 
@@ -109,7 +115,7 @@ class Machine(Protocol):
 
     @property
     def event(self) -> bool:
-        """Whether the last step ended at an event (a pass is over); controllers without a period are stepped then."""
+        """Whether the last step ended at an event (a pass is over): controllers without period are due."""
 
     def step(self, command: Mapping[str, Any], ticks: int) -> Mapping[str, Any]:
         """Take `command`, advance, and return a fresh mapping of what is measured then.
@@ -117,10 +123,12 @@ class Machine(Protocol):
         Parameters
         ----------
         command : mapping
-            What changes, by names that the plant accepts and in their units; what was commanded before is held.
+            What changes, by names that the plant accepts and in their units; what was commanded before is
+            held.
         ticks : int
-            Advance by so many ticks (of the plant's ``tick``, s), or by fewer when an event or the end comes first.
-            0: only measure. `FOREVER`: until the next event; a machine with nothing under way does not move then.
+            Advance by so many ticks (of the plant's ``tick``, s), or by fewer when an event or the end comes
+            first. 0: only measure. `FOREVER`: until the next event; a machine with nothing under way does not
+            move then.
         """
 
     def outcome(self) -> Mapping[str, Any]:
@@ -158,7 +166,7 @@ class Plant(Protocol):
 
 @runtime_checkable
 class PartLog(Protocol):
-    """A log in the units of its plant, as adaptations (last part) and pictures (all parts) see it; `hwsim.Log` is one.
+    """A log in the units of its plant, as adaptations (last part) and pictures (all parts) see it.
 
     Examples
     --------
@@ -211,8 +219,8 @@ class PartLog(Protocol):
 class Adaptation(Protocol):
     """Learns between parts: re-estimates, shifts a margin, plans anew.
 
-    It must depend on nothing but its own start and what it was shown, so that a killed series can be replayed from
-    its journal.
+    It must depend on nothing but its own start and what it was shown, so that a killed series can be replayed
+    from its journal.
 
     Examples
     --------
@@ -225,4 +233,4 @@ class Adaptation(Protocol):
     """
 
     def next(self, controller: Controller, part_log: PartLog) -> Controller:
-        """Return the controller of the next part, given that of the last part (as it began) and its log, `part_log`."""
+        """Return the next controller from that of the last part (as it began) and its `part_log`."""

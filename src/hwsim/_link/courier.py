@@ -1,10 +1,11 @@
-"""Records over a link that may lose messages and break: kept until acknowledged, sent again, in order, none twice.
+"""Records over a link that may lose messages and break: acknowledged, in order, none twice.
 
-Messages are numbered as they are sent, records as they are to be received. Each message says who sends it, how many records of
-whom on the other side have arrived in order and which of the 64 behind those, and the number of the last message that arrived;
-and, unless it is a mere sign of life, it holds one record. As a link keeps messages in order, a record that went with an earlier
-message than the last that arrived, and has not arrived itself, is lost: it is sent again at once, and no other is (selective
-repeat). No time is guessed: the next sign of life tells.
+Messages are numbered as they are sent, records as they are to be received. Each message says who sends it,
+how many records of whom on the other side have arrived in order and which of the 64 behind those, and the
+number of the last message that arrived; and, unless it is a mere sign of life, it holds one record. As a link
+keeps messages in order, a record that went with an earlier message than the last that arrived, and has not
+arrived itself, is lost: it is sent again at once, and no other is (selective repeat). No time is guessed: the
+next sign of life tells.
 """
 
 import struct
@@ -19,7 +20,8 @@ from hwsim._link.links import Link
 from hwsim._processor.tasks import NANOSECONDS
 from sdpgrind.base import checks
 
-# kind, who sends; of whom, records in order, records behind them, last message; number of this message, oldest record, this one
+# kind, who sends; of whom, records in order, records behind them, last message; number of this message,
+# oldest record, this one
 _HEADER = struct.Struct("!B8Q")
 _SIGN, _RECORD = 3, 4
 _WINDOW = 64  # derived: records under way at once are the bits of one word of the header
@@ -30,12 +32,13 @@ NEAR = 4096  # records in memory; chosen: 40 s of a controller of 100 Hz
 class Courier:
     """One side of an exchange of records between a machine and its host.
 
-    A `Link` that loses nothing: `send` keeps a record until the other side's courier has acknowledged it, whatever becomes of the
-    link below. `advance`, called again and again, moves records and is a sign of life; after the link broke, `attach` a new one
-    and nothing is lost or doubled.
+    A `Link` that loses nothing: `send` keeps a record until the other side's courier has acknowledged it,
+    whatever becomes of the link below. `advance`, called again and again, moves records and is a sign of
+    life; after the link broke, `attach` a new one and nothing is lost or doubled.
 
-    A courier that is new knows nothing of what an older one sent or took, and the other side notices: it goes on with what the
-    older one had not acknowledged. A copy is the same courier, so that a controller that is copied talks on.
+    A courier that is new knows nothing of what an older one sent or took, and the other side notices: it goes
+    on with what the older one had not acknowledged. A copy is the same courier, so that a controller that is
+    copied talks on.
 
     Parameters
     ----------
@@ -44,9 +47,10 @@ class Courier:
 
     Notes
     -----
-    Up to 64 records are under way at once; over a link of 20 ms that loses every second message 100 records a second get
-    through. Of those that wait the first 4096 are in memory, the others in a temporary file: it grows with the silence of the
-    host, and ends with the process, as everything here does. What must outlast that is in the journal of the run.
+    Up to 64 records are under way at once; over a link of 20 ms that loses every second message 100 records a
+    second get through. Of those that wait the first 4096 are in memory, the others in a temporary file: it
+    grows with the silence of the host, and ends with the process, as everything here does. What must outlast
+    that is in the journal of the run.
 
     Examples
     --------
@@ -93,8 +97,9 @@ class Courier:
 
     @property
     def silence(self) -> float:
-        """How long nothing was heard from the other side, s; a courier that never heard anything counts from time 0."""
-        return round((self._time - self._heard) * NANOSECONDS) / NANOSECONDS  # so that 20 steps of 0.01 s are 0.2 s
+        """Time since the other side was heard, s; counted from time 0 before it was ever heard."""
+        # rounded, so that 20 steps of 0.01 s are 0.2 s
+        return round((self._time - self._heard) * NANOSECONDS) / NANOSECONDS
 
     @property
     def waiting(self) -> int:
@@ -143,7 +148,7 @@ class Courier:
         self._kept.append(record)
 
     def receive(self) -> list[bytes]:
-        """Return the records (bytes) that are new since the last call, in the order in which they were sent, each once."""
+        """Return the records (bytes) that are new since the last call, in the order of sending, each once."""
         received, self._received = self._received, []
         return received
 
@@ -193,7 +198,8 @@ class Courier:
         if ours and arrived + behind.bit_length() + (behind > 0) > self._oldest + len(self._kept):
             self.close()  # who has more than there is talks nonsense
             return
-        if other != self._other or oldest > self._taken:  # somebody new, or who has given records to another in between
+        # a new courier, or one that has given records to another in between
+        if other != self._other or oldest > self._taken:
             self._other, self._taken = other, oldest
             self._early.clear()
         if ours:
@@ -248,7 +254,7 @@ class Courier:
 
 
 class Backlog:
-    """A queue of records: the first ones in memory, those behind them in a temporary file that ends with the process."""
+    """A queue of records: the first in memory, the others in a temporary file that ends with the process."""
 
     def __init__(self) -> None:
         self._near: deque[bytes] = deque()

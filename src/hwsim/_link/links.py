@@ -1,4 +1,4 @@
-"""A link between a machine and its host: what every link does, and one in memory that is clocked by the simulation."""
+"""A link between a machine and its host: its protocol, and one in memory on the clock of the simulation."""
 
 from collections import deque
 from typing import Protocol, runtime_checkable
@@ -28,7 +28,7 @@ class Link(Protocol):
 
     @property
     def unsent(self) -> int:
-        """Bytes that it has not taken off the sender's hands yet; what is sent meanwhile waits behind them."""
+        """Bytes that wait for the network; what is sent meanwhile follows them."""
 
     def advance(self, time: float) -> None:
         """Say what time it is.

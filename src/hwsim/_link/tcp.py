@@ -1,6 +1,7 @@
-"""The same link over TCP, between processes or computers: nothing here blocks but `TcpLink.wait` and `TcpListener.accept`.
+"""A link over TCP, between processes or computers; only `TcpLink.wait` and `TcpListener.accept` block.
 
-In the stream two bytes of mark and four of length (big-endian) precede each message, which undoes any split by the network.
+In the stream two bytes of mark and four of length (big-endian) precede each message, which undoes any split
+by the network.
 """
 
 import select
@@ -20,10 +21,11 @@ _CHUNKS = 64  # read in one call at most; chosen: a flood of messages does not h
 
 
 class TcpLink:
-    """One end of a TCP connection, a `Link`: messages with a prefix, cut and joined by the network as it likes.
+    """One end of a TCP connection, a `Link`: messages with a prefix, however the network cuts them.
 
-    A peer that closes or vanishes, a prefix that is broken and a message that is too large close the link; `reason` says why.
-    A peer that falls silent without a word is not seen here: that is what a `Watchdog` is for.
+    A peer that closes or vanishes, a prefix that is broken and a message that is too large close the link;
+    `reason` says why. A peer that falls silent without a word is not seen here: that is what a `Watchdog` is
+    for.
 
     Parameters
     ----------
@@ -133,7 +135,7 @@ class TcpLink:
         return arrived
 
     def wait(self, timeout: float) -> bool:
-        """Wait until a message has arrived or the link is closed, sending what is left meanwhile; return whether it is so.
+        """Send what is left and wait for a message or the end of the link; return whether either came.
 
         Parameters
         ----------

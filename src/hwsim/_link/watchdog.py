@@ -1,4 +1,4 @@
-"""A guard around any controller: records of its steps go to the host, and when the host falls silent the machine is made safe."""
+"""A guard around any controller: its steps go to the host, whose silence makes the machine safe."""
 
 import json
 from collections.abc import Mapping
@@ -21,14 +21,15 @@ class _Pulse:
         self.courier, self.timeout, self.safe_command = courier, timeout, safe_command
         self.tripped = False
         self.steps = 0  # of the tier that leads, in this part
-        self._origin: float | None = None  # s, time of the courier at the first step of the part; between parts no time passes
+        # s, of the courier at the first step of the part; between parts no time passes
+        self._origin: float | None = None
 
     def reset(self) -> None:
         """A new part."""
         self.tripped, self._origin, self.steps = False, None, 0
 
     def beat(self, time: float) -> None:
-        """Exchange records, so many seconds into the part; once it is too late it stays so until the next part."""
+        """Exchange records, so many seconds into the part; a silence that is too long lasts until its end."""
         courier = self.courier
         if self._origin is None:
             self._origin = courier.time - time
@@ -55,7 +56,7 @@ class _Guard:
 
     @property
     def step(self) -> Any:
-        """Step the controller, or command what is safe; it needs the measurements (in their units) that the controller needs."""
+        """Step of the controller, with its measurements (in their units), or the safe command."""
 
         @wraps(self._controller.step)
         def guarded(**measurement: Any) -> dict[str, Any]:
@@ -74,7 +75,7 @@ class _Guard:
         self._controller.reset()
 
     def report(self) -> dict[str, Any]:
-        """What the controller reports (in its units) while it commands, and ``link_lost``: 1 when it does not any more."""
+        """Report of the controller (in its units) while it commands, and ``link_lost``: 1 afterwards."""
         lost = self._pulse.tripped
         said = getattr(self._controller, "report", dict) if not lost else dict
         return {**said(), "link_lost": float(lost)}
@@ -99,23 +100,26 @@ class _Guard:
 class Watchdog(_Guard):
     """Any controller with a host behind it: when the host falls silent, the machine is made safe.
 
-    Each step of each tier is sent to the host as a record, JSON of ``tier``, ``time`` (s), ``read`` and ``command``; the courier
-    keeps it until the host has it. When nothing was heard from the host for longer than the timeout, the controller is stepped no
-    more and the safe command is given instead, at every step until the end of the part, also when the host is heard again.
+    Each step of each tier is sent to the host as a record, JSON of ``tier``, ``time`` (s), ``read`` and
+    ``command``; the courier keeps it until the host has it. When nothing was heard from the host for longer
+    than the timeout, the controller is stepped no more and the safe command is given instead, at every step
+    until the end of the part, also when the host is heard again.
 
-    Time is counted in periods of the fastest tier (s), never read from a clock; where no tier has a period, ``time`` must be
-    measured. The log has a column ``link_lost_planned``.
+    Time is counted in periods of the fastest tier (s), never read from a clock; where no tier has a period,
+    ``time`` must be measured. The log has a column ``link_lost_planned``.
 
     Parameters
     ----------
     controller : Controller
         The one that is guarded, with tiers or without.
     courier : Courier
-        To the host, whose own courier must be advanced more often than the timeout; what the host sends is there.
+        To the host, whose own courier must be advanced more often than the timeout; what the host sends is
+        there.
     timeout : float
         Longest silence, s; more than the period.
     safe_command : mapping
-        What is commanded then: names and values (in their units) that the plant accepts, {"velocity": 0.0, "retract": 1.0}.
+        What is commanded then: names and values (in their units) that the plant accepts, {"velocity": 0.0,
+        "retract": 1.0}.
 
     Raises
     ------

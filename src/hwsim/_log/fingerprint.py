@@ -1,4 +1,4 @@
-"""A fingerprint of plain objects: the same for equal plants and controllers in any process, another for any change."""
+"""A fingerprint of plain objects: equal for equal plants and controllers in any process."""
 
 import dataclasses
 import functools
@@ -39,7 +39,8 @@ def _feed(take: Any, thing: Any, above: tuple[int, ...]) -> None:
 
 def _pieces(thing: Any) -> list[Any]:
     """What an object is made of."""
-    if hasattr(thing, "data_vars") and not isinstance(thing, type):  # a labelled table, which is a mapping, too
+    # a labelled table is a mapping, too
+    if hasattr(thing, "data_vars") and not isinstance(thing, type):
         named = sorted((str(name), variable) for name, variable in thing.variables.items())
         return [(name, variable.dims, _values(variable)) for name, variable in named]
     if isinstance(thing, Mapping):

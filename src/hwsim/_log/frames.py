@@ -1,4 +1,4 @@
-"""From the plain arrays of parts to labelled tables (xarray), and from there to one dataset for a file and back."""
+"""From the plain arrays of parts to labelled tables (xarray), to one dataset for a file, and back."""
 
 import json
 from collections.abc import Hashable, Mapping, Sequence
@@ -84,7 +84,7 @@ def _joined(blocks: Sequence[Column]) -> Column:
 
 
 def side_by_side(runs: Mapping[str, Frames]) -> Frames:
-    """Join the runs of several controllers: a coordinate ``controller`` in tables, a dimension in the outcome."""
+    """Join runs of several controllers: a coordinate ``controller`` in tables, a dimension in outcomes."""
     import xarray as xr
 
     tiers = dict.fromkeys(tier for run in runs.values() for tier in run.tables)

@@ -1,8 +1,8 @@
 """The journal of a run: one SQLite file, one transaction a part, readable by anybody at every moment.
 
-SQLite's rollback journal is used, not its write-ahead log: between two parts everything stands in the one file, so
-that it can be copied, moved or killed at. A process killed inside a transaction loses that part alone; the next reader
-rolls it back.
+SQLite's rollback journal is used, not its write-ahead log: between two parts everything stands in the one
+file, so that it can be copied, moved or killed at. A process killed inside a transaction loses that part
+alone; the next reader rolls it back.
 """
 
 import contextlib
@@ -31,8 +31,9 @@ _PATIENCE = 60.0  # s to wait for a process that writes; chosen: longer than any
 class Journal:
     """Finished parts of a run, on disk.
 
-    Written by ``run(..., journal=path)``; open it to read, also while the run goes on or after it was killed. The table
-    ``part`` has the outcome of each part as JSON, so that ``sqlite3 run.db "SELECT number, outcome FROM part"`` works.
+    Written by ``run(..., journal=path)``; open it to read, also while the run goes on or after it was killed.
+    The table ``part`` has the outcome of each part as JSON, so that ``sqlite3 run.db "SELECT number, outcome
+    FROM part"`` works.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ class Journal:
 
     @classmethod
     def create(cls, path: str | os.PathLike[str], fingerprints: Mapping[str, str], labels: Labels) -> Self:
-        """Make an empty journal and open it (private to this package): the file appears complete or not at all."""
+        """Make an empty journal and open it (private to this package); it appears complete or not at all."""
         from sdpgrind.base.records import whole_file
 
         rows = {"version": _VERSION, "fingerprints": json.dumps(dict(fingerprints)), "labels": labels.to_json()}
@@ -118,7 +119,7 @@ class Journal:
         return Log.of(parts, Labels.from_json(self._run["labels"]))
 
     def refuse_other(self, fingerprints: Mapping[str, str]) -> None:
-        """Raise ValueError where something is not as it was when the journal was begun (private to this package)."""
+        """Refuse ingredients other than those that the journal was begun with (private to this package)."""
         written = json.loads(self._run["fingerprints"])
         if other := [name for name, value in fingerprints.items() if written.get(name) != value]:
             begun = f"{str(self.path)!r} was begun with another {' and '.join(other)}"
@@ -164,7 +165,7 @@ def _as_json(value: Column) -> Any:
 
 
 def _packed(part: Part) -> tuple[str, bytes]:
-    """Index (name, dtype, shape) and bytes of the arrays of a part; names are ``tier/column``, outcomes ``/name``."""
+    """Index (name, dtype, shape) and bytes of a part's arrays; names: ``tier/column``, outcomes ``/name``."""
     named: dict[str, Column] = {f"/{name}": value for name, value in part.outcome.items()}
     for tier, table in part.tables.items():
         named |= {f"{tier}/{name}": value for name, value in table.items()}

@@ -1,4 +1,4 @@
-"""Names and units of everything in a log: plain values, so that a log or journal is read without the code that ran."""
+"""Names and units of everything in a log: plain values, read without the code that ran."""
 
 import json
 from collections.abc import Mapping

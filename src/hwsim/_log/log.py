@@ -21,14 +21,15 @@ if TYPE_CHECKING:
 class Log(Record):
     """Everything measured, commanded and planned in a run; made by `run`, `compare` and `sdpgrind.load`.
 
-    ``log[tier]`` is the table (`xarray.Dataset`, dimension ``row``) of one tier of control: one row a step of its
-    controller, and a last row without a command when something was measured after its last step. Coordinates: ``part``
-    (number), ``time`` (s, from the start of the part) and, after `compare`, ``controller``. Columns, with ``units`` in
-    their attributes: ``<name>`` measured before the step, ``<name>_command`` commanded, ``<name>_planned`` reported by
-    the controller. NaN: no reading, no command.
+    ``log[tier]`` is the table (`xarray.Dataset`, dimension ``row``) of one tier of control: one row a step of
+    its controller, and a last row without a command when something was measured after its last step.
+    Coordinates: ``part`` (number), ``time`` (s, from the start of the part) and, after `compare`,
+    ``controller``. Columns, with ``units`` in their attributes: ``<name>`` measured before the step,
+    ``<name>_command`` commanded, ``<name>_planned`` reported by the controller. NaN: no reading, no command.
 
-    Of a motion (a table that is commanded) the column holds the number of rows; the rows are in ``log["<tier>:<name>"]``, one
-    below the other, ``time`` (s) being that of the step. Where a motion has more than 64 rows they are not kept, but a digest is.
+    Of a motion (a table that is commanded) the column holds the number of rows; the rows are in
+    ``log["<tier>:<name>"]``, one below the other, ``time`` (s) being that of the step. Where a motion has
+    more than 64 rows they are not kept, but a digest is.
 
     Examples
     --------
@@ -75,9 +76,10 @@ class Log(Record):
 
     @property
     def outcome(self) -> "xr.Dataset":
-        """What each part became (dimension ``part``; after `compare` also ``controller``), units in the attributes.
+        """Outcome of each part (dimension ``part``; of `compare` also ``controller``), with units.
 
-        Beside the plant's own figures: ``<name>_planned``, what a controller without a period reported at its first step.
+        Beside the plant's own figures: ``<name>_planned``, what a controller without a period reported at its
+        first step.
         """
         return self._frames.outcome
 
@@ -145,7 +147,7 @@ class Log(Record):
         return _frames.to_dataset(self._frames)
 
     def plot(self) -> "Figure":
-        """Draw the run: the picture of its plant where there is one, else every measured quantity against time.
+        """Draw the run: the picture of its plant where there is one, else all that was measured against time.
 
         Returns
         -------

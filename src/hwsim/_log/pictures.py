@@ -1,4 +1,4 @@
-"""Pictures of logs: each plant may bring one; a log of any other plant gets one panel for each measured quantity."""
+"""Pictures of logs: each plant may bring one; any other log gets a panel for each measured quantity."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -14,7 +14,8 @@ from sdpgrind.base import pictures
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Plant -> module with a function ``picture(log)``. A table, never a name out of a file: files cannot choose code.
+# Plant -> module with a function ``picture(log)``. A table, never a name out of a file: files cannot choose
+# code.
 _PICTURES = {
     "AdaptiveGrinder": "hwsim.plants._adaptive.picture",
     "CenteringMachine": "hwsim.plants._centering.picture",
@@ -59,7 +60,7 @@ def _legible(variable: Any) -> Any:
 
 
 def compared(log: PartLog) -> "Figure":
-    """Draw every scalar outcome: of each controller less the first on the same part, with the mean and its 95 % interval.
+    """Draw every scalar outcome: each controller less the first on the same part, mean and 95 % interval.
 
     Below each panel stand the means themselves.
     """
@@ -109,7 +110,7 @@ def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
 
 
 def paired(differences: Any) -> tuple[float, float]:
-    """Mean of differences on the same parts, and half of its 95 % interval (Student); NaN where one part tells none."""
+    """Mean of differences on the same parts, and half its 95 % interval (Student); NaN: only one part."""
     from scipy.stats import t
 
     if differences.size == 0:

@@ -90,7 +90,7 @@ def check(plant: Plant, controller: Controller) -> Report:
 
 
 def checked_clock(plant: Plant, controller: Controller, name: str = "") -> tuple[Plant, Clock]:
-    """Refuse what cannot run; give the clock on which it can, and the plant at that tick; `name` is the controller's."""
+    """Give plant and clock of a run, or refuse what cannot run; `name` is that of the controller."""
     faults = tuple(_faults(plant, controller))
     if faults:
         report = str(Report(type(plant).__name__, type(controller).__name__, faults))

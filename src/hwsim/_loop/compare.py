@@ -39,21 +39,24 @@ def compare(
     plant : Plant
         The machine.
     controllers : mapping
-        Name -> controller. Part k of each draws from the same child of `rng`: the same hidden truth, paired results. What a
-        part leaves behind (``after``, see `hwsim.protocols`) is left to the next part of the same controller.
+        Name -> controller. Part k of each draws from the same child of `rng`: the same hidden truth, paired
+        results. What a part leaves behind (``after``, see `hwsim.protocols`) is left to the next part of the
+        same controller.
     parts : int
         Number of parts for each, >= 1.
     rng : int, Generator or SeedSequence
         Random source.
     executor : concurrent.futures.Executor, optional
-        Runs parts in parallel, with results equal to serial ones bit for bit; not on a plant that parts leave changed.
+        Runs parts in parallel, with results equal to serial ones bit for bit; not on a plant that parts leave
+        changed.
     progress : callable
         Told the share done (0..1) and a text.
 
     Returns
     -------
     Log
-        As that of `run`, the outcome with a dimension ``controller``, the tables with a coordinate ``controller``.
+        As that of `run`, the outcome with a dimension ``controller``, the tables with a coordinate
+        ``controller``.
 
     Raises
     ------
@@ -109,7 +112,7 @@ def repeat(
     executor: Executor | None = None,
     progress: Progress = silent,
 ) -> "xr.Dataset":
-    """Run the same series again and again, each with random numbers of its own: what learning is worth, and what it risks.
+    """Run the same series again and again, each with random numbers of its own: the worth of learning.
 
     Parameters
     ----------

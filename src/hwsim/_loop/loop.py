@@ -1,4 +1,4 @@
-"""Runs: part after part through the loop, on one process or many, into a journal, with learning between parts."""
+"""Runs: part after part through the loop, on one process or many, with a journal and learning."""
 
 import copy
 import os
@@ -43,8 +43,8 @@ def run(
 ) -> Log:
     """Let a controller work on a plant, part after part.
 
-    Each part gets its own child of `rng` and its own copy of the controller, so that part k is the same whatever the
-    number of parts, of workers, or of interruptions.
+    Each part gets its own child of `rng` and its own copy of the controller, so that part k is the same
+    whatever the number of parts, of workers, or of interruptions.
 
     Parameters
     ----------
@@ -59,12 +59,13 @@ def run(
     adapt : Adaptation, optional
         Learns between parts: its ``next(controller, part_log)`` gives the controller of the next part.
     journal : path, optional
-        SQLite file to which each finished part is written. Where the file exists the run resumes after the last part in
-        it, with the results that it would have had without the interruption; `parts` may have grown. Adaptation is
-        replayed from the parts in the journal.
+        SQLite file to which each finished part is written. Where the file exists the run resumes after the
+        last part in it, with the results that it would have had without the interruption; `parts` may have
+        grown. Adaptation is replayed from the parts in the journal.
     executor : concurrent.futures.Executor, optional
-        Runs parts in parallel, with results equal to serial ones bit for bit. Not together with `adapt`, nor on a plant
-        that parts leave changed (``after``, see `hwsim.protocols`), where a part needs the one before.
+        Runs parts in parallel, with results equal to serial ones bit for bit. Not together with `adapt`, nor
+        on a plant that parts leave changed (``after``, see `hwsim.protocols`), where a part needs the one
+        before.
     progress : callable
         Told the share done (0..1) and a text.
 
@@ -76,8 +77,8 @@ def run(
     Raises
     ------
     ValueError
-        Before the first tick: controller and plant do not fit (`check` says more), or the journal is of another run.
-        During it: an unknown or NaN command, or one that the machine refuses.
+        Before the first tick: controller and plant do not fit (`check` says more), or the journal is of
+        another run. During it: an unknown or NaN command, or one that the machine refuses.
 
     Examples
     --------
@@ -134,7 +135,7 @@ def check_order(plant: Plant, executor: Executor | None) -> None:
 
 @dataclass
 class Series:
-    """Parts one after the other; in between the plant changes where a part leaves something, the controller where it learns."""
+    """Parts one after the other; between them the plant may change, and the controller may learn."""
 
     plant: Plant
     clock: Clock
@@ -143,7 +144,7 @@ class Series:
     labels: Labels
 
     def learn(self, part: Part) -> None:
-        """Take the plant as the part left it, and the next controller from the adaptation, which sees the last one as it was."""
+        """Take the plant as the part left it, and the next controller, made from the last one as it began."""
         after = getattr(self.plant, "after", None)
         if after is not None:
             self.plant = after({name: _own(value) for name, value in part.outcome.items()})

@@ -1,4 +1,4 @@
-"""Integer ticks: one tick of which every rate of a run is an exact multiple, found with rational arithmetic."""
+"""Integer ticks: one tick of which every rate of a run is an exact multiple, in rational arithmetic."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _ROUNDING = 1e-15  # relative; chosen: above the rounding of a float (1/60), bel
 
 
 def simplest(value: float) -> Fraction:
-    """Return the simple fraction that the float `value` stands for (1/60), or its binary value when it is none."""
+    """Return the simple fraction that the float `value` means (1/60), or its binary value without one."""
     fraction = Fraction(value).limit_denominator(_SIMPLEST)
     return fraction if abs(float(fraction) - value) <= _ROUNDING * abs(value) else Fraction(value)
 

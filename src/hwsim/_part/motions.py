@@ -1,7 +1,8 @@
-"""Tables that are commanded (motions): how many rows each has, a digest, and the rows themselves in a table of their own.
+"""Tables that are commanded (motions): their number of rows, a digest, and the rows in a table apart.
 
-The table of a tier has one row a step. A motion is commanded in few of them and has rows of its own, as many as it likes, so
-that they stand in a second table, motion after motion, each row with the time at which its motion was commanded.
+The table of a tier has one row a step. A motion is commanded in few of them and has rows of its own, as many
+as it likes, so that they stand in a second table, motion after motion, each row with the time at which its
+motion was commanded.
 """
 
 from collections.abc import Sequence
@@ -17,7 +18,7 @@ _OF = ":"  # no name of a tier has it
 
 
 def as_table(value: Any) -> Any:
-    """A motion as an array of rows, whether it came as one, as rows in a list or as what has them as its ``segments``."""
+    """A motion as an array of rows, from an array, rows in a list, or anything with ``segments``."""
     value = getattr(value, "segments", value)
     rows = isinstance(value, list | tuple) and all(isinstance(row, list | tuple | np.ndarray) for row in value)
     return np.array(value, dtype=float).reshape(len(value), -1) if rows and value else value
@@ -45,7 +46,7 @@ def command_column(name: str) -> str:
 
 
 def rows_of(tier: str, name: str) -> str:
-    """Key of the table that holds the rows of what a tier commanded, whether that is given or the name of its column."""
+    """Key of the table that holds the rows of a command; `name` is that of the command or its column."""
     return f"{tier}{_OF}{name.removesuffix('_command')}"
 
 
@@ -55,7 +56,7 @@ def is_of_rows(key: str) -> bool:
 
 
 def row_table(tier: str, name: str, time: Column, values: Sequence[Any]) -> dict[str, dict[str, Column]]:
-    """The rows of the motions that a tier commanded under a name, by time (s); nothing where none is short enough."""
+    """Rows of the motions that a tier commanded under a name, by time (s); none where all are too long."""
     short = [k for k, value in enumerate(values) if is_table(value) and 0 < len(value) <= ROWS_MAX]
     if not short:
         return {}

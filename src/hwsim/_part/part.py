@@ -1,8 +1,8 @@
 """One part through the loop.
 
-Order of one tick: measure; step the controllers that are due, by priority; commands take effect; the plant advances;
-log. A set-point for a lower tier takes effect at once: it is there when that tier is stepped in the same tick.
-Everything is collected in plain lists; labelling comes after the run.
+Order of one tick: measure; step the controllers that are due, by priority; commands take effect; the plant
+advances; log. A set-point for a lower tier takes effect at once: it is there when that tier is stepped in the
+same tick. Everything is collected in plain lists; labelling comes after the run.
 """
 
 from collections.abc import Callable, Container, Mapping
@@ -19,13 +19,14 @@ from hwsim._part.routes import Route, controllers, reads_of, routes
 from hwsim.protocols import FOREVER, Controller, Machine, Plant
 
 Column = npt.NDArray[Any]
-Row = tuple[int, Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]]  # ticks, measured, commanded, reported
+# ticks, measured, commanded, reported
+Row = tuple[int, Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]]
 _NOTHING: Mapping[str, Any] = {}
 
 
 @dataclass(frozen=True)
 class Part:
-    """What one part left behind: tables (name -> column), of each tier and of the rows of motions, and the outcome."""
+    """What one part left behind: tables (name -> column) of tiers and of rows of motions, and the outcome."""
 
     tables: Mapping[str, Mapping[str, Column]]
     outcome: Mapping[str, Column]
@@ -75,7 +76,7 @@ def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.
 
 
 def _at_once(machine: Machine, controller: Controller) -> Part | None:
-    """The whole part, from a machine that can run it with this controller in compiled code, to the same bits."""
+    """The whole part at once, where machine and controller have compiled cores; None: step by step."""
     whole = getattr(machine, "whole", None)
     tables = whole(controller) if whole else None
     if tables is None:
@@ -192,7 +193,7 @@ def _tables(tier: Tier, clock: Clock) -> dict[str, dict[str, Column]]:
 
 
 def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
-    """Columns of a command; of whole tables (motions) the number of rows, as they would stand in every row, and a digest."""
+    """Columns of a command; of whole tables (motions) their number of rows and a digest."""
     tables = [is_table(value) for value in values]
     entries = [len(value) if table else value for value, table in zip(values, tables, strict=True)]
     columns = {command_column(name): column(entries)}
@@ -203,7 +204,7 @@ def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
 
 
 def _scalars(names: Mapping[str, str], read: list[Mapping[str, Any]]) -> list[str]:
-    """Set-points that are numbers; an array is held for many steps and stands once, in the table of who commanded it."""
+    """Set-points that are numbers; an array stands once, in the table of the tier that commanded it."""
     return [name for name in names if not any(np.ndim(row[name]) for row in read)]
 
 

@@ -1,4 +1,4 @@
-"""Who of several controllers talks to whom: commands of an upper tier that the plant does not know are set-points below."""
+"""Routes between several controllers: commands that the plant does not know are set-points below."""
 
 import inspect
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +11,7 @@ from hwsim.protocols import Controller, Plant
 
 @dataclass(frozen=True)
 class Route:
-    """Set-points (name -> unit) that one tier sends to tiers below it, and that it takes from tiers above it."""
+    """Set-points (name -> unit) that one tier sends to tiers below, and that it takes from tiers above."""
 
     sends: Mapping[str, str]
     takes: Mapping[str, str]
@@ -49,7 +49,7 @@ def set_points(plant: Plant, controller: Controller) -> dict[str, str]:
 
 
 def ambiguous(plant: Plant, tiers: Mapping[str, Controller]) -> Iterator[str]:
-    """What one cannot tell: a set-point of two tiers, one that is measured too, a tier that is named like rows of motions."""
+    """Ambiguities: a set-point of two tiers, one that is measured too, a tier named like rows of motions."""
     senders: dict[str, str] = {}
     for tier, route in routes(plant, tiers).items():
         if is_of_rows(tier):

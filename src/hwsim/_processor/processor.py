@@ -1,8 +1,9 @@
 """One virtual processor on which tasks pre-empt each other: discrete events at whole nanoseconds.
 
-Order within one instant: what is complete ends; all releases, the most urgent first, then by their place among the tasks; the
-processor takes what is most urgent. A task whose job before is not complete at a release misses that release: it is an overrun
-and no job comes of it, so that the task keeps its phase and never runs on an old release.
+Order within one instant: what is complete ends; all releases, the most urgent first, then by their place
+among the tasks; the processor takes what is most urgent. A task whose job before is not complete at a release
+misses that release: it is an overrun and no job comes of it, so that the task keeps its phase and never runs
+on an old release.
 """
 
 from array import array
@@ -56,7 +57,8 @@ class Job(NamedTuple):
     number : int
         Number of its release, from 0; missed ones count.
     release, start, completion : int
-        When it was released, began (inputs are sampled) and was complete (outputs take effect), ns (whole numbers).
+        When it was released, began (inputs are sampled) and was complete (outputs take effect), ns (whole
+        numbers).
 
     Examples
     --------
@@ -75,10 +77,10 @@ class Job(NamedTuple):
 class Processor:
     """Tasks on one processor, running; made by `Scheduler.start`.
 
-    A machine that has a scheduler goes from event to event with `next_event`, samples at a ``START`` and lets the command take
-    effect at the ``COMPLETE`` of the same job. Where only the jobs matter, `advance` gives those that became complete. Both say
-    how the spindle turns from ``now`` on, for tasks that its angle releases; how the time is cut changes nothing. Copies are
-    independent of each other.
+    A machine that has a scheduler goes from event to event with `next_event`, samples at a ``START`` and lets
+    the command take effect at the ``COMPLETE`` of the same job. Where only the jobs matter, `advance` gives
+    those that became complete. Both say how the spindle turns from ``now`` on, for tasks that its angle
+    releases; how the time is cut changes nothing. Copies are independent of each other.
 
     Parameters
     ----------
@@ -142,8 +144,9 @@ class Processor:
         to : int
             Time, ns; an event at that very time is still told.
         angle, speed, acceleration : float
-            Of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`. A task with an angle step is
-            released when a multiple of it is reached for the first time. No angle: it goes on as it was told last.
+            Of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`. A task with
+            an angle step is released when a multiple of it is reached for the first time. No angle: it goes
+            on as it was told last.
 
         Raises
         ------
@@ -248,7 +251,7 @@ class Processor:
         self._expect(own)
 
     def _dispatch(self) -> None:
-        """Give the processor to the most urgent job; one that was taken from it waits with what remains of it."""
+        """Give the processor to the most urgent job; a job that loses it waits with its remaining time."""
         before = self._running
         if before is not None:
             before.remaining = self._ends - self._now

@@ -24,9 +24,9 @@ Whole = npt.NDArray[np.int64]
 class Kind(IntEnum):
     """What happens to a job on a processor (integers, without unit), as it stands in the trace.
 
-    ``RELEASE``: it is asked for. ``OVERRUN``: it is asked for while the one before is not complete; no job comes of it.
-    ``START``: it begins, inputs are sampled. ``PREEMPT``: a more urgent one takes the processor. ``RESUME``: it goes on.
-    ``COMPLETE``: it ends, outputs take effect.
+    ``RELEASE``: it is asked for. ``OVERRUN``: it is asked for while the one before is not complete; no job
+    comes of it. ``START``: it begins, inputs are sampled. ``PREEMPT``: a more urgent one takes the processor.
+    ``RESUME``: it goes on. ``COMPLETE``: it ends, outputs take effect.
     """
 
     RELEASE = 0
@@ -127,13 +127,15 @@ class Schedule(ByValue, Plan):
         place = [each.name for each in self.tasks].index(checks.one_of("task", task, (each.name for each in self.tasks)))
         mine = self.trace[self.trace[:, 2] == place]
         times = {kind: mine[mine[:, 1] == kind] for kind in (Kind.RELEASE, Kind.START, Kind.COMPLETE)}
-        number = times[Kind.COMPLETE][:, 3]  # jobs of one task come one after the other: the first n of each kind belong together
+        # jobs of one task come one after the other: the first n of each kind belong together
+        number = times[Kind.COMPLETE][:, 3]
         return np.column_stack([number, *(each[: number.size, 0] for each in times.values())])
 
     @cached_property
     def slices(self) -> Whole:
-        """Uninterrupted stretches of work, one a row: place of the task, number, begin and end (whole numbers; ns)."""
-        work = self.trace[self.trace[:, 1] >= Kind.START]  # they take turns: begins (START, RESUME), ends (PREEMPT, COMPLETE)
+        """Uninterrupted stretches of work, one a row: place of the task, number, begin and end (ns)."""
+        # begins (START, RESUME) and ends (PREEMPT, COMPLETE) take turns
+        work = self.trace[self.trace[:, 1] >= Kind.START]
         begins, ends = work[0::2], work[1::2, 0]
         ends = np.append(ends, self.duration) if len(begins) > len(ends) else ends
         return np.column_stack([begins[:, 2], begins[:, 3], begins[:, 0], ends])

@@ -1,4 +1,4 @@
-"""Tasks on one virtual processor: a deterministic, pre-emptive, multi-rate scheduler with fixed priorities."""
+"""Tasks on one virtual processor: deterministic, pre-emptive, multi-rate, with fixed priorities."""
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY
@@ -28,20 +28,22 @@ def _tasks(name: str, given: Any) -> tuple[Task, ...]:
 
 @described()
 class Scheduler(Described):
-    """Tasks that share one virtual processor; the most urgent job runs, one that it interrupts keeps what remains of it.
+    """Tasks that share one virtual processor; the most urgent job runs, an interrupted one waits.
 
-    Inputs of a job are sampled when it starts, its outputs take effect when it is complete. A release that finds the job before
-    not complete is an overrun: it is counted and missed.
+    Inputs of a job are sampled when it starts, its outputs take effect when it is complete. A release that
+    finds the job before not complete is an overrun: it is counted and missed.
 
-    Time is counted in whole nanoseconds and nothing reads the wall clock: the same seed gives the same trace, byte for byte. Each
-    task draws from its own child of the seed, so that what one draws does not change the others.
+    Time is counted in whole nanoseconds and nothing reads the wall clock: the same seed gives the same trace,
+    byte for byte. Each task draws from its own child of the seed, so that what one draws does not change the
+    others.
 
     Parameters
     ----------
     tasks : sequence of Task
         The tasks, with different names.
     spindle_speed_max : float, optional
-        Largest speed of the spindle, rad/s, at which tasks with an angle step are counted; needed where there is one.
+        Largest speed of the spindle, rad/s, at which tasks with an angle step are counted; needed where there
+        is one.
 
     Raises
     ------
@@ -116,8 +118,8 @@ class Scheduler(Described):
         rng : int, Generator or SeedSequence
             Random source.
         spindle : array_like, shape (n, 3), optional
-            How the spindle turns: duration (s), speed (rad/s) at the start and acceleration (rad/s^2) of each segment; after the
-            last it stands. None: it stands.
+            How the spindle turns: duration (s), speed (rad/s) at the start and acceleration (rad/s^2) of each
+            segment; after the last it stands. None: it stands.
         start_angle : float
             Of the spindle at the start, rad.
 

@@ -1,4 +1,4 @@
-"""Tasks of a real-time computer: when they are released, how urgent they are, how long they take, and the job under way."""
+"""Tasks of a real-time computer: their releases, priorities and execution times, and the job under way."""
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -35,13 +35,16 @@ class Task(Frozen):
     name : str
         What it is called.
     period : float, optional
-        Between two releases, s: the k-th comes at k periods, rounded to a nanosecond, so that 60 Hz does not drift.
+        Between two releases, s: the k-th comes at k periods, rounded to a nanosecond, so that 60 Hz does not
+        drift.
     angle_step : float, optional
         Between two releases, rad of the spindle; either this or `period`.
     priority : int
-        Level, 1 is the most urgent; of equal levels the job released first runs first, and neither pre-empts the other.
+        Level, 1 is the most urgent; of equal levels the job released first runs first, and neither pre-empts
+        the other.
     execution_time : float or tuple
-        Time that a job takes on the processor alone, s; or its mean and standard deviation (gamma distributed).
+        Time that a job takes on the processor alone, s; or its mean and standard deviation (gamma
+        distributed).
     jitter : float
         A release comes late by a uniform draw between 0 and this, s; less than the period.
 
@@ -176,7 +179,7 @@ class Released:
         self.begun = False
 
     def next(self) -> None:
-        """Go on to the next release; each draws, also where it will be missed, so that a number always has its draw."""
+        """Go on to the next release; each draws, missed ones too, so that a number always has its draw."""
         self.count += 1
         self.multiple += 1
         if not self.drawn:

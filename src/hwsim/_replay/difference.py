@@ -1,4 +1,4 @@
-"""Where a command differs from the one that was recorded: numbers, texts, arrays entry by entry, motions row by row."""
+"""First difference between a command and the recorded one: numbers, texts, entries, rows of motions."""
 
 from math import nan
 from typing import Any

@@ -1,4 +1,4 @@
-"""A plant that answers with what was recorded, and says where a controller commands something else than was recorded."""
+"""A plant that answers with what was recorded, and finds commands that differ from the recorded ones."""
 
 from collections.abc import Iterator, Mapping
 from copy import copy
@@ -19,7 +19,7 @@ _EVEN = 1e-9  # s; chosen: two steps of a period differ by rounding alone
 
 
 class _Accepted(dict[str, str]):
-    """Commands that were recorded, with their units; others are accepted, too, and differ. Set-points between tiers are none."""
+    """Recorded commands and their units; other names are accepted and differ, but set-points of tiers."""
 
     def __init__(self, recorded: Mapping[str, str], set_points: frozenset[str]) -> None:
         super().__init__(recorded)
@@ -33,17 +33,18 @@ class _Accepted(dict[str, str]):
 
 
 class Recording:
-    """One part of a log as a plant: it measures what was recorded, whatever is commanded, and compares the commands.
+    """One part of a log as a plant: it measures what was recorded, and compares the commands.
 
-    Run the controller that made the log, or a changed one, on it: `hwsim.run(hwsim.Recording(log), controller)`. So the code of a
-    controller is tried on what a machine did, the real one included. The part ends with the recording, or at the first command
-    that differs. A table that is commanded (a motion) is compared row by row: ``profile[2, 1]`` is the second entry of the third
-    row, ``profile`` a difference in the number of rows. Where the log does not hold the rows, as they are many or it is an old
-    one, their digest is compared: ``motion_digest`` says that an entry differs.
+    Run the controller that made the log, or a changed one, on it: `hwsim.run(hwsim.Recording(log),
+    controller)`. So the code of a controller is tried on what a machine did, the real one included. The part
+    ends with the recording, or at the first command that differs. A table that is commanded (a motion) is
+    compared row by row: ``profile[2, 1]`` is the second entry of the third row, ``profile`` a difference in
+    the number of rows. Where the log does not hold the rows, as they are many or it is an old one, their
+    digest is compared: ``motion_digest`` says that an entry differs.
 
-    Outcome: ``same`` (1: every command was the recorded one, to the last bit), ``steps`` that were compared, and of the first
-    difference ``difference_time`` (s), ``difference_name``, and the value ``recorded`` and ``commanded`` (NaN: none). A command
-    whose name was never recorded is a difference, too.
+    Outcome: ``same`` (1: every command was the recorded one, to the last bit), ``steps`` that were compared,
+    and of the first difference ``difference_time`` (s), ``difference_name``, and the value ``recorded`` and
+    ``commanded`` (NaN: none). A command whose name was never recorded is a difference, too.
 
     Parameters
     ----------
@@ -163,9 +164,10 @@ class Recording:
             yield Instant(time, reading, commands, bool(passes & here.keys()))
 
     def _motion(self, tier: str, name: str, time: float, value: Any) -> Any:
-        """The motion of which a column holds the number of rows, where the log has them; else what the column holds."""
+        """The motion itself where the log has its rows; else its number of rows, as in the column."""
         motion = self._motions.get((tier, name, time))
-        return value if motion is None or len(motion) != value else motion  # two at one time cannot be told apart
+        # two motions at one time cannot be told apart
+        return value if motion is None or len(motion) != value else motion
 
     def _sort(self, name: str, value: Any, reading: dict[str, Any], commands: dict[str, Any]) -> None:
         """A column is a measurement, or a command to the plant that the first tier has given."""
@@ -186,7 +188,7 @@ def _columns(table: Any, part: int) -> dict[str, tuple[Column, str]]:
 
 
 def _motions(table: Any, part: int) -> Iterator[tuple[float, Column]]:
-    """Motions of one part, and when each was commanded (s), from the table of their rows; None: the log holds none."""
+    """Motions of one part with the time (s) of their command, from the table of rows; None: no rows."""
     if table is None:
         return
     here = table["part"].values == part
@@ -201,7 +203,7 @@ def _unit(variable: Any) -> str:
 
 
 def _set_points(tables: Mapping[str, Mapping[str, Column]]) -> Iterator[str]:
-    """What one tier commands another: it stands where it is read; rows of numbers stand with the upper tier alone."""
+    """Names that one tier commands another; rows of numbers are logged with the upper tier alone."""
     lowest = list(tables)[-1]
     for tier, table in tables.items():
         for name, values in table.items():
@@ -231,7 +233,7 @@ def _with_events(tables: Mapping[str, Mapping[str, Column]]) -> set[str]:
 
 
 def _entry(values: Column, row: int) -> Any:
-    """An entry of a column as it was before it was logged: a number, an array without its padding, or a text."""
+    """An entry of a column as it was before it was logged: a number, an unpadded array, or a text."""
     value = values[row]
     if np.ndim(value) == 0:
         return float(value) if isinstance(value, np.number) else str(value)

@@ -1,4 +1,4 @@
-"""A recording under way: it goes from instant to instant, and stops where a command is not the one that was recorded."""
+"""A recording under way: from instant to instant, until a command differs from the recorded one."""
 
 from collections.abc import Mapping, Sequence
 from math import nan

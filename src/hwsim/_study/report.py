@@ -1,4 +1,4 @@
-"""What a designed experiment in the finishing cell says: what the cell did, the analysis, the confirmation, who takes over."""
+"""Report of a designed experiment in the finishing cell: runs, analysis, confirmation, the next planner."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -1,4 +1,4 @@
-"""A designed experiment in the finishing cell: run, analysed, confirmed, and what its scatter costs who must decide."""
+"""A designed experiment in the finishing cell: run, analysed, confirmed, and handed to the planner."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -74,7 +74,7 @@ class FinishingStudy:
 
     @cached_property
     def model(self) -> "finishing.roughness.RoughnessModel":
-        """Model of roughness learned from the readings (mm) of the experiment: the law that a planner takes."""
+        """Model of roughness learned from the readings (mm) of the experiment, as planners take it."""
         from sdpgrind import finishing
 
         return finishing.roughness.RoughnessModel.published().updated(finishing.identify(self.study, "roughness"))
@@ -87,10 +87,10 @@ class FinishingStudy:
         machine_charge: float = 60.0 / 3600.0,
         passes: int = 3,
     ) -> "Policy":
-        """Plan when to finish a specimen again: what settings cannot take away is decided specimen by specimen.
+        """Plan when to finish a specimen again, as settings cannot remove all scatter.
 
-        After each pass the roughness is read, and the specimen delivered or finished again with one of the paths of the
-        experiment, at the best tool and force. A pass costs the time that it took in the cell.
+        After each pass the roughness is read, and the specimen delivered or finished again with one of the
+        paths of the experiment, at the best tool and force. A pass costs the time that it took in the cell.
 
         Parameters
         ----------
@@ -159,7 +159,7 @@ def finishing_study(
     folder: str | os.PathLike[str] | None = None,
     progress: Progress = silent,
 ) -> FinishingStudy:
-    """Vary tool, path, feed and force in a simulated cell by an L18, as Wang and Jan (2001) did, analyse and confirm.
+    """Vary tool, path, feed and force in a simulated cell by an L18 (Wang and Jan, 2001), and confirm.
 
     Parameters
     ----------
@@ -168,7 +168,8 @@ def finishing_study(
     tool_diameter : sequence of 2 floats
         mm.
     pattern : sequence of 3 names
-        "hilbert4", "hilbert5", "zigzag": those that the model of roughness knows. Pitches are as the surface of the cell is wide.
+        "hilbert4", "hilbert5", "zigzag": those that the model of roughness knows. Pitches are as the surface
+        of the cell is wide.
     feed_rate, normal_force : sequence of 3 floats
         mm/s and N.
     pitch : float, optional
@@ -184,7 +185,8 @@ def finishing_study(
     rng : int, Generator or SeedSequence
         Random source.
     folder : path, optional
-        Where each finished specimen is written, run by run; the same call goes on from there after an interruption.
+        Where each finished specimen is written, run by run; the same call goes on from there after an
+        interruption.
     progress : callable
         Told the share done (0..1) and a text.
 

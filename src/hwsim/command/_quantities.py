@@ -1,4 +1,4 @@
-"""Quantities as people write them: ``"150 mm"``, ``"7 in"``, ``"12.8 J/mm^3"``, ``"300 rpm"``, or a plain number.
+"""Quantities as people write them: ``"150 mm"``, ``"7 in"``, ``"300 rpm"``, or a plain number.
 
 Factors are exact fractions of SI units, so that ``"150 mm"`` is 150.0 to the last bit.
 """

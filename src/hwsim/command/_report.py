@@ -1,6 +1,7 @@
-"""Tables that the command line prints: the first parts one by one, and the plan's promise beside what came of it.
+"""Reports of the command line: the first parts one by one, and the plan's promise beside the outcome.
 
-Parts that were broken off are marked and counted, and left out of the means of what a finished part has: its time, its size.
+Parts that were broken off are marked and counted, and left out of the means of what a finished part has: its
+time, its size.
 """
 
 from collections import Counter
@@ -25,8 +26,8 @@ Finished = npt.NDArray[np.bool_]
 class Report:
     """What a command prints of a run: a head, the first parts, the plan's promise beside what came of it.
 
-    `head` gives lines from title, plan and job; `summary` gives lines from log, plan, job and `Finished`. The heading of
-    the summary and the lines of parts that were broken off are added.
+    `head` gives lines from title, plan and job; `summary` gives lines from log, plan, job and `Finished`. The
+    heading of the summary and the lines of parts that were broken off are added.
     """
 
     columns: Sequence[tuple[str, str]]  # name and format of what the table has of each part
@@ -64,7 +65,7 @@ def broken_off(outcome: Any, otherwise: str = _GAVE_UP) -> list[str]:
 def parts_table(
     log: "Log", part: str, columns: Sequence[tuple[str, str]], short: Mapping[str, str], why: Sequence[str] = ()
 ) -> Iterator[str]:
-    """Lines of a table of the first parts: a column (name, format) of the outcome each; `short` are headings of some.
+    """Lines of a table of the first parts, a column (name, format) each; `short`: headings of some.
 
     Behind those that were broken off stands `why`.
     """
@@ -93,7 +94,7 @@ def summary_head(finished: int, parts: int, part: str) -> str:
 
 
 def summary_line(name: str, values: Any, form: str, planned: float | None = None) -> str:
-    """Planned (the plan on its own model) against realised (the stand), with the standard error of the mean."""
+    """Planned (the plan on its own model) and realised (the stand), with the standard error of the mean."""
     error = format(values.std(ddof=1) / np.sqrt(values.size), form) if values.size > 1 else "-"
     promise = "" if planned is None else format(planned, form)
     return f"{name:<24}{promise:>12}{format(values.mean(), form):>12}{error:>12}"

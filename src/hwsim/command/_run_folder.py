@@ -1,4 +1,4 @@
-"""The folder of a run: plan, log, journal and pictures; what is another run's is refused before anything is written."""
+"""The folder of a run: plan, log, journal and pictures; that of another run is refused first."""
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
@@ -46,7 +46,7 @@ class RunFolder:
             return journal.parts
 
     def refuse_other_plan(self, problem: Any, given: Any) -> None:
-        """Refuse a folder that holds a plan of another problem, or another plan than the one that is given."""
+        """Refuse a folder with a plan of another problem, or with another plan than the given one."""
         kept = self.plan
         if kept is None:
             return
@@ -71,7 +71,7 @@ class RunFolder:
             plan.save(self._plan_file)
 
     def keep(self, log: "Log", pictures: Mapping[str, Any]) -> list[str]:
-        """Write log and pictures (file name -> what has ``plot``); give the names of everything in the folder."""
+        """Write log and pictures (file name -> what has ``plot``); name all files in the folder."""
         log.save(self.path / "run.nc")
         names = drawn(self.path, pictures) if pictures else []
         return [self._plan_file.name, "run.nc", "run.db", *names]

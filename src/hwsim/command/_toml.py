@@ -1,4 +1,4 @@
-"""Tables of a TOML file, read key by key: every fault is one line that names the key; a key that nobody took is a fault."""
+"""Tables of a TOML file, read key by key: every fault, an unknown key too, is one line that names the key."""
 
 import difflib
 import re
@@ -75,13 +75,13 @@ class Table:
             raise ValueError(f"{where}{error}") from None
 
     def one(self, cls: type[Made], *given: Any) -> Made:
-        """A described class of the values in this table, after those that are `given`; a key that nobody took is refused."""
+        """A described class from the values in this table, after those that are `given`."""
         values = self.values(cls, skip=tuple(specs(cls))[: len(given)])
         self.done()
         return self.made(cls, *given, **values)
 
     def values(self, cls: type, *, every: bool = True, skip: Iterable[str] = ()) -> dict[str, Any]:
-        """Values of a described class by its fields, those of `skip` left out; without `every`, none has to be there.
+        """Values of a described class by its fields, but for `skip`; not `every`: as many as there are.
 
         Arrays and what is declared as `custom` are left to the reader.
         """
@@ -125,7 +125,8 @@ class Table:
                 raise ValueError(f"{self.path(key)} is not a key; {meant}")
 
 
-# How a field is read, by the kind of its declaration. A pure number may be given in percent, in no other unit.
+# How a field is read, by the kind of its declaration. A pure number may be given in percent, in no other
+# unit.
 _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
     "number": lambda table, key, spec: table.number(key, "" if spec.unit in ("1", "relative") else spec.unit),
     "count": lambda table, key, spec: table.take(key),
@@ -138,7 +139,7 @@ _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
 
 
 def read(path: Path, make: Callable[[Table], Made]) -> Made:
-    """What `make` makes of the file at `path`; ValueError names the file and the key, also one that nobody took."""
+    """Make something of the file at `path`; ValueError names the file and the key, an unknown one too."""
     entries = _entries(path)
     table = Table("", entries)
     try:

@@ -62,7 +62,7 @@ def _one_part(area: Area, arguments_of: Callable[[list[str]], argparse.Namespace
 
 
 class Teller:
-    """Tell on standard error how far work is: one line on a terminal that is redrawn, in a pipe a line every two seconds."""
+    """Tell how far work is, on standard error: a redrawn line on a terminal, lines in a pipe."""
 
     def __init__(self) -> None:
         self._text = ""

@@ -1,4 +1,4 @@
-"""One area of the command line: take a job or a preset, plan it (or load its plan), run it on a simulated stand, report."""
+"""One area of the command line: take a job or a preset, plan it or load its plan, run it, report."""
 
 import argparse
 import sys
@@ -40,7 +40,7 @@ Stand = TypeVar("Stand")
 
 @dataclass(frozen=True)
 class StandJob(Generic[Stand]):
-    """A stand and the settings of its controller; an area adds ``controller``, and what else it plans with."""
+    """A stand and the settings of its controller; an area adds ``controller``, and how it plans."""
 
     stand: Stand
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -53,18 +53,18 @@ class StandJob(Generic[Stand]):
 
 
 class Area(ABC):
-    """What differs between ``hwsim weldbead``, ``hwsim plunge``, ...: an area gives words and these functions, no more.
+    """Words and functions by which ``hwsim weldbead``, ``hwsim plunge``, ... differ.
 
-    Presets and plans are those of its `library`; beside its module, ``toml`` has ``read(path)`` and ``report`` a
-    `hwsim.command._report.Report` of that name. An area overrides what it does otherwise. Its module imports nothing
-    heavy at the top: ``hwsim --help`` asks every area.
+    Presets and plans are those of its `library`; beside its module, ``toml`` has ``read(path)`` and
+    ``report`` a `hwsim.command._report.Report` of that name. An area overrides what it does otherwise. Its
+    module imports nothing heavy at the top: ``hwsim --help`` asks every area.
     """
 
     name: ClassVar[str]  # of the command
     about: ClassVar[str]  # one line for --help
     more: ClassVar[str] = ""  # what else --help says
-    library: ClassVar[str] = ""  # package with ``preset``, ``plan`` and the class of the plans: "sdpgrind.plunge"
-    plans: ClassVar[str] = ""  # name of that class: "CyclePlan"
+    library: ClassVar[str] = ""  # package with ``preset`` and ``plan``: "sdpgrind.plunge"
+    plans: ClassVar[str] = ""  # class of its plans there: "CyclePlan"
     made_for: ClassVar[str]  # "a weld bead"
     part: ClassVar[str] = "part"
     plan_word: ClassVar[str] = "plan"  # of its option and of its file
@@ -72,7 +72,8 @@ class Area(ABC):
     units: ClassVar[str] = "mm, s, N, J, W"  # of the TOML file
     error_unit: ClassVar[str] = "$"  # of the error of a plan
     tolerance: ClassVar[str] = ""  # what --tolerance is of; without it there is no such option
-    # Options that no other area has, and their help: switches (a simpler stand, one without noise), and whole numbers >= 1.
+    # Options that no other area has, and their help: switches (a simpler stand, one without noise), and whole
+    # numbers >= 1.
     switches: ClassVar[Mapping[str, str]] = {}
     counts: ClassVar[Mapping[str, str]] = {}
 
@@ -111,7 +112,7 @@ class Area(ABC):
         return {}
 
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
-        """Do something else than a run, where a switch asks for it, and say in a text what came of it; None: run.
+        """Do something else than a run where a switch asks for it, and return its report; None: run.
 
         What is not given (``arguments.parts``) is None here.
         """
@@ -148,7 +149,7 @@ def add_to(subparsers: Any, area: Area) -> None:
 
 
 def work(area: Area, arguments: argparse.Namespace) -> int:
-    """Do what the command line asks for and return the exit status: 0, or 1 where every part was broken off."""
+    """Carry out the command line and return the exit status: 0, or 1 where every part was broken off."""
     job, given = _job(area, arguments)
     _check_numbers(area, arguments)
     title = str(arguments.problem or arguments.preset or arguments.plan)
