@@ -1,1 +1,1 @@
-"""Plant of `centering`."""
+"""Hidden physics of the simulated centering machine and probe: table, tip, ring, gauges; compiled."""

@@ -1,1 +1,1 @@
-"""Link of `hwsim`."""
+"""Two computers, one run: links that lose and repeat messages, a courier, a watchdog."""

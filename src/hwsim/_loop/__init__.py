@@ -1,1 +1,1 @@
-"""Loop of `hwsim`."""
+"""The loop between a controller and a plant: `run`, `compare`, `repeat`, and what `check` says is missing."""

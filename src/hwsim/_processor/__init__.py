@@ -1,1 +1,1 @@
-"""Processor of `hwsim`."""
+"""A computer with more tasks than time: releases, priorities, overruns, and the schedule that results."""

@@ -1,1 +1,1 @@
-"""Study of `hwsim`."""
+"""A designed experiment on the simulated finishing cell: bench, study, report."""

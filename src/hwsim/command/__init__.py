@@ -1,1 +1,1 @@
-"""Command of `hwsim`."""
+"""The command line: what all commands share, and a folder for each area."""

@@ -1,1 +1,1 @@
-"""Ground floor: units, argument checks, random numbers, executors, dataclasses as JSON, labelled records."""
+"""Ground floor, which knows of no process: fields and checks, units, files, plans, pictures, compiling, faces, executors, random numbers."""

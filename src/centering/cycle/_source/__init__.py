@@ -1,1 +1,1 @@
-"""Source of `cycle`."""
+"""The source's own planner, controller and stroke correction, as printed, to compare with."""

@@ -1,1 +1,1 @@
-"""Strategy of `cycle`."""
+"""Which push next, solved beforehand: the cycle as a stochastic dynamic program over offset and belief of the friction."""

@@ -1,1 +1,1 @@
-"""Machine of `push`."""
+"""Model and problem of centering: part, contact, limits, scatter, the tolerance; presets."""

@@ -1,1 +1,1 @@
-"""Profile of `push`."""
+"""Motions of the tip: trapezoids, gentle and filtered profiles, their timing."""

@@ -1,1 +1,1 @@
-"""Centering of `command`."""
+"""`hwsim centering`: job from a file, work, lines, film of a cycle."""

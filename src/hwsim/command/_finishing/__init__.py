@@ -1,1 +1,1 @@
-"""Finishing of `command`."""
+"""`hwsim finishing`: job from a file, work, lines, study."""

@@ -1,1 +1,1 @@
-"""Locus of `command`."""
+"""`hwsim locus`: job from a file, work, lines."""

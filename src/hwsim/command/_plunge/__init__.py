@@ -1,1 +1,1 @@
-"""Plunge of `command`."""
+"""`hwsim plunge`: job from a file, work, lines."""

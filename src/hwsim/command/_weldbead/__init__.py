@@ -1,1 +1,1 @@
-"""Weldbead of `command`."""
+"""`hwsim weldbead`: job from a file, work, lines."""

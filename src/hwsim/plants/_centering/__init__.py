@@ -1,1 +1,1 @@
-"""Centering of `plants`."""
+"""`CenteringMachine`: turning table, pushing tip, ring, gauges, and the tasks of its computer."""

@@ -1,1 +1,1 @@
-"""Finishing of `plants`."""
+"""`FinishingCell`: a robot's torque axis that presses on a surface, table and gauges."""

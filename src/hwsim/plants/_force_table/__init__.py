@@ -1,1 +1,1 @@
-"""Force table of `plants`."""
+"""`ForceTableStand`: a bead under the disk, sample by sample, under force control."""

@@ -1,1 +1,1 @@
-"""Plunge of `plants`."""
+"""`PlungeGrinder`: a bore or shaft under the wheel, gauges, lag, quantum."""

@@ -1,1 +1,1 @@
-"""Probe of `plants`."""
+"""`Probe` and `Ring`: a measuring head at a turning ring, and its errors."""

@@ -1,1 +1,1 @@
-"""Weldbead of `plants`."""
+"""`WeldBeadStand`: a bead ground pass by pass."""

@@ -1,1 +1,1 @@
-"""Plant of `finishing`."""
+"""Hidden physics of the simulated finishing cell: surface heights, true parameters, compiled steps."""

@@ -1,1 +1,1 @@
-"""Problem of `finishing`."""
+"""A finishing job and its motion: problem, presets, plan, the saved `Motion`."""

@@ -1,1 +1,1 @@
-"""Curve of `locus`."""
+"""The traced locus: `Locus` of one hidden state, `Area` of several; tables, inversion, saved files."""

@@ -1,1 +1,1 @@
-"""Plant of `locus`."""
+"""Hidden physics of the simulated adaptive grinder: what could be had at best."""

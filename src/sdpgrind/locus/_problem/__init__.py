@@ -1,1 +1,1 @@
-"""Problem of `locus`."""
+"""Problem and process, and their functions as compiled tapes with derivatives."""

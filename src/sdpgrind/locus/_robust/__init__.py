@@ -1,1 +1,1 @@
-"""Robust of `locus`."""
+"""A locus that holds for most of many drawn models."""

@@ -1,1 +1,1 @@
-"""Stretch of `locus`."""
+"""The part of a locus that a controller can walk along: single-valued in the measurement, calibrated, with its inverse."""

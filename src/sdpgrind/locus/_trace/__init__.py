@@ -1,1 +1,1 @@
-"""Trace of `locus`."""
+"""Tracing best points: conditions of Karush, Kuhn and Tucker followed through folds and changes of what is active."""

@@ -1,1 +1,1 @@
-"""Identify of `plunge`."""
+"""Model parameters from logs of parts: contact, sharpness, time constant."""

@@ -1,1 +1,1 @@
-"""Learn of `plunge`."""
+"""What is learned between parts: safety margins, bounding of constraints, sharpness handed on."""

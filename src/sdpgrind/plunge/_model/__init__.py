@@ -1,1 +1,1 @@
-"""Model of `plunge`."""
+"""Model and problem of plunge grinding: power, burning, deflection, wear; dressing; presets."""

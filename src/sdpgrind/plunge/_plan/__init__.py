@@ -1,1 +1,1 @@
-"""Plan of `plunge`."""
+"""The fastest cycle without burned layers: exact, by dynamic programming, by collocation."""

@@ -1,1 +1,1 @@
-"""Distributions of `sdp`."""
+"""Distributions of what a move does: moments and partial moments in closed form."""

@@ -1,1 +1,1 @@
-"""Policy of `sdp`."""
+"""The solved policy: look-up, simulation, distribution of the final penalty, alternatives, pictures."""

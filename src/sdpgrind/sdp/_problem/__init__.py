@@ -1,1 +1,1 @@
-"""Problem of `sdp`."""
+"""What is asked: axes, moves, stops, stages, charges, and the grid on which they are laid."""

@@ -1,1 +1,1 @@
-"""Identify of `weldbead`."""
+"""Coefficients, their scatter and its attribution from logs of passes."""

@@ -1,1 +1,1 @@
-"""Plant of `weldbead`."""
+"""Hidden physics of a bead under the grinder: drawn coefficients, motor, metal removed sample by sample."""
