@@ -1,7 +1,8 @@
 """Compiled physics of the simulated centering machine and of the probe, for the plants of other packages.
 
-`machine` steps table, tip and ring, `slide` the carriage and the spindle, `ring` holds the laws of a ring that sticks, slides or is thrown, `gauges` what is measured,
-`probe` the readings of a measuring head; each is a module of kernels on plain arrays, in place, serial.
+`machine` steps table, tip and ring, `slide` the carriage and the spindle, `ring` holds the laws of a ring that sticks,
+slides or is thrown, `gauges` what is measured, `probe` the readings of a measuring head; each is a module of kernels on
+plain arrays, in place, serial.
 """
 
 from centering._plant import kernels as machine

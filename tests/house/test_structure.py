@@ -145,6 +145,15 @@ def test_every_theme_has_its_place():
         assert found == set(themes), where
 
 
+def test_every_room_stands_on_the_page():
+    """With a sentence of its own."""
+    listed = re.findall(r"^\.\. automodule:: (\S+)$", (ROOT / "docs" / "rooms.rst").read_text(), re.M)
+    rooms = {name for name in modules() if theme(name) >= 0 and SOURCE.joinpath(*name.split("."), "__init__.py").exists()}
+    assert set(listed) == rooms | {"sdpgrind.base"} and len(set(listed)) == len(listed)
+    told = [ast.get_docstring(ast.parse(SOURCE.joinpath(*name.split("."), "__init__.py").read_text())) for name in rooms]
+    assert len(set(told)) == len(rooms) and all(len(text.split()) > 5 for text in told)
+
+
 @cache
 def neighbours(name):
     """Modules of ours that a module imports, at its top or inside functions."""
