@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.control import Law, Sampled, sampled
-from sdpgrind.control._kernels import quantised
+from sdpgrind.control.kernels import quantised
 
 errors = st.lists(st.floats(-50, 50), min_size=1, max_size=40).map(np.array)
 

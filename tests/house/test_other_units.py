@@ -3,8 +3,9 @@
 import pytest
 
 import hwsim
-from sdpgrind import finishing, locus, plunge, weldbead
+from sdpgrind import finishing, locus, plunge, units, weldbead
 from sdpgrind.finishing.kernels import CellScatter
+from sdpgrind.weldbead import force, passes
 
 CYCLE = plunge.preset("simulation")
 GRINDER = hwsim.PlungeGrinder(CYCLE)
@@ -20,6 +21,8 @@ FINISHING = finishing.preset("specimen")
 
 SCANNER = hwsim.devices.Scanner()
 TABLE = hwsim.Scheduler([hwsim.Task("model", angle_step=0.1)], spindle_speed_max=10.0)
+DISC = passes.TiltedDisc(PROCESS, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
+PASS = passes.PassProblem(DISC, passes.Contour([0, 150], [1.0, 1.0]), mean_cut=0.2, feed_rate=20.0)
 
 CALLS = [
     (SCANNER, {"spacing": 0.00025}, "mm, some 0.25; units.m(...) for metres; got 0.00025"),
@@ -70,6 +73,18 @@ CALLS = [
         "mm/s, some 25; units.m_per_s(...) for m/s; got 2.5e-05",
     ),
     (CellScatter(), {"shortest_wavelength": 0.005}, "mm, some 5; units.m(...) for metres; got 0.005"),
+    (DISC, {"relaxed_angle": 20.0}, "(0, 1.3] (rad); units.deg(20) for degrees; got 20.0"),
+    (PASS, {"mean_cut": 200}, "mm, some 0.2; units.um(...) for micrometres; got 200"),
+    (PASS, {"feed_rate": 0.02}, "mm/s, some 20; units.m_per_s(...) for m/s; got 0.02"),
+    (PASS, {"feed_rate": 1200}, "mm/s, some 20; units.mm_per_min(...) for mm/min; got 1200"),
+    (PASS, {"spacing": 5e-5}, "mm, some 0.05; units.m(...) for metres; got 5e-05"),
+    (passes.Freedom(5.0, 40.0), {"feed_rate_min": 0.005}, "mm/s, some 10; units.m_per_s(...) for m/s; got 0.005"),
+    (hwsim.Motor(300.0), {"free_speed": 8500}, "rad/s, some 300; units.rpm(...) for rev/min; got 8500"),
+    (force.Limits(), {"command_rate_max": 0.02}, "mm/s, some 20; units.m_per_s(...) for m/s; got 0.02"),
+    (force.Limits(), {"command_max": 20000}, "mm, some 10; units.um(...) for micrometres; got 20000"),
+    (force.table_drive(), {"backlash": 10}, "mm, some 0.05; units.um(...) for micrometres; got 10"),
+    (hwsim.ForceTableStand(PASS), {"runout": 100}, "mm, some 0.1; units.um(...) for micrometres; got 100"),
+    (hwsim.ForceTableStand(PASS), {"lead_in": 10000}, "mm, some 10; units.um(...) for micrometres; got 10000"),
 ]
 
 

@@ -12,8 +12,8 @@ from hwsim._log.log import same
 from hwsim.protocols import FOREVER
 from sdpgrind import weldbead
 from sdpgrind.weldbead import passes
-from sdpgrind.weldbead._plant import force_table_kernels as kernels
 from sdpgrind.weldbead.force import SensorChain, table_drive
+from sdpgrind.weldbead.kernels import force_table as kernels
 
 
 def held(stand, tip, *, force=None, number=1, feed_rate=20.0, rng=0, gain=0.002):

@@ -8,8 +8,7 @@ import pytest
 
 import hwsim
 from sdpgrind import units, weldbead
-from sdpgrind.weldbead import force, passes
-from sdpgrind.weldbead.sequence._controller import SequenceController
+from sdpgrind.weldbead import SequenceController, force, passes
 
 P1 = weldbead.preset("P1")
 

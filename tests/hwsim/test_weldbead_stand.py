@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import hwsim
 from hwsim.protocols import FOREVER
 from sdpgrind import sdp, weldbead
-from sdpgrind.weldbead._plant.truth import blamed
+from sdpgrind.weldbead.kernels import blamed
 
 P1 = weldbead.preset("P1")
 DROOP = P1.replace(free_speed=560.0, speed_droop=0.1)

@@ -6,10 +6,9 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import numpy as np
 import pytest
 from executor_problems import belief, dulling, line
+from sdp_inside import Bundles, Grid
 
 from sdpgrind import sdp, weldbead
-from sdpgrind.sdp._problem.grid import Grid
-from sdpgrind.sdp._solve.bundles import Bundles
 
 START = {"height": 1.0, "time_left": 4.0}
 RUNS = 70_000

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sdp_inside import Menu
 
 import sdpgrind
 from sdpgrind import sdp
-from sdpgrind.sdp._transitions.menu import Menu
 
 CHARGE = sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(10.0))
 

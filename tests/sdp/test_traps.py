@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from sdp_inside import Bundles, Grid
 
 import sdpgrind
 from sdpgrind import sdp, weldbead
-from sdpgrind.sdp._problem.grid import Grid
-from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.weldbead.sequence import sdp_problem
 
 CHARGE = sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(10.0))

@@ -5,11 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from weldbead_inside import _backlash_step, _play_step
 
 from sdpgrind import units
 from sdpgrind.base.compiled import opened
 from sdpgrind.weldbead import force
-from sdpgrind.weldbead.force._kernels import _backlash_step, _play_step, drive_step
+from sdpgrind.weldbead.force.kernels import drive_step
 
 backlash_step = opened(_backlash_step)
 play_step = opened(_play_step)

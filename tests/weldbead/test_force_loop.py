@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
+from weldbead_inside import parametrised, plant_sample
 
 from sdpgrind import units
 from sdpgrind.control import Law, Sampled
 from sdpgrind.weldbead import force
-from sdpgrind.weldbead.force._kernels import plant_sample, sensor_read
-from sdpgrind.weldbead.force._margins import parametrised
+from sdpgrind.weldbead.force.kernels import sensor_read
 
 PLAIN = force.SensorChain(analogue_cutoff=None, inner_rate=None, noise_sd=0.0, quantum=0.0)
 FULL = force.SensorChain(noise_sd=0.0, quantum=0.0)

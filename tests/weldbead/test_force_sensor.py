@@ -6,7 +6,7 @@ import scipy.signal
 
 from sdpgrind import units
 from sdpgrind.weldbead import force
-from sdpgrind.weldbead.force._kernels import sensor_read, sensor_step
+from sdpgrind.weldbead.force.kernels import sensor_read, sensor_step
 
 QUIET = force.SensorChain(noise_sd=0.0, quantum=0.0)
 SUB = 48

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from weldbead_inside import CONTACT_STIFFNESS
 
 from sdpgrind import units
 from sdpgrind.weldbead import force
-from sdpgrind.weldbead.force._feedback import CONTACT_STIFFNESS
 
 KRPM = 1000 * 2 * np.pi / 60  # rad/s
 IN_LB = 4.4482216152605 * 25.4  # N mm

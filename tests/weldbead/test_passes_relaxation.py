@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from weldbead_inside import statement
 
 from sdpgrind import units, weldbead
 from sdpgrind.weldbead import passes
-from sdpgrind.weldbead.passes._relaxation import statement
 
 PROCESS = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
 DISC = passes.TiltedDisc(PROCESS, relaxed_angle=units.deg(20), rotational_stiffness=6e5)

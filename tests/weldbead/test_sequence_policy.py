@@ -8,10 +8,10 @@ import pytest
 from bead_plans import NAMES, plain
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from weldbead_inside import between_nodes, default_tolerance
 
 import sdpgrind
 from sdpgrind import sdp, weldbead
-from sdpgrind.sdp._plan.look_up_error import between_nodes
 
 FINISH = weldbead.preset("P1").replace(
     finish_charge=weldbead.FinishCharge(0.4, reference_rate=12.5), min_cut=0.02, pass_charge=0.01, horizon=30.0
@@ -412,8 +412,6 @@ def test_finish_risk_and_simulation(finish):
 
 
 def test_the_default_tolerance_suits_the_charges():
-    from sdpgrind.weldbead.sequence._plan import default_tolerance
-
     for name in (*NAMES, "C0"):
         assert default_tolerance(weldbead.preset(name)) == 1e-5
     dear = weldbead.preset("P1").replace(height_charge=sdp.Charge(under=sdp.Linear(200.0), over=sdp.Linear(1000.0)))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from bead_plans import plain
+from weldbead_inside import LARGEST
 
 from sdpgrind import sdp, weldbead
-from sdpgrind.weldbead.sequence._risk import LARGEST
 
 # Risk ----------------------------------------------------------------------------------------------------------------
 

@@ -1,6 +1,5 @@
 """The best linear feedback that there is: convex design over all stabilising laws of a stable sampled plant."""
 
-import dataclasses
 import importlib
 import warnings
 from math import pi
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
+from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.control._margins import HALF_POWER
 from sdpgrind.control._sampled import Sampled
 
@@ -20,22 +20,22 @@ _SLACK = 5e-4
 """Constraints are held tighter by this share on the grid of the design, so that they hold between its points."""
 
 
-@dataclasses.dataclass(frozen=True)
-class QLimits:
+@described()
+class QLimits(Described):
     """What a feedback design must keep.
 
     Parameters
     ----------
     sensitivity_max : float
-        Ms, largest abs(S), dimensionless; 2 implies a gain margin of 6 dB and a phase margin of 29 degrees.
+        Ms, largest abs(S), unit 1; 2 implies a gain margin of 6 dB and a phase margin of 29 degrees.
     complementary_max : float
-        Mt, largest abs(T), dimensionless.
+        Mt, largest abs(T), unit 1.
     frequency : array
         Angular frequencies at which the law's own gain abs(C S) is limited, rad/s.
     weight : array
         What abs(C S) is multiplied by there, in units of output over command.
     weighted_max : float
-        Limit of the product, dimensionless.
+        Limit of the product, unit 1.
 
     Examples
     --------
@@ -43,20 +43,15 @@ class QLimits:
     1.5
     """
 
-    sensitivity_max: float = 2.0
-    complementary_max: float = 1.5
-    frequency: tuple[float, ...] = ()
-    weight: tuple[float, ...] = ()
-    weighted_max: float = np.inf
+    sensitivity_max: float = quantity("1", above=1, default=2.0)
+    complementary_max: float = quantity("1", above=1, default=1.5)
+    frequency: tuple[float, ...] = custom(unit="rad/s", default=())
+    weight: tuple[float, ...] = custom(default=())
+    weighted_max: float = quantity("1", above=0, default=np.inf)
 
-    def __post_init__(self) -> None:
-        for name in ("sensitivity_max", "complementary_max"):
-            if checks.number(name, getattr(self, name)) <= 1:
-                raise checks.refuse(name, "> 1", getattr(self, name))
+    def _check(self) -> None:
         if len(self.frequency) != len(self.weight):
             raise checks.refuse("weight", f"as long as frequency ({len(self.frequency)})", len(self.weight))
-        if not self.weighted_max > 0:
-            raise checks.refuse("weighted_max", "> 0", self.weighted_max)
 
 
 def q_design(plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, tolerance: float = 2e-3) -> tuple[Sampled, float]:

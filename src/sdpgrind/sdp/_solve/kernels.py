@@ -218,9 +218,9 @@ def _first_least(q, levels, out):
         line = q[row]
         for node in range(nodes):
             out_q[node] = min(out_q[node], line[node])
-    limit, first = np.empty(nodes), np.zeros(nodes)
+    limit, first = np.empty(nodes), np.empty(nodes)
     for node in range(nodes):
-        limit[node] = out_q[node] + _tie(out_q[node])
+        limit[node], first[node] = out_q[node] + _tie(out_q[node]), 0.0
     for row in range(q.shape[0] - 1, -1, -1):
         line, number = q[row], float(row)
         for node in range(nodes):

@@ -60,7 +60,7 @@ class Step(NamedTuple):
     time: float  # since the step before, s
 
 
-@compiled(inline="always")
+@compiled
 def _torque_at(wind, core):
     """Torque of the spring (N mm); beyond the end of its table it goes on as straight as it came."""
     if wind <= 0.0:
@@ -72,7 +72,7 @@ def _torque_at(wind, core):
     return core.torques[k - 1] + slope * (wind - core.angles[k - 1])
 
 
-@compiled(inline="always")
+@compiled
 def _removal(torque, core):
     """Volume removed in a second (mm^3/s): what the power exceeds the idle power by, over the specific energy."""
     shaft = core.friction_ratio * torque
@@ -80,7 +80,7 @@ def _removal(torque, core):
     return max(0.0, (power - core.idle_power) / core.specific_energy)
 
 
-@compiled(inline="always")
+@compiled
 def _along(path, bead, x):
     """Height of the path of the tip at x; level beyond its ends."""
     place = min(max((x - bead.start) / bead.spacing, 0.0), path.size - 1.0)
@@ -88,7 +88,7 @@ def _along(path, bead, x):
     return path[k] + (place - k) * (path[k + 1] - path[k])
 
 
-@compiled(inline="always")
+@compiled
 def tip(wind, step, core, state, path, bead):
     """Place of the tip (mm), its height, and the height of the center."""
     angle = step.relaxed_angle - wind
@@ -192,7 +192,7 @@ def _raised(wind, wanted, bead, core, state, step, path):
     return high
 
 
-@compiled(inline="always")
+@compiled
 def _worn(bead, core, state, angle, x, y):
     """How far (mm) the face recedes in a step: what it cuts over G, on the ring it wears; the length of the patch cancels."""
     into = (x - state[TIP_X]) * np.sin(angle) - (y - state[TIP_Z]) * np.cos(angle)

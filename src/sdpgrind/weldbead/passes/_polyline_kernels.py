@@ -25,13 +25,13 @@ _WALL = 1e-9
 _TOLERANCE = 1e-13  # rad
 
 
-@compiled(inline="always")
+@compiled
 def _lower(at, old_x, old_y, x, y, rise):
     """Height of the lower surface of the disc: the way of the tip, then the face."""
     return old_y + (y - old_y) * (at - old_x) / (x - old_x) if at < x else y + rise * (at - x)
 
 
-@compiled(inline="always")
+@compiled
 def _piece(start, end, above, below):
     """Area between two lines over [start, end] where the gap, `above` at the start and `below` at the end, is positive."""
     if above >= 0.0 and below >= 0.0:
@@ -89,7 +89,8 @@ def _spliced(px, pz, size, cut_x, cut_z, points):
         if used == 0 or cut_x[k] > px[used - 1]:
             px[used], pz[used] = cut_x[k], cut_z[k]
             used += 1
-    px[used : used + tail], pz[used : used + tail] = rest_x, rest_z
+    for k in range(tail):
+        px[used + k], pz[used + k] = rest_x[k], rest_z[k]
     return used + tail
 
 

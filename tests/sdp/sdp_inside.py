@@ -1,0 +1,7 @@
+"""What the tests of the solver reach inside the area."""
+
+from sdpgrind.sdp._problem.grid import Grid
+from sdpgrind.sdp._solve.bundles import Bundles
+from sdpgrind.sdp._transitions.menu import Menu
+
+__all__ = ["Bundles", "Grid", "Menu"]

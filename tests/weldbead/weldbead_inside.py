@@ -1,0 +1,21 @@
+"""What the tests of weld beads reach inside the area."""
+
+from sdpgrind.sdp._plan.look_up_error import between_nodes
+from sdpgrind.weldbead.force._feedback import CONTACT_STIFFNESS
+from sdpgrind.weldbead.force._kernels import _backlash_step, _play_step, plant_sample
+from sdpgrind.weldbead.force._margins import parametrised
+from sdpgrind.weldbead.passes._relaxation import statement
+from sdpgrind.weldbead.sequence._plan import default_tolerance
+from sdpgrind.weldbead.sequence._risk import LARGEST
+
+__all__ = [
+    "CONTACT_STIFFNESS",
+    "LARGEST",
+    "_backlash_step",
+    "_play_step",
+    "between_nodes",
+    "default_tolerance",
+    "parametrised",
+    "plant_sample",
+    "statement",
+]
