@@ -19,11 +19,11 @@ from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.shift import Shift
 
 PARTS = tuple(k / 8 for k in range(1, 8))
-"""Where in a cell, on each axis."""
+"""Where in a cell, on each axis (chosen)."""
 NARROW = 0.1
-"""Standard deviations, in cells, up to which a move is taken to lead to one place."""
+"""Standard deviations, in cells, up to which a move is taken to lead to one place (chosen)."""
 POINTS = 1400
-"""Points that are looked at: those of the cells in which the value bends most."""
+"""Points that are looked at: those of the cells in which the value bends most (chosen)."""
 
 
 def between_nodes(policy: Solution) -> float:

@@ -22,11 +22,11 @@ from sdpgrind.sdp._transitions.sampled import Sampled
 from sdpgrind.sdp._transitions.shift import Shift
 
 REFINEMENTS = 10
-"""Largest number of times that every cell is halved."""
+"""Largest number of times that every cell is halved (chosen)."""
 STALLED = 0.6
-"""Share of the last change but one that the last change must come down to."""
+"""Share of the last change but one that the last change must come down to (chosen)."""
 LARGEST = 2.0 * 2**30
-"""Bytes that tables may take."""
+"""Bytes that tables may take (chosen)."""
 
 
 class ToleranceError(ValueError):

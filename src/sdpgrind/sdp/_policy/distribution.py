@@ -17,7 +17,7 @@ from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Tail
 
 NEGLIGIBLE = 1e-15
-"""Probability that is not followed any further."""
+"""Probability that is not followed any further (chosen)."""
 
 
 @dataclass(frozen=True)

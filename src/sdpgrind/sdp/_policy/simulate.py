@@ -26,9 +26,9 @@ from sdpgrind.sdp._transitions.edges import passed
 from sdpgrind.sdp._transitions.menu import Menu
 
 BLOCK = 32_768
-"""Runs in one block."""
+"""Runs in one block (chosen)."""
 LONGEST = 100_000
-"""Moves after which a run is taken for endless."""
+"""Moves after which a run is taken for endless (chosen)."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.problem import Stages
 
 ROUNDING = 1e-9
-"""Share of a cell or stage that counts as rounding."""
+"""Share of a cell or stage that counts as rounding (chosen)."""
 
 
 class Arrival(NamedTuple):

@@ -26,7 +26,7 @@ from sdpgrind.sdp._transitions.rows import Found
 from sdpgrind.sdp._transitions.shift import Shift
 
 LINES, NODES = 4, 2048
-"""Lines along the falling axis, and nodes, in one block."""
+"""Lines along the falling axis, and nodes, in one block (chosen)."""
 
 
 @dataclass(frozen=True)

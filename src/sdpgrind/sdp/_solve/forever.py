@@ -24,9 +24,9 @@ from sdpgrind.sdp._transitions.rows import Rows
 from sdpgrind.sdp._transitions.sampled import Sampled
 
 SETTLED = 1e-11
-"""Relative Bellman residual at which the value counts as solved."""
+"""Relative Bellman residual at which the value counts as solved (chosen)."""
 DIRECT = 6000
-"""States up to which a policy is evaluated by a direct solve."""
+"""States up to which a policy is evaluated by a direct solve (chosen)."""
 
 
 def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> Table:

@@ -17,10 +17,11 @@ UNFUSED = REORDER - {"contract"}
 """For lines that are corrected term by term: each product is rounded before it is subtracted (chosen)."""
 
 TIE_ABS, TIE_REL = 1e-9, 1e-7
+"""Differences of cost, $ and relative, up to which two actions tie (chosen)."""
 CUBIC = 0.8
 """Share of the difference between cubic and parabola that counts as error of the cubic (0.01 to 0.74 was measured)."""
 UNSEEN = 0.5
-"""Share of what a level lies below its neighbours that may hide in a kink between them."""
+"""Share of what a level lies below its neighbours that may hide in a kink between them (chosen)."""
 
 
 @compiled(fastmath=REORDER)

@@ -15,7 +15,7 @@ from sdpgrind.sdp._transitions.sampled import CHUNK, Sampled, land, masked
 from sdpgrind.sdp._transitions.stay import Stay
 
 KEEP = 30_000_000
-"""Largest number of table entries that is kept; beyond it every sweep evaluates anew."""
+"""Largest number of table entries that is kept; beyond it every sweep evaluates anew (chosen)."""
 
 
 class PointBundle:

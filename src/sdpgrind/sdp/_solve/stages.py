@@ -26,12 +26,12 @@ from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.kinks import Changes
 
 SMALL = 64
-"""Nodes below which the induction is one compiled call."""
+"""Nodes below which the induction is one compiled call (chosen)."""
 HISTORY = 2**26
 """Bytes up to which all that is found is kept, to be looked through when the kinks are asked for."""
 TABLES = ("value", "best", "move", "control", "entry", "gap")
 CONVERGED = 1e-13
-"""Relative change at which the stationary late tail counts as solved."""
+"""Relative change at which the stationary late tail counts as solved (chosen)."""
 
 
 @dataclass(frozen=True)

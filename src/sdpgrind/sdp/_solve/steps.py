@@ -14,7 +14,7 @@ from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Rows
 
 TOGETHER = 2_000_000
-"""Weights of one-step distributions that are worked out together."""
+"""Weights of one-step distributions that are worked out together (chosen)."""
 
 
 @dataclass(frozen=True)

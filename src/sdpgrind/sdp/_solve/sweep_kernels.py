@@ -6,10 +6,7 @@ Symbols as in `_kernels`.
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.sdp._solve.kernels import _tie, push
-
-REORDER = {"contract", "nsz", "reassoc"}
-"""What a sum may do for the sake of speed: another order, fused products; NaN and infinity stay (chosen)."""
+from sdpgrind.sdp._solve.kernels import REORDER, _tie, push
 
 
 @compiled(fastmath=REORDER)

@@ -13,7 +13,7 @@ from sdpgrind.sdp._problem.one_sided import Constant, Linear, OneSided, Quadrati
 from sdpgrind.sdp._problem.problem import Axis, Problem
 
 LEAK = 1e-12
-"""Probability below which a refused exit counts as rounding."""
+"""Probability below which a refused exit counts as rounding (chosen)."""
 
 
 def passed(axis: Axis, x: Any) -> Iterator[tuple[Any, Any, float]]:

@@ -17,7 +17,7 @@ from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Rows
 
 CHUNK = 1_000_000
-"""Next states evaluated at a time by numpy."""
+"""Next states evaluated at a time by numpy (chosen)."""
 
 
 @dataclass(frozen=True)

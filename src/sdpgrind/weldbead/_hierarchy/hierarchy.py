@@ -24,7 +24,7 @@ from sdpgrind.weldbead.sequence._process import GrindingProcess
 PRIOR = 0.15
 """Relative standard deviation that the coefficients of a bead are believed to have before its first pass, and of a pass."""
 NODES = 201
-"""Height nodes of a sequence that is planned anew between two passes."""
+"""Height nodes of a sequence that is planned anew between two passes (chosen)."""
 _ESTIMATED = {"specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": ""}
 _LEAD = 0.3
 """Time (s) before the plan at which a pass is started: the platform must have come down when the disc meets the bead."""
@@ -33,7 +33,7 @@ _SPARE = 0.1
 _CLEAR = 2.0
 """Normal force over that below which nothing is cut, from which a pass tells of energies: a lighter one loses contact."""
 _LEAST_CUT = 1e-3
-"""Mean depth (mm) below which there is nothing to plan a pass for."""
+"""Mean depth (mm) below which there is nothing to plan a pass for (chosen)."""
 
 
 class Hierarchy:

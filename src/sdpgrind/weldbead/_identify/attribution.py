@@ -24,7 +24,7 @@ LAW_METHODS = ("kernel", "sample")
 _OF_PASSES = {"normal_force": "N", "feed_rate": "mm/s", "cut_depth": "mm"}
 _DECISIVE = 3.0  # difference of log-likelihood: 20 times as likely
 _ABSURD = 12.0
-"""Standard deviations that no residual of a sound fit reaches."""
+"""Standard deviations that no residual of a sound fit reaches (chosen)."""
 
 
 @dataclasses.dataclass(frozen=True, repr=False)

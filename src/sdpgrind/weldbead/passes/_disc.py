@@ -12,11 +12,11 @@ from sdpgrind.weldbead.passes._kernels import Core
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 STEEPEST = 1.3
-"""Relaxed angle (rad) above which degrees are suspected."""
+"""Relaxed angle (rad) above which degrees are suspected (chosen)."""
 ENERGIES = 1000.0
-"""Specific energy (J/mm^3) above which another unit is suspected."""
+"""Specific energy (J/mm^3) above which another unit is suspected (chosen)."""
 FLATTEST = 0.02
-"""Angle (rad) that a spring is never wound down to."""
+"""Angle (rad) that a spring is never wound down to (chosen)."""
 
 
 class GrinderStalled(RuntimeError):  # noqa: N818 the field's own word

@@ -21,7 +21,7 @@ from sdpgrind.weldbead.passes._kernels import (
 )
 
 _WALL = 1e-9
-"""Width (mm) of what stands upright where the disc comes down."""
+"""Width (mm) of what stands upright where the disc comes down (chosen)."""
 _TOLERANCE = 1e-13  # rad
 
 

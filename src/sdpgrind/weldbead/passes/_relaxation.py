@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import cvxpy
 
 SPACING = 0.5
-"""Distance of the nodes, mm."""
+"""Distance of the nodes, mm (chosen)."""
 _SETTINGS = {"verbose": False, "eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 20_000, "polishing": True}
 
 

@@ -15,9 +15,9 @@ from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 _WHY = "a charge that jumps, or a law too narrow for the grid; see policy.error"
 START_NODES = 101
-"""Grid from which a plan to a tolerance is refined."""
+"""Grid from which a plan to a tolerance is refined (chosen)."""
 HALVINGS = 6
-"""Largest number of times that the stage is halved for a continuous feed."""
+"""Largest number of times that the stage is halved for a continuous feed (chosen)."""
 
 
 def plan(
