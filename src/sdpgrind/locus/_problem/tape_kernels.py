@@ -102,7 +102,7 @@ def _run_block(tape, work, out):
             out[i, k] = work[first + i]
 
 
-@compiled(forceinline=True, error_model="numpy")
+@compiled(inline="always")
 def _row(op, work, x, y, to, size):
     """Do one operation on the numbers from `x` and from `y` on: what is met most in loops of its own."""
     if op == Op.MUL:

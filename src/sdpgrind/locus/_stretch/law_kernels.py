@@ -28,7 +28,7 @@ class Law(NamedTuple):
     slopes: Floats  # packed table of the loop slope
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _hermite(t, step, first, last, first_slope, last_slope):
     """Cubic with these values and slopes at the ends of an interval, at the share `t` of it."""
     rise = last - first
@@ -37,7 +37,7 @@ def _hermite(t, step, first, last, first_slope, last_slope):
     return first + t * (step * first_slope + t * (square + t * cube))
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _find(value, knots, values, slopes):
     """Coordinate at which a monotone column has a value, clamped: Newton's steps, halving where they leave the interval."""
     rising = values[-1] > values[0]
@@ -74,7 +74,7 @@ def _find(value, knots, values, slopes):
     return knots[low] + t * step
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _slope(t, step, first, last, first_slope, last_slope):
     """Of `hermite` by the share."""
     rise = last - first
@@ -123,7 +123,7 @@ def advance(state, law, error, base):
     return state[PLACE]
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _gain_at(law, place):
     """Integral gain at a place."""
     if not law.scheduled:

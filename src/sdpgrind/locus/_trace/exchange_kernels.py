@@ -4,6 +4,7 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._trace.kkt_kernels import _gradient_row, _solve
+from sdpgrind.locus._trace.row_kernels import _made_unit
 
 
 @compiled(error_model="numpy")
@@ -17,7 +18,7 @@ def _column(d, k, held, n, m, out):
             out[i] = d[1 + m + (1 + k - n) * n + i]
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _multiplier(d, point, k, held, n, m, h, t):
     """Of the k-th of all bounds and constraints, over the weight of the cost's own scale."""
     if k >= n:
@@ -25,15 +26,14 @@ def _multiplier(d, point, k, held, n, m, h, t):
     return -held[k] * _gradient_row(d, point, k, n, m, h, t, np.empty(point.size))
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _exchange(d, point, held, new, n, m, h, t):
     """Let the member of a set go whose multiplier is the first to vanish as that of the new one grows, and say which.
 
     The gradient of the new one depends on those of the others. Multipliers are left as they are then. Gives -1 where none
     vanishes: there feasibility ends.
     """
-    others = np.flatnonzero(held != 0)
-    others = others[others != new]
+    others = _held_but(held, new)
     columns, column = np.empty((others.size, n)), np.empty(n)
     for r in range(others.size):
         _column(d, others[r], held, n, m, columns[r])
@@ -57,6 +57,16 @@ def _exchange(d, point, held, new, n, m, h, t):
     held[first] = 0
     if first >= n:
         point[1 + first] = 0.0
-    weights = point[n : n + m + 1]
-    weights /= np.sqrt(np.sum(weights**2))
+    _made_unit(point[n : n + m + 1])
     return first
+
+
+@compiled(inline="always")
+def _held_but(held, new):
+    """Return what is held, without the new one."""
+    found, count = np.empty(held.size, dtype=np.int64), 0
+    for k in range(held.size):
+        if held[k] != 0 and k != new:
+            found[count] = k
+            count += 1
+    return found[:count]

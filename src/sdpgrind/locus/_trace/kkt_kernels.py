@@ -174,14 +174,14 @@ def _newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
     return most, left
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _free_directions(d, held, n, m, basis):
     """Orthonormal rows in `basis`: first the span of active gradients over free controls, then what is left; gives both numbers.
 
     The second is negative where active gradients depend on each other.
     """
     f = 1 + m
-    rows, dependent = 0, False
+    rows, dependent = np.int64(0), False  # no literal 0, of which numba would make kernels of their own
     for j in range(1, f):
         if held[n + j - 1] == 1:
             whole = 0.0  # the largest slope of all: what is rounding beside it is none
@@ -242,9 +242,10 @@ def _curvature(d, point, held, n, m):
         return _curved(d, point, basis, active, active, n, m)
     reduced = np.zeros((free, free))
     for a in range(free):
-        for b in range(free):
-            reduced[a, b] = _curved(d, point, basis, active + a, active + b, n, m)
-    return np.linalg.eigvalsh(0.5 * (reduced + reduced.T))[0]
+        for b in range(a + 1):
+            both = _curved(d, point, basis, active + a, active + b, n, m) + _curved(d, point, basis, active + b, active + a, n, m)
+            reduced[a, b] = reduced[b, a] = 0.5 * both
+    return np.linalg.eigvalsh(reduced)[0]
 
 
 @compiled(error_model="numpy")

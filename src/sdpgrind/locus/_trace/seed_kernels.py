@@ -5,6 +5,7 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run, run_many, work_size
 from sdpgrind.locus._trace.kkt_kernels import GOOD, _curvature, _evaluate, _gradient_row, _newton, _sizes, _solve
+from sdpgrind.locus._trace.row_kernels import _copied, _dot, _made_unit
 
 FIRST, SHRINK, LAST = 0.1, 0.03, 2e-12
 """Of the barrier: its weight goes down from 0.1 of the room around the start to 2e-12."""
@@ -26,10 +27,12 @@ STARTS, STEPS = 5, 60
 def lattice_minima(first, n, m, hidden, lattice, ticks):
     """Indices of feasible points of a lattice that are no worse than all their neighbours, along controls and across."""
     cost = _costs(first, n, m, hidden, lattice)
-    chosen = np.zeros(cost.size, dtype=np.bool_)
+    chosen, count = np.empty(cost.size, dtype=np.int64), 0
     for k in range(cost.size):
-        chosen[k] = cost[k] < np.inf and not _has_better_neighbour(cost, k, n, ticks)
-    return np.flatnonzero(chosen)
+        if cost[k] < np.inf and not _has_better_neighbour(cost, k, n, ticks):
+            chosen[count] = k
+            count += 1
+    return chosen[:count]
 
 
 @compiled(error_model="numpy")
@@ -48,19 +51,20 @@ def lattice_best(first, n, m, hidden, t, places, lattice):
 def _costs(first, n, m, hidden, lattice):
     """At all points of a lattice; inf where one is not feasible."""
     given, out = np.empty((len(lattice), n + hidden.size)), np.empty((len(lattice), 1 + m))
-    given[:, :n], given[:, n:] = lattice, hidden
+    for k in range(len(lattice)):
+        _copied(lattice[k], given[k])
+        _copied(hidden, given[k, n:])
     run_many(first, given, out)
-    cost = out[:, 0].copy()
+    cost = np.empty(len(lattice))
     for k in range(cost.size):
-        feasible = np.isfinite(cost[k])
+        feasible = np.isfinite(out[k, 0])
         for j in range(m):
             feasible = feasible and out[k, 1 + j] < 0.0
-        if not feasible:
-            cost[k] = np.inf
+        cost[k] = out[k, 0] if feasible else np.inf
     return cost
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _has_better_neighbour(cost, k, n, ticks):
     for step in range(3**n):
         other, inside, stride, code, rest = k, True, 1, step, k
@@ -111,7 +115,8 @@ def _barrier_system(d, q, n, m, weight, hessian, gradient):
 def _downhill(hessian, gradient, factor, step):
     """Newton's step, or one as if the curvature were greater where it does not lead down."""
     extra = 0.0
-    step[:] = -gradient
+    for i in range(step.size):
+        step[i] = -gradient[i]
     for _ in range(40):
         if _factored(hessian, extra, factor):
             _solved(factor, step)
@@ -119,7 +124,7 @@ def _downhill(hessian, gradient, factor, step):
         extra = max(1e-3, 4.0 * extra)
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _factored(a, extra, factor):
     """Cholesky's factor of a + extra; False where that has a direction that does not curve up."""
     for i in range(a.shape[0]):
@@ -152,21 +157,23 @@ def _solved(factor, b):
         b[i] /= factor[i, i]
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d, work_first, out):
     """Down to the least cost with a barrier of this weight, from `given`, in place."""
     hessian, factor, gradient, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
     trial = given.copy()
     before = _merit(first, n, m, given, weight, work_first, out)
     for _ in range(30):
-        point[:n] = given[:n]
+        _copied(given[:n], point)
         _evaluate(kkt, n, h, point, hidden, t, work, d)
         _barrier_system(d, given, n, m, weight, hessian, gradient)
         _downhill(hessian, gradient, factor, step)
-        step *= min(1.0, LONGEST / max(np.max(np.abs(step)), 1e-300))
-        slope, length, after = 0.0, 1.0, np.inf
+        longest = 1e-300
         for i in range(n):
-            slope += step[i] * gradient[i]
+            longest = max(longest, abs(step[i]))
+        for i in range(n):
+            step[i] *= min(1.0, LONGEST / longest)
+        slope, length, after = _dot(step, gradient), 1.0, np.inf
         for _ in range(50):
             for i in range(n):
                 trial[i] = given[i] + length * step[i]
@@ -176,7 +183,8 @@ def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d
             length *= 0.5
         else:
             return
-        given[:n], before = trial[:n], after
+        _copied(trial[:n], given)
+        before = after
         if length == 1.0 and -slope < close * weight:
             return
 
@@ -193,10 +201,10 @@ def _guess(d, q, weight, n, m, held, point):
     for j in range(1, f):
         held[n + j - 1] = 1 if -d[j] < near else 0
         point[n + j] = weight / -d[j] if held[n + j - 1] == 1 else 0.0
-    point[n : n + f] /= np.sqrt(np.sum(point[n : n + f] ** 2))
+    _made_unit(point[n : n + f])
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _mended(d, point, held, n, m, h, t):
     """Drop what pulls the wrong way, add what is violated; says whether anything was wrong."""
     row, worst, index = np.empty(point.size), -1e-9, -1
@@ -228,7 +236,7 @@ def best_points(kkt, first, n, m, h, hidden, t, starts):
     return points, sets, curvatures
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     """A best point below a feasible start, into `point` and `held`.
 
@@ -238,14 +246,16 @@ def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     """
     work, d, row = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h)), np.zeros(n + m + 2)
     work_first, out, given = np.empty(work_size(first)), np.empty(1 + m), np.empty(n + h)
-    given[:n], given[n:], row[n + m + 1] = start, hidden, 1.0
+    _copied(start, given)
+    _copied(hidden, given[n:])
+    row[n + m + 1] = 1.0
     point[n + m + 1], flat = hidden[t], False
     weight = FIRST * _room(first, n, m, given, work_first, out)
     while True:
         last = weight <= LAST
         _centre(kkt, first, n, m, h, hidden, t, weight, 1e-3 if last else 0.1, given, point, work, d, work_first, out)
         if weight <= LOW or last:
-            point[:n] = given[:n]
+            _copied(given[:n], point)
             _evaluate(kkt, n, h, point, hidden, t, work, d)
             _guess(d, given, weight, n, m, held, point)
             flat = abs(_curvature(d, point, held, n, m)) <= FLAT
@@ -256,7 +266,7 @@ def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
             if found > FLAT and (last or (moved <= NEAR and _pulled(d, point, held, n, m, h, t) > 0.1 * np.sqrt(weight))):
                 return found
             if last:
-                point[:n] = given[:n]  # the middle of all that are as good
+                _copied(given[:n], point)  # the middle of all that are as good
                 return 0.0 if found > -FLAT or (flat and found == -np.inf) else -np.inf
         weight = max(weight * SHRINK, LAST)
 
@@ -286,7 +296,7 @@ def _room(first, n, m, given, work, out):
     return max(least, 1e-6)
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
     """Solve the conditions from a guess of point and set, and mend the set; gives the curvature, -inf if that leads nowhere."""
     for _ in range(2 * (n + m) + 2):
@@ -305,11 +315,11 @@ def reach(kkt, n, m, h, hidden, t, lattice):
     point[n + m + 1] = hidden[t]
     worst = np.empty(lattice.shape[0])
     for k in range(worst.size):
-        point[:n] = lattice[k]
+        _copied(lattice[k], point)
         _evaluate(kkt, n, h, point, hidden, t, work, d)
         worst[k] = _excess(d, m)
     for k in np.argsort(worst)[:STARTS]:
-        point[:n] = lattice[k]
+        _copied(lattice[k], point)
         if _gone_inside(kkt, n, m, h, hidden, t, point, work, d):
             return point[:n].copy()
     return np.full(n, np.nan)
@@ -336,17 +346,21 @@ def _gone_inside(kkt, n, m, h, hidden, t, point, work, d):
             return True
         if now < before:
             before, damping = now, 0.3 * damping
-            old[:] = point
+            _copied(point, old)
         else:
-            point[:], damping = old, 4.0 * damping
+            _copied(old, point)
+            damping *= 4.0
             _evaluate(kkt, n, h, point, hidden, t, work, d)
-        a[:], b[:] = np.eye(n) * damping, 0.0
+        a[:], b[:] = 0.0, 0.0
+        for i in range(n):
+            a[i, i] = damping
         for j in range(1, m + 1):
             over = max(d[j] + AIM, 0.0)
             slope = d[1 + m + j * n : 1 + m + (j + 1) * n]
-            if over > 0.0:
-                a += np.outer(slope, slope)
-                b -= over * slope
+            for i in range(n if over > 0.0 else 0):
+                for k in range(n):
+                    a[i, k] += slope[i] * slope[k]
+                b[i] -= over * slope[i]
         _solve(a, b)
         for i in range(n):
             point[i] = min(max(point[i] + b[i], EDGE), 1.0 - EDGE)

@@ -5,6 +5,7 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import BLOCK, _room, _run_block, work_size
 from sdpgrind.locus._trace.kkt_kernels import CLOSE, _conditions, _curvature, _gradient_row, _newton, _sizes, _solve
+from sdpgrind.locus._trace.row_kernels import _copied, _made_unit
 
 EXACT = 1e-11
 """Residual that one step must leave; where it leaves more there are further ones."""
@@ -79,7 +80,8 @@ def _step(d, point, row, held, n, m, h, t, a, b):
     """One step of Newton's method across the curve."""
     _conditions(d, point, held, n, m, h, t, b, a)
     last = point.size - 1
-    a[last, :], b[last] = row, 0.0
+    _copied(row, a[last])
+    b[last] = 0.0
     if _largest(b) > CLOSE and _solve(a, b) != 0.0:  # what is exact stays as it is: ends of the range
         for i in range(point.size):
             point[i] -= b[i]
@@ -106,14 +108,11 @@ def _finish(kkt, d, point, row, held, n, m, h, hidden, t, a, b, work, tangent, p
     if not left <= EXACT:
         left = _newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(6), point, work, d)[1]
         _conditions(d, point, held, n, m, h, t, b, a)
-    a[last, :], b[:], b[last] = row, 0.0, 1.0
+    _copied(row, a[last])
+    b[:], b[last] = 0.0, 1.0
     _solve(a, b)
-    length = 0.0
-    for i in range(point.size):
-        length += b[i] * b[i]
-    length = np.sqrt(length)
-    for i in range(point.size):
-        tangent[i] = b[i] / length
+    _made_unit(b)
+    _copied(b, tangent)
     for i in range(n):
         pulls[i] = _gradient_row(d, point, i, n, m, h, t, b) / point[n] if held[i] != 0 else 0.0
     return left

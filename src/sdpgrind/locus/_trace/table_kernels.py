@@ -10,7 +10,7 @@ HEAD = 5
 """Numbers at the head: nodes, columns, cells of the guide (all by their bits), least key, cells per unit of the key."""
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _packed_size(n_node, n_column, n_cell):
     """Numbers of a packed table: head, keys, values and slopes node by node, guide."""
     return HEAD + n_node * (1 + 2 * n_column) + n_cell + 1
@@ -25,9 +25,10 @@ def pack(key, columns, slopes, n_cell):
     whole[0], whole[1], whole[2] = n_node, n_column, n_cell
     scale = n_cell / (key[-1] - key[0])
     packed[3], packed[4] = key[0], scale if scale < np.inf else 0.0  # where all is closer than numbers can tell: one cell
-    packed[HEAD : HEAD + n_node] = key
-    rows = packed[HEAD + n_node : HEAD + n_node * (1 + 2 * n_column)].reshape((n_node, 2, n_column))
-    rows[:, 0], rows[:, 1] = columns, slopes
+    for k in range(n_node):
+        packed[HEAD + k], row = key[k], HEAD + n_node + 2 * n_column * k
+        for j in range(n_column):
+            packed[row + j], packed[row + n_column + j] = columns[k, j], slopes[k, j]
     guide = whole[HEAD + n_node * (1 + 2 * n_column) :]
     at = 0
     for cell in range(n_cell + 1):
@@ -44,7 +45,7 @@ def _cell(packed, key):
     return np.int64((key - packed[3]) * packed[4])
 
 
-@compiled(forceinline=True, error_model="numpy")
+@compiled(inline="always")
 def _locate(packed, key):
     """Index of the interval that a key of the table lies in: from the guide, then by halving what the cell leaves."""
     whole = packed.view(np.int64)
@@ -81,7 +82,7 @@ def look_up(packed, key, out):
     return BELOW if below else ABOVE
 
 
-@compiled(forceinline=True, error_model="numpy")
+@compiled(inline="always")
 def _interpolate(packed, k, key, out):
     """The cubic of interval k."""
     whole = packed.view(np.int64)

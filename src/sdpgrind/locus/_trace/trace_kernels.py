@@ -15,9 +15,12 @@ from sdpgrind.locus._trace.kkt_kernels import (
     _sizes,
     _tangent_at,
 )
+from sdpgrind.locus._trace.row_kernels import _ahead, _copied, _dot, _farthest
 
 NONE, LOW, HIGH, RELEASE, DROP, ADD, RANGE, INFEASIBLE, FOLD, BRANCH, LOST, FULL = range(12)
 """What happens at a node. Up to ADD the set changes; from RANGE on the branch ends."""
+_NOTHING, _FIRST = np.int64(NONE), np.int64(0)
+"""Numbers that do not make a kernel of their own, as numba has it of a whole number that stands in the code."""
 LONGEST, SHORTEST = 0.06, 1e-9
 NEAREST = 1e-6
 """Step with which a crossing of branches is near enough."""
@@ -85,27 +88,27 @@ def _away(kind, index, was, d, point, tangent, n, m, h, t):
         return -was * tangent[index]
     if kind in (LOW, HIGH):
         _gradient_row(d, point, index, n, m, h, t, row)
-        return (1.0 if kind == LOW else -1.0) * np.sum(row * tangent)
+        return (1.0 if kind == LOW else -1.0) * _dot(row, tangent)
     if kind == DROP:
         _constraint_row(d, index + 1, n, m, h, t, row)
-        return -np.sum(row * tangent)
+        return -_dot(row, tangent)
     return tangent[n + 1 + index]
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _locate(
     kkt, n, m, h, hidden, t, held, low, high, rising, orientation, start, direction, k, left, right, span,
     point, tangent, work, d, found,
 ):  # fmt: skip
     """Where sign k fails between two lengths of arc, by the Illinois rule; leaves point and tangent there, gives the length."""
     a, b, fa, fb = 0.0, span, left, right
-    s, side = span, 0
+    s, side, guess = span, 0, np.empty(point.size)
     for _ in range(80):
         s = (a * fb - b * fa) / (fb - fa) if fb != fa else 0.5 * (a + b)
         if not a < s < b:
             s = 0.5 * (a + b)
-        guess = start + s * direction
-        point[:] = guess
+        _ahead(start, s, direction, guess)
+        _copied(guess, point)
         _newton(kkt, n, m, h, hidden, t, held, guess, direction, np.int64(8), point, work, d)
         determinant = _tangent_at(d, point, held, n, m, h, t, direction, tangent)
         _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
@@ -120,11 +123,23 @@ def _locate(
     return s
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy")
 def _record(points, tangents, sets, events, count, point, tangent, held, kind, index):
-    points[count], tangents[count], sets[count] = point, tangent, held
+    """Write a node down, and return how many there are."""
+    _copied(point, points[count])
+    _copied(tangent, tangents[count])
+    _copied(held, sets[count])
     events[count, 0], events[count, 1] = kind, index
     return count + 1
+
+
+@compiled(inline="always")
+def _advanced(old, point, along):
+    """Length from one point to another, along a direction."""
+    total = 0.0
+    for k in range(along.size):
+        total += (point[k] - old[k]) * along[k]
+    return total
 
 
 @compiled(error_model="numpy")
@@ -138,30 +153,32 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
     size = n + m + 2
     work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
     point, tangent, held = first.copy(), np.zeros(size), first_held.copy()
-    old, along = np.empty(size), np.zeros(size)
+    old, along, guess = np.empty(size), np.zeros(size), np.empty(size)
     old_signs, found, ahead = np.empty(2 * n + m + 5), np.empty(2 * n + m + 5), np.empty(2 * n + m + 5)
     along[size - 1] = rising
     _evaluate(kkt, n, h, point, hidden, t, work, d)
     determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
     orientation = 1.0 if determinant > 0.0 else -1.0
     _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
-    count = _record(points, tangents, sets, events, 0, point, tangent, held, NONE, 0)
+    count = _record(points, tangents, sets, events, _FIRST, point, tangent, held, _NOTHING, _FIRST)
     step, suspected = 0.02, LOST
     while count < points.shape[0] - 2:
-        old[:], along[:] = point, tangent
-        guess = old + step * along
-        point[:] = guess
+        _copied(point, old)
+        _copied(tangent, along)
+        _ahead(old, step, along, guess)
+        _copied(guess, point)
         taken, left = _newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(STEPS), point, work, d)
         if left <= GOOD:
             determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
-        if left > GOOD or determinant == 0.0 or np.sum(tangent * along) < COSINE or np.max(np.abs(point - guess)) > step:
+        if left > GOOD or determinant == 0.0 or _dot(tangent, along) < COSINE or _farthest(point, guess) > step:
             step *= 0.4
-            point[:], tangent[:] = old, along
+            _copied(old, point)
+            _copied(along, tangent)
             if step < SHORTEST:
-                return _record(points, tangents, sets, events, count, point, tangent, held, suspected, 0)
+                return _record(points, tangents, sets, events, count, point, tangent, held, np.int64(suspected), _FIRST)
             continue
         _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
-        failed, earliest, span = -1, np.inf, np.sum((point - old) * along)
+        failed, earliest, span = -1, np.inf, _advanced(old, point, along)
         for k in range(found.size):
             if found[k] < -SLACKEN * (1.0 if k < found.size - 1 else 0.0):
                 if old_signs[k] <= 0.0:
@@ -174,17 +191,18 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
                 if where < earliest:
                     failed, earliest = k, where
         if failed < 0:
-            old_signs[:] = found
-            count = _record(points, tangents, sets, events, count, point, tangent, held, NONE, 0)
+            _copied(found, old_signs)
+            count = _record(points, tangents, sets, events, count, point, tangent, held, _NOTHING, _FIRST)
             step = min(LONGEST, step * (2.0 if taken <= 3 else 1.2))
             continue
-        guess = old + earliest * along
-        point[:] = guess
+        _ahead(old, earliest, along, guess)
+        _copied(guess, point)
         left = _newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(8), point, work, d)[1]
         determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
         kind, index = _event_of(failed, held, n, m)
-        if left > GOOD or np.max(np.abs(point - guess)) > step or not np.sum(tangent * along) >= COSINE:
-            point[:], tangent[:] = old, along
+        if left > GOOD or _farthest(point, guess) > step or not _dot(tangent, along) >= COSINE:
+            _copied(old, point)
+            _copied(along, tangent)
             if step > NEAREST:  # Newton's method may leave for another branch, where two cross or come near: nearer, it does not
                 step *= 0.4
                 suspected = kind if kind in (FOLD, BRANCH) else LOST
@@ -194,7 +212,7 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
             kind = INFEASIBLE
         if kind == RANGE:  # exactly, so that all branches end at one place
             point[size - 1] = low if failed == 2 * n + m else high
-        count = _record(points, tangents, sets, events, count, point, tangent, held, kind, index)
+        count = _record(points, tangents, sets, events, count, point, tangent, held, np.int64(kind), np.int64(index))
         if kind >= RANGE:
             return count
         was = held[index] if index < n else 0
@@ -217,9 +235,9 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
             return count
         orientation = 1.0 if determinant > 0.0 else -1.0
         _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
-        count = _record(points, tangents, sets, events, count, point, tangent, held, NONE, 0)
+        count = _record(points, tangents, sets, events, count, point, tangent, held, _NOTHING, _FIRST)
         step = 0.02
-    return _record(points, tangents, sets, events, count, point, tangent, held, FULL, 0)
+    return _record(points, tangents, sets, events, count, point, tangent, held, np.int64(FULL), _FIRST)
 
 
 @compiled(error_model="numpy")
@@ -243,14 +261,17 @@ def reach(kkt, n, m, h, hidden, t, held, nodes, place, point):
     for i in range(last):
         point[i] = nodes[k - 1, i] + share * (nodes[k, i] - nodes[k - 1, i])
     point[last] = place
-    return settle_at(kkt, n, m, h, hidden, t, held, point, 12)
+    return settle_at(kkt, n, m, h, hidden, t, held, point, np.int64(12))
 
 
 @compiled(error_model="numpy")
 def between(left, right, along_left, along_right, place, point):
     """Where a cubic between two nodes has a place of the hidden state, into `point`; gives the length between the nodes."""
     last = left.size - 1
-    span, low, high = np.sqrt(np.sum((right - left) ** 2)), 0.0, 1.0
+    total = 0.0
+    for k in range(left.size):
+        total += (right[k] - left[k]) ** 2
+    span, low, high = np.sqrt(total), 0.0, 1.0
     for _ in range(54):
         u = 0.5 * (low + high)
         a, b, c, e = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2 * span, u * u * (3 - 2 * u), u * u * (u - 1) * span
@@ -258,7 +279,8 @@ def between(left, right, along_left, along_right, place, point):
             low = u
         else:
             high = u
-    point[:] = a * left + b * along_left + c * right + e * along_right
+    for k in range(last):
+        point[k] = a * left[k] + b * along_left[k] + c * right[k] + e * along_right[k]
     point[last] = place
     return span
 

@@ -32,10 +32,11 @@ from sdpgrind.plunge._model.kernels import _burning_begins, _rate_near, _worn
 def _know_nothing(state, law):
     """Of the contact, as before it."""
     state[SCALE] = state[SHARPNESS] = 1.0
-    cov = state[COVARIANCE:].reshape(4, 4)
-    cov[:] = 0.0
-    cov[:2, :2] = law.zero_sd**2
-    cov[2, 2], cov[3, 3] = law.scale_sd**2, law.sharpness_sd**2
+    state[COVARIANCE:] = 0.0
+    for i in range(2):
+        for j in range(2):
+            state[COVARIANCE + 4 * i + j] = law.zero_sd**2
+    state[COVARIANCE + 10], state[COVARIANCE + 15] = law.scale_sd**2, law.sharpness_sd**2  # diagonal, rows of 4
 
 
 @compiled
@@ -63,7 +64,7 @@ def _estimated(state, law, size, power):
 
     Power is in proportion to the deflection of the model; size is zero + p - scale x, once the wheel cuts.
     """
-    base = law.core
+    base, cov = law.core, state[COVARIANCE:].reshape(4, 4)
     watts = base.power1 / base.K1
     noise = law.power_sd * (power / watts + base.K0)
     state[SILENT] = state[SILENT] + 1.0 if np.isnan(power) else 0.0
@@ -74,14 +75,14 @@ def _estimated(state, law, size, power):
     if before and size == size:
         state[READ] += 1.0
         state[BLANK] += (size - state[BLANK]) / state[READ]
-    if before and not _touched(state, law, power / watts, noise):
+    if before and not _touched(state, cov, law, power / watts, noise):
         return _worn(base, state[SHARPNESS])
     x = state[Y] + base.K0
     if power >= 0.0 and x > 0.0 and not before:  # the readings that tell contact have been used
-        x = _correct(state, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
+        x = _correct(state, cov, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
     if size == size and not before:
         off = size - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
-        x = _correct(state, x, off, -state[SCALE], 1.0, -x, law.size_sd**2)
+        x = _correct(state, cov, x, off, -state[SCALE], 1.0, -x, law.size_sd**2)
     state[Y] = x - base.K0
     core = _worn(base, state[SHARPNESS])
     state[RATE] = _rate_near(state[Y], state[RATE], core)
@@ -91,27 +92,25 @@ def _estimated(state, law, size, power):
 
 
 @compiled
-def _touched(state, law, x, noise):
+def _touched(state, cov, law, x, noise):
     """Whether the wheel touches: power says so, and how far it is in; long without power the command must be believed."""
     known = x == x
     if (x <= TOUCHING * noise) if known else (state[COMMANDED] <= 0.0 or state[SILENT] < MISSED_MAX):
         return False
     state[TOUCHED] = YES if known else BELIEVED
-    cov = state[COVARIANCE:].reshape(4, 4)
     if not known:
         x = state[COMMANDED]
     variance = noise**2 if known else law.zero_sd**2
     state[Y], state[ZERO] = x - law.core.K0, state[BLANK] + x - state[COMMANDED]
-    cov[:2, :2] = variance
+    cov[0, 0] = cov[0, 1] = cov[1, 0] = cov[1, 1] = variance
     cov[1, 1] += law.size_sd**2 / max(state[READ], 1.0) + (x * law.scale_sd) ** 2
     cov[1, 2] = cov[2, 1] = x * law.scale_sd**2
     return True
 
 
 @compiled
-def _correct(state, x, off, h0, h1, h2, variance):
+def _correct(state, cov, x, off, h0, h1, h2, variance):
     """One correction, of a reading that depends on deflection x, zero and scale by h0, h1 and h2; return x."""
-    cov = state[COVARIANCE:].reshape(4, 4)
     gain = np.empty(4)
     for j in range(4):
         gain[j] = h0 * cov[j, 0] + h1 * cov[j, 1] + h2 * cov[j, 2]

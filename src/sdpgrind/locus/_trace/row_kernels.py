@@ -1,0 +1,48 @@
+"""Rows of numbers, number by number: numba takes seconds to compile the shape checks of whole arrays, and none for loops."""
+
+import numpy as np
+
+from sdpgrind.base.compiled import compiled
+
+
+@compiled(error_model="numpy")
+def _copied(row, out):
+    """Copy a row into the beginning of another."""
+    for k in range(row.size):
+        out[k] = row[k]
+
+
+@compiled(error_model="numpy")
+def _ahead(start, length, direction, out):
+    """Put the point at a length along a direction into `out`."""
+    for k in range(out.size):
+        out[k] = start[k] + length * direction[k]
+
+
+@compiled(error_model="numpy")
+def _dot(a, b):
+    """Return the sum of products."""
+    total = 0.0
+    for k in range(a.size):
+        total += a[k] * b[k]
+    return total
+
+
+@compiled(error_model="numpy")
+def _farthest(a, b):
+    """Return the greatest difference of two rows; NaN where one is no number."""
+    most = 0.0
+    for k in range(a.size):
+        gap = abs(a[k] - b[k])
+        if np.isnan(gap):
+            return gap
+        most = max(most, gap)
+    return most
+
+
+@compiled(error_model="numpy")
+def _made_unit(row):
+    """Scale a row to length 1."""
+    length = np.sqrt(_dot(row, row))
+    for k in range(row.size):
+        row[k] /= length
