@@ -122,7 +122,8 @@ def _deviate(course, leg, normal, off, state):
 def begin(course, waves, loop, cell, state):
     """Put the tool where the course begins."""
     place, _, _, _ = touch(course, waves, loop, cell, state, 0.0)
-    state[CONTACT : CONTACT + 3] = place
+    for i in range(3):
+        state[CONTACT + i] = place[i]
     state[SURFACE] = surface_angle(cell, state)
 
 
@@ -204,7 +205,8 @@ def _keep(state, cell, trace):
     if row == trace.shape[0]:
         row //= 2
         for k in range(row):
-            trace[k] = trace[2 * k + 1]
+            for column in range(trace.shape[1]):
+                trace[k, column] = trace[2 * k + 1, column]
         state[EVERY] *= 2.0
         state[SAMPLES] = row
         if state[TICKS] % state[EVERY] != 0.0:

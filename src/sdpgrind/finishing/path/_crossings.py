@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.base.halving import halved
 from sdpgrind.finishing.path._contact import jets
 from sdpgrind.finishing.path._mappings import Mapping
 from sdpgrind.finishing.path._samples import Ints
@@ -51,10 +52,9 @@ def _crossed(mapping: Mapping, coefficients: Floats, places: Floats, knots: Floa
 
 def _halved(mapping: Mapping, coefficients: Floats, piece: Ints, begin: Floats, knot: Floats, axis: int) -> Floats:
     """Where from `begin` on, within a quarter of a piece, a parameter is on the other side of its knot."""
-    low, high = begin, begin + PLACES[1]
-    side = mapping.carried(jets(coefficients, piece, low))[:, 0, axis] < knot
-    for _ in range(HALVINGS if len(piece) else 0):
-        middle = 0.5 * (low + high)
-        same = (mapping.carried(jets(coefficients, piece, middle))[:, 0, axis] < knot) == side
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return np.asarray(0.5 * (low + high))
+
+    def below(place: Floats) -> Bools:
+        return np.asarray(mapping.carried(jets(coefficients, piece, place))[:, 0, axis] < knot)
+
+    side = below(begin)
+    return halved(begin, begin + PLACES[1], lambda place: below(place) == side, HALVINGS if len(piece) else 0)

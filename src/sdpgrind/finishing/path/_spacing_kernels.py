@@ -3,6 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
+from sdpgrind.base.curve_kernels import hermite
 
 
 @compiled
@@ -37,11 +38,9 @@ def _value(total, slope, across, place):
 
 @compiled
 def _cubic(total, slope, across, j, t):
-    """Hermite's cubic in interval `j` at the share `t`."""
+    """Distance in interval `j` at the share `t`."""
     h = across[j + 1] - across[j]
-    rise = total[j + 1] - total[j]
-    left, right = slope[j] * h, slope[j + 1] * h
-    return total[j] + t * (left + t * (3.0 * rise - 2.0 * left - right + t * (left + right - 2.0 * rise)))
+    return hermite(t, total[j], total[j + 1], slope[j] * h, slope[j + 1] * h)
 
 
 @compiled

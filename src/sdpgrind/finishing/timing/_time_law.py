@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.halving import halved
 from sdpgrind.base.quantities import Described, custom, described, quantity, units_of
 from sdpgrind.finishing.timing._cubic import advanced
 
@@ -155,12 +156,8 @@ class TimeLaw(Described):
         """
         where = np.clip(checks.finite_array("length", length, units_of(TimeLaw)["length"]), self.length[0], self.end)
         k = np.clip(np.searchsorted(self.length, where, side="right") - 1, 0, self.length.size - 1)
-        low, high = self.knots[k], self.knots[k + 1]
-        for _ in range(60):  # the length never falls: halving finds the time to the last digits
-            middle = (low + high) / 2
-            before = self._within(middle).length < where
-            low, high = np.where(before, middle, low), np.where(before, high, middle)
-        return np.asarray((low + high) / 2)
+        # The length never falls: halving finds the time to the last digits.
+        return halved(self.knots[k], self.knots[k + 1], lambda time: self._within(time).length < where, 60)
 
     def slower(self, factor: float) -> "TimeLaw":
         """Return the same course played more slowly: speeds fall by the factor, accelerations by its square, jerks by its cube.
