@@ -46,7 +46,7 @@ class KernelCache(_Cache):
         found = None
         try:
             found = self._files().load_overload(sig, target_context)
-        except (EOFError, pickle.UnpicklingError):  # a file that is torn
+        except (EOFError, pickle.UnpicklingError, ImportError):  # torn, or of a module that has moved
             with suppress(OSError):
                 self.flush()
         except OSError:
