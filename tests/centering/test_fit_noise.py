@@ -2,17 +2,14 @@
 
 import numpy as np
 import pytest
+from circle_inside import fit_noise_kernels as kernels
+from circle_inside import slots as at
+from circle_inside import step_noise, travel_of
 from scipy.signal import lfilter
 from scipy.special import ndtri, stdtrit
 
-from centering._identify import identify
-from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator import GeometryEstimator
-from centering.circle._fit import fit_noise_kernels as kernels
-from centering.circle._fit.curve import circle_derivatives, circle_reading
-from centering.circle._fit.fit import fit_circle
-from centering.circle._fit.fit_noise import step_noise, travel_of
-from centering.circle._fit.residuals import residual_checks
+from centering import identify
+from centering.circle import GeometryEstimator, circle_derivatives, circle_reading, fit_circle, residual_checks
 from centering.roundness import Spectrum
 from sdpgrind.base.compiled import opened
 
@@ -170,9 +167,9 @@ def test_lobes_are_taken_out_by_least_squares():
     columns *= (RADIUS / side)[:, np.newaxis]
     value = np.linalg.lstsq(columns, left, rcond=None)[0]
     out = left.copy()
-    assert opened(kernels._freed)(TURN, READ, circle, out) == pytest.approx(np.hypot(value[1], value[2]))
+    assert opened(kernels._freed)(TURN, READ, np.arange(360), circle, out) == pytest.approx(np.hypot(value[1], value[2]))
     assert out == pytest.approx(left - columns @ value, abs=1e-12)
-    assert opened(kernels._freed)(TURN[:90], READ[:90], circle, left[:90].copy()) < 0
+    assert opened(kernels._freed)(TURN, READ, np.arange(90), circle, left[:90].copy()) < 0
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])

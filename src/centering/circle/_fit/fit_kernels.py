@@ -146,23 +146,33 @@ def _slopes(data, circle, weight, rows):
 
 
 @compiled(error_model="numpy")
-def _started(data, rows, circle):
-    """Find a circle by r^2 = 2 x r cos + 2 y r sin + c, else by the limacon; how that ended."""
-    m, upper = data.shape[1], np.empty((3, 4))
-    rows[:, m] = 0.0
+def _write_linear(data, limacon, rows):
+    """Write the rows of r^2 = 2 x r cos + 2 y r sin + c, or those of the limacon."""
+    m = data.shape[1]
+    for k in range(4):
+        rows[k, m] = 0.0
     for i in range(m):
         r = data[2, i]
-        rows[0, i], rows[1, i], rows[2, i], rows[3, i] = 1.0, 2.0 * r * data[0, i], 2.0 * r * data[1, i], r * r
-    _triangle(rows, upper)
-    if not _solved(upper, circle):
-        return SINGULAR
-    circle[0] = np.sqrt(max(circle[0] + circle[1] ** 2 + circle[2] ** 2, 0.0))
-    if not _holds_axis(circle):
-        for i in range(m):
-            rows[0, i], rows[1, i], rows[2, i], rows[3, i] = 1.0, data[0, i], data[1, i], data[2, i]
+        scale = 1.0 if limacon else 2.0 * r
+        rows[0, i], rows[1, i], rows[2, i] = 1.0, scale * data[0, i], scale * data[1, i]
+        rows[3, i] = r if limacon else r * r
+
+
+@compiled(error_model="numpy")
+def _started(data, rows, circle):
+    """Find a circle by its linear form, else by the limacon, else about the axis; return how that ended."""
+    upper = np.empty((3, 4))
+    for limacon in range(2):
+        _write_linear(data, limacon == 1, rows)
         _triangle(rows, upper)
-        if not (_solved(upper, circle) and _holds_axis(circle)):
-            circle[0], circle[1], circle[2] = _mean(data[2]), 0.0, 0.0
+        solved = _solved(upper, circle)
+        if limacon == 0:
+            if not solved:
+                return SINGULAR
+            circle[0] = np.sqrt(max(circle[0] + circle[1] ** 2 + circle[2] ** 2, 0.0))
+        if solved and _holds_axis(circle):
+            return FITTED
+    circle[0], circle[1], circle[2] = _mean(data[2]), 0.0, 0.0
     return FITTED if _holds_axis(circle) else OUTSIDE
 
 
