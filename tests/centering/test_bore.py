@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from centering.roundness._profile import Profile
+from centering.roundness import Profile
 
 RADIUS, TIP, LOBES, WAY = 30.0, 3.75, {3: (0.002, 0.4)}, 0.7
 TURN = np.arange(360) * 2 * np.pi / 360

@@ -6,9 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import norm
 
-from centering.roundness._profile import Profile
-from centering.setup._changeover_plan import plan_changeover
-from centering.setup._stock import Stock
+from centering.roundness import Profile
+from centering.setup import Stock, plan_changeover
 from hwsim import Probe, ProbeErrors
 from hwsim import Ring as TurnedRing
 from sdpgrind import units

@@ -5,10 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from circle_inside import ewma_run_length
 
 import sdpgrind
-from centering.monitoring._chart import ControlChart
-from centering.monitoring._sequential import ewma_run_length
+from centering.monitoring import ControlChart
 
 RNG = np.random.default_rng(1)
 BATCH = {"roundness": 0.010 + 0.001 * RNG.standard_normal(60), "stock": 0.15 + 0.02 * RNG.standard_normal(60)}

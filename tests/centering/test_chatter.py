@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.signal import TransferFunction, lsim
 
-from centering.setup._chatter import chatter_check
+from centering.setup import chatter_check
 from sdpgrind import units
 
 FORM = SimpleNamespace(upr=[2.0, 3.0, 6.0, 43.0, 44.0], amplitude=[0.155e-3, 0.206e-3, 0.048e-3, 0.235e-3, 0.040e-3])

@@ -8,9 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from centering.circle._fit.curve import circle_reading
-from centering.circle._fit.estimate import CircleEstimate
-from centering.circle._fit.limacon import limacon_reading
+from centering.circle import CircleEstimate, circle_reading, limacon_reading
 from sdpgrind import identify
 from sdpgrind.base import stored
 

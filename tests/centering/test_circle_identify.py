@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import hwsim
-from centering._identify import identify
-from centering.circle._fit.curve import circle_reading
-from centering.circle._fit.limacon import corrected_radius, limacon_radius, limacon_reading
+from centering import identify
+from centering.circle import circle_reading, corrected_radius, limacon_radius, limacon_reading
 from sdpgrind.identify import Status
 
 RADIUS, OFFSET, PHI = 61.9, 26.4, 0.7

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from centering.circle._fit.curve import circle_derivatives, circle_reading, radial_position
+from centering.circle import circle_derivatives, circle_reading, radial_position
 
 LENGTHS = st.floats(-200.0, 200.0)
 RADII = st.floats(1.0, 200.0)

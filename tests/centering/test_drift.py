@@ -2,24 +2,26 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.special import ndtri, stdtr
-from scipy.stats import norm
-
-import sdpgrind
-from centering.monitoring._alarm import Shock, likely_step
-from centering.monitoring._drift import DriftTrack
-from centering.monitoring._sequential import (
+from circle_inside import (
+    FEWEST,
+    REFERENCE,
     Cusum,
+    Shock,
     cusum_detection,
     cusum_limit,
     cusum_run_length,
     ewma_run_length,
     ewma_sd,
     learned_widening,
+    likely_step,
 )
-from centering.monitoring._tracked import FEWEST, REFERENCE
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import ndtri, stdtr
+from scipy.stats import norm
+
+import sdpgrind
+from centering.monitoring import DriftTrack
 from sdpgrind.identify import random_walk_gain
 
 BOTH = {"stroke_offset": 0.002, "mu_kinetic": 0.004}

@@ -4,13 +4,12 @@ import copy
 
 import numpy as np
 import pytest
+from circle_inside import slots as at
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator import GeometryEstimator
-from centering.circle._fit.curve import circle_derivatives, circle_reading
+from centering.circle import GeometryEstimator, circle_derivatives, circle_reading
 from sdpgrind import units
 from sdpgrind.identify import Status
 

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from circle_inside import _has_moved
+from circle_inside import slots as at
 from numpy.testing import assert_allclose
 from scipy.stats import binom, chi2
 
-from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator import GeometryEstimator
-from centering.circle._estimator.look_kernels import _has_moved
-from centering.circle._fit.curve import circle_reading
+from centering.circle import GeometryEstimator, circle_reading
 from sdpgrind.base.compiled import opened
 from sdpgrind.identify import Status
 

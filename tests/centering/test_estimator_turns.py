@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+from circle_inside import slots as at
 from measured_rings import LOBES, RADIUS
 from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator import GeometryEstimator
-from centering.circle._fit.curve import circle_reading
+from centering.circle import GeometryEstimator, circle_reading
 from sdpgrind import units
 
 PHI = 0.7

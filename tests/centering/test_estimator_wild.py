@@ -5,8 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import hwsim
-from centering.circle._estimator.estimator import GeometryEstimator
-from centering.circle._fit.curve import circle_derivatives, circle_reading
+from centering.circle import GeometryEstimator, circle_derivatives, circle_reading
 from sdpgrind import units
 from sdpgrind.identify import Status
 

@@ -2,12 +2,12 @@ import warnings
 
 import numpy as np
 import pytest
+from circle_inside import filter_even, transmission
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import TIP, form, measured, phases, turn, vector
 
-from centering.roundness._filters import filter_even, transmission
-from centering.roundness._profile import Profile
+from centering.roundness import Profile
 
 
 def iso_weights(size, cut_off):

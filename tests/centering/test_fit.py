@@ -4,13 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from circle_inside import fit_kernels as at
+from circle_inside import formed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from centering.circle._fit import fit_kernels as at
-from centering.circle._fit.curve import circle_derivatives, circle_reading
-from centering.circle._fit.fit import fit_circle, formed
+from centering.circle import circle_derivatives, circle_reading, fit_circle
 from sdpgrind.base.compiled import opened
 from sdpgrind.identify import Status
 

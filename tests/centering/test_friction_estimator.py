@@ -6,18 +6,12 @@ from unittest import mock
 
 import numpy as np
 import pytest
+from circle_inside import FrictionBelief, log_likelihood, predicted, roughness
 
-from centering._identify import identify
+from centering import identify, preset
+from centering.friction import FrictionEstimator, PrintedFriction, identify_friction
 from centering.friction import _prediction as prediction
-from centering.friction._belief import FrictionBelief
-from centering.friction._estimator import FrictionEstimator, identify_friction
-from centering.friction._prediction import predicted, roughness
-from centering.friction._prediction_kernels import log_likelihood
-from centering.friction._printed import PrintedFriction
-from centering.push._contact.reaction import simulate_pushes
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.presets import preset
-from centering.push._profile.profile import TipProfile
+from centering.push import TipProfile, simulate_push, simulate_pushes
 from sdpgrind import units
 from sdpgrind.identify import Status
 

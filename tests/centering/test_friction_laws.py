@@ -2,15 +2,23 @@
 
 import numpy as np
 import pytest
+from circle_inside import LAWS, follow_load
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from centering.friction._bristle_laws import LAWS, DahlFriction, ElastoPlasticFriction, LuGreFriction, friction_law
-from centering.friction._drift import friction_drift, simulate_friction
-from centering.friction._law_kernels import follow_load
-from centering.friction._laws import CoulombFriction, StribeckFriction, ViscousFriction
-from centering.push._machine.presets import preset
+from centering import preset
+from centering.friction import (
+    CoulombFriction,
+    DahlFriction,
+    ElastoPlasticFriction,
+    LuGreFriction,
+    StribeckFriction,
+    ViscousFriction,
+    friction_drift,
+    friction_law,
+    simulate_friction,
+)
 
 MODEL = preset("printed").model
 MASS, INERTIA = 18.9, 0.0189
@@ -187,7 +195,7 @@ REFUSED = [
     (lambda: CoulombFriction(20.0, 0.0), "coulomb_force must be > 0 (N); got 0.0"),
     (lambda: ViscousFriction(37.0, 28.0, -0.1), "viscous_coefficient must be >= 0 (N s/mm); got -0.1"),
     (lambda: StribeckFriction(37.0, 28.0, 0.1, 0.0), "stribeck_speed must be > 0 (mm/s); got 0.0"),
-    (lambda: StribeckFriction(37.0, 28.0, stribeck_exponent=float("nan")), "stribeck_exponent must be finite (1); got nan"),
+    (lambda: StribeckFriction(37.0, 28.0, stribeck_exponent=float("nan")), "stribeck_exponent must be finite; got nan"),
     (lambda: DahlFriction(28.0, 0.0), "bristle_stiffness must be > 0 (N/mm); got 0.0"),
     (lambda: LuGreFriction(37.0, 28.0, bristle_damping=-1.0), "bristle_damping must be >= 0 (N s/mm); got -1.0"),
     (

@@ -4,12 +4,12 @@ import functools
 
 import numpy as np
 import pytest
+from circle_inside import UNITS, logged_pushes
 
 import hwsim
-from centering.cycle._source.controller import PrintedController
-from centering.friction._estimator import identify_friction
-from centering.friction._logged import UNITS, logged_pushes
-from centering.push._machine.presets import preset
+from centering import preset
+from centering.cycle import PrintedController
+from centering.friction import identify_friction
 from sdpgrind.identify import Status
 
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from centering.friction._printed import PrintedFriction
-from centering.push._machine.presets import preset
+from centering import preset
+from centering.friction import PrintedFriction
 from sdpgrind import units
 
 # speed (mm/min), modelled and observed peak (N), error in percent of the observed one as printed

@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 
-from centering.circle._fit.curve import circle_reading
-from centering.circle._fit.estimate import CircleEstimate
-from centering.circle._fit.fit import fit_circle
-from centering.circle._fit.picture import plot_centers
+from centering.circle import CircleEstimate, circle_reading, fit_circle, plot_centers
 
 ANGLE = np.radians(np.arange(20.0, 200.0))
 READ = circle_reading(ANGLE, 61.94, 3.6, 0.7) + np.random.default_rng(0).normal(0, 0.01, 180)

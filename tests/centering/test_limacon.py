@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from circle_inside import limacon
 from scipy.integrate import quad
 from scipy.special import ellipe
 
-from centering.circle._fit import limacon
-from centering.circle._fit.curve import circle_reading
-from centering.circle._fit.limacon import (
+from centering.circle import (
+    circle_reading,
     corrected_radius,
     limacon_bias,
     limacon_radius,

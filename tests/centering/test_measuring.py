@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import hwsim
-from centering import GeometryEstimator, fit_circle
-from centering._identify import identify
-from centering.circle._estimator.measuring import MeasuringController
+from centering import GeometryEstimator, fit_circle, identify
+from centering.circle import MeasuringController
 from hwsim._log.log import same
 
 RING = hwsim.Ring(61.94, 3.6, 0.5, lobes={3: (0.000206, 0.2), 43: (0.000235, 1.0)})

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from centering.circle._estimator.printed import PrintedEstimator
+from centering.circle import PrintedEstimator
 from sdpgrind.identify import Status, random_walk_gain, random_walk_response
 
 RUNS, TURN = 4000, 360

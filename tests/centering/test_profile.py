@@ -3,13 +3,12 @@ import pickle
 
 import numpy as np
 import pytest
+from circle_inside import from_part, going_on, into_part, supported, turns_of, widest_gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import RADIUS, TIP, form, measured, phases, turn
 
-from centering.roundness._part_frame import from_part, into_part
-from centering.roundness._profile import Profile
-from centering.roundness._sampling import going_on, supported, turns_of, widest_gap
+from centering.roundness import Profile
 from sdpgrind.base import records
 
 BEFORE = measured(turn(4, 360), offset=3.6, lobes=phases(0), runout=(1.5e-3, RADIUS / TIP, 0.6), noise=1e-4)

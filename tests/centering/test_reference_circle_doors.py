@@ -3,11 +3,11 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
+from circle_inside import polar_axes, polar_scale
 from circle_twins import on_rays, random_profile
 
 from centering import Profile
 from centering.roundness import Roundness, reference_circle
-from centering.roundness._polar import polar_axes, polar_scale
 from sdpgrind.base import stored
 
 mpl.use("Agg")

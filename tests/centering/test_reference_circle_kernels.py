@@ -2,12 +2,25 @@
 
 import numpy as np
 import pytest
+from circle_inside import (
+    _across,
+    _cell_bound,
+    _crossing,
+    _four_about,
+    _height,
+    _parting,
+    _ranked,
+    _standing,
+    ball,
+    empty_reach,
+    extremes,
+    gaps,
+    steepness,
+    zone_reach,
+)
 from circle_twins import distances, on_rays, random_profile
 from scipy.spatial import ConvexHull
 
-from centering.roundness._direction_kernels import _four_about, _ranked, gaps
-from centering.roundness._distance_kernels import _crossing, _parting, _standing, extremes
-from centering.roundness._proof_kernels import _across, _cell_bound, _height, ball, empty_reach, steepness, zone_reach
 from sdpgrind.base.compiled import opened
 
 across = opened(_across)

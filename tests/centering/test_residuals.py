@@ -5,7 +5,7 @@ import pytest
 from statsmodels.stats.diagnostic import acorr_ljungbox, normal_ad
 from statsmodels.tsa.stattools import acf
 
-from centering.circle._fit.residuals import residual_checks
+from centering.circle import residual_checks
 from sdpgrind.base import stored
 
 LINES = {43: 0.235, 3: 0.206, 2: 0.155, 6: 0.048, 44: 0.040, 21: 0.038, 22: 0.036, 42: 0.029, 4: 0.018, 18: 0.018}

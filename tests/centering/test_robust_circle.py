@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from circle_inside import fit_kernels as fit
+from circle_inside import robust_kernels as robust
+from circle_inside import triples
 from scipy.optimize import least_squares
 
-from centering.circle._fit import fit_kernels as fit
-from centering.circle._fit import robust_kernels as robust
-from centering.circle._fit.curve import circle_derivatives, circle_reading
-from centering.circle._fit.fit import fit_circle, triples
+from centering.circle import circle_derivatives, circle_reading, fit_circle
 from sdpgrind.base.compiled import opened
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01

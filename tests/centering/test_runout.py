@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from circle_inside import Basis, harmonic_rows
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -7,9 +8,7 @@ from measured_rings import LOBES, RADIUS, TIP, measured, phases, turn, vector
 from scipy.stats import kstest
 
 import hwsim
-from centering.roundness._profile import Profile
-from centering.roundness._runout import Runout
-from centering.roundness._separation_rows import Basis, harmonic_rows
+from centering.roundness import Profile, Runout
 from sdpgrind.base.stored import decode, encode
 
 TONE = 1.5e-3  # mm

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
+from circle_inside import slots as at
 from numpy.testing import assert_allclose
 from scipy.stats import binom, norm
 
-from centering.circle._estimator import slots as at
-from centering.circle._estimator.estimator import GeometryEstimator
-from centering.circle._fit.curve import circle_reading
-from centering.circle._fit.form import form_gain
+from centering.circle import GeometryEstimator, circle_reading, form_gain
 from sdpgrind import units
 from sdpgrind.identify import Status
 

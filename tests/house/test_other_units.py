@@ -3,6 +3,7 @@
 import pytest
 
 import hwsim
+from centering import friction, setup
 from sdpgrind import finishing, locus, plunge, units, weldbead
 from sdpgrind.finishing.kernels import CellScatter
 from sdpgrind.weldbead import force, passes
@@ -16,6 +17,9 @@ TURNING = locus.preset("turning").model
 AXIS = locus.preset("motor").model
 PROCESS = weldbead.preset("P1").model
 BEAD = weldbead.preset("P1")
+RING = hwsim.Ring(61.94)
+STOCK = setup.Stock(mean=0.15, sd=0.02, roundness=0.01, roundness_sd=0.004)
+CHANGE = setup.Changeover(STOCK, finish_radius=35.0, gap=0.01, approach_rate=0.026, largest_radius=35.16, radius_sd=5e-4)
 MALKIN = weldbead.MalkinBurnLimit.published(diameter=170.0)
 FINISHING = finishing.preset("specimen")
 
@@ -85,6 +89,13 @@ CALLS = [
     (force.table_drive(), {"backlash": 10}, "mm, some 0.05; units.um(...) for micrometres; got 10"),
     (hwsim.ForceTableStand(PASS), {"runout": 100}, "mm, some 0.1; units.um(...) for micrometres; got 100"),
     (hwsim.ForceTableStand(PASS), {"lead_in": 10000}, "mm, some 10; units.um(...) for micrometres; got 10000"),
+    (CHANGE, {"finish_radius": 0.035}, "mm, some 35; units.m(...) for metres; got 0.035"),
+    (CHANGE, {"largest_radius": 0.03516}, "mm, some 35; units.m(...) for metres; got 0.03516"),
+    (CHANGE, {"approach_rate": 2.6e-5}, "mm/s, some 0.03; units.m_per_s(...) for m/s; got 2.6e-05"),
+    (friction.LuGreFriction(37, 28), {"stribeck_speed": 1e-3}, "mm/s, some 1; units.m_per_s(...) for m/s; got 0.001"),
+    (RING, {"radius": 0.06194}, "mm, some 60; units.m(...) for metres; got 0.06194"),
+    (RING, {"radius": 61940.0}, "mm, some 60; units.um(...) for micrometres; got 61940.0"),
+    (hwsim.Probe(RING), {"tip_radius": 3750}, "mm, some 3.75; units.um(...) for micrometres; got 3750"),
 ]
 
 

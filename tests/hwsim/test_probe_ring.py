@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import hwsim
-from centering._plant.probe_kernels import SCAN
 from centering.circle import circle_reading
+from centering.kernels import probe
 from hwsim.plants._probe.ring import shape_of
 
 ANGLES = np.linspace(-7.0, 20.0, 97)
@@ -73,14 +73,14 @@ def test_the_tip_lies_where_the_surface_holds_it_off_furthest(lobes, tip_radius,
     reading = ring.reading(angles, tip_radius)
     assert np.abs(reading - [pushed_on(ring, angle, tip_radius) for angle in angles]).max() < 1e-10
     if not offset:
-        assert bool(shape_of(ring, tip_radius)[SCAN]) == bridges
+        assert bool(shape_of(ring, tip_radius)[probe.SCAN]) == bridges
 
 
 @pytest.mark.parametrize("amplitude", [0.3, 0.58])
 def test_searching_for_two_contacts_finds_the_one_that_there_is(monkeypatch, amplitude):
     """Below 0.59 mm of 43 upr a roller of 3.75 mm touches once (erratum 23); both ways must then agree."""
     ring = hwsim.Ring(61.94, 3.6, 0.5, lobes={43: (amplitude, 0.3)})
-    assert shape_of(ring, ROLLER)[SCAN] == (amplitude > 0.55)
+    assert shape_of(ring, ROLLER)[probe.SCAN] == (amplitude > 0.55)
     found = {}
     for near in (-1.0, 1.0):
         monkeypatch.setattr("hwsim.plants._probe.ring._NEAR", near)

@@ -1,6 +1,5 @@
 """Friction laws whose bond deflects before it slides: Dahl's, LuGre's and the elasto-plastic one (Mears, chapter 2)."""
 
-import dataclasses
 from collections.abc import Callable
 from math import pi, sqrt
 from typing import Any, ClassVar
@@ -8,19 +7,19 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from centering.friction._laws import SLOTS, CoulombFriction, StribeckFriction, ViscousFriction, check_law
+from centering.friction._laws import SLOTS, CoulombFriction, StribeckFriction, ViscousFriction
 from centering.push._machine.model import PushModel
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, quantity, units_of
 
 BRISTLE = 100.0
 """Stiffness of the friction before it slides, over that of the contact: our choice, the source gives none."""
 _ELASTIC = 0.8  # of the deflection at which Coulomb friction slides
 
 
-@dataclasses.dataclass(frozen=True)
-class DahlFriction(Frozen):
+@described()
+class DahlFriction(Described):
     """Dahl's law: a spring that yields, z' = v - (s0/F_k) ``|v|`` z, F = s0 z. It has no stiction.
 
     Parameters
@@ -42,13 +41,10 @@ class DahlFriction(Frozen):
     (12.0, 0.0)
     """
 
-    coulomb_force: float
-    bristle_stiffness: float
+    coulomb_force: float = quantity("N", above=0)
+    bristle_stiffness: float = quantity("N/mm", above=0)
     kind: ClassVar[int] = 3
     states: ClassVar[int] = 1
-
-    def __post_init__(self) -> None:
-        check_law(self)
 
     def force(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0, applied: npt.ArrayLike = 0.0) -> Floats:
         """Return the friction force, N; what is applied does not matter, as the deflection balances it.
@@ -84,7 +80,7 @@ class DahlFriction(Frozen):
         return np.array([*(values | {"bristle_stiffness": self.bristle_stiffness}).values()])
 
 
-@dataclasses.dataclass(frozen=True)
+@described()
 class LuGreFriction(StribeckFriction):
     """The law of Lund and Grenoble: z' = v - s0 ``|v|`` z/g(v), F = s0 z + s1 z' + k_v v, g Stribeck's curve.
 
@@ -99,7 +95,7 @@ class LuGreFriction(StribeckFriction):
     stribeck_speed : float
         v_S, mm/s.
     stribeck_exponent : float
-        delta_S, dimensionless.
+        delta_S, unit 1.
     bristle_stiffness : float
         s0, N/mm.
     bristle_damping : float
@@ -118,8 +114,8 @@ class LuGreFriction(StribeckFriction):
     (35.009, 35.009)
     """
 
-    bristle_stiffness: float = 1.2e5
-    bristle_damping: float = 0.0
+    bristle_stiffness: float = quantity("N/mm", above=0, default=1.2e5)
+    bristle_damping: float = quantity("N s/mm", at_least=0, default=0.0)
     kind: ClassVar[int] = 4
     states: ClassVar[int] = 1
 
@@ -165,7 +161,7 @@ class LuGreFriction(StribeckFriction):
         return np.ones(np.broadcast_shapes(np.shape(v), np.shape(state)))
 
 
-@dataclasses.dataclass(frozen=True)
+@described()
 class ElastoPlasticFriction(LuGreFriction):
     """LuGre's law with a deflection that is truly elastic up to z_ba: z' = v (1 - alpha(z, v) s0 z sgn(v)/g(v)).
 
@@ -180,7 +176,7 @@ class ElastoPlasticFriction(LuGreFriction):
     stribeck_speed : float
         v_S, mm/s.
     stribeck_exponent : float
-        delta_S, dimensionless.
+        delta_S, unit 1.
     bristle_stiffness : float
         s0, N/mm.
     bristle_damping : float
@@ -200,16 +196,16 @@ class ElastoPlasticFriction(LuGreFriction):
     (0.0001866666666666667, [0.0, 0.532, 1.0])
     """
 
-    elastic_limit: float | None = None
+    elastic_limit: float | None = quantity("mm", above=0, default=None)
     kind: ClassVar[int] = 5
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         slides = self.coulomb_force / self.bristle_stiffness
-        limit = _ELASTIC * slides if self.elastic_limit is None else checks.positive("elastic_limit", self.elastic_limit, "mm")
-        if limit >= slides:
-            raise checks.refuse("elastic_limit", f"< coulomb_force/bristle_stiffness = {slides:.6g}", limit, "mm")
-        object.__setattr__(self, "elastic_limit", limit)
+        if self.elastic_limit is None:
+            object.__setattr__(self, "elastic_limit", _ELASTIC * slides)
+        elif self.elastic_limit >= slides:
+            raise self._refused("elastic_limit", f"< coulomb_force/bristle_stiffness = {slides:.6g}")
 
     def yielding(self, v: npt.ArrayLike, state: npt.ArrayLike) -> Floats:
         """Return alpha, the share of the motion that the deflection gives way by, dimensionless, 0 to 1.
@@ -271,7 +267,8 @@ def friction_law(model: PushModel, law: str = "elasto_plastic", **options: Any) 
     if law != "coulomb":
         forces["viscous_coefficient"] = model.viscous_coefficient
     if law in _BRISTLE:
-        softer = checks.positive("bristle_stiffness", options.get("bristle_stiffness", stiffness), "N/mm")
+        unit = units_of(LuGreFriction)["bristle_stiffness"]
+        softer = checks.positive("bristle_stiffness", options.get("bristle_stiffness", stiffness), unit)
         forces |= {"bristle_stiffness": softer, "bristle_damping": sqrt(softer * model.inertia)}
     made: Callable[..., CoulombFriction] = {**_STEADY, **_BRISTLE}[law]
     return made(**forces).replace(**options)

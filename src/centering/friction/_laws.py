@@ -1,14 +1,12 @@
 """Friction laws without memory, as small frozen objects: Coulomb's, with a viscous share, Stribeck's (Mears, chapter 2)."""
 
-import dataclasses
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, quantity
 
 STRIBECK_SPEED = 1.0  # mm/s
 SLOTS = {
@@ -23,8 +21,8 @@ SLOTS = {
 }
 
 
-@dataclasses.dataclass(frozen=True)
-class CoulombFriction(Frozen):
+@described()
+class CoulombFriction(Described):
     """Coulomb friction with a breakaway force, Mears (2.1), (2.3) and (2.4): F_k sgn v; at rest it balances up to F_s.
 
     Parameters
@@ -44,13 +42,14 @@ class CoulombFriction(Frozen):
     [-28.0, 30.0, 37.0]
     """
 
-    breakaway_force: float
-    coulomb_force: float
+    breakaway_force: float = quantity("N")
+    coulomb_force: float = quantity("N", above=0)
     kind: ClassVar[int] = 0
     states: ClassVar[int] = 0
 
-    def __post_init__(self) -> None:
-        check_law(self)
+    def _check(self) -> None:
+        if self.breakaway_force < self.coulomb_force:
+            raise self._refused("breakaway_force", f">= coulomb_force = {self.coulomb_force:g}")
 
     def force(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0, applied: npt.ArrayLike = 0.0) -> Floats:
         """Return the friction force, N, against the motion: positive where `v` is, or where `applied` is at rest.
@@ -96,7 +95,7 @@ class CoulombFriction(Frozen):
         return np.array([float(getattr(self, name, default)) for name, default in SLOTS.items()])
 
 
-@dataclasses.dataclass(frozen=True)
+@described()
 class ViscousFriction(CoulombFriction):
     """Coulomb and viscous friction, Mears (2.2) with the sign that it lacks: (F_k + k_v ``|v|``) sgn v.
 
@@ -118,7 +117,7 @@ class ViscousFriction(CoulombFriction):
     -30.0
     """
 
-    viscous_coefficient: float = 0.0
+    viscous_coefficient: float = quantity("N s/mm", at_least=0, default=0.0)
     kind: ClassVar[int] = 1
 
     def sliding_force(self, v: npt.ArrayLike) -> Floats:
@@ -132,7 +131,7 @@ class ViscousFriction(CoulombFriction):
         return self.coulomb_force + self.viscous_coefficient * np.abs(v)
 
 
-@dataclasses.dataclass(frozen=True)
+@described()
 class StribeckFriction(ViscousFriction):
     """Friction that falls from F_s to F_k as the part gets going, Mears (2.5) with the sign that it lacks.
 
@@ -147,7 +146,7 @@ class StribeckFriction(ViscousFriction):
     stribeck_speed : float
         v_S, mm/s.
     stribeck_exponent : float
-        delta_S, dimensionless.
+        delta_S, unit 1.
 
     Raises
     ------
@@ -161,8 +160,8 @@ class StribeckFriction(ViscousFriction):
     [37.0, 31.311, 28.0]
     """
 
-    stribeck_speed: float = STRIBECK_SPEED
-    stribeck_exponent: float = 2.0
+    stribeck_speed: float = quantity("mm/s", above=0, usual=(0.01, 1000.0), typical=STRIBECK_SPEED, default=STRIBECK_SPEED)
+    stribeck_exponent: float = quantity("1", above=0, default=2.0)
     kind: ClassVar[int] = 2
 
     def sliding_force(self, v: npt.ArrayLike) -> Floats:
@@ -185,17 +184,3 @@ class StribeckFriction(ViscousFriction):
         """
         fade = np.exp(-(np.abs(np.asarray(v, dtype=float) / self.stribeck_speed) ** self.stribeck_exponent))
         return np.asarray(self.coulomb_force + (self.breakaway_force - self.coulomb_force) * fade)
-
-
-_POSITIVE = {"coulomb_force": "N", "stribeck_speed": "mm/s", "stribeck_exponent": "1", "bristle_stiffness": "N/mm"}
-
-
-def check_law(law: Any) -> None:
-    """Refuse values that are out of range."""
-    for name, unit in _POSITIVE.items():
-        if hasattr(law, name):
-            checks.positive(name, getattr(law, name), unit)
-    for name in ("viscous_coefficient", "bristle_damping"):
-        checks.nonnegative(name, getattr(law, name, 0.0), "N s/mm")
-    if hasattr(law, "breakaway_force") and checks.number("breakaway_force", law.breakaway_force, "N") < law.coulomb_force:
-        raise checks.refuse("breakaway_force", f">= coulomb_force = {law.coulomb_force:g}", law.breakaway_force, "N")

@@ -1,13 +1,12 @@
 """Friction from the peak force and from the free slide of a push, by the source's formulas for its heaviest part."""
 
-import dataclasses
 import warnings
 from math import sqrt
 
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, described, flag, quantity
 from sdpgrind.identify import Estimate
 
 MASS = 18.9
@@ -29,8 +28,8 @@ _C_2, _K_2 = 0.07379, 1.6428  # µm (min/mm)^k_2
 _FORCE_PER_SLIDE = 0.0062  # N/µm, (6.15), at 5000 mm/min
 
 
-@dataclasses.dataclass(frozen=True)
-class PrintedFriction(Frozen):
+@described()
+class PrintedFriction(Described):
     """The source's friction estimators, Mears (6.1)-(6.15): regressions on its simulation of one part of 18.9 kg.
 
     They take mu_kinetic for 0.75 mu_static and know no scatter. `FrictionEstimator` is for any part and any push.
@@ -59,16 +58,16 @@ class PrintedFriction(Frozen):
     0.1331
     """
 
-    mass: float = MASS
-    any_mass: bool = False
+    mass: float = quantity("kg", above=0, default=MASS)
+    any_mass: bool = flag(default=False)
 
-    def __post_init__(self) -> None:
-        if abs(checks.positive("mass", self.mass, "kg") - MASS) <= _MASS_BAND * MASS:
+    def _check(self) -> None:
+        if abs(self.mass - MASS) <= _MASS_BAND * MASS:
             return
         if not self.any_mass:
             rule = f"{MASS:g} +- 10 %, as the printed formulas hold for no other without any_mass=True"
-            raise checks.refuse("mass", rule, self.mass, "kg")
-        warnings.warn(f"the printed formulas are those of a part of {MASS:g} kg; this one has {self.mass:g} kg", stacklevel=3)
+            raise self._refused("mass", rule)
+        warnings.warn(f"the printed formulas are those of a part of {MASS:g} kg; this one has {self.mass:g} kg", stacklevel=4)
 
     def corrected_force(self, peak_force: float) -> float:
         """Return the force that the source's model would have peaked at, N, Mears (6.1).

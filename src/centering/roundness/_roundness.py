@@ -1,6 +1,5 @@
 """A reference circle, the roundness about it, and what proves it."""
 
-import dataclasses
 from functools import cached_property
 from typing import Any
 
@@ -12,8 +11,7 @@ from centering.roundness._sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, array, custom, described
 
 KINDS = {
     "LSC": "least squares circle",
@@ -21,19 +19,10 @@ KINDS = {
     "MIC": "maximum inscribed circle",
     "MZC": "minimum zone circles",
 }
-_ARRAYS: dict[str, Any] = {
-    "center": float, "contacts": np.int64, "outer": bool, "points": float, "noise_sd": float, "noise_upr": float,
-}  # fmt: skip
 
 
-def _nothing() -> Floats:
-    """Of what was not given."""
-    return np.empty(0)
-
-
-@stored("centering.roundness")
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Roundness(Frozen, ByValue):
+@described("centering.roundness")
+class Roundness(Described, ByValue):
     """A reference circle and the roundness about it, as `reference_circle` gives them.
 
     Parameters
@@ -80,22 +69,18 @@ class Roundness(Frozen, ByValue):
     contacts alternate, two outer and two inner: no centre within 15 mm, half the inner radius, is better
     """
 
-    kind: str
-    center: Floats
-    radius: float
-    contacts: npt.NDArray[np.int64]
-    outer: Bools
-    bound: float
-    points: Floats
-    tip_radius: float = 0.0
-    noise_sd: Floats = dataclasses.field(default_factory=_nothing)
-    noise_upr: Floats = dataclasses.field(default_factory=_nothing)
-    filter: str = ""
-    certificate: str = ""
-
-    def __post_init__(self) -> None:
-        for name, kind in _ARRAYS.items():
-            object.__setattr__(self, name, lasting(getattr(self, name), kind))
+    kind: str = custom()
+    center: Floats = array("mm", finite=False)
+    radius: float = custom(unit="mm")
+    contacts: npt.NDArray[np.int64] = array("", np.int64, finite=False)
+    outer: Bools = array("", bool, finite=False)
+    bound: float = custom(unit="mm")
+    points: Floats = array("mm", finite=False)
+    tip_radius: float = custom(unit="mm", default=0.0)
+    noise_sd: Floats = array("mm", finite=False, default_factory=lambda: np.empty(0))
+    noise_upr: Floats = array("", finite=False, default_factory=lambda: np.empty(0))
+    filter: str = custom(default="")
+    certificate: str = custom(default="")
 
     @cached_property
     def deviation(self) -> Floats:

@@ -1,16 +1,14 @@
 """The runout of the probe's roller: what it was, how sure that is, and whether the roller slipped."""
 
-import dataclasses
 from math import hypot, sqrt
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, array, custom, described
 
 SURE = 1e-3
 """A roller that does not slip seems to slip once in a thousand profiles."""
@@ -18,9 +16,8 @@ SEEN = 2.448
 """Standard deviations of an amplitude, sqrt(2 ln 20): those of noise follow Rayleigh's law."""
 
 
-@stored("centering.runout")
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Runout(Frozen, ByValue):
+@described("centering.runout")
+class Runout(Described, ByValue):
     """Runout of the roller as the part's angle sees it: ``cosine cos(ratio part_angle) + sine sin(ratio part_angle)``.
 
     A roller of radius rho that rolls on a part of radius R turns R/rho times as fast, Mears (6.19): its phase follows the
@@ -54,19 +51,15 @@ class Runout(Frozen, ByValue):
     (0.0015, 0.6435, 2.3e-05)
     """
 
-    value: Floats
-    covariance: Floats
-    tip_radius: float = 0.0
-    condition: float = 1.0
-    turns: float = 0.0
-    upr_max: int = 0
-    noise_sd: float = 0.0
-    slip: float = 0.0
-    slip_probability: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name in ("value", "covariance"):
-            object.__setattr__(self, name, lasting(getattr(self, name)))
+    value: Floats = array("", finite=False)
+    covariance: Floats = array("", finite=False)
+    tip_radius: float = custom(unit="mm", default=0.0)
+    condition: float = custom(unit="1", default=1.0)
+    turns: float = custom(unit="1", default=0.0)
+    upr_max: int = custom(unit="upr", default=0)
+    noise_sd: float = custom(unit="mm", default=0.0)
+    slip: float = custom(unit="mm", default=0.0)
+    slip_probability: float = custom(unit="1", default=1.0)
 
     @property
     def ratio(self) -> float:

@@ -1,6 +1,5 @@
 """The form of a part as undulations per revolution: amplitude, phase, how sure they are."""
 
-import dataclasses
 from math import sqrt
 from typing import Any
 
@@ -12,13 +11,11 @@ from centering.roundness._runout import SEEN
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, array, described, quantity
 
 
-@stored("centering.spectrum")
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(Frozen, ByValue):
+@described("centering.spectrum")
+class Spectrum(Described, ByValue):
     """Amplitude and phase of each undulation: ``deviation = sum amplitude cos(upr part_angle - phase)``.
 
     Parameters
@@ -48,27 +45,23 @@ class Spectrum(Frozen, ByValue):
     Spectrum(3 upr 0.206 µm, 2 upr 0.155 µm; rms 0.182 µm)
     """
 
-    upr: Floats
-    amplitude: Floats
-    phase: Floats
-    sd: Floats = dataclasses.field(default_factory=lambda: np.zeros(0))
-    nyquist: float = 0.0
+    upr: Floats = array("1")
+    amplitude: Floats = array("mm")
+    phase: Floats = array("rad")
+    sd: Floats = array("mm", finite=False, default_factory=lambda: np.zeros(0))
+    nyquist: float = quantity("upr", at_least=0, default=0.0)
 
-    def __post_init__(self) -> None:
-        upr = checks.finite_array("upr", self.upr, "1")
-        given = {"upr": upr, "amplitude": checks.finite_array("amplitude", self.amplitude, "mm")}
-        given["phase"] = checks.finite_array("phase", self.phase, "rad")
-        given["sd"] = np.asarray(self.sd, dtype=float) if np.size(self.sd) else np.zeros_like(upr)
-        for name, array in given.items():
-            if array.shape != (upr.size,):
-                raise ValueError(f"{name} must be one-dimensional with {upr.size} entries; got shape {array.shape}")
-            object.__setattr__(self, name, lasting(array))
-        if np.any(upr <= 0):
-            raise checks.refuse("upr", "> 0", float(upr.min()), "1")
+    def _check(self) -> None:
+        if not self.sd.size:
+            object.__setattr__(self, "sd", lasting(np.zeros_like(self.upr)))
+        for name in ("upr", "amplitude", "phase", "sd"):
+            if (shape := getattr(self, name).shape) != (self.upr.size,):
+                raise ValueError(f"{name} must be one-dimensional with {self.upr.size} entries; got shape {shape}")
+        if np.any(self.upr <= 0):
+            raise self._refused("upr", "> 0", float(self.upr.min()))
         if np.any(self.amplitude < 0):
-            raise checks.refuse("amplitude", ">= 0", float(self.amplitude.min()), "mm")
-        limit = checks.nonnegative("nyquist", self.nyquist, "upr")
-        object.__setattr__(self, "nyquist", limit or float(upr.max(initial=0.0)))
+            raise self._refused("amplitude", ">= 0", float(self.amplitude.min()))
+        object.__setattr__(self, "nyquist", self.nyquist or float(self.upr.max(initial=0.0)))
 
     @property
     def rms(self) -> float:

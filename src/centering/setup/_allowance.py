@@ -1,22 +1,19 @@
 """How far to stay away by cost: every bit of allowance is ground in air, and what is not allowed for crashes."""
 
-from dataclasses import dataclass
 from math import exp, log, pi, sqrt
 
 from scipy.special import ndtr
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 
 CUSTOM = 3.0
 """Standard deviations that custom allows for."""
 _RARE = 999.5e-6  # what rounds to 1000 ppm is told in per cent
 
 
-@stored("centering.allowance")
-@dataclass(frozen=True)
-class Allowance(Frozen):
+@described("centering.allowance")
+class Allowance(Described):
     """The allowance of least cost, as `best_allowance` gives it, and what any other costs.
 
     Per part z standard deviations of air cost ``z sd/approach_rate``, and a crash costs `crash_time` with probability
@@ -39,14 +36,9 @@ class Allowance(Frozen):
     (3.1772, 0.06354, 2.667, 0.0456)
     """
 
-    sd: float
-    approach_rate: float
-    crash_time: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sd", checks.positive("sd", self.sd, "mm"))
-        object.__setattr__(self, "approach_rate", checks.positive("approach_rate", self.approach_rate, "mm/s"))
-        object.__setattr__(self, "crash_time", checks.positive("crash_time", self.crash_time, "s"))
+    sd: float = quantity("mm", above=0)
+    approach_rate: float = quantity("mm/s", above=0, usual=(1e-4, 1000.0), typical=0.03)
+    crash_time: float = quantity("s", above=0)
 
     @property
     def sigmas(self) -> float:

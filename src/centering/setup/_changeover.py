@@ -1,19 +1,17 @@
 """Where rapid feed may end: by the population of parts, and by what was measured of this one."""
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any, NamedTuple, Self
 
 import xarray as xr
 from scipy.special import ndtr
 
 from centering.setup._allowance import CUSTOM, best_allowance
-from centering.setup._stock import COMBINE, Stock, in_millimetres
+from centering.setup._stock import COMBINE, MICROMETRES, Stock
 from sdpgrind.base import checks, pictures
-from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.plans import Plan
-from sdpgrind.base.stored import decode, encode, stored
-
-_FAR = 3.0  # mm: no gap or uncertainty is as large
+from sdpgrind.base.quantities import Described, choice, described, flag, part, quantity, units_of
+from sdpgrind.base.stored import decode, encode
 
 
 class BothRules(NamedTuple):
@@ -31,9 +29,8 @@ class BothRules(NamedTuple):
     population: float
 
 
-@stored("centering.changeover")
-@dataclass(frozen=True, repr=False)
-class Changeover(Frozen, Plan):
+@described("centering.changeover")
+class Changeover(Plan, Described):
     """Where the wheel changes over from rapid to controlled feed: a plan for one part, as `plan_changeover` makes it.
 
     With s = 1, and s = -1 for a bore (internal grinding, where the smallest radius is the most material):
@@ -83,37 +80,21 @@ class Changeover(Frozen, Plan):
     """
 
     kind = "centering.changeover"
-    stock: Stock
+    stock: Stock = part(Stock)
     _: KW_ONLY
-    finish_radius: float
-    gap: float
-    approach_rate: float
-    largest_radius: float
-    radius_sd: float
-    combine: str = "linear"
-    internal: bool = False
-    sigmas: float | None = None
-    crash_time: float | None = None
+    finish_radius: float = quantity("mm", above=0, usual=(0.5, 5000.0), typical=35)
+    gap: float = quantity("mm", at_least=0, below=3.0, hint=MICROMETRES)
+    approach_rate: float = quantity("mm/s", above=0, usual=(1e-4, 1000.0), typical=0.03)
+    largest_radius: float = quantity("mm", above=0, usual=(0.5, 5000.0), typical=35)
+    radius_sd: float = quantity("mm", at_least=0, below=3.0, hint=MICROMETRES)
+    combine: str = choice(*COMBINE, default="linear")
+    internal: bool = flag(default=False)
+    sigmas: float | None = quantity("1", at_least=0, default=None)
+    crash_time: float | None = quantity("s", above=0, default=None)
 
-    def __post_init__(self) -> None:
-        checks.kind("stock", self.stock, Stock)
-        checks.one_of("combine", self.combine, COMBINE)
-        checks.kind("internal", self.internal, bool)
-        for name in ("finish_radius", "largest_radius"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name), "mm"))
-        for name in ("gap", "radius_sd"):
-            object.__setattr__(self, name, in_millimetres(name, getattr(self, name), _FAR))
-        object.__setattr__(self, "approach_rate", checks.positive("approach_rate", self.approach_rate, "mm/s"))
-        self._check_allowance()
-
-    def _check_allowance(self) -> None:
-        """Refuse two ways to choose z at once."""
+    def _check(self) -> None:
         if self.sigmas is not None and self.crash_time is not None:
-            raise checks.refuse("sigmas", "left out where crash_time is given, which chooses them", self.sigmas, "1")
-        if self.sigmas is not None:
-            object.__setattr__(self, "sigmas", checks.nonnegative("sigmas", self.sigmas, "1"))
-        if self.crash_time is not None:
-            object.__setattr__(self, "crash_time", checks.positive("crash_time", self.crash_time, "s"))
+            raise self._refused("sigmas", "left out where crash_time is given, which chooses them")
 
     @property
     def part_sigmas(self) -> float:
@@ -199,7 +180,8 @@ class Changeover(Frozen, Plan):
     @property
     def dataset(self) -> xr.Dataset:
         """What the machine needs, labelled: radii in mm, times in s, probabilities; the whole plan in its attributes."""
-        units = {"position": "mm", "population_position": "mm", "largest_radius": "mm", "radius_sd": "mm", "time_saved": "s"}
+        given = {name: units_of(type(self))[name] for name in ("largest_radius", "radius_sd")}
+        units = {"position": "mm", "population_position": "mm", **given, "time_saved": "s"}
         data = {name: ((), getattr(self, name), {"units": unit}) for name, unit in units.items()}
         told = {"units": "1", "long_name": "probability of reaching into the gap, at most"}
         chance = ("rule", list(self.contact_probability), told)

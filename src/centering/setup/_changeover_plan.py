@@ -6,7 +6,7 @@ from math import hypot, inf, isfinite
 from centering.roundness._profile import Profile
 from centering.setup._changeover import Changeover
 from centering.setup._material import Material, most_material
-from centering.setup._stock import Stock, in_millimetres
+from centering.setup._stock import MICROMETRES, Stock
 from sdpgrind.base import checks
 
 _FAR = 10.0  # mm: no part that was centred lies as far off
@@ -94,7 +94,7 @@ def plan_changeover(
     Changeover(rapid feed to 62.0661 mm, 75.88 µm beyond the population's 62.1420 mm: 2.92 s of air saved)
     """
     checks.kind("profile", profile, Profile, " (see centering.Profile)")
-    centred = None if eccentricity is None else in_millimetres("eccentricity", eccentricity, _FAR)
+    centred = None if eccentricity is None else _eccentricity(eccentricity)
     found = _found(profile, centred, checks.nonnegative("upr", upr, "upr"))
     radius_sd = _radius_sd(profile, found.sd, centred is not None) if radius_sd is None else radius_sd
     change = Changeover(
@@ -147,3 +147,11 @@ def _warn(change: Changeover, profile: Profile, eccentricity: float | None) -> N
 
 def _say(text: str) -> None:
     warnings.warn(text, UserWarning, stacklevel=4)
+
+
+def _eccentricity(value: object) -> float:
+    """A checked eccentricity, mm."""
+    length = checks.nonnegative("eccentricity", value, "mm")
+    if length >= _FAR:
+        raise checks.refuse("eccentricity", f"< {_FAR:g}{MICROMETRES}", length, "mm")
+    return length

@@ -1,27 +1,17 @@
 """What a population of parts brings to the grinder: stock and out-of-roundness, as means and standard deviations."""
 
-from dataclasses import dataclass
 from math import hypot
 
 from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-from sdpgrind.base.stored import stored
+from sdpgrind.base.quantities import Described, described, quantity
 
 COMBINE = ("linear", "rss")
-_MOST = {"mean": 10.0, "sd": 3.0, "roundness": 3.0, "roundness_sd": 3.0}  # mm
+MICROMETRES = "; units.um(...) for micrometres"
+"""What a small length that is too large was given in."""
 
 
-def in_millimetres(name: str, value: object, most: float) -> float:
-    """Return a small length as a float >= 0; one that smells of micrometres is refused (private to this package)."""
-    length = checks.nonnegative(name, value, "mm")
-    if length >= most:
-        raise checks.refuse(name, f"< {most:g}; units.um(...) for micrometres", length, "mm")
-    return length
-
-
-@stored("centering.stock")
-@dataclass(frozen=True)
-class Stock(Frozen):
+@described("centering.stock")
+class Stock(Described):
     """Stock and out-of-roundness of a population of parts, both of the radius.
 
     The largest radius of a part about the grinder's axis is taken to be normal: its mean is that of the finished part, plus
@@ -53,16 +43,11 @@ class Stock(Frozen):
     (0.072, 0.061188)
     """
 
-    mean: float
-    sd: float
-    roundness: float
-    roundness_sd: float
-    sigmas: float = 3.0
-
-    def __post_init__(self) -> None:
-        for name, most in _MOST.items():
-            object.__setattr__(self, name, in_millimetres(name, getattr(self, name), most))
-        object.__setattr__(self, "sigmas", checks.nonnegative("sigmas", self.sigmas, "1"))
+    mean: float = quantity("mm", at_least=0, below=10.0, hint=MICROMETRES)
+    sd: float = quantity("mm", at_least=0, below=3.0, hint=MICROMETRES)
+    roundness: float = quantity("mm", at_least=0, below=3.0, hint=MICROMETRES)
+    roundness_sd: float = quantity("mm", at_least=0, below=3.0, hint=MICROMETRES)
+    sigmas: float = quantity("1", at_least=0, default=3.0)
 
     @property
     def height(self) -> float:

@@ -1,16 +1,17 @@
 """What a probe does not tell truly."""
 
-from dataclasses import dataclass
+from typing import Any
 
-from sdpgrind.base import checks
-from sdpgrind.base.frozen import Frozen
-
-_LENGTHS = ("probe_quantum", "slide_quantum", "noise_sd", "runout", "dust_size")
-_LONGEST = 0.25  # mm: beyond it micrometres are meant
+from sdpgrind.base.quantities import Described, count, described, quantity
 
 
-@dataclass(frozen=True)
-class ProbeErrors(Frozen):
+def _small(default: float) -> Any:
+    """Declare a length of at most 0.25 mm, chosen: beyond it micrometres are meant."""
+    return quantity("mm", at_least=0, at_most=0.25, hint="; units.um(...) for micrometres", default=default)
+
+
+@described()
+class ProbeErrors(Described):
     """What a `Probe` does not tell truly.
 
     Parameters
@@ -31,7 +32,7 @@ class ProbeErrors(Frozen):
     slip : float
         Share of the way that the roller slips, unit 1.
     dust : float
-        Probability that dust lies under a sample; it only adds.
+        Probability that dust lies under a sample, unit 1; it only adds.
     dust_size : float
         Mean height of dust, mm; uniform within half of it on either side.
 
@@ -46,28 +47,16 @@ class ProbeErrors(Frozen):
     0.01
     """
 
-    probe_quantum: float = 5e-5
-    slide_quantum: float = 2e-5
-    counts: int = 4000
-    noise_sd: float = 3e-5
-    skew: float = 0.0
-    runout: float = 1.5e-3
-    runout_phase: float | None = None
-    slip: float = 0.0
-    dust: float = 0.0
-    dust_size: float = 0.01
-
-    def __post_init__(self) -> None:
-        for name in _LENGTHS:
-            length = checks.nonnegative(name, getattr(self, name), "mm")
-            if length > _LONGEST:
-                raise checks.refuse(name, f"<= {_LONGEST:g}; units.um(...) for micrometres", length, "mm")
-        checks.count("counts", self.counts, 0)
-        checks.number("skew", self.skew, "s")
-        checks.within("slip", self.slip, -1.0, 1.0)
-        checks.within("dust", self.dust, 0.0, 1.0)
-        if self.runout_phase is not None:
-            checks.number("runout_phase", self.runout_phase, "rad")
+    probe_quantum: float = _small(5e-5)
+    slide_quantum: float = _small(2e-5)
+    counts: int = count(0, default=4000)
+    noise_sd: float = _small(3e-5)
+    skew: float = quantity("s", default=0.0)
+    runout: float = _small(1.5e-3)
+    runout_phase: float | None = quantity("rad", default=None)
+    slip: float = quantity("1", at_least=-1, at_most=1, default=0.0)
+    dust: float = quantity("1", at_least=0, at_most=1, default=0.0)
+    dust_size: float = _small(0.01)
 
 
 NO_ERRORS = ProbeErrors(probe_quantum=0.0, slide_quantum=0.0, counts=0, noise_sd=0.0, runout=0.0)

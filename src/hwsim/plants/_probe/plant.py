@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, field
-from typing import ClassVar, TypeAlias
+from dataclasses import KW_ONLY
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from hwsim.plants._probe.ring import Ring, moved_by, shape_of, within_a_turn
 from hwsim.plants._probe.scan import ProbeScan
 from sdpgrind.base import checks, units
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, count, custom, described, part, quantity, units_of
 from sdpgrind.base.rng import Seed, children
 
 Truth: TypeAlias = Ring | Callable[[np.random.Generator], Ring] | None
@@ -23,8 +23,23 @@ _LATCH = 1e-6  # s: tick of a table that is triggered by its angle
 _UNEVEN = 1e-9  # of a sample: turns that were meant to be whole
 
 
-@dataclass(frozen=True)
-class Probe(Frozen):
+def _follow_time(name: str, value: Any) -> float:
+    """Time constant of a slide, s; inf: it stands."""
+    return math.inf if value == math.inf else checks.positive(name, value, "s")
+
+
+def _moved(name: str, moved: Any) -> Any:
+    """Time (s) and way (mm) of a move."""
+    if not isinstance(moved, tuple | list) or len(moved) != 3:
+        raise TypeError(f"{name} must be (time in s, x in mm, y in mm) or None; got {checks.shown(moved)}")
+    checks.nonnegative(f"{name}[0]", moved[0], "s")
+    for k in (1, 2):
+        checks.number(f"{name}[{k}]", moved[k], "mm")
+    return moved
+
+
+@described()
+class Probe(Described):
     """A ring turns on a table, a round tip on a slide follows its rim: Mears (2006), chapters 3 and 4.
 
     Each sample has the ``angle`` of the spindle (rad, it goes on over turns), what ``slide`` and ``probe`` show (mm, both
@@ -81,54 +96,29 @@ class Probe(Frozen):
     (600, 65.54)
     """
 
-    ring: Ring
+    ring: Ring = part(Ring)
     _: KW_ONLY
-    truth: Truth = None
-    tip_radius: float = 3.75
-    spindle_speed: float = field(default_factory=lambda: units.rpm(20.0))
-    start_angle: float = 0.0
-    sample_time: float = 0.01
-    samples_per_turn: int | None = None
-    errors: ProbeErrors | None = field(default_factory=ProbeErrors)
-    follow_time: float = 0.03
-    stroke: float = 25.0
-    moved: tuple[float, float, float] | None = None
-    turns_max: float = 100.0
+    truth: Truth = part(Ring, ", a function of rng, or None", or_function=True, default=None)
+    tip_radius: float = quantity("mm", at_least=0, usual=(0.0, 300.0), typical=3.75, default=3.75)
+    spindle_speed: float = quantity("rad/s", above=0, default_factory=lambda: units.rpm(20.0))
+    start_angle: float = custom(within_a_turn, "rad", default=0.0)
+    sample_time: float = quantity("s", above=0, default=0.01)
+    samples_per_turn: int | None = count(3, default=None)
+    errors: ProbeErrors | None = part(ProbeErrors, " or None", default_factory=ProbeErrors)
+    follow_time: float = custom(_follow_time, "s", default=0.03)
+    stroke: float = quantity("mm", above=0, default=25.0)
+    moved: tuple[float, float, float] | None = custom(_moved, default=None)
+    turns_max: float = quantity("turns", above=0, default=100.0)
 
     _inside: ClassVar[str] = "errors"
 
-    def __post_init__(self) -> None:
-        checks.kind("ring", self.ring, Ring)
-        if self.truth is not None and not callable(self.truth):
-            checks.kind("truth", self.truth, Ring, ", a function of rng, or None")
-        for name, unit in {"sample_time": "s", "stroke": "mm", "turns_max": "turns"}.items():
-            checks.positive(name, getattr(self, name), unit)
-        checks.nonnegative("tip_radius", self.tip_radius, "mm")
-        within_a_turn("start_angle", self.start_angle)
-        if self.samples_per_turn is not None:
-            checks.count("samples_per_turn", self.samples_per_turn, 3)
+    def _check(self) -> None:
         checked_speed(self.spindle_speed, self.sample_time if self.samples_per_turn is None else None)
-        if self.errors is not None:
-            checks.kind("errors", self.errors, ProbeErrors, " or None")
-            self._check_edges(self.errors.counts)
-        if self.follow_time != math.inf:
-            checks.positive("follow_time", self.follow_time, "s")
-        if self.moved is not None:
-            self._check_move(self.moved)
-            if not callable(self.truth):
-                moved_by(self.truth or self.ring, *self.moved[1:])
-
-    def _check_edges(self, counts: int) -> None:
+        counts = self.errors.counts if self.errors is not None else 0
         if counts and self.samples_per_turn is not None and self.samples_per_turn > counts:
-            raise checks.refuse("samples_per_turn", f"<= counts of the spindle's encoder, {counts}", self.samples_per_turn)
-
-    @staticmethod
-    def _check_move(moved: object) -> None:
-        if not isinstance(moved, tuple | list) or len(moved) != 3:
-            raise TypeError(f"moved must be (time in s, x in mm, y in mm) or None; got {checks.shown(moved)}")
-        checks.nonnegative("moved[0]", moved[0], "s")
-        for k in (1, 2):
-            checks.number(f"moved[{k}]", moved[k], "mm")
+            raise self._refused("samples_per_turn", f"<= counts of the spindle's encoder, {counts}")
+        if self.moved is not None and not callable(self.truth):
+            moved_by(self.truth or self.ring, *self.moved[1:])
 
     @property
     def measures(self) -> Mapping[str, str]:
@@ -138,7 +128,7 @@ class Probe(Frozen):
     @property
     def accepts(self) -> Mapping[str, str]:
         """Name -> unit of what can be commanded (rad/s)."""
-        return {"spindle_speed": "rad/s", "stop": ""}
+        return {"spindle_speed": units_of(Probe)["spindle_speed"], "stop": ""}
 
     @property
     def outcomes(self) -> Mapping[str, str]:

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from centering.kernels import probe as kernels
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.frozen import Frozen
+from sdpgrind.base.quantities import Described, custom, described, quantity
 
 _PLACES = 256  # within an undulation: what is highest there is known to (pi/256)^2/2 = 8e-5 of it
 _FEWEST = 1024
@@ -21,8 +21,31 @@ _SIDE = 1.45  # rad off the line: further out the tip may touch another lobe fro
 _SEARCHED = 64  # places within an undulation where the surface is hollow, or not
 
 
-@dataclass(frozen=True)
-class Ring(Frozen):
+def within_a_turn(name: str, angle: object) -> float:
+    """An angle of at most a turn either way, rad."""
+    checked = checks.number(name, angle, "rad")
+    if abs(checked) > 2 * math.pi:
+        raise checks.refuse(name, "within a turn; units.deg(90) for degrees", checked, "rad")
+    return checked
+
+
+def _checked(name: str, lobes: Any) -> dict[int, tuple[float, float]]:
+    """The lobes as plain numbers, in order."""
+    if not isinstance(lobes, Mapping):
+        rule = "a mapping of undulations per revolution -> (amplitude in mm, phase in rad)"
+        raise TypeError(f"{name} must be {rule}; got {checks.shown(lobes)}")
+    return {checks.count(f"upr of {name}", upr, 2): _lobe(f"{name}[{upr}]", lobes[upr]) for upr in sorted(lobes)}
+
+
+def _lobe(name: str, value: object) -> tuple[float, float]:
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        raise TypeError(f"{name} must be a pair (amplitude in mm, phase in rad); got {checks.shown(value)}")
+    amplitude, phase = value
+    return checks.nonnegative(f"amplitude of {name}", amplitude, "mm"), checks.number(f"phase of {name}", phase, "rad")
+
+
+@described()
+class Ring(Described):
     """A ring on a turning table: what it truly is and where.
 
     Its surface is at ``radius + sum of amplitude*cos(upr*beta - phase)`` from its centre; the polar angle beta is fixed to the
@@ -55,20 +78,16 @@ class Ring(Frozen):
     0.881
     """
 
-    radius: float
-    offset: float = 0.0
-    offset_angle: float = 0.0
-    lobes: Mapping[int, tuple[float, float]] = field(default_factory=dict, hash=False)
+    radius: float = quantity("mm", above=0, usual=(0.5, 5000.0), typical=60)
+    offset: float = quantity("mm", at_least=0, default=0.0)
+    offset_angle: float = custom(within_a_turn, "rad", default=0.0)
+    lobes: Mapping[int, tuple[float, float]] = custom(_checked, default_factory=dict, hash=False)
 
-    def __post_init__(self) -> None:
-        radius = checks.positive("radius", self.radius, "mm")
-        offset = checks.nonnegative("offset", self.offset, "mm")
-        within_a_turn("offset_angle", self.offset_angle)
-        object.__setattr__(self, "lobes", _checked(self.lobes))
-        _about_the_axis("offset", offset, self)
+    def _check(self) -> None:
+        _about_the_axis("offset", self.offset, self)
         steep = sum(upr * amplitude for upr, (amplitude, _) in self.lobes.items())
-        if steep > _STEEP * radius:
-            raise checks.refuse("lobes", f"of upr times amplitude <= {_STEEP * radius:g} together", steep, "mm")
+        if steep > _STEEP * self.radius:
+            raise checks.refuse("lobes", f"of upr times amplitude <= {_STEEP * self.radius:g} together", steep, "mm")
 
     @property
     def center_x(self) -> float:
@@ -161,14 +180,6 @@ class Ring(Frozen):
         return reading.reshape(angles.shape), part_angle.reshape(angles.shape)
 
 
-def within_a_turn(name: str, angle: object) -> float:
-    """An angle of at most a turn either way, rad."""
-    checked = checks.number(name, angle, "rad")
-    if abs(checked) > 2 * math.pi:
-        raise checks.refuse(name, "within a turn; units.deg(90) for degrees", checked, "rad")
-    return checked
-
-
 def _about_the_axis(name: str, offset: float, ring: Ring) -> None:
     """Refuse a ring whose centre is so far from the spindle's axis that the axis may be outside."""
     nearest = ring.radius - sum(amplitude for amplitude, _ in ring.lobes.values())
@@ -202,18 +213,3 @@ def shape_of(ring: Ring, tip_radius: float) -> Floats:
     side = math.asin(ring.offset / (ring.radius + tip_radius)) + 2 * math.atan(steepest)
     shape[kernels.SCAN] = float(spread < _NEAR * ring.radius or side >= _SIDE)
     return shape
-
-
-def _checked(lobes: object) -> dict[int, tuple[float, float]]:
-    """The lobes as plain numbers, in order."""
-    if not isinstance(lobes, Mapping):
-        rule = "a mapping of undulations per revolution -> (amplitude in mm, phase in rad)"
-        raise TypeError(f"lobes must be {rule}; got {checks.shown(lobes)}")
-    return {checks.count("upr of lobes", upr, 2): _lobe(f"lobes[{upr}]", lobes[upr]) for upr in sorted(lobes)}
-
-
-def _lobe(name: str, value: object) -> tuple[float, float]:
-    if not isinstance(value, tuple | list) or len(value) != 2:
-        raise TypeError(f"{name} must be a pair (amplitude in mm, phase in rad); got {checks.shown(value)}")
-    amplitude, phase = value
-    return checks.nonnegative(f"amplitude of {name}", amplitude, "mm"), checks.number(f"phase of {name}", phase, "rad")

@@ -1,16 +1,15 @@
 """What a probe reads of a ring in some turns, all at once."""
 
-from dataclasses import dataclass, fields
-
 import numpy as np
 
 from hwsim.plants._probe.ring import Ring
-from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quantities import Described, array, described, part
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ProbeScan(ByValue):
+@described()
+class ProbeScan(Described, ByValue):
     """Samples of a ring on a turning table; `Probe.scan` makes it.
 
     Parameters
@@ -34,16 +33,12 @@ class ProbeScan(ByValue):
     ProbeScan(75 readings on 0.2467 turns in 0.74 s: radius 61.94 mm, offset 3.6 mm)
     """
 
-    angle: Floats
-    reading: Floats
-    slide: Floats
-    probe: Floats
-    time: Floats
-    ring: Ring
-
-    def __post_init__(self) -> None:
-        for each in fields(self)[:-1]:
-            object.__setattr__(self, each.name, lasting(getattr(self, each.name)))
+    angle: Floats = array("rad", finite=False)
+    reading: Floats = array("mm", finite=False)
+    slide: Floats = array("mm", finite=False)
+    probe: Floats = array("mm", finite=False)
+    time: Floats = array("s", finite=False)
+    ring: Ring = part(Ring)
 
     def __repr__(self) -> str:
         missing = int(np.isnan(self.reading).sum())

@@ -1,0 +1,95 @@
+"""Private names of circle, roundness, friction, setup and monitoring that tests must reach: kernels, twins, bounds."""
+
+from centering.circle._estimator import slots
+from centering.circle._estimator.look_kernels import _has_moved
+from centering.circle._fit import fit_kernels, fit_noise_kernels, limacon, robust_kernels
+from centering.circle._fit.fit import formed, triples
+from centering.circle._fit.fit_noise import step_noise, travel_of
+from centering.friction._belief import FrictionBelief
+from centering.friction._bristle_laws import LAWS
+from centering.friction._law_kernels import follow_load
+from centering.friction._logged import UNITS, logged_pushes
+from centering.friction._prediction import predicted, roughness
+from centering.friction._prediction_kernels import log_likelihood
+from centering.monitoring._alarm import Shock, likely_step
+from centering.monitoring._sequential import (
+    Cusum,
+    cusum_detection,
+    cusum_limit,
+    cusum_run_length,
+    ewma_run_length,
+    ewma_sd,
+    learned_widening,
+)
+from centering.monitoring._tracked import FEWEST, REFERENCE
+from centering.roundness._direction_kernels import _four_about, _ranked, gaps
+from centering.roundness._distance_kernels import _crossing, _parting, _standing, extremes
+from centering.roundness._filters import filter_even, transmission
+from centering.roundness._harmonics import fit_harmonics, values_at
+from centering.roundness._part_frame import from_part, into_part
+from centering.roundness._polar import polar_axes, polar_scale
+from centering.roundness._proof_kernels import _across, _cell_bound, _height, ball, empty_reach, steepness, zone_reach
+from centering.roundness._sampling import going_on, supported, turns_of, widest_gap
+from centering.roundness._separation_rows import Basis, harmonic_rows
+from centering.setup._allowance import told_chance
+
+__all__ = [
+    "FEWEST",
+    "LAWS",
+    "REFERENCE",
+    "UNITS",
+    "Basis",
+    "Cusum",
+    "FrictionBelief",
+    "Shock",
+    "_across",
+    "_cell_bound",
+    "_crossing",
+    "_four_about",
+    "_has_moved",
+    "_height",
+    "_parting",
+    "_ranked",
+    "_standing",
+    "ball",
+    "cusum_detection",
+    "cusum_limit",
+    "cusum_run_length",
+    "empty_reach",
+    "ewma_run_length",
+    "ewma_sd",
+    "extremes",
+    "filter_even",
+    "fit_harmonics",
+    "fit_kernels",
+    "fit_noise_kernels",
+    "follow_load",
+    "formed",
+    "from_part",
+    "gaps",
+    "going_on",
+    "harmonic_rows",
+    "into_part",
+    "learned_widening",
+    "likely_step",
+    "limacon",
+    "log_likelihood",
+    "logged_pushes",
+    "polar_axes",
+    "polar_scale",
+    "predicted",
+    "robust_kernels",
+    "roughness",
+    "slots",
+    "steepness",
+    "step_noise",
+    "supported",
+    "told_chance",
+    "transmission",
+    "travel_of",
+    "triples",
+    "turns_of",
+    "values_at",
+    "widest_gap",
+    "zone_reach",
+]
