@@ -1,6 +1,6 @@
 """Compiled core of a ring on a turning table and the tip that pushes it: from event to event, in small exact steps.
 
-The laws are those of `_centering_ring_kernels`. Fourth order in steps short against the contact's own oscillation; touch,
+The laws are those of `ring_kernels`. Fourth order in steps short against the contact's own oscillation; touch,
 parting, stop and breakaway are found within a step. Serial; arrays as in the kernels of the slide.
 """
 

@@ -62,7 +62,8 @@ def solve(angles, readings, value, radius, turning, noise_sd, known, told, matri
     """
     for _ in range(_STEPS):
         matrix[:] = 0.0
-        vector[:] = told
+        for i in range(SIZE):
+            vector[i] = told[i]
         _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, vector)
         matrix[0, 0] += _FAR
         matrix[1, 1] += _FAR

@@ -1,7 +1,5 @@
 """Tip, part and force at any time of a push, from its log of phases."""
 
-import numpy as np
-
 from centering.push._contact.phase_kernels import FREE, SLIP, STICK
 from centering.push._contact.swing_kernels import _flight, _gap_at, _swing
 from sdpgrind.base.compiled import compiled
@@ -18,12 +16,12 @@ def sample(parameters, log, times, out):
     for i in range(times.size):
         while row < last and log[row + 1, 0] <= times[i]:
             row += 1
-        out[i] = _state_in(law, log[row], times[i] - log[row, 0])
+        _write_state(law, log[row], times[i] - log[row, 0], out[i])
 
 
 @compiled
-def _state_in(law, begun, t):
-    """Tip position, part position, part speed and contact force a time (s) after the begin of a phase."""
+def _write_state(law, begun, t, out):
+    """Write tip position, part position, part speed and contact force a time (s) after the begin of a phase."""
     mode, tip, tip_speed, acceleration, gap, speed = int(begun[1]), begun[2], begun[3], begun[4], begun[5], begun[6]
     mass, k, b, _, coulomb, viscous = law
     if mode == SLIP:
@@ -36,4 +34,4 @@ def _state_in(law, begun, t):
     position = tip + (tip_speed + 0.5 * acceleration * t) * t
     moving = max(tip_speed + acceleration * t - closing, 0.0) if mode in (SLIP, FREE) else 0.0
     force = max(k * here + b * closing, 0.0) if mode in (SLIP, STICK) else 0.0
-    return np.array((position, position - here, moving, force))
+    out[0], out[1], out[2], out[3] = position, position - here, moving, force

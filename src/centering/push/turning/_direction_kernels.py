@@ -202,7 +202,8 @@ def _push_on_table(parameters, radius, spindle_speed, segments, tolerance, state
     longest = 2.0 * pi * sqrt(parameters[_M] / parameters[_K]) / _PER_SWING
     step = longest
     for row in range(segments.shape[0]):
-        left, v, a, fresh = segments[row, 0], segments[row, 1], segments[row, 2], True
+        left, v, a = segments[row, 0], segments[row, 1], segments[row, 2]
+        fresh = left > _SLIVER  # true; the literal True would have `_slide` compiled twice
         while left > _SLIVER:
             tip = (state[TIP], v, a)
             if state[RESTS] > 0.5:

@@ -9,7 +9,7 @@ from math import ceil, hypot, sqrt
 import numpy as np
 
 from centering.push._contact.reaction_kernels import BREAKAWAY_TIME, COLUMNS, DONE, _end_speed, _finish, _segment
-from centering.push._contact.sample_kernels import _state_in
+from centering.push._contact.sample_kernels import _write_state
 from centering.push.turning._direction_kernels import RESTS, TIP, V_X, V_Y, X, Y, _push_on_table
 from sdpgrind.base.compiled import compiled
 
@@ -113,4 +113,5 @@ def loaded_sample(parameters, pieces, log, times, out):
             while piece < pieces.shape[0] - 1 and until <= log[row, 0] + _SHORTEST:
                 piece += 1
                 until += pieces[piece, DURATION]
-        out[i] = _state_in(_law(parameters, pieces[piece, HELD], pieces[piece, SLID]), log[row], times[i] - log[row, 0])
+        law = _law(parameters, pieces[piece, HELD], pieces[piece, SLID])
+        _write_state(law, log[row], times[i] - log[row, 0], out[i])
