@@ -2,8 +2,10 @@
 
 import pytest
 
+import centering
 import hwsim
 from centering import friction, setup
+from centering.push import Part
 from sdpgrind import finishing, locus, plunge, units, weldbead
 from sdpgrind.finishing.kernels import CellScatter
 from sdpgrind.weldbead import force, passes
@@ -20,6 +22,7 @@ BEAD = weldbead.preset("P1")
 RING = hwsim.Ring(61.94)
 STOCK = setup.Stock(mean=0.15, sd=0.02, roundness=0.01, roundness_sd=0.004)
 CHANGE = setup.Changeover(STOCK, finish_radius=35.0, gap=0.01, approach_rate=0.026, largest_radius=35.16, radius_sd=5e-4)
+CENTERING = centering.preset("printed")
 MALKIN = weldbead.MalkinBurnLimit.published(diameter=170.0)
 FINISHING = finishing.preset("specimen")
 
@@ -96,6 +99,17 @@ CALLS = [
     (RING, {"radius": 0.06194}, "mm, some 60; units.m(...) for metres; got 0.06194"),
     (RING, {"radius": 61940.0}, "mm, some 60; units.um(...) for micrometres; got 61940.0"),
     (hwsim.Probe(RING), {"tip_radius": 3750}, "mm, some 3.75; units.um(...) for micrometres; got 3750"),
+    (Part(18.9, 89.5), {"radius": 0.0895}, "mm, some 90; units.m(...) for metres; got 0.0895"),
+    (Part(18.9, 89.5), {"radius": 3.52}, "mm, some 90; units.inch(...) for inches; got 3.52"),
+    (CENTERING, {"tolerance": 2.5e-6}, "mm, some 0.0025; units.m(...) for metres; got 2.5e-06"),
+    (CENTERING, {"offset_max": 10000.0}, "mm, some 10; units.um(...) for micrometres; got 10000.0"),
+    (CENTERING, {"push_speed_max": 0.08}, "mm/s, some 80; units.m_per_s(...) for m/s; got 0.08"),
+    (CENTERING, {"approach_speed": 5000.0}, "mm/s, some 80; units.mm_per_min(...) for mm/min; got 5000.0"),
+    (CENTERING, {"follow_gap": 0.008}, "mm, some 8; units.m(...) for metres; got 0.008"),
+    (centering.CycleSettings(), {"manual_lead": 10.0}, "rad, some 0.1; units.deg(...) for degrees; got 10.0"),
+    (centering.cycle.CycleTiming(), {"measuring_arc": 90.0}, "rad, some 1.6; units.deg(...) for degrees; got 90.0"),
+    (centering.cycle.FollowingLimits(), {"speed": 0.12}, "mm/s, some 120; units.m_per_s(...) for m/s; got 0.12"),
+    (hwsim.CenteringMachine(CENTERING), {"tip_radius": 3750.0}, "mm, some 4; units.um(...) for micrometres; got 3750.0"),
 ]
 
 

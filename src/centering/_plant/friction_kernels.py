@@ -10,9 +10,9 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 
 _SMALL = 0.02  # ratio of the speeds below which the closed form loses digits; the series is exact to rounding there
-_EQUAL = 1e-12
-_ROUNDING = 1e-15
-_HALVINGS = 60
+_EQUAL = 1e-12  # chosen
+_ROUNDING = 1e-15  # chosen
+_HALVINGS = 60  # chosen
 
 
 @compiled

@@ -12,14 +12,14 @@ from centering._plant import slide_kernels as slide
 from sdpgrind.base.compiled import compiled
 
 _NEAR = 0.8  # of the breakaway force: from there on a ring at rest is watched closely
-_FASTEST = 150.0  # mm/s: no tip comes closer faster
-_SPLITS = 60
-_STEPS_MAX = 100_000  # in a piece, beyond 20 times those that an uneventful one takes
-_CLOSE = 1e-12  # s
-_STILL = 1e-6  # mm/s: a ring that is slowed down to this by a damper, for ever, stands
-_SLOW = 0.5  # times what friction takes in a step: a rim that spins slower stops with the ring
+_FASTEST = 150.0  # mm/s, chosen: no tip comes closer faster
+_SPLITS = 60  # chosen
+_STEPS_MAX = 100_000  # chosen: in a piece, beyond 20 times those that an uneventful one takes
+_CLOSE = 1e-12  # s, chosen
+_STILL = 1e-6  # mm/s, chosen: a ring that is slowed down to this by a damper, for ever, stands
+_SLOW = 0.5  # chosen: times what friction takes in a step: a rim that spins slower stops with the ring
 _RESOLVED, _FINEST = 0.1, 0.03  # of the time in which friction would stop a ring that spins, and of the step
-_PEAK_NEAR = 0.01  # of the greatest force so far: where a step rises above it
+_PEAK_NEAR = 0.01  # chosen: of the greatest force so far: where a step rises above it
 
 
 @compiled

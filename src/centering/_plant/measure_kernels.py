@@ -11,7 +11,7 @@ COUNTS, SLIDE_QUANTUM, PROBE_QUANTUM, STROKE, SKEW, NOISE_SD, RUNOUT, RUNOUT_PHA
 DUST, DUST_SIZE, FORCE_QUANTUM, FORCE_MAX, GAUGES = range(9, 14)
 
 NAMES = ("time", "angle", "slide", "probe", "force", "peak_force", "spindle_speed", "pushing", "refreshed")
-_SQUEEZED = 1.0  # mm: so far the contact may give way
+_SQUEEZED = 1.0  # mm, chosen: so far the contact may give way
 
 
 @compiled

@@ -14,7 +14,7 @@ from centering._plant import friction_kernels as friction
 from centering._plant import slide_kernels as slide
 from sdpgrind.base.compiled import compiled
 
-_ONWARD = 0.3  # cosine: a ring that slides much aside of its way has stopped in between
+_ONWARD = 0.3  # chosen: cosine: a ring that slides much aside of its way has stopped in between
 
 
 @compiled

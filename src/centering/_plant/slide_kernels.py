@@ -23,10 +23,10 @@ SPEED_MAX, ACCELERATION_MAX, LOOP, DAMPING, LAG_TIME, SPINDLE_ACCELERATION = ran
 INERTIA, STIFFNESS, CONTACT_DAMPING, BREAKAWAY, COULOMB, VISCOUS, RADIUS, FRICTION, AIM, STOP, STEP, HELD = range(6, 18)
 ROUND, SETTINGS = range(18, 20)
 
-_SAME = 1e-12  # mm/s, mm/s^2: nothing is left of a transient
-_ROUNDING = 1e-9
-_JOINED = 1e-9  # mm/s: so close to the speed of a profile is at it
-_MOST = 80
+_SAME = 1e-12  # mm/s, mm/s^2, chosen: nothing is left of a transient
+_ROUNDING = 1e-9  # chosen
+_JOINED = 1e-9  # mm/s, chosen: so close to the speed of a profile is at it
+_MOST = 80  # chosen
 
 
 @compiled

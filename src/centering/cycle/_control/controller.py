@@ -15,12 +15,12 @@ from centering.cycle._control.states import CycleState
 from centering.push._machine.model import GRAVITY
 from sdpgrind.base import checks
 
-_EARLIEST, _FREEZE = 2.7, 5.0  # samples before a push: it is sent; the slide is stopped
-_MISSED = 2.0  # samples after which the machine has not begun a push: it will not
-_STOPPED = 0.5  # mm/s: commanded speed of a slide that counts as waiting
-_SEEMS = 2.0  # tolerances within which a part looks as if it were centred
-_WELL = 3.0  # standard deviations of a push's direction
-_NEARER = 0.05  # mm by which the slide may wait further out than it need
+_EARLIEST, _FREEZE = 2.7, 5.0  # chosen: samples before a push: it is sent; the slide is stopped
+_MISSED = 2.0  # chosen: samples after which the machine has not begun a push: it will not
+_STOPPED = 0.5  # mm/s, chosen: commanded speed of a slide that counts as waiting
+_SEEMS = 2.0  # chosen: tolerances within which a part looks as if it were centred
+_WELL = 3.0  # chosen: standard deviations of a push's direction
+_NEARER = 0.05  # chosen: mm by which the slide may wait further out than it need
 
 
 class CenteringController(CycleBase):

@@ -254,9 +254,9 @@ def tune_following(
     return FollowingMap(kp, ki, settling, overshoot, settling / nominal[0] + overshoot / nominal[1])
 
 
-_WATCHED = 2.0  # s of a step
-_FINE = 10  # looks at the slide within a sample
-_SETTLED = 0.01  # of the step
+_WATCHED = 2.0  # chosen: s of a step
+_FINE = 10  # chosen: looks at the slide within a sample
+_SETTLED = 0.01  # chosen: of the step
 
 
 def _gains(name: str, values: npt.ArrayLike) -> Floats:

@@ -9,9 +9,9 @@ from centering.circle._estimator.noise_kernels import correlation
 from centering.cycle._control.form_kernels import SIZE, forget_center, lobes_at, residuals, solve
 from sdpgrind.base.checks import Floats
 
-_KEPT = 256  # latest readings
-_FREEDOM = 10.0  # of the noise as it is known beforehand
-_CHANGED = 1.15  # ratio of noise from which on values are solved for again
+_KEPT = 256  # chosen: latest readings
+_FREEDOM = 10.0  # chosen: of the noise as it is known beforehand
+_CHANGED = 1.15  # chosen: ratio of noise from which on values are solved for again
 _SHARE = 0.9995  # two-sided 99.9 %
 
 

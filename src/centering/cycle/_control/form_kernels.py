@@ -14,9 +14,9 @@ FIRST, LAST = 2, 7
 """Undulations per revolution of the lobes that are looked for."""
 SIZE = 3 + 2 * (LAST - FIRST + 1)
 """Values."""
-_FAR = 1e-4  # 1/mm^2: that the centre is on the table is information, too
-_STEEPEST = 0.25  # least cosine between probe and normal
-_STEPS, _CLOSE = 8, 1e-5  # mm: Gauss-Newton ends with a step of the centre that is shorter
+_FAR = 1e-4  # 1/mm^2, chosen: that the centre is on the table is information, too
+_STEEPEST = 0.25  # chosen: least cosine between probe and normal
+_STEPS, _CLOSE = 8, 1e-5  # mm, chosen: Gauss-Newton ends with a step of the centre that is shorter
 
 
 @compiled(error_model="numpy")

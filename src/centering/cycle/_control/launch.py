@@ -15,18 +15,18 @@ from centering.push.turning._shooting import landing, ring_state
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
-_ERROR = 1e-6  # mm: of a step of the push in the plane
-_TRIES = 12
+_ERROR = 1e-6  # mm, chosen: of a step of the push in the plane
+_TRIES = 12  # chosen
 _MOVED = 0.2  # of the offset: a ring that went less far was hardly touched; pushes of less than half of it are not chosen
 _EARLIER, _NEAR_END = 0.5, 1e-3  # of the way to a lead with alignment at the end, and rad more: the next try then
 _SLOPE, _SLOPES, _LEAP = -0.7, (-3.0, -0.3), 0.5  # of the direction over the lead, at first and in bounds; rad at a time
 _LATEST = 0.2  # rad beyond alignment at the end: later the rim sweeps up the tip from its other side, where it is aligned, too
-_CLOSE = 1e-4  # of the offset, across: far below what the direction scatters
-_PAUSE = 0.02  # s: a tip that is not drawn back at once stays so long
-_CLEAR = 0.5  # mm: how far it is drawn back then
-_MENDINGS = 4
-_MEND = 2e-4  # mm: less is left alone
-_LEAST = 0.2  # of a stroke
+_CLOSE = 1e-4  # chosen: of the offset, across: far below what the direction scatters
+_PAUSE = 0.02  # s, chosen: a tip that is not drawn back at once stays so long
+_CLEAR = 0.5  # mm, chosen: how far it is drawn back then
+_MENDINGS = 4  # chosen
+_MEND = 2e-4  # mm, chosen: less is left alone
+_LEAST = 0.2  # chosen: of a stroke
 _NO_LOG = np.empty((0, LOG_COLUMNS))
 
 

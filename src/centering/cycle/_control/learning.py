@@ -9,9 +9,9 @@ from sdpgrind.base.frozen import Frozen
 
 _TOLD, _HIDDEN = 0.05, 2e-3  # of the wanted travel, and mm: what turning may add before a push tells nothing of friction
 _LONG = 1.0  # mm: what a longer push is off by is more of its direction than of friction, and small pushes tell it better
-_MEMORY = 4.0  # pushes' worth of evidence at most: friction may change, and models err
-_TELLING = 0.02  # mm: shorter travels say nothing about the direction
-_STRANGE = 5.0  # standard deviations from part to part: one of a million parts has such friction
+_MEMORY = 4.0  # chosen: pushes' worth of evidence at most: friction may change, and models err
+_TELLING = 0.02  # mm, chosen: shorter travels say nothing about the direction
+_STRANGE = 5.0  # chosen: standard deviations from part to part: one of a million parts has such friction
 _IDLE = 12  # pushes of such a part without bringing it half as near: where each does so with even odds, one of 4000 parts
 _DIRECTION_BIAS = 0.0035  # rad: sd of a constant error of direction, before anything is known
 

@@ -9,7 +9,7 @@ from centering.cycle._strategy.outcomes import PushKind
 from centering.push._machine.problem import CenteringProblem
 
 _TURN = 2.0 * pi
-_LATEST = 1.3  # samples before: a profile can still be sent
+_LATEST = 1.3  # chosen: samples before: a profile can still be sent
 _ROUGH, _STALE, _SOON = 0.4, 0.1, 0.07  # relative change that makes a planned push stale, and when it is due in so many s
 
 

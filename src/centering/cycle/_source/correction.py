@@ -4,7 +4,7 @@ from math import cos, sqrt
 
 from sdpgrind.base import checks
 
-_MISSED = 0.05  # of the wanted push: a part that moved less was not touched
+_MISSED = 0.05  # chosen: of the wanted push: a part that moved less was not touched
 
 
 def travelled(offset_before: float, offset_angle_before: float, offset: float, offset_angle: float) -> float:

@@ -8,10 +8,10 @@ from centering.push._plan.push import Push, plan_push
 from centering.push._profile.timing import move_time
 from centering.push.turning._lead import TooFastError, rim_advance
 
-_LEAST_SHARE = 0.1  # of the offset: least stroke that is left when free sliding is taken off
-_SLOWER = 0.9  # of the table speed, where the rim would arrive before the push
-_SLOWEST = 0.2  # of it, below which something else is wrong
-_SLOWEST_PUSH = 0.1  # mm/s
+_LEAST_SHARE = 0.1  # chosen: of the offset: least stroke that is left when free sliding is taken off
+_SLOWER = 0.9  # chosen: of the table speed, where the rim would arrive before the push
+_SLOWEST = 0.2  # chosen: of it, below which something else is wrong
+_SLOWEST_PUSH = 0.1  # mm/s, chosen
 _STALE, _CHANGED = 0.02, 2e-3  # relative change of offset or table speed, and of the offset in mm, that make a push stale
 
 

@@ -29,7 +29,7 @@ DRAWS = 101
 """Draws of friction, direction and place of a push."""
 _LATTICE = (1, 26, 40)
 _SIGMAS = 3.0  # how far the axis of the friction scale reaches, in standard deviations from part to part
-_BEYOND = 1.5  # greatest offset of the table over that of the problem
+_BEYOND = 1.5  # chosen: greatest offset of the table over that of the problem
 _SURE = 1.5  # standard deviations of a measured offset that are kept from the tolerance
 _MIDDLE = 0.5  # least share of the tolerance at which a part counts as centred, however badly it is measured
 

@@ -5,9 +5,9 @@ import numpy as np
 from centering.cycle._strategy.outcome_kernels import _scale_at, travel_at
 from sdpgrind.base.compiled import compiled
 
-_PARTS, _PUSHES = 41, 17
-_REACH = 4.0  # standard deviations
-_FAR = 50.0  # squared standard deviations beyond which a travel is a surprise, whatever the friction
+_PARTS, _PUSHES = 41, 17  # chosen
+_REACH = 4.0  # chosen: standard deviations
+_FAR = 50.0  # chosen: squared standard deviations beyond which a travel is a surprise, whatever the friction
 _STRANGERS = 1e-3  # share of parts whose friction is nothing that is known: even in its logarithm over the table
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from centering.cycle._strategy.strategy import Strategy
 
 _MAPS = {("trapezoid", True): "Blues", ("trapezoid", False): "Greens", ("gentle", True): "Oranges", ("gentle", False): "Purples"}
-_PALE = 0.15  # share of a map that is too pale
+_PALE = 0.15  # chosen: share of a map that is too pale
 _BOX: dict[str, Any] = {"edgecolor": "none", "framealpha": 0.8, "fontsize": 9}
 
 

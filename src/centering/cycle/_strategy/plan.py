@@ -20,7 +20,7 @@ SETTLED = 4
 """Pushes after which the belief is no more than the mean: further ones change its standard deviation by little."""
 GIVEN_UP = 60.0
 """What a part costs that is not centred after the greatest number of pushes, s."""
-_SHARES = (0.0, 0.6, 0.8, 1.0)  # of the work: pushes simulated, the settled belief, the first pushes
+_SHARES = (0.0, 0.6, 0.8, 1.0)  # chosen: of the work: pushes simulated, the settled belief, the first pushes
 
 
 def plan(

@@ -17,7 +17,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 
-_LEAST_SHARE = 0.1  # of the greatest offset: where parts begin unless told
+_LEAST_SHARE = 0.1  # chosen: of the greatest offset: where parts begin unless told
 
 
 class Followed(Protocol):

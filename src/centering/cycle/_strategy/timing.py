@@ -9,8 +9,8 @@ from centering.push._machine.problem import CenteringProblem
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, quantity
 
-_MARGIN = 0.6  # share of the friction at rest that turning with the table may use up
-_REACH = 60.0  # mm/s: how fast the rim may come toward the tip, so that the tip outruns it
+_MARGIN = 0.6  # chosen: share of the friction at rest that turning with the table may use up
+_REACH = 60.0  # mm/s, chosen: how fast the rim may come toward the tip, so that the tip outruns it
 
 
 @described("centering.cycle_timing")

@@ -13,9 +13,9 @@ from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
 _SPEED_MAX = 120.0  # mm/s: what the slide of the source reaches, Mears (3.3)
-_SPEEDS = 600  # nodes
-_PERIODS = 3.0  # of part and contact, for the first contact to end, besides the longest flight
-_BISECTIONS = 60
+_SPEEDS = 600  # chosen: nodes
+_PERIODS = 3.0  # chosen: of part and contact, for the first contact to end, besides the longest flight
+_BISECTIONS = 60  # chosen
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

@@ -11,7 +11,7 @@ from centering.push._machine.model import GRAVITY, PushModel
 from centering.push._machine.problem import CenteringProblem
 from sdpgrind.base import checks
 
-_SMALL = 0.1  # k_v v/F_k below which the series is used
+_SMALL = 0.1  # chosen: k_v v/F_k below which the series is used
 _TERMS = 17  # of the series: exact to rounding up to there
 
 

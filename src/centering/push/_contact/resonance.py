@@ -13,11 +13,11 @@ from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_LOWEST = 4.0  # Hz: below are the rise of the force and its drift
-_SAMPLES = 8001
+_LOWEST = 4.0  # Hz, chosen: below are the rise of the force and its drift
+_SAMPLES = 8001  # chosen
 _PADDING = 16  # times the length: lines are 1/(16 T) apart, and a parabola through three finds the top between them
-_PROMINENCE = 0.2  # of the range of the force: smaller peaks are ripple
-_EVEN = 1e-6  # of a step
+_PROMINENCE = 0.2  # chosen: of the range of the force: smaller peaks are ripple
+_EVEN = 1e-6  # chosen: of a step
 
 
 class StictionResonance(NamedTuple):

@@ -20,8 +20,8 @@ from sdpgrind.base.plans import Plan
 
 MODES = ("rest", "stick", "slip", "free")
 """Names of the modes by number."""
-_PER_PERIOD = 60  # samples in a period of part and contact
-_SAMPLES = (400, 20_001)  # fewest, most
+_PER_PERIOD = 60  # chosen: samples in a period of part and contact
+_SAMPLES = (400, 20_001)  # chosen: fewest, most
 PHASES_TOLD = "time, mode, tip position, speed and acceleration, gap, part speed at begins (s, mm)"
 PARAMETERS_TOLD = "M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm)"
 _LABELS = {

@@ -21,7 +21,7 @@ _TOLD = {
     "free": "moving, no contact (free)",
 }
 _MILLI = 1e3  # ms of a s
-_FINE = 801
+_FINE = 801  # chosen
 
 
 def plot_trace(trace: "PushTrace") -> Any:

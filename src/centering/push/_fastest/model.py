@@ -15,12 +15,12 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 
 _WATCHED, _PLACES = 0.2, 12  # sqrt(M/k) between places where force and speed are held to their bounds; most in a segment
-_SEGMENT = 1.2, 0.3, 16.0  # first and last segment, growth per time from the nearer end, longest one
-_SHORTEST, _LONGEST = 0.02, 2.0  # sqrt(M/k); times of the first guess
-_CRITICAL = 1e-6  # relative frequency below which the swing is as good as critically damped
+_SEGMENT = 1.2, 0.3, 16.0  # chosen: first and last segment, growth per time from the nearer end, longest one
+_SHORTEST, _LONGEST = 0.02, 2.0  # sqrt(M/k), chosen; times of the first guess
+_CRITICAL = 1e-6  # chosen: relative frequency below which the swing is as good as critically damped
 STARTS = ((0.5, 0.8, 0.4), (2.0, 0.9, 1.0))
 """First guesses: gain and brake (over mu_k g), speed of touching over its bound. Programs have several least times nearby."""
-_ITERATIONS = 200
+_ITERATIONS = 200  # chosen
 SOLVED = "Solve_Succeeded"
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from centering.push._fastest.push import OptimalPush
 
 _MILLI = 1e3  # ms of a s
-_SAMPLES = 3001
+_SAMPLES = 3001  # chosen
 _LIGHT, _DARK = "#9db9d6", "#1f3f66"
 
 

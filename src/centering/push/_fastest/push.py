@@ -19,8 +19,8 @@ from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 
-_SAMPLES = 4001
-_SLACK = 2e-5  # mm: by which the simulator's stop may be further off than was asked
+_SAMPLES = 4001  # chosen
+_SLACK = 2e-5  # mm, chosen: by which the simulator's stop may be further off than was asked
 
 
 class PushStatus(StrEnum):

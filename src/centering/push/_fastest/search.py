@@ -17,12 +17,12 @@ from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_MARGIN = 0.05  # of F_k: the contact force that is kept
-_CLEAR = 0.5  # mm that the tip is drawn back by
+_MARGIN = 0.05  # chosen: of F_k: the contact force that is kept
+_CLEAR = 0.5  # chosen: mm that the tip is drawn back by
 _BEFORE, _ROOM = 1.5, 1.2  # of F_s/k: how much shorter the push before a creep is; of half the spread: its stop error
-_TRIES = 3  # creeps
-_SWING = 4.0  # of the spread: parts that break away in turn may begin so far apart
-_LEAST = 1e-9  # s
+_TRIES = 3  # chosen: creeps
+_SWING = 4.0  # chosen: of the spread: parts that break away in turn may begin so far apart
+_LEAST = 1e-9  # s, chosen
 _SPEEDS = np.geomspace(0.25, 4.0, 13)  # of (F_s - F_k)/sqrt(k M), the speed of a jump
 _LENGTHS = np.linspace(0.5, 3.0, 41)  # of F_s/k, by which the contact closes until the part breaks away
 _SHARE = 0.97  # chosen: of the stop error that a creep may use up, as the push before it changes by a hair

@@ -18,9 +18,9 @@ from sdpgrind.base.quantities import Described, array, custom, described
 
 _BEFORE = 0.05  # mm: so far before first touch the tip is followed from, so that the ring may lie nearer
 _WEIGHTS = np.array([2.0, 0.5, 0.5]) / 3.0
-_NODES, _REACH = 64, 9.0  # of a quadrature over the place, which reaches so many standard deviations
-_ERROR = 1e-8  # mm: of a step of the push in the plane
-_CHANGE = 0.01  # mm: over which derivatives by place are taken
+_NODES, _REACH = 64, 9.0  # chosen: of a quadrature over the place, which reaches so many standard deviations
+_ERROR = 1e-8  # mm, chosen: of a step of the push in the plane
+_CHANGE = 0.01  # mm, chosen: over which derivatives by place are taken
 
 
 @described()

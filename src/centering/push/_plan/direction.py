@@ -34,11 +34,11 @@ from sdpgrind.base.stored import stored
 DIRECTIONS = ("exact", "quasi-static", "contact", "end")
 SHAPES = ("trapezoid", "gentle")
 
-_ROUNDS = 3  # a gentle profile depends little on the angle: each round is one digit or more
-_FINE, _SMALL = 1e-3, 0.1  # of the offset, of the tolerance: what is told when more is left
+_ROUNDS = 3  # chosen: a gentle profile depends little on the angle: each round is one digit or more
+_FINE, _SMALL = 1e-3, 0.1  # chosen: of the offset, of the tolerance: what is told when more is left
 _SHARE = 0.1  # of the offset: what is too much, unless the ring sticks or is thrown, or it is within the tolerance
 _CLOSES, _STUCK = 2.0, 0.98  # times F_s/k: a ring nearer than that may stick; share of the offset that is left where it does
-_LOOKS, _NEAR = 400, 1e-6  # at a run-up, and mm: a rim that is ahead of the tip by more has met it
+_LOOKS, _NEAR = 400, 1e-6  # chosen: at a run-up, and mm: a rim that is ahead of the tip by more has met it
 
 
 @stored("centering.touch")

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from centering.push._plan.push import Push
 
 _MILLI = 1e3  # ms of a s
-_FINE = 801
-_ROOM = 0.03  # of the height, below the lowest: the line at 0 is seen
+_FINE = 801  # chosen
+_ROOM = 0.03  # chosen: of the height, below the lowest: the line at 0 is seen
 _SHADES = {"approach": "#f2f2f2", "pause": "#cfcfcf", "run-up": "#dbe7f3", "push": "#f8e3c4"}
 
 

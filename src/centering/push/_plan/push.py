@@ -25,7 +25,7 @@ from sdpgrind.base.plans import Plan
 from sdpgrind.base.stored import decode, stored
 
 _KIND = "centering.push"
-_LEAST = 1e-9  # mm: no approach is left
+_LEAST = 1e-9  # mm, chosen: no approach is left
 
 
 @stored(_KIND)

@@ -9,7 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 _BAND = (25.0, 40.0)  # Hz; the source's text has 5-40, but its lag of 47 µm is that of 25-40
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  # chosen
 
 
 def band_stop_profile(

@@ -11,7 +11,7 @@ from sdpgrind.base import checks
 
 _OVERLOAD = 1.12  # closing of the contact over F_s/k until which it stays slow: friction may be higher than believed
 _GAIN, _BRAKE = 0.5, 0.7  # accelerations over mu_k g: the contact stays closed while the part is braked by friction
-_CLEAR = 0.5  # mm that the tip is drawn back by
+_CLEAR = 0.5  # chosen: mm that the tip is drawn back by
 
 Row = tuple[float, float, float]
 

@@ -11,7 +11,7 @@ SHAPE, TOTAL, SPEED, MOST, CLOSING, GAIN, BRAKE, PUSH = range(8)
 """Columns of a push: 1 where it is gentle; the tip's travel (mm), speed and greatest acceleration; what `gentle_rows` takes."""
 
 _BREAKAWAY_SPEED = 1.0  # mm/s: what is stored in the contact when the part breaks away is F_s^2/(2 k), and little more
-_CLEAR = 0.5  # mm that the tip is drawn back by
+_CLEAR = 0.5  # chosen: mm that the tip is drawn back by
 
 
 @compiled

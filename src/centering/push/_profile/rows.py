@@ -10,9 +10,9 @@ from sdpgrind.base.checks import Floats
 
 STILL = 1e-9
 """Share of a profile's greatest speed that is rounding of a standstill."""
-_LEAST = 1e-12  # share of the whole, below which a segment has no length
-_JERK_STEPS = 16  # segments of constant acceleration that stand for one of constant jerk
-_SLIVER = 1e-9  # s: what rounding leaves of a row
+_LEAST = 1e-12  # chosen: share of the whole, below which a segment has no length
+_JERK_STEPS = 16  # chosen: segments of constant acceleration that stand for one of constant jerk
+_SLIVER = 1e-9  # s, chosen: what rounding leaves of a row
 
 
 def trapezoid(distance: float, speed: float, acceleration: float) -> Floats:

@@ -10,7 +10,7 @@ from centering.push.turning._rim_kernels import advance
 from sdpgrind.base import checks
 
 TURN = 2.0 * pi
-_ANGLE = 1e-12  # rad: below the asked 1e-6 deg by four digits
+_ANGLE = 1e-12  # rad, chosen: below the asked 1e-6 deg by four digits
 
 
 class TooFastError(ValueError):

@@ -14,11 +14,11 @@ from centering.push.turning._rim_kernels import advance, greatest, motion
 from centering.push.turning._sliding import ring_friction
 from sdpgrind.base import checks
 
-_PLACES = 24  # where a least value is looked for
+_PLACES = 24  # chosen: where a least value is looked for
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
-_SECTIONS = 36  # the place to 1e-8 of a step, the value to rounding
-_ROUNDING = 1e-9
-_SAMPLES = 60  # in a turn: so many hold the offset to a few percent of a reading's noise
+_SECTIONS = 36  # chosen: the place to 1e-8 of a step, the value to rounding
+_ROUNDING = 1e-9  # chosen
+_SAMPLES = 60  # chosen: in a turn: so many hold the offset to a few percent of a reading's noise
 
 
 class SpeedLimit(NamedTuple):

@@ -12,8 +12,8 @@ from sdpgrind.base.compiled import compiled
 # it; whether it was found.
 ANGLE, TIME, TRAVEL, FOUND, TOUCHES = range(5)
 
-_FINE = 0.02  # rad: turn of a step of the quasi-static path; its error of fourth order is then 1e-9
-_HALVINGS = 60
+_FINE = 0.02  # rad, chosen: turn of a step of the quasi-static path; its error of fourth order is then 1e-9
+_HALVINGS = 60  # chosen
 
 
 @compiled

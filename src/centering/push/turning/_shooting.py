@@ -16,14 +16,13 @@ from sdpgrind.base.checks import Floats
 _ROUNDS = 12  # chosen: at most; four are usual
 _TURNS = 2  # chosen: rounds in which only the direction is mended
 _FINE, _COARSE = 5e-9, 1e-5  # chosen: errors of a step, at last and at first
-_NEAR, _ROUGH, _FAIR = 1e-8, 3e-4, 1e-3  # chosen: misses that are none; at first; where a ring chatters and the last digits jump
+_NEAR, _ROUGH = 1e-8, 3e-4  # chosen: misses that are none, at last and at first
+_FAIR = 1e-3  # chosen: a miss that is none where a ring chatters and the last digits jump
 _CHANGE = 1e-3  # chosen: over which a derivative is taken
 _LONGEST, _MOST_FIRST = 0.1, 0.5  # chosen: longest step; that while the direction alone is mended, rad
 _FLAT = 1e-2  # chosen: of a derivative that is none
-_TENTH, _SHORTEST = (
-    0.1,
-    -0.8,
-)  # chosen: by which a stroke is shortened in search, and at most: a shorter blow only throws the ring
+_TENTH = 0.1  # chosen: by which a stroke is shortened in search
+_SHORTEST = -0.8  # chosen: greatest shortening of a stroke, as a shorter blow only throws the ring
 _SLOPES = 0.5, 2.0  # chosen: slopes that a secant may have
 
 

@@ -19,8 +19,8 @@ X, Y, V_X, V_Y, WAY, MOTION = range(6)
 _M, _K, _B, _FS, _FK, _KV = range(6)
 STAGES = 7
 """Slopes of a step."""
-_EXACT = 1e-11  # s: so exactly an event is met
-_MOST = 60  # halvings
+_EXACT = 1e-11  # s, chosen: so exactly an event is met
+_MOST = 60  # chosen: halvings
 _TINY = 1e-300
 
 

@@ -18,9 +18,9 @@ from sdpgrind.base.checks import Floats
 
 _SMALL = 0.02  # ratio of the speeds below which the closed form loses digits; the series is exact to rounding there
 _SERIES = (0.5, 1.0 / 16.0, 3.0 / 128.0, 25.0 / 2048.0)
-_LOCKED = 1e-8  # rad: from equal speeds, to which every slide comes
-_TIGHT = 1e-12
-_EDGE = 1e-9  # rad: from a pure slide and a pure spin
+_LOCKED = 1e-8  # rad, chosen: from equal speeds, to which every slide comes
+_TIGHT = 1e-12  # chosen
+_EDGE = 1e-9  # rad, chosen: from a pure slide and a pure spin
 
 
 class RingFriction(NamedTuple):

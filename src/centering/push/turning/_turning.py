@@ -15,10 +15,10 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import described
 
 _TURN = 0.02  # rad of the table in a piece
-_PIECES = 25  # of a push at least
-_STANDS = 1e-9  # s: after the end the tip stands against the part, or goes on leaving it
-_ERROR = 1e-8  # mm: of a step of the way in the plane
-_PARTS = 16  # in which a slide that goes on after the stroke is followed
+_PIECES = 25  # chosen: of a push at least
+_STANDS = 1e-9  # s, chosen: after the end the tip stands against the part, or goes on leaving it
+_ERROR = 1e-8  # mm, chosen: of a step of the way in the plane
+_PARTS = 16  # chosen: in which a slide that goes on after the stroke is followed
 
 
 @described("centering.table_profile")

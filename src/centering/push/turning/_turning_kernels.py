@@ -16,8 +16,8 @@ from sdpgrind.base.compiled import compiled
 DURATION, VELOCITY, ACCELERATION, HELD, SLID, PIECE_COLUMNS = range(6)
 """Columns of a piece: s, mm/s, mm/s^2 of the tip along the normal; loads of friction at rest and in motion, N."""
 
-_LEAST = 0.05  # of the friction in motion: loads leave as much
-_SHORTEST = 1e-9  # s
+_LEAST = 0.05  # chosen: of the friction in motion: loads leave as much
+_SHORTEST = 1e-9  # s, chosen
 
 
 @compiled
