@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from centering.push._machine.problem import CenteringProblem
+from centering import CenteringProblem
 
 
 class Plain(NamedTuple):

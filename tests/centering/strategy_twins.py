@@ -3,11 +3,9 @@
 from math import atan2, cos, exp, hypot, log, pi, sin, sqrt
 
 import numpy as np
+from push_inside import FINE, FRICTION_SCALES, Size, prepared, solved
 
-from centering.cycle._strategy.as_sdp import Size
-from centering.cycle._strategy.outcome_kernels import FINE
-from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable, PushKind
-from centering.cycle._strategy.plan import prepared, solved
+from centering.cycle import OutcomeTable, PushKind
 from sdpgrind.base.progress import silent
 
 QUICK = (

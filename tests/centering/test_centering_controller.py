@@ -6,16 +6,12 @@ from math import nan, pi
 import numpy as np
 import pytest
 from cycle_twins import PlainStrategy
+from push_inside import cycle_next, fingerprint, launch, preview
 
 import hwsim
-from centering.cycle._control import next_push as cycle_next
-from centering.cycle._control.controller import CenteringController
-from centering.cycle._control.launch import launch, preview
-from centering.cycle._control.settings import CycleSettings
-from centering.cycle._control.states import CycleState
-from centering.push._machine.presets import preset
-from hwsim._log.fingerprint import fingerprint
-from hwsim.plants._centering.plant import CenteringMachine
+from centering import CenteringController, CycleSettings, preset
+from centering.cycle import CycleState
+from hwsim import CenteringMachine
 
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
 MACHINE = CenteringMachine(PROBLEM)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from centering.cycle._source.correction import StrokeCorrection, travelled
+from centering.cycle import StrokeCorrection, travelled
 
 OFFSETS, ANGLES = st.floats(0.0, 20.0), st.floats(-7.0, 7.0)
 

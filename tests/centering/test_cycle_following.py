@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from push_inside import braking_speed
 
-from centering.cycle._control.following import Follower, FollowingGains, FollowingLimits, braking_speed, tune_following
+from centering.cycle import Follower, FollowingGains, FollowingLimits, tune_following
 from sdpgrind import units
 
 GAP = 7.928  # mm

@@ -4,14 +4,11 @@ from math import cos, hypot, pi, sin
 
 import numpy as np
 import pytest
+from push_inside import LAST, SIZE, PartView, RingFilter, _write_row
 
 import hwsim
-from centering.cycle._control.form import RingFilter
-from centering.cycle._control.form_kernels import LAST, SIZE, _write_row
-from centering.cycle._control.part_view import PartView
-from centering.cycle._control.settings import CycleSettings
-from centering.push._machine.presets import preset
-from hwsim.plants._probe.ring import Ring
+from centering import CycleSettings, preset
+from hwsim import Ring
 from sdpgrind.base.compiled import opened
 
 write_row = opened(_write_row)
@@ -114,7 +111,7 @@ def test_dust_is_not_taken_for_form():
 def test_rings_with_lobes_are_centred_and_said_to_be_so_truly():
     from cycle_twins import PlainStrategy
 
-    from centering.cycle._control.controller import CenteringController
+    from centering import CenteringController
 
     problem = preset("printed").replace(mass=0.8, radius=44.45)
     for upr, amplitude in [(2, 0.001), (2, 0.006), (3, 0.003)]:

@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from push_inside import Approach, LearnedBias, TableMotion, Travel, followed, launch, preview, run_up
 
-from centering.cycle._control.launch import Approach, followed, launch, preview, run_up
-from centering.cycle._control.learning import LearnedBias, Travel
-from centering.cycle._control.table_motion import TableMotion
-from centering.cycle._strategy.outcomes import PushKind
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.presets import preset
+from centering import preset, simulate_push
+from centering.cycle import PushKind
 
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
 GENTLE, TAP = PushKind("gentle", 40.0, True), PushKind("trapezoid", 10.0, True)

@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 from cycle_twins import PlainStrategy
+from push_inside import PrintedPlanner
 
 import hwsim
-from centering.cycle._source.controller import PrintedController
-from centering.cycle._source.planner import PrintedPlanner
-from centering.push._contact.free_slide import free_slide_table
-from centering.push._contact.impact import energy_balance_speed
-from centering.push._machine.presets import preset
-from centering.push._plan.push import plan_push
-from hwsim.plants._centering.plant import CenteringMachine
+from centering import PrintedController, plan_push, preset
+from centering.push import energy_balance_speed, free_slide_table
+from hwsim import CenteringMachine
 from sdpgrind import units
 
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)

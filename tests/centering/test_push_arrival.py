@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from push_inside import at
 
-from centering.push._machine.presets import preset
-from centering.push._plan.arrival import Arrival
-from centering.push._plan.push import plan_push
-from centering.push.turning import _direction_kernels as at
+from centering import plan_push, preset
+from centering.push import Arrival
 from sdpgrind import units
 from sdpgrind.base.compiled import opened
 

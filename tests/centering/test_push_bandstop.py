@@ -6,11 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.model import Part
-from centering.push._machine.presets import preset
-from centering.push._profile.bandstop import band_stop_lag, band_stop_profile
-from centering.push._profile.profile import TipProfile
+from centering import TipProfile, preset, simulate_push
+from centering.push import Part, band_stop_lag, band_stop_profile
 
 PRINTED, IDENTIFIED = preset("printed").model, preset("identified").model
 LIGHT = PRINTED.replace(part=Part(0.8, 30.0))

@@ -4,19 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from push_inside import _push_on_table, after, at, back, forward, landing, profile_of, remaining, ring_state, slide, touch_back
 from scipy.integrate import solve_ivp
 
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.presets import preset
-from centering.push._plan.direction import plan_touch, profile_of
-from centering.push._profile.profile import TipProfile
-from centering.push._profile.rows import after, forward, remaining
-from centering.push.turning import _direction_kernels as at
-from centering.push.turning import _quasi_static_kernels as back
-from centering.push.turning import _slide_kernels as slide
-from centering.push.turning._direction_kernels import _push_on_table
-from centering.push.turning._quasi_static_kernels import touch_back
-from centering.push.turning._shooting import landing, ring_state
+from centering import TipProfile, preset, simulate_push
+from centering.push import plan_touch
 from sdpgrind import units
 from sdpgrind.base.compiled import opened
 

@@ -6,15 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from centering.push._contact.impact import (
-    contact_stiffness,
-    energy_balance_speed,
-    free_slide,
-    mass_ratio,
-    restitution,
-    sliding_speed,
-)
-from centering.push._machine.presets import preset
+from centering import preset
+from centering.push import contact_stiffness, energy_balance_speed, free_slide, mass_ratio, restitution, sliding_speed
 from sdpgrind import units
 
 PROBLEM = preset("printed")

@@ -7,13 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from centering.push._machine.presets import preset
-from centering.push._plan.push import plan_push
-from centering.push._profile.timing import stopping_way
-from centering.push.turning._lead import rim_advance
-from centering.push.turning._limits import (
+from centering import plan_push, preset
+from centering.push import stopping_way
+from centering.push.turning import (
     closing_distance,
     max_rim_slope,
+    rim_advance,
     rim_motion,
     spindle_acceleration_limit,
     spindle_speed_limit,

@@ -5,10 +5,10 @@ import re
 
 import numpy as np
 import pytest
+from push_inside import GRAVITY
 
-from centering.push._machine.model import GRAVITY, Part, PushModel
-from centering.push._machine.presets import preset, presets
-from centering.push._machine.problem import CenteringLimits, CenteringProblem, PushScatter
+from centering import CenteringLimits, CenteringProblem, PushScatter, preset, presets
+from centering.push import Part, PushModel
 from sdpgrind.base import stored
 from sdpgrind.identify import Estimate, Status
 

@@ -4,18 +4,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from push_inside import GRAVITY, STARTS, Program, State, Swing, Task, optimal
 from scipy.integrate import solve_ivp
 
 import sdpgrind
-from centering.push._contact.trace import simulate_push
-from centering.push._fastest import search as optimal
-from centering.push._fastest.model import STARTS, Program, State, Swing, Task
-from centering.push._fastest.push import OptimalPush
-from centering.push._fastest.search import PushStatus, minimum_time_push
-from centering.push._machine.model import GRAVITY, Part
-from centering.push._machine.presets import preset
-from centering.push._profile.gentle import gentle_profile
-from centering.push._profile.profile import TipProfile
+from centering import TipProfile, preset, simulate_push
+from centering.push import OptimalPush, Part, PushStatus, gentle_profile, minimum_time_push
 
 HEAVY = preset("printed").replace(limits=preset("printed").limits.replace(push_speed_max=40.0))
 LIGHT = HEAVY.replace(part=Part(0.8, 30.0))

@@ -5,15 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from push_inside import TooFastError, landing, ring_state
 
 import sdpgrind
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.model import Part
-from centering.push._machine.presets import preset
-from centering.push._plan.direction import plan_touch
-from centering.push._plan.push import Push, plan_push
-from centering.push.turning._lead import TooFastError
-from centering.push.turning._shooting import landing, ring_state
+from centering import Push, plan_push, preset, simulate_push
+from centering.push import Part, plan_touch
 from sdpgrind import units
 
 PRINTED = preset("printed")

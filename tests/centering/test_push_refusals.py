@@ -1,15 +1,11 @@
 """What is no problem or no model is refused by name, at every door."""
 
 import pytest
+from push_inside import TooFastError
 
-from centering.push._contact.impact import energy_balance_speed, free_slide, sliding_speed
-from centering.push._machine.presets import preset
-from centering.push._plan.direction import plan_touch
-from centering.push._plan.push import plan_push
-from centering.push._profile.gentle import gentle_profile
-from centering.push.turning._lead import TooFastError
-from centering.push.turning._limits import spindle_acceleration_limit, spindle_speed_limit
-from centering.push.turning._sliding import launch_for, slide_to_rest
+from centering import plan_push, preset
+from centering.push import energy_balance_speed, free_slide, gentle_profile, plan_touch, sliding_speed
+from centering.push.turning import launch_for, slide_to_rest, spindle_acceleration_limit, spindle_speed_limit
 
 PROBLEMS = [
     lambda: spindle_speed_limit(5, offset=1.0),

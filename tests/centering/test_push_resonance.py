@@ -5,11 +5,8 @@ import pytest
 import xarray as xr
 from scipy.optimize import brentq
 
-from centering.push._contact.resonance import implied_stiffness, resonance_over_speed, stiction_resonance
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.model import Part
-from centering.push._machine.presets import preset
-from centering.push._profile.profile import TipProfile
+from centering import TipProfile, preset, simulate_push
+from centering.push import Part, implied_stiffness, resonance_over_speed, stiction_resonance
 
 PRINTED, IDENTIFIED = preset("printed").model, preset("identified").model
 

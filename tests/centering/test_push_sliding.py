@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from centering.push._machine.presets import preset
-from centering.push.turning._sliding import launch_for, ring_friction, slide_to_rest
+from centering import preset
+from centering.push.turning import launch_for, ring_friction, slide_to_rest
 
 MODEL = preset("printed").model
 BRAKE = 0.15 * 9807.0  # mm/s^2

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from centering.push._profile.timing import move_peak, move_time, stopping_way
+from centering.push import move_peak, move_time, stopping_way
 from sdpgrind import units
 
 A = 2560.0

@@ -3,12 +3,10 @@
 import matplotlib
 import numpy as np
 import pytest
+from push_inside import COLUMN_NAMES
 
-from centering.push._contact.free_slide import free_slide_table
-from centering.push._contact.reaction import COLUMN_NAMES, simulate_pushes
-from centering.push._contact.trace import PushTrace, simulate_push
-from centering.push._machine.presets import preset
-from centering.push._profile.profile import TipProfile
+from centering import TipProfile, preset, simulate_push
+from centering.push import PushTrace, free_slide_table, simulate_pushes
 
 matplotlib.use("Agg")
 MODEL = preset("printed").model

@@ -4,17 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from push_inside import at, landing, ring_state
 
-from centering.friction._estimator import FrictionEstimator
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.presets import preset
-from centering.push._plan.direction import plan_touch
-from centering.push._plan.push import plan_push
-from centering.push._profile.profile import TipProfile
-from centering.push.turning import _direction_kernels as at
-from centering.push.turning._shooting import landing, ring_state
-from centering.push.turning._turning import TableProfile, turning_profile
-from centering.push.turning._turning_trace import TablePushTrace, simulate_table_push
+from centering import FrictionEstimator, TipProfile, plan_push, preset, simulate_push
+from centering.push import plan_touch
+from centering.push.turning import TableProfile, TablePushTrace, simulate_table_push, turning_profile
 from sdpgrind import units
 from sdpgrind.base.compiled import opened
 

@@ -9,10 +9,8 @@ from hypothesis import strategies as st
 from reaction_twins import stepped_push, tip_at
 from scipy.integrate import solve_ivp
 
-from centering.push._contact.reaction import simulate_pushes
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.presets import preset
-from centering.push._profile.profile import TipProfile
+from centering import TipProfile, preset, simulate_push
+from centering.push import simulate_pushes
 
 
 def span(low, high):

@@ -5,10 +5,8 @@ from math import atan2, hypot, pi, sqrt
 import numpy as np
 import pytest
 
-from centering.push._contact.reaction import simulate_pushes
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.presets import preset
-from centering.push._profile.profile import TipProfile
+from centering import TipProfile, preset, simulate_push
+from centering.push import simulate_pushes
 from sdpgrind import units
 
 TABLE = {  # mm/min: peak N and slide µm as modelled by the source, Tables 6.1 and 5.1

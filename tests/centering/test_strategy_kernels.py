@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from push_inside import FRACTIONS, FRICTION_SCALES, WORTH, KindOfPush, Size, draws, posterior, prepared, push_once, waiting_time
 from strategy_twins import made_up_table, posterior_twin, push_twin, stroke_twin, travel_twin, waiting_twin
 
-from centering.cycle._strategy.as_sdp import FRACTIONS, WORTH, KindOfPush, Size, draws
-from centering.cycle._strategy.belief_kernels import posterior
-from centering.cycle._strategy.draw_kernels import push_once, waiting_time
-from centering.cycle._strategy.outcomes import FRICTION_SCALES, PushKind
-from centering.cycle._strategy.plan import prepared
-from centering.push._machine.presets import preset
+from centering import preset
+from centering.cycle import PushKind
 from sdpgrind.base.progress import silent
 
 TABLE = made_up_table()

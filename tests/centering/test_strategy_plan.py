@@ -8,18 +8,25 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from push_inside import (
+    FRACTIONS,
+    FRICTION_SCALES,
+    GIVEN_UP,
+    SETTLED,
+    FrictionScaleBelief,
+    KindOfPush,
+    Size,
+    prepared,
+    solved,
+    table_speeds,
+)
 from scipy import sparse
 from strategy_twins import quick_strategy
 
 import sdpgrind
-from centering.cycle._strategy.as_sdp import FRACTIONS, KindOfPush, Size
-from centering.cycle._strategy.belief import FrictionScaleBelief
-from centering.cycle._strategy.outcomes import FRICTION_SCALES, PushKind
-from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, plan, prepared, solved
-from centering.cycle._strategy.strategy import Strategy
-from centering.cycle._strategy.timing import CycleTiming, table_speeds
-from centering.push._machine.presets import preset
-from centering.push.turning._limits import spindle_speed_limit
+from centering import Strategy, plan, preset
+from centering.cycle import CycleTiming, PushKind
+from centering.push.turning import spindle_speed_limit
 from sdpgrind.base.progress import silent
 
 matplotlib.use("Agg")

@@ -6,12 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reaction_twins import tip_at
 
-from centering.push._contact.reaction import simulate_pushes
-from centering.push._contact.trace import simulate_push
-from centering.push._machine.presets import preset
-from centering.push._profile.gentle import gentle_profile, tap_profile
-from centering.push._profile.profile import TipProfile
-from centering.push._profile.timing import move_time
+from centering import TipProfile, preset, simulate_push
+from centering.push import gentle_profile, move_time, simulate_pushes, tap_profile
 
 sizes = st.floats(1e-3, 20.0)
 speeds = st.floats(0.5, 120.0)

@@ -4,12 +4,10 @@ from math import atan2, cos, hypot, isfinite, pi, sin, sqrt
 from typing import ClassVar
 
 import numpy as np
+from centering_machine_inside import slots
 
-from centering._plant import slide_kernels as slots
-from centering.push._machine.presets import preset
-from centering.push._machine.problem import PushScatter
-from hwsim.plants._centering.plant import CenteringMachine
-from hwsim.plants._probe.ring import Ring
+from centering import PushScatter, preset
+from hwsim import CenteringMachine, Ring
 
 STILL = PushScatter(0.0, 0.0, 0.0, 0.0, 0.0)
 RADIUS = 89.5

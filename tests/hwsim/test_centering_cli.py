@@ -4,17 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from centering_machine_inside import Size, prepared, read, same, solved
 from cli_fakes import only_news, without_news
 
 import centering
 import hwsim
 import sdpgrind
-from centering.cycle._strategy.as_sdp import Size
-from centering.cycle._strategy.outcomes import PushKind
-from centering.cycle._strategy.plan import prepared, solved
-from hwsim._log.log import same
+from centering.cycle import PushKind
 from hwsim.cli import main
-from hwsim.command._centering.toml import read
 from sdpgrind import units
 from sdpgrind.base.progress import silent
 

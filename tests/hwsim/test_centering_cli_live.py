@@ -5,14 +5,11 @@ from math import pi
 
 import numpy as np
 import pytest
+from centering_machine_inside import Chart, FilmStrip, LiveView, fingerprint, same, watched
 
 import centering
 import hwsim
-from centering.push._machine.presets import preset
-from hwsim._log.fingerprint import fingerprint
-from hwsim._log.log import same
-from hwsim.command._centering.film import FilmStrip
-from hwsim.command._centering.live import Chart, LiveView, watched
+from centering import preset
 
 PROBLEM = preset("printed").replace(part=centering.push.Part(0.8, 61.95), pushes_max=4)
 ROWS, COLUMNS = 21, 43

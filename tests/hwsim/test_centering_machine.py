@@ -9,19 +9,12 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from centering_fakes import RADIUS, Follower, at, center, constant, exact, move, problem, started
+from centering_machine_inside import kernels, lag_time, same, slots, source_tasks
 
 import hwsim
 from centering import PrintedController, TipProfile
-from centering._plant import kernels
-from centering._plant import slide_kernels as slots
 from centering.circle import plot_centers
-from hwsim._log.log import same
-from hwsim._processor.scheduler import Scheduler
-from hwsim._processor.tasks import Task
-from hwsim._replay.recording import Recording
-from hwsim.plants._centering.lag import lag_time
-from hwsim.plants._centering.plant import CenteringMachine
-from hwsim.plants._centering.tasks import source_tasks
+from hwsim import CenteringMachine, Recording, Scheduler, Task
 
 # Tasks --------------------------------------------------------------------------------------------------------------
 

@@ -16,18 +16,16 @@ from math import cos, hypot, pi, sin, sqrt
 import numpy as np
 import pytest
 from centering_fakes import RADIUS, at, center, constant, exact, move, problem, running, started
+from centering_machine_inside import friction, plane, slots
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from centering._plant import friction_kernels as friction
-from centering._plant import slide_kernels as slots
-from centering.push._contact.reaction import simulate_pushes
-from centering.push._profile.profile import TipProfile
-from centering.push.turning import _direction_kernels as plane
-from centering.push.turning._sliding import ring_friction, slide_to_rest
-from hwsim.plants._probe.ring import Ring
+from centering import TipProfile
+from centering.push import simulate_pushes
+from centering.push.turning import ring_friction, slide_to_rest
+from hwsim import Ring
 from sdpgrind.base.compiled import opened
 
 TOUCHING = 1e-9  # mm

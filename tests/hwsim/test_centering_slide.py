@@ -5,12 +5,11 @@ from math import isnan, pi, sqrt
 import numpy as np
 import pytest
 from centering_fakes import RADIUS, STILL, at, constant, exact, move, running, started
+from centering_machine_inside import FOLLOWING, MASSES, lag_time, lag_times, slots
 from scipy.integrate import solve_ivp
 
-from centering._plant import slide_kernels as slots
-from centering.circle._fit.curve import circle_reading
-from hwsim.plants._centering.lag import FOLLOWING, MASSES, lag_time, lag_times
-from hwsim.plants._probe.errors import ProbeErrors
+from centering.circle import circle_reading
+from hwsim import ProbeErrors
 
 LOOP = 2 * pi * 825.0
 

@@ -1,0 +1,89 @@
+"""What tests of pushes and cycles use of the inside: kernels, searches, constants."""
+
+from centering.cycle._control import next_push as cycle_next
+from centering.cycle._control.following import braking_speed
+from centering.cycle._control.form import RingFilter
+from centering.cycle._control.form_kernels import LAST, SIZE, _write_row
+from centering.cycle._control.launch import Approach, followed, launch, preview, run_up
+from centering.cycle._control.learning import LearnedBias, Travel
+from centering.cycle._control.part_view import PartView
+from centering.cycle._control.table_motion import TableMotion
+from centering.cycle._source.planner import PrintedPlanner
+from centering.cycle._strategy.as_sdp import FRACTIONS, WORTH, KindOfPush, Size, draws
+from centering.cycle._strategy.belief import FrictionScaleBelief
+from centering.cycle._strategy.belief_kernels import posterior
+from centering.cycle._strategy.draw_kernels import push_once, waiting_time
+from centering.cycle._strategy.outcome_kernels import FINE
+from centering.cycle._strategy.outcomes import FRICTION_SCALES
+from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, prepared, solved
+from centering.cycle._strategy.timing import table_speeds
+from centering.push._contact.reaction import COLUMN_NAMES
+from centering.push._fastest import search as optimal
+from centering.push._fastest.model import STARTS, Program, State, Swing, Task
+from centering.push._machine.model import GRAVITY
+from centering.push._plan.direction import profile_of
+from centering.push._profile.rows import after, forward, remaining
+from centering.push.turning import _direction_kernels as at
+from centering.push.turning import _quasi_static_kernels as back
+from centering.push.turning import _slide_kernels as slide
+from centering.push.turning._direction_kernels import _push_on_table
+from centering.push.turning._lead import TooFastError
+from centering.push.turning._quasi_static_kernels import touch_back
+from centering.push.turning._shooting import landing, ring_state
+from hwsim._log.fingerprint import fingerprint
+
+__all__ = [
+    "COLUMN_NAMES",
+    "FINE",
+    "FRACTIONS",
+    "FRICTION_SCALES",
+    "GIVEN_UP",
+    "GRAVITY",
+    "LAST",
+    "SETTLED",
+    "SIZE",
+    "STARTS",
+    "WORTH",
+    "Approach",
+    "FrictionScaleBelief",
+    "KindOfPush",
+    "LearnedBias",
+    "PartView",
+    "PrintedPlanner",
+    "Program",
+    "RingFilter",
+    "Size",
+    "State",
+    "Swing",
+    "TableMotion",
+    "Task",
+    "TooFastError",
+    "Travel",
+    "_push_on_table",
+    "_write_row",
+    "after",
+    "at",
+    "back",
+    "braking_speed",
+    "cycle_next",
+    "draws",
+    "fingerprint",
+    "followed",
+    "forward",
+    "landing",
+    "launch",
+    "optimal",
+    "posterior",
+    "prepared",
+    "preview",
+    "profile_of",
+    "push_once",
+    "remaining",
+    "ring_state",
+    "run_up",
+    "slide",
+    "solved",
+    "table_speeds",
+    "touch_back",
+    "waiting_time",
+]
