@@ -113,7 +113,7 @@ class CenteringMachine(Described):
     errors: ProbeErrors | None = part(ProbeErrors, " or None", default_factory=lambda: ProbeErrors(noise_sd=0.0, runout=0.0))
     scheduler: Scheduler | None = part(Scheduler, " or None", default_factory=source_tasks)
     tip_radius: float = quantity("mm", at_least=0, usual=(0.0, 500.0), typical=4, default=3.75)
-    start_gap: float | None = quantity("mm", above=0, usual=(0.001, 1000.0), typical=8, default=None)
+    start_gap: float | None = quantity("mm", above=0, usual=(0.0, 1000.0), typical=8, default=None)
     gain_scheduling: bool = flag(default=True)
     tick: float = quantity("s", above=0, default=1e-3)
     time_max: float = quantity("s", above=0, default=300.0)
