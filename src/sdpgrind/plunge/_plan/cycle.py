@@ -1,16 +1,19 @@
 """A planned cycle: its course over time, how good it is, and how it was found."""
 
 import dataclasses
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-import xarray as xr
 
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.plans import Plan
 from sdpgrind.plunge._model.problem import CycleProblem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SOLVED = "solved"
 DEEPER = 5e-4
@@ -99,12 +102,17 @@ class CyclePlan(Plan):
         safety_margin: float,
         error: float,
         switches: tuple[float, ...],
-        course: xr.Dataset,
+        course: "xr.Dataset | Callable[[], xr.Dataset]",
         method: str = "exact",
         solution: CycleSolution | None = None,
     ):
         self.problem, self.safety_margin, self.error, self.switches = problem, safety_margin, error, switches
-        self.trajectory, self.method, self.solution = course, method, solution
+        self._course, self.method, self.solution = course, method, solution
+
+    @cached_property
+    def trajectory(self) -> "xr.Dataset":
+        """The course over time (s, mm, mm/s, W, rad/s)."""
+        return self._course() if callable(self._course) else self._course
 
     @cached_property
     def time(self) -> float:
@@ -159,7 +167,7 @@ class CyclePlan(Plan):
         return figure
 
     @cached_property
-    def dataset(self) -> xr.Dataset:
+    def dataset(self) -> "xr.Dataset":
         """All of it as labelled arrays."""
         attrs = {"problem": stored.encode(self.problem), "safety_margin": self.safety_margin, "error": self.error}
         if self.solution is not None:
@@ -167,7 +175,7 @@ class CyclePlan(Plan):
         return self.trajectory.assign_attrs(attrs | {"switches": list(self.switches), "method": self.method})
 
     @classmethod
-    def restored(cls, dataset: xr.Dataset) -> Self:
+    def restored(cls, dataset: "xr.Dataset") -> Self:
         told = dataset.attrs
         problem, ends = stored.decode(told["problem"]), tuple(np.atleast_1d(told["switches"]).tolist())
         solution = stored.decode(told["solution"]) if "solution" in told else None

@@ -1,5 +1,6 @@
 """Plan a plunge cycle: the infeed of least time."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -133,7 +134,7 @@ def _exactly(problem: CycleProblem, margin: float) -> CyclePlan:
     limits = Limits(model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock)
     time, ends, course = fastest(limits)
     error = abs(time - fastest(limits, points=20)[0]) + ROUNDING * time
-    return CyclePlan(problem, margin, error, ends, of_exact(problem, course))
+    return CyclePlan(problem, margin, error, ends, partial(of_exact, problem, course))
 
 
 def _by_stages(problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None) -> CyclePlan:

@@ -1,16 +1,18 @@
 """A cycle over time as labelled arrays, however it was found."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model.dynamics import burn_depth, core_at
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.exact import HOLD, LINE, START, TRACK, WAIT, Course
 from sdpgrind.plunge._plan.replay import Replay
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BETWEEN = 5
 PIECES = {
@@ -35,14 +37,14 @@ _COLUMNS = {
 }
 
 
-def of_exact(problem: CycleProblem, course: Course) -> xr.Dataset:
+def of_exact(problem: CycleProblem, course: Course) -> "xr.Dataset":
     """Label the exact course."""
     model, same = problem.model, np.ones(course.time.size)
     columns = (course.remaining, course.rate, course.command, course.y, model.wear_flat_area * same, model.work_rotation * same)
     return _labelled(problem, course.time, columns, course.kind)
 
 
-def of_replay(problem: CycleProblem, played: Replay, margin: float) -> xr.Dataset:
+def of_replay(problem: CycleProblem, played: Replay, margin: float) -> "xr.Dataset":
     """Label what commands do, and put the time before the touch in front."""
 
     def whole(first: float, column: Floats) -> Floats:
@@ -56,7 +58,9 @@ def of_replay(problem: CycleProblem, played: Replay, margin: float) -> xr.Datase
     )
 
 
-def _labelled(problem: CycleProblem, time: Floats, columns: tuple[Floats, ...], kind: npt.ArrayLike) -> xr.Dataset:
+def _labelled(problem: CycleProblem, time: Floats, columns: tuple[Floats, ...], kind: npt.ArrayLike) -> "xr.Dataset":
+    import xarray as xr  # takes most of a second to import: a controller needs none
+
     remaining, rate, command, y, area, rotation = columns
     model = problem.model
     core = core_at(model, rotation, area)
@@ -96,7 +100,7 @@ def _kinds(problem: CycleProblem, played: Replay, margin: float) -> Floats:
     return kind
 
 
-def switches(course: xr.Dataset) -> tuple[float, ...]:
+def switches(course: "xr.Dataset") -> tuple[float, ...]:
     """Times (s) at which full rate ends, the last spark-out begins, and the cycle ends."""
     kind, time = course.piece.values, course.time.values
     slower = np.flatnonzero(~np.isin(kind, (WAIT, START)))
