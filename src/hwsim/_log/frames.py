@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hwsim._log.labels import Labels
+from hwsim._part.motions import stacked
 from hwsim._part.part import Column, Part
 
 if TYPE_CHECKING:
@@ -77,10 +78,7 @@ def _joined(blocks: Sequence[Column]) -> Column:
     """Put blocks of rows below each other; where one has arrays for rows, the others are padded with NaN."""
     if all(block.ndim == 1 for block in blocks):
         return np.concatenate(blocks)
-    wide = [block[:, np.newaxis] if block.ndim == 1 else block for block in blocks]
-    width = max(1, *(block.shape[1] for block in wide))  # NetCDF knows no empty dimension
-    padding = [((0, 0), (0, width - block.shape[1])) for block in wide]
-    return np.concatenate([np.pad(b, p, constant_values=np.nan) for b, p in zip(wide, padding, strict=True)])
+    return stacked([block[:, np.newaxis] if block.ndim == 1 else block for block in blocks])
 
 
 def side_by_side(runs: Mapping[str, Frames]) -> Frames:

@@ -62,11 +62,12 @@ def row_table(tier: str, name: str, time: Column, values: Sequence[Any]) -> dict
         return {}
     motions = [values[k] for k in short]
     lengths = [len(motion) for motion in motions]
-    return {rows_of(tier, name): {"time": np.repeat(time[short], lengths), command_column(name): _stacked(motions)}}
+    return {rows_of(tier, name): {"time": np.repeat(time[short], lengths), command_column(name): stacked(motions)}}
 
 
-def _stacked(motions: Sequence[Column]) -> Column:
-    """Motion below motion; narrower ones are padded with NaN."""
-    width = max(motion.shape[1] for motion in motions)
-    missing = [((0, 0), (0, width - motion.shape[1])) for motion in motions]
-    return np.vstack([np.pad(motion, each, constant_values=np.nan) for motion, each in zip(motions, missing, strict=True)])
+def stacked(blocks: Sequence[Column]) -> Column:
+    """Blocks of rows below each other; narrower ones are padded with NaN."""
+    width = max(1, *(block.shape[1] for block in blocks))  # NetCDF knows no empty dimension
+    missing = [((0, 0), (0, width - block.shape[1])) for block in blocks]
+    padded = (np.pad(block, each, constant_values=np.nan) for block, each in zip(blocks, missing, strict=True))
+    return np.vstack(list(padded))
