@@ -68,7 +68,7 @@ class Scanner(Described):
     spacing : float
         Distance between two readings, mm.
     tracks : int
-        How many tracks are averaged, a whole number.
+        Number of tracks that are averaged.
     noise_sd : float
         Standard deviation of one reading, mm.
 

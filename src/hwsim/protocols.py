@@ -1,4 +1,4 @@
-"""What `hwsim` asks of controllers, plants, machines and adaptations. Nobody has to import or inherit these.
+"""Protocols of controllers, plants, machines and adaptations; nobody has to import or inherit these.
 
 **Order of one tick**: measure; step the controllers that are due, by priority; commands take effect; the
 plant advances; log. Time is counted in whole ticks from the start of a part; nothing here reads the wall
@@ -14,33 +14,35 @@ the same; the rows themselves, where they are at most 64, stand in a table ``<ti
 
 Beside what the protocols demand, `hwsim` uses what it finds:
 
-========== =================== =======================================================================================
+========== =================== ===============================================================================
 of         name                meaning
-========== =================== =======================================================================================
-controller ``report()``        mapping of what it predicts or decided, logged as ``<name>_planned`` beside its command;
-                               what one without a period says at its first step also stands in the outcome
+========== =================== ===============================================================================
+controller ``report()``        mapping of what it predicts or decided, logged as ``<name>_planned`` beside its
+                               command; the first report of a controller without a period is in the outcome,
+                               too
 controller ``verdict()``       mapping of what it says of a part that is done: name -> number, names as in
-``reports``; stands in
-                               the outcome, where the plant has none of that name
-controller ``tier``            name of its table in the log (default ``"controller"``) controller ``tiers``
-mapping name -> controller: several controllers of one part, the first has priority;
-                               each is stepped at its own period
-controller ``reads``           mapping name -> unit of the measurements that it needs controller ``commands``
-mapping name -> unit of what it commands controller ``reports``         mapping name -> unit of what it
-reports both       ``job``             mapping of what tells the part and the machine from others: name ->
-(value, unit), or a
-                               plain value without unit; names that both have must be equal, or nothing is run
+                               ``reports``; in the outcome, where the plant has none of that name
+controller ``tier``            name of its table in the log (default ``"controller"``)
+controller ``tiers``           mapping name -> controller: several controllers of one part, the first has
+                               priority; each is stepped at its own period
+controller ``reads``           mapping name -> unit of the measurements that it needs
+controller ``commands``        mapping name -> unit of what it commands
+controller ``reports``         mapping name -> unit of what it reports
+both       ``job``             mapping of what tells the part and the machine from others: name -> (value,
+                               unit), or a plain value without unit; names of both must be equal, or nothing
+                               is run
 both       ``description``     mapping of plain values (start, limits, what is played) that the log keeps
-among its attributes plant      ``outcomes``        mapping name -> unit of the outcome, or (unit, dimension)
-where the value is an array plant      ``with_tick(tick)`` gives the same plant with another tick (s), for
-plants that can advance by any time plant      ``after(outcome)``  gives the plant that the next part of a
-series finds, from the outcome of the part before:
-                               what a part leaves behind (a wheel that is duller); parts then go one after the
-                               other
+                               among its attributes
+plant      ``outcomes``        mapping name -> unit of the outcome, or (unit, dimension) of an array
+plant      ``with_tick(tick)`` gives the same plant with another tick (s), for plants that can advance by any
+                               time
+plant      ``after(outcome)``  gives the plant that the next part of a series finds, from the outcome of the
+                               part before: a part may leave something (a duller wheel); parts then follow
+                               each other
 machine    ``whole(...)``      given the controller, the tables of the whole part at once where both have
-compiled cores,
-                               to the bits that the loop would give, and is done then; None where it cannot
-========== =================== =======================================================================================
+                               compiled cores, to the bits that the loop would give, and is done then; None:
+                               it cannot
+========== =================== ===============================================================================
 """
 
 from collections.abc import Mapping
@@ -188,7 +190,7 @@ class PartLog(Protocol):
 
     @property
     def outcome(self) -> "xr.Dataset":
-        """What each part became (dimension ``part``), units in the attributes."""
+        """Outcome of each part (dimension ``part``), units in the attributes."""
 
     def __getitem__(self, tier: str, /) -> "xr.Dataset":
         """Return the table of a tier."""

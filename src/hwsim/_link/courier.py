@@ -103,7 +103,7 @@ class Courier:
 
     @property
     def waiting(self) -> int:
-        """How many records are not acknowledged, a whole number."""
+        """Number of records that are not acknowledged, a whole number."""
         return len(self._kept)
 
     @property

@@ -307,7 +307,7 @@ class Unpacker:
         return f"a message must be of at most {self._largest} bytes; got one of {size}" if size > self._largest else ""
 
     def _end(self, at: int) -> int | None:
-        """Where the message ends whose prefix begins at `at`; None: that is not known, or it is refused."""
+        """End of the message whose prefix begins at `at`; None: not known yet, or refused."""
         if len(self._rest) - at < _PREFIX.size:
             return None
         mark, size = _PREFIX.unpack_from(self._rest, at)

@@ -15,7 +15,7 @@ from sdpgrind.base import checks
 
 
 class _Pulse:
-    """What the tiers of one guarded controller share: the courier, and whether the host fell silent."""
+    """Shared by the tiers of one guarded controller: the courier, and whether the host fell silent."""
 
     def __init__(self, courier: Courier, timeout: float, safe_command: Mapping[str, Any]) -> None:
         self.courier, self.timeout, self.safe_command = courier, timeout, safe_command
@@ -118,8 +118,8 @@ class Watchdog(_Guard):
     timeout : float
         Longest silence, s; more than the period.
     safe_command : mapping
-        What is commanded then: names and values (in their units) that the plant accepts, {"velocity": 0.0,
-        "retract": 1.0}.
+        Command once the host is silent, in names and units that the plant accepts:
+        {"velocity": 0.0, "retract": 1.0}.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def _checked(safe_command: Mapping[str, float], named: Mapping[str, Controller])
 
 
 def _record(tier: str, time: float, read: Mapping[str, Any], command: Mapping[str, Any]) -> bytes:
-    """One step as JSON; NaN stands for a reading that is missing."""
+    """One step as JSON; NaN: a missing reading."""
     return json.dumps({"tier": tier, "time": time, "read": dict(read), "command": command}, default=_plain).encode()
 
 

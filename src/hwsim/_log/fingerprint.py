@@ -38,7 +38,7 @@ def _feed(take: Any, thing: Any, above: tuple[int, ...]) -> None:
 
 
 def _pieces(thing: Any) -> list[Any]:
-    """What an object is made of."""
+    """Pieces of an object."""
     # a labelled table is a mapping, too
     if hasattr(thing, "data_vars") and not isinstance(thing, type):
         named = sorted((str(name), variable) for name, variable in thing.variables.items())
@@ -63,7 +63,7 @@ def _values(variable: Any) -> Any:
 
 
 def _code(thing: Any) -> list[Any]:
-    """Functions by what they do, not by where they stand in memory."""
+    """Pieces of a function: its code and constants, not its place in memory."""
     if isinstance(thing, types.MethodType):
         return [thing.__self__, thing.__func__]
     named = [getattr(thing, "__module__", ""), thing.__qualname__]

@@ -11,7 +11,7 @@ from hwsim.protocols import Controller, Plant
 
 @dataclass(frozen=True)
 class Labels:
-    """What is needed to label the parts of one run."""
+    """Names and units that label the parts of one run."""
 
     plant: str
     controller: str

@@ -62,7 +62,7 @@ def _legible(variable: Any) -> Any:
 def compared(log: PartLog) -> "Figure":
     """Draw every scalar outcome: each controller less the first on the same part, mean and 95 % interval.
 
-    Below each panel stand the means themselves.
+    The means themselves are written below each panel.
     """
     outcome = log.outcome
     names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _tells(v)]
@@ -89,7 +89,7 @@ def compared(log: PartLog) -> "Figure":
 
 
 def _means(controllers: list[str], values: Any) -> str:
-    """What each controller came to by itself."""
+    """Mean of each controller by itself, as text."""
     known = [row[np.isfinite(row)] for row in values]
     each = (f"{name} {row.mean() if row.size else nan:.3g}" for name, row in zip(controllers, known, strict=True))
     return fill("means: " + ", ".join(each), _LINE)

@@ -37,7 +37,7 @@ class _Retimed(Protocol):
 
 @dataclass(frozen=True)
 class Report:
-    """What `check` found; false when something is wrong, and prints as one line a fault."""
+    """Result of `check`: false when something is wrong; prints one line a fault."""
 
     plant: str
     controller: str
@@ -125,7 +125,7 @@ def _faults(plant: Any, controller: Any) -> Iterator[str]:
 
 
 def _strangers(plant: Any, controller: Any) -> list[str]:
-    """What is no plant or no controller at all: one line each, with what may have been meant."""
+    """Arguments that are no plant or no controller at all: one line each, with the likely meaning."""
     if (
         not _knows(plant, Plant)
         and not _knows(controller, Controller)

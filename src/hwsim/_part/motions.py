@@ -36,7 +36,7 @@ def digest(table: npt.NDArray[Any]) -> float:
 
 
 def digest_name(name: str) -> str:
-    """Of the command that stands beside a table; see `digest`."""
+    """Name of the digest of a command; see `digest`."""
     return f"{name.removesuffix('_command')}_digest"
 
 

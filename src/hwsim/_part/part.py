@@ -26,7 +26,7 @@ _NOTHING: Mapping[str, Any] = {}
 
 @dataclass(frozen=True)
 class Part:
-    """What one part left behind: tables (name -> column) of tiers and of rows of motions, and the outcome."""
+    """Result of one part: tables (name -> column) of tiers and of rows of motions, and the outcome."""
 
     tables: Mapping[str, Mapping[str, Column]]
     outcome: Mapping[str, Column]
@@ -167,7 +167,7 @@ def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], c
         if not tier.rows or tier.rows[-1][0] < machine.time:
             tier.rows.append((machine.time, {**reading, **tier.held}, _NOTHING, _NOTHING))
     outcome = dict(machine.outcome())
-    outcome = outcome | said | outcome  # what the machine says of itself stands
+    outcome = outcome | said | outcome  # the machine has the last word on its own names
     tables: dict[str, Mapping[str, Column]] = {}
     for tier in tiers:
         tables |= _tables(tier, clock)

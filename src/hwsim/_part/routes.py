@@ -24,13 +24,13 @@ def controllers(controller: Controller) -> dict[str, Controller]:
 
 
 def reads_of(controller: Any) -> Mapping[str, str | None]:
-    """What a controller reads: name -> unit, None where it has not said in which."""
+    """Measurements that a controller reads: name -> unit, None where it declares no unit."""
     said: Mapping[str, str] = getattr(controller, "reads", {})
     return dict.fromkeys(_needed(controller)) | dict(said)
 
 
 def commands_of(controller: Any) -> Mapping[str, str]:
-    """What a controller says that it commands: name -> unit."""
+    """Commands that a controller declares: name -> unit."""
     return dict(getattr(controller, "commands", {}))
 
 

@@ -1,4 +1,4 @@
-"""What happened on a virtual processor: the trace of its events, and what that says about each task."""
+"""The trace of events on a virtual processor, and figures of each task from it."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -22,7 +22,7 @@ Whole = npt.NDArray[np.int64]
 
 
 class Kind(IntEnum):
-    """What happens to a job on a processor (integers, without unit), as it stands in the trace.
+    """Event of a job on a processor (integers, without unit), as the trace holds it.
 
     ``RELEASE``: it is asked for. ``OVERRUN``: it is asked for while the one before is not complete; no job
     comes of it. ``START``: it begins, inputs are sampled. ``PREEMPT``: a more urgent one takes the processor.
@@ -39,16 +39,16 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True)
 class TaskReport:
-    """How one task fared.
+    """Figures of one task.
 
     Parameters
     ----------
     releases, overruns : int
-        How often it was released, and how many of these found the job before not complete and were missed.
+        Number of releases, and of those missed because the job before was not complete.
     completed : int
         Jobs that were complete.
     preemptions : int
-        How often a more urgent job took the processor from it.
+        Number of times that a more urgent job took the processor.
     worst_response : float
         Longest time from a release to the completion of its job, s; 0 where none was complete.
     utilisation : float
@@ -78,7 +78,7 @@ class Schedule(ByValue, Plan):
     tasks : tuple of Task
         The tasks.
     duration : int
-        How long it ran, ns.
+        Length of the run, ns.
     trace : array, shape (n, 4)
         One row an event: time (ns), kind (`Kind`), place of the task, number of its release.
 
@@ -142,7 +142,7 @@ class Schedule(ByValue, Plan):
 
     @property
     def report(self) -> dict[str, TaskReport]:
-        """How each task fared, by name (times in s)."""
+        """Figures of each task by name (times in s)."""
         return {task.name: self._report(place, task.name) for place, task in enumerate(self.tasks)}
 
     def _report(self, place: int, name: str) -> TaskReport:

@@ -19,7 +19,7 @@ _BAR, _LINE = 0.5, 0.12  # height of a bar, of the line of those that wait
 
 
 class Row(NamedTuple):
-    """What is drawn of one task, times in ns."""
+    """Row of one task in the picture, times in ns."""
 
     label: str
     waits: npt.NDArray[np.int64]  # (n, 2): release and completion

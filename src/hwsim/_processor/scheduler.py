@@ -91,7 +91,7 @@ class Scheduler(Described):
         rng : int, Generator or SeedSequence
             Random source.
         angle : float
-            Of the spindle, rad; a multiple of an angle step that it stands at counts as reached at once.
+            Of the spindle, rad; an angle on a multiple of an angle step counts as reached.
         told : collection, optional
             Events that `Processor.next_event` tells, as pairs of a task's name and a `Kind`; None: all.
 
@@ -119,7 +119,7 @@ class Scheduler(Described):
             Random source.
         spindle : array_like, shape (n, 3), optional
             How the spindle turns: duration (s), speed (rad/s) at the start and acceleration (rad/s^2) of each
-            segment; after the last it stands. None: it stands.
+            segment; after the last it is at rest. None: it is at rest.
         start_angle : float
             Of the spindle at the start, rad.
 

@@ -19,7 +19,7 @@ DRAWN = 64  # jobs whose random numbers are drawn together; chosen: one call of 
 
 
 class Draw(NamedTuple):
-    """What is random about one job, ns: how late it is released, how long it runs."""
+    """Random numbers of one job, ns: delay of its release, execution time."""
 
     late: int
     execution: int
@@ -33,7 +33,7 @@ class Task(Frozen):
     Parameters
     ----------
     name : str
-        What it is called.
+        Name.
     period : float, optional
         Between two releases, s: the k-th comes at k periods, rounded to a nanosecond, so that 60 Hz does not
         drift.
@@ -140,7 +140,7 @@ def release_time(period: Fraction, number: int) -> int:
 
 
 class Motion(NamedTuple):
-    """How the spindle turns: from when (ns), rad, rad/s, rad/s^2."""
+    """Motion of the spindle: begin (ns), angle (rad), speed (rad/s), acceleration (rad/s^2)."""
 
     time: int
     angle: float
@@ -162,7 +162,7 @@ class Motion(NamedTuple):
 
 
 class Released:
-    """What changes of one task."""
+    """State of one task: its next release and its job under way."""
 
     def __init__(self, task: Task, place: int, rng: np.random.Generator, angle: float, told: Sequence[bool]) -> None:
         self.task, self.name, self.place, self.rng, self.priority = task, task.name, place, rng, task.priority

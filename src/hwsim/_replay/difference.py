@@ -11,7 +11,7 @@ Difference = tuple[str, Any, Any]  # where in the value, what was recorded, what
 
 
 def difference(recorded: Any, commanded: Any) -> Difference | None:
-    """Where two values of a command differ, and the values there; None: nowhere."""
+    """Place of the first difference of two values of a command, and the values there; None: equal."""
     if is_table(recorded) and is_table(commanded) and len(recorded) == len(commanded):
         return _in_rows(recorded, commanded)
     old, new = _logged(recorded), _logged(commanded)
@@ -49,7 +49,7 @@ def _unequal(old: Column, new: Column) -> Column:
 
 
 def _logged(value: Any) -> Any:
-    """A command as it stands in its row of the log: of a motion the number of its rows."""
+    """A command as its row of the log holds it: of a motion the number of its rows."""
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

@@ -151,7 +151,7 @@ class Recording:
         return Replay(list(self._instants()), None if self._grid is None else Clock(exact("tick", self._tick)))
 
     def _instants(self) -> Iterator[Instant]:
-        """What every tier saw and commanded, moment by moment."""
+        """Readings and commands of every tier, moment by moment."""
         rows = {tier: {float(time): row for row, time in enumerate(table["time"])} for tier, table in self._tables.items()}
         passes = _with_events(self._tables)
         for time in self._times:

@@ -72,7 +72,7 @@ class Replay:
         self.event = self._here and self._instants[self._at].event
 
     def outcome(self) -> dict[str, Any]:
-        """What the comparison gave; see `hwsim.Recording`."""
+        """Result of the comparison; see `hwsim.Recording`."""
         time, name, recorded, commanded = self._difference or (nan, "", nan, nan)
         different = {"difference_time": time, "difference_name": name, "recorded": recorded, "commanded": commanded}
         return {"same": float(self._difference is None), "steps": float(self._steps), **different}

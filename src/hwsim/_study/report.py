@@ -19,7 +19,7 @@ def report(found: Any, rng: Seed) -> str:
 
 
 def _runs(found: Any) -> Iterator[str]:
-    """What was set, and what the cell made of it."""
+    """Settings of each run and their outcome."""
     out, settings = found.outcome, found.study.settings
     hours = (out["time"].sum() + found.confirmation.outcome.time.values.sum()) / 3600
     yield f"What the cell did: {out['time'].size + len(found.confirmation)} specimens, {hours:.2f} h of its time"
@@ -40,7 +40,7 @@ def _shown(value: Any) -> str:
 
 
 def _confirmation(found: Any) -> Iterator[str]:
-    """Where the runs that confirm fell."""
+    """Result of the confirmation beside its prediction."""
     read = _UM * found.confirmation.outcome.roughness_ra.values
     force = found.confirmation.outcome.normal_force.values
     levels = ", ".join(f"{name} {_shown(value)}" for name, value in found.best.items())
@@ -56,7 +56,7 @@ def _confirmation(found: Any) -> Iterator[str]:
 
 
 def _handed_on(found: Any) -> Iterator[str]:
-    """What the scatter that is left costs, with and without looking at each specimen."""
+    """Cost of the remaining scatter, with and without looking at each specimen."""
     try:
         model = found.model
         policy = found.refinishing(passes=_PASSES)

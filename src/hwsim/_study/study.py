@@ -30,18 +30,18 @@ _TOLD = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FinishingStudy:
-    """What a designed experiment in the cell told; see `finishing_study`.
+    """Result of a designed experiment in the cell; see `finishing_study`.
 
     Attributes
     ----------
     study : finishing.Study
         The analysis: its response is R_a in mm.
     outcome : mapping of str to array, (runs, replicates)
-        What came of each run: force (N), feed (mm/s), roughness (mm), time (s); names as in `FinishingCell`.
+        Outcome of each run: force (N), feed (mm/s), roughness (mm), time (s); names as in `FinishingCell`.
     best : mapping of str to level
         Setting that was confirmed, in its own units.
     prediction : finishing.study.Prediction
-        What was to be expected there, in dB and mm.
+        Prediction at that setting, in dB and mm.
     confirmation : Log
         The runs that confirm.
     """

@@ -10,7 +10,7 @@ def power(table: Table) -> physics.GrindingPower:
 
 
 def burning(table: Table) -> physics.BurningLimit:
-    """Power that the work stands."""
+    """Limit of the power, above which the work burns."""
     return table.one(physics.BurningLimit)
 
 

@@ -24,7 +24,7 @@ Finished = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Report:
-    """What a command prints of a run: a head, the first parts, the plan's promise beside what came of it.
+    """Printed report of a run: a head, the first parts, the plan's promise beside what came of it.
 
     `head` gives lines from title, plan and job; `summary` gives lines from log, plan, job and `Finished`. The
     heading of the summary and the lines of parts that were broken off are added.
@@ -67,7 +67,7 @@ def parts_table(
 ) -> Iterator[str]:
     """Lines of a table of the first parts, a column (name, format) each; `short`: headings of some.
 
-    Behind those that were broken off stands `why`.
+    `why` ends the line of a part that was broken off.
     """
     outcome = log.outcome
     yield "  ".join([part, *(f"{_heading(outcome, name, short):>12}" for name, _ in columns)])
@@ -101,7 +101,7 @@ def summary_line(name: str, values: Any, form: str, planned: float | None = None
 
 
 def broken_lines(why: Sequence[str], part: str) -> Iterator[str]:
-    """How many parts were broken off and why, where there are such."""
+    """Number of parts that were broken off, and the reasons; nothing where there are none."""
     broken = Counter(filter(None, why))
     if not broken:
         return

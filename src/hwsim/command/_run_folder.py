@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class RunFolder:
-    """What a command keeps: ``<word>.nc``, ``run.nc``, ``run.db`` and pictures; `load` opens a plan."""
+    """Folder of a run: ``<word>.nc``, ``run.nc``, ``run.db`` and pictures; `load` opens a plan."""
 
     def __init__(self, path: Path, word: str, load: Callable[[Path], Any]) -> None:
         self.path, self.word, self._load = path, word, load
@@ -23,7 +23,7 @@ class RunFolder:
 
     @property
     def journal(self) -> Path:
-        """Where finished parts are written."""
+        """File to which finished parts are written."""
         return self.path / "run.db"
 
     @property

@@ -67,7 +67,7 @@ class Table:
         return Table(self.path(key), value)
 
     def made(self, make: Callable[..., Made], *values: Any, **options: Any) -> Made:
-        """What `make` makes of values of this table; what it refuses is told with the name of the table."""
+        """Call `make` with values of this table; its refusal gets the name of the table."""
         try:
             return make(*values, **options)
         except (ValueError, TypeError) as error:
@@ -166,7 +166,7 @@ _NO_TOML = {
 
 
 def _misread(told: str, text: str) -> str:
-    """What is no TOML, with its line: tomllib tells the place by numbers alone, and names no key."""
+    """Fault of a file that is no TOML, with its line; tomllib names no key."""
     place = re.search(r"(.*) \(at line (\d+), column \d+\)", told)
     if place is None:
         return told
@@ -175,7 +175,7 @@ def _misread(told: str, text: str) -> str:
 
 
 def _with_text(told: str, entries: Any) -> str:
-    """Add to a refusal the text that stands in the file, where what was refused is the number made of it."""
+    """Add to a refused number the text in the file of which it was made."""
     named = re.match(r"(?:\[([\w.]+)\] )?([\w.]+) must be ", told)
     if named is None:
         return told

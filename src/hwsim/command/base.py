@@ -21,7 +21,7 @@ NOTHING_FINISHED = 1  # exit status of a run in which every part was broken off;
 
 
 class Job(Protocol):
-    """What is run: a stand, what is planned for it, and the controller that follows the plan."""
+    """A stand, the problem that is planned for it, and the controller that follows the plan."""
 
     @property
     def stand(self) -> Any:
@@ -29,7 +29,7 @@ class Job(Protocol):
 
     @property
     def problem(self) -> Any:
-        """What is planned."""
+        """The problem that is planned."""
 
     def controller(self, plan: Any) -> Any:
         """The controller that follows a plan."""
@@ -47,7 +47,7 @@ class StandJob(Generic[Stand]):
 
     @property
     def problem(self) -> Any:
-        """What is planned."""
+        """The problem that is planned."""
         stand: Any = self.stand  # a plant, which a type variable cannot promise
         return stand.problem
 
@@ -114,7 +114,7 @@ class Area(ABC):
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
         """Do something else than a run where a switch asks for it, and return its report; None: run.
 
-        What is not given (``arguments.parts``) is None here.
+        An option that is not given (``arguments.parts``) is None here.
         """
         return None
 
