@@ -17,20 +17,10 @@ from hwsim.command._toml import read as read_toml
 from hwsim.plants._centering.plant import CenteringMachine
 from hwsim.plants._probe.errors import ProbeErrors
 from sdpgrind.base import checks
-from sdpgrind.base.quantities import specs
+from sdpgrind.base.quantities import specs, units_of
 
 _BY_HAND = ("problem", "truth", "ring", "scatter", "errors", "scheduler", "tick")  # of the machine
 _NOT_SET = ("tip_radius", "angle_sd")  # of the controller: they are those of the machine
-_ERRORS = {
-    "probe_quantum": "mm",
-    "slide_quantum": "mm",
-    "noise_sd": "mm",
-    "skew": "s",
-    "runout": "mm",
-    "slip": "",
-    "dust": "",
-    "dust_size": "mm",
-}
 
 
 @dataclass(frozen=True)
@@ -127,13 +117,14 @@ def _truth(model: PushModel, table: Table) -> PushModel:
 
 
 def _errors(table: Table) -> ProbeErrors:
-    errors = table.made(ProbeErrors(noise_sd=0.0, runout=0.0).replace, **table.given(_ERRORS))
+    errors = table.made(ProbeErrors(noise_sd=0.0, runout=0.0).replace, **table.values(ProbeErrors, every=False))
     table.done()
     return errors
 
 
 def _offset(table: Table) -> Any:
     """One offset, or the least and the greatest."""
+    unit = units_of(CenteringMachine)["start_offset"]
     if not isinstance(table.take("start_offset"), list):
-        return table.number("start_offset", "mm")
-    return tuple(table.list_of("start_offset", "mm"))
+        return table.number("start_offset", unit)
+    return tuple(table.list_of("start_offset", unit))
