@@ -117,7 +117,9 @@ def _truth(model: PushModel, table: Table) -> PushModel:
 
 
 def _errors(table: Table) -> ProbeErrors:
-    errors = table.made(ProbeErrors(noise_sd=0.0, runout=0.0).replace, **table.values(ProbeErrors, every=False))
+    errors = table.made(
+        ProbeErrors(noise_sd=0.0, runout=0.0).replace, **table.values(ProbeErrors, every=False, skip=("counts", "runout_phase"))
+    )
     table.done()
     return errors
 
