@@ -19,7 +19,7 @@ class CoefficientScatter(Described):
     Parameters
     ----------
     specific_energy, idle_power, friction_ratio : float
-        Standard deviation over mean of each, relative.
+        Standard deviation over mean of each, unit 1.
 
     Raises
     ------
@@ -88,9 +88,9 @@ class Motor(Described):
     spin_time : float
         Time constant of the spin, s; 0: it follows its load at once.
     guard : float
-        The platform does not rise while the spin is below this share of the free speed; 0: no guard.
+        The platform does not rise while the spin is below this share of the free speed, unit 1; 0: no guard.
     stall : float
-        Below this share of the free speed the motor has stalled, and the pass is broken off.
+        Below this share of the free speed, unit 1, the motor has stalled and the pass is broken off.
 
     Raises
     ------
