@@ -111,7 +111,7 @@ class AdaptiveGrinder(Described):
     dulling: float = quantity("1/mm", at_least=0, default=1e-4 / 0.3)
     dress_at: float | None = quantity("1", default=None)
     dressed_area: float = quantity("1", above=0, at_most=1, default=0.006)
-    stock: float = quantity("mm", above=0, usual=(1e-3, 50.0), typical=0.3, default=0.3)
+    stock: float = quantity("mm", above=0, usual=(1e-3, 250.0), typical=0.3, default=0.3)
     infeed_lag: float = quantity("s", at_least=0, default=1.25)
     power_lag: float = quantity("s", at_least=0, default=0.2)
     power_gauge: Gauge = part(Gauge, " (see hwsim.devices)", default_factory=Gauge)
