@@ -12,7 +12,7 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.look_kernels import _has_moved
+from centering.circle._estimator.look_kernels import _has_moved, _keep
 from centering.circle._estimator.noise_kernels import _arrays
 from centering.circle._estimator.turn_kernels import _gather
 from centering.circle._estimator.validity_kernels import LEAST_RATIO, MOST_RATIO, judge
@@ -308,21 +308,6 @@ def _see_step(state, reading):
         state[at.REPEATS] += 1.0
     elif state[at.QUANTUM] == 0.0 or step < state[at.QUANTUM]:
         state[at.QUANTUM] = step
-
-
-@compiled(error_model="numpy")
-def _keep(state, array):
-    """Every 30 readings keep the triangle and its sums; the older of two is of before any reading in the ring."""
-    younger, older = _arrays(state)[3:6], _arrays(state)[6:9]
-    for i in range(3):
-        for j in range(i, array.shape[1]):
-            older[i, j] = younger[i, j]
-            younger[i, j] = array[i, j]
-    for k in range(at.KEPT_SIZE):
-        state[at.KEPT + at.KEPT_SIZE + k] = state[at.KEPT + k]
-    for k in range(at.SUMS):
-        state[at.KEPT + k] = state[at.SUM + k]
-    state[at.KEPT + at.KEPT_WAY], state[at.KEPT + at.KEPT_COVERED] = state[at.TRAVEL], state[at.COVERED]
 
 
 @compiled(error_model="numpy")

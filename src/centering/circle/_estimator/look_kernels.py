@@ -11,7 +11,7 @@ given: what is more than white noise then makes the readings doubtful until the 
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.noise_kernels import _arrays, _differences, _freedom_of, _inflation_of
+from centering.circle._estimator.noise_kernels import _arrays, _copy, _differences, _freedom_of, _inflation_of
 from centering.circle._estimator.turn_kernels import _in_first_turn
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
@@ -24,6 +24,19 @@ _ROUNDED = 1e-9  # and in that of the readings before
 _MANY_LOOKS = 8.0  # from which on they tell
 _TURN = 2.0 * np.pi * (1.0 - 1e-6)
 _QUIET = 1e-11  # least noise, in largest readings
+
+
+@compiled(error_model="numpy")
+def _keep(state, array):
+    """Every 30 readings keep the triangle and its sums; the older of two is of before any reading in the ring."""
+    younger = _arrays(state)[3:6]
+    _copy(younger, _arrays(state)[6:9])
+    _copy(array, younger)
+    for k in range(at.KEPT_SIZE):
+        state[at.KEPT + at.KEPT_SIZE + k] = state[at.KEPT + k]
+    for k in range(at.SUMS):
+        state[at.KEPT + k] = state[at.SUM + k]
+    state[at.KEPT + at.KEPT_WAY], state[at.KEPT + at.KEPT_COVERED] = state[at.TRAVEL], state[at.COVERED]
 
 
 @compiled(error_model="numpy")

@@ -134,7 +134,7 @@ def _median(values, size):
     return 0.5 * (values[(size - 1) // 2] + values[size // 2])
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _screen(state, room):
     """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
     error, core = np.empty(at.RING), np.empty(at.RING)
@@ -157,7 +157,7 @@ def _triple(n):
     return first % at.RING, (first + second) % at.RING, (first + third) % at.RING
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _agreed_errors(state, best, room):
     """Write the errors (mm) of the readings about that circle through three of them whose median error is least; return that.
 

@@ -94,7 +94,7 @@ def _write_waves(state, x, y, vector):
         column += 2
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _end_turn(state):
     """Keep what a turn says of form and noise, if its readings lie all around."""
     if state[at.BLOCK_COUNT] > 0.0:

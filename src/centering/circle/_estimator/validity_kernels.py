@@ -115,7 +115,7 @@ def _conclude(state, array, room, value, information):
         _without_bias(state, value, information)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _without_bias(state, value, information):
     """Take off what the square of the noise adds to the values: rows hold the reading, noise and all."""
     ratio = _ratio_of(state, value)
@@ -170,7 +170,7 @@ def judge(state, least):
     return _write_band(state)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _write_fit(state, value, information, ratio):
     """Write radius, centre and their covariance for noise 1."""
     state[at.RADIUS] = _radius(state, value) - state[at.TIP]
@@ -228,7 +228,7 @@ def may_have_moved(state):
     return state[at.DOUBT] != 0.0 and _in_first_turn(state)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _write_band(state):
     """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
     _write_rounding(state)

@@ -158,7 +158,7 @@ def _write_linear(data, limacon, rows):
         rows[3, i] = r if limacon else r * r
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _started(data, rows, circle):
     """Find a circle by its linear form, else by the limacon, else about the axis; return how that ended."""
     upper = np.empty((3, 4))
@@ -209,7 +209,7 @@ def _moved(data, circle, step, prior_mean, prior_weight, left):
     return 0.0
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
     """Go one Gauss-Newton step from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
     m, step, before = data.shape[1], np.empty(3), result[UNIT]

@@ -77,7 +77,7 @@ def _write_columns(angle, reading, circle, left, out):
     out[COLUMNS] = left
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _freed(angle, reading, kept, circle, line):
     """Take lobes of 2 to 5 upr out of the residuals, in place; how far they move the centre, less than 0: not told."""
     array, row, found = np.zeros((COLUMNS, COLUMNS + 1)), np.empty(COLUMNS + 1), np.empty(COLUMNS)
@@ -165,7 +165,7 @@ def noise(angle, reading, circle, left, order, whole, told):
         _noise_beside_form(_freed(angle, reading, kept, circle, line), line, before, whole, told)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _noise_beside_form(moved, line, before, whole, told):
     """Write what is told of noise that lobes have been taken out of; less than 0: they could not."""
     count, step = line.size, TURN * whole / line.size
