@@ -5,7 +5,7 @@ from centering.cycle._control.following import braking_speed
 from centering.cycle._control.form import RingFilter
 from centering.cycle._control.form_kernels import LAST, SIZE, _write_row
 from centering.cycle._control.launch import Approach, followed, launch, preview, run_up
-from centering.cycle._control.learning import LearnedBias, Travel
+from centering.cycle._control.learning import LearnedBias, RingTravel
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.table_motion import TableMotion
 from centering.cycle._source.planner import PrintedPlanner
@@ -19,7 +19,7 @@ from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, prepared, solved
 from centering.cycle._strategy.timing import table_speeds
 from centering.push._contact.reaction import COLUMN_NAMES
 from centering.push._fastest import search as optimal
-from centering.push._fastest.model import STARTS, Program, State, Swing, Task
+from centering.push._fastest.model import STARTS, PushProgram, PushTask, Swing, TipState
 from centering.push._machine.model import GRAVITY
 from centering.push._plan.direction import profile_of
 from centering.push._profile.rows import after, forward, remaining
@@ -50,15 +50,15 @@ __all__ = [
     "LearnedBias",
     "PartView",
     "PrintedPlanner",
-    "Program",
+    "PushProgram",
+    "PushTask",
     "RingFilter",
+    "RingTravel",
     "Size",
-    "State",
     "Swing",
     "TableMotion",
-    "Task",
+    "TipState",
     "TooFastError",
-    "Travel",
     "_push_on_table",
     "_write_row",
     "after",

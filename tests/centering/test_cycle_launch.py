@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from push_inside import Approach, LearnedBias, TableMotion, Travel, followed, launch, preview, run_up
+from push_inside import Approach, LearnedBias, RingTravel, TableMotion, followed, launch, preview, run_up
 
 from centering import preset, simulate_push
 from centering.cycle import PushKind
@@ -111,7 +111,7 @@ def test_a_table_at_rest_never_comes():
 @settings(deadline=None)
 @given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi))
 def test_travel_is_the_vector_in_the_frame_of_the_push(x, y, u, v, towards):
-    travel = Travel.between((x, y), (u, v), towards=towards)
+    travel = RingTravel.between((x, y), (u, v), towards=towards)
     turned = (complex(u, v) - complex(x, y)) * np.exp(-1j * towards)
     assert (travel.along, travel.across) == pytest.approx((turned.real, turned.imag), abs=1e-9)
     assert travel.distance == pytest.approx(abs(turned), abs=1e-9)

@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from push_inside import GRAVITY, STARTS, Program, State, Swing, Task, optimal
+from push_inside import GRAVITY, STARTS, PushProgram, PushTask, Swing, TipState, optimal
 from scipy.integrate import solve_ivp
 
 import sdpgrind
@@ -190,9 +190,9 @@ def test_early_touch_is_borne():
 def test_step_is_the_solution_of_the_equation(contact):
     """Under- and overdamped: d'' + B d' + d = a + r + kappa v against Runge-Kutta."""
     casadi = pytest.importorskip("casadi")
-    task = Task(contact, 0.05, 1.3, (1.0,), 10.0, 5.0, 2.0, 0.05, 9.0, 0.1, 1.0, False)
+    task = PushTask(contact, 0.05, 1.3, (1.0,), 10.0, 5.0, 2.0, 0.05, 9.0, 0.1, 1.0, False)
     swing, begin, v, a, r, h = Swing(task), (0.7, 1.9), 2.5, -0.8, 0.9, 1.7
-    found = swing.step(State(*begin), casadi.DM(v), a, casadi.DM(h), r)
+    found = swing.step(TipState(*begin), casadi.DM(v), a, casadi.DM(h), r)
 
     def slope(t, state):
         closing, speed = state
@@ -204,8 +204,8 @@ def test_step_is_the_solution_of_the_equation(contact):
 
 
 def test_program_begins_inside_its_bounds():
-    task = Task(0.21, 0.02, 1.33, (0.9, 1.1), 200.0, 6.9, 1.7, 0.05, math.inf, 0.1, 1.0, False)
-    program = Program(task, STARTS[0])
+    task = PushTask(0.21, 0.02, 1.33, (0.9, 1.1), 200.0, 6.9, 1.7, 0.05, math.inf, 0.1, 1.0, False)
+    program = PushProgram(task, STARTS[0])
     lower, start, upper = (np.array(each) for each in (program.lower, program.start, program.upper))
     assert np.all(lower <= start) and np.all(start <= upper)
     h, v, a = program.guess

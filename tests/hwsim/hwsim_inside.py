@@ -13,12 +13,37 @@ from hwsim._part.part import column
 from hwsim._processor.schedule import Kind
 from hwsim._processor.tasks import DRAWN, release_time
 from hwsim.command._quantities import parse, quantity
-from hwsim.command._report import Report, broken_off, parts_table, summary_head, summary_line
+from hwsim.command._report import CommandReport, broken_off, parts_table, summary_head, summary_line
 from hwsim.command._run_folder import with_kept
 from hwsim.command._toml import Table, read
 
 __all__ = [
-    "DRAWN", "Clock", "Frames", "Kind", "Labels", "Report", "Table", "Unpacker", "broken_off", "column", "command_column",
-    "common_tick", "couriers", "digest", "exact", "fingerprint", "packed", "paired", "parse", "parts_table", "quantity",
-    "read", "release_time", "same", "simplest", "summary_head", "summary_line", "with_kept",
+    "DRAWN",
+    "Clock",
+    "CommandReport",
+    "Frames",
+    "Kind",
+    "Labels",
+    "Table",
+    "Unpacker",
+    "broken_off",
+    "column",
+    "command_column",
+    "common_tick",
+    "couriers",
+    "digest",
+    "exact",
+    "fingerprint",
+    "packed",
+    "paired",
+    "parse",
+    "parts_table",
+    "quantity",
+    "read",
+    "release_time",
+    "same",
+    "simplest",
+    "summary_head",
+    "summary_line",
+    "with_kept",
 ]  # fmt: skip

@@ -12,12 +12,12 @@ import toy_area
 import xarray as xr
 from cli_fakes import only_news, without_news
 from hwsim_fakes import Drain, Tank
-from hwsim_inside import Report, Table, broken_off, read, same, summary_line, with_kept
+from hwsim_inside import CommandReport, Table, broken_off, read, same, summary_line, with_kept
 
 import hwsim
 import sdpgrind
 from hwsim import cli
-from hwsim.command.base import Area, StandJob
+from hwsim.command.base import AreaCommand, StandJob
 from sdpgrind import plunge
 from sdpgrind.base import records
 from sdpgrind.base.quantities import Described, described, law, quantity
@@ -128,7 +128,7 @@ def test_an_area_without_tolerance_has_no_such_option(monkeypatch, capsys):
 # What areas share ----------------------------------------------------------------------------------------------------
 
 
-class Words(Area):
+class Words(AreaCommand):
     """An area of words alone: it reads, plans and names what its library has."""
 
     name, about, made_for, presets = "words", "nothing new", "a plunge cycle", "simulation"
@@ -167,7 +167,7 @@ def test_a_report_says_which_parts_were_broken_off():
     def summary(log, plan, job, finished):
         yield summary_line("time (s)", log.outcome.time.values[finished], ".1f", plan)
 
-    report = Report([("time", ".1f")], {}, lambda *told: iter([f"{told}"]), summary, "ring", "it was tired")
+    report = CommandReport([("time", ".1f")], {}, lambda *told: iter([f"{told}"]), summary, "ring", "it was tired")
     assert report("a", Broken(), 3.0).splitlines() == [
         "('a', 3.0, None)",
         "",

@@ -8,7 +8,7 @@ import xarray as xr
 from hwsim_fakes import Drain, Tank
 from hwsim_inside import parts_table, read, summary_head, summary_line
 
-from hwsim.command.base import Area
+from hwsim.command.base import AreaCommand
 from sdpgrind.base import checks, records
 
 
@@ -58,7 +58,7 @@ class Job:
         return Drain(plan.flow)
 
 
-class Toy(Area):
+class Toy(AreaCommand):
     name, about = "toy", "drain a tank"
     made_for, part = "a tank", "drain"
     presets, units = "full, half", "mm, s"

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from locus_inside import ABOVE, BELOW, INSIDE, NO_KEY, Inversion, Table, find_state, run_many, tape, work_size
+from locus_inside import ABOVE, BELOW, INSIDE, NO_KEY, Inversion, LocusTable, find_state, run_many, tape, work_size
 from locus_inside import inversion_kernels as kernels
 from scipy.optimize import brentq
 
@@ -138,7 +138,7 @@ def koren_table(count=200):
     x = np.geomspace(0.5, 20, count)
     u, v = (x**2 + 4 * x - 1) / (1 + x**2), (4 + 2 * x) / (1 + x**2)
     slopes = np.column_stack([(2 * x + 4) - 2 * x * u, 2 - 2 * x * v]) / (1 + x**2)[:, None]
-    return Table(x, np.column_stack([u, v]), slopes)
+    return LocusTable(x, np.column_stack([u, v]), slopes)
 
 
 def koren(**changes):

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from locus_inside import ABOVE, BELOW, INSIDE, NO_KEY, Table, pack
+from locus_inside import ABOVE, BELOW, INSIDE, NO_KEY, LocusTable, pack
 from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.locus.kernels import look_up
 
 
 def waves(key):
-    return Table(key, np.column_stack([np.sin(key), np.exp(-key)]), np.column_stack([np.cos(key), -np.exp(-key)]))
+    return LocusTable(key, np.column_stack([np.sin(key), np.exp(-key)]), np.column_stack([np.cos(key), -np.exp(-key)]))
 
 
 def koren(x):
@@ -46,7 +46,7 @@ def test_everywhere_the_hermite_cubic_of_scipy(key, places):
 def test_cubics_are_exact(coefficients, places):
     cubic = np.polynomial.Polynomial(coefficients)
     key = np.array([-3.0, -2.9, -1.0, 0.4, 0.41, 3.0])
-    table = Table(key, cubic(key)[:, None], cubic.deriv()(key)[:, None])
+    table = LocusTable(key, cubic(key)[:, None], cubic.deriv()(key)[:, None])
     np.testing.assert_allclose(table.at(places)[:, 0], cubic(np.array(places)), rtol=0, atol=1e-13)
 
 
@@ -73,7 +73,7 @@ def test_what_a_table_says_of_its_errors_is_what_it_errs_by():
 
 @pytest.mark.parametrize("x", [np.geomspace(0.5, 20, 1000), 0.5 + 19.5 * np.linspace(0, 1, 4000) ** 2])
 def test_two_hundred_points_of_the_locus_of_koren(x):
-    table = Table(*koren(x)).thinned(200)
+    table = LocusTable(*koren(x)).thinned(200)
     assert 150 <= table.key.size <= 200
     at, exact, _ = koren(np.geomspace(0.5, 20, 30001))
     error = np.abs(table.at(at) - exact).max()
@@ -82,20 +82,20 @@ def test_two_hundred_points_of_the_locus_of_koren(x):
 
 
 def test_thinning_keeps_ends_and_spreads_the_error():
-    full = Table(*koren(np.geomspace(0.5, 20, 1000)))
+    full = LocusTable(*koren(np.geomspace(0.5, 20, 1000)))
     thin = full.thinned(60)
     assert (thin.low, thin.high) == (full.low, full.high)
     even = np.linspace(full.low, full.high, 60)
     blunt = full.at(even)  # nodes at equal steps of the key, with slopes from differences of a table 1e4 times finer
     slopes = (full.at(even + 1e-6) - full.at(even - 1e-6)) / 2e-6
     slopes[[0, -1]] = full.slopes[[0, -1]]
-    assert Table(even, blunt, slopes).errors().max() > 5 * thin.errors().max()
+    assert LocusTable(even, blunt, slopes).errors().max() > 5 * thin.errors().max()
     assert full.thinned(1000) is full
 
 
 def test_thinning_a_straight_line_and_falling_keys():
     key = np.linspace(5, 0, 100)
-    line = Table(key, np.column_stack([3 * key, 0 * key]), np.column_stack([3 + 0 * key, 0 * key])).thinned(10)
+    line = LocusTable(key, np.column_stack([3 * key, 0 * key]), np.column_stack([3 + 0 * key, 0 * key])).thinned(10)
     assert 2 <= line.key.size <= 10
     np.testing.assert_allclose(line.at([0.0, 1.234, 5.0]), [[0, 0], [3.702, 0], [15, 0]], atol=1e-12)
 
@@ -106,19 +106,19 @@ def test_kinks_stay_and_are_no_errors(way):
     key = np.concatenate([left, right])
     columns = np.concatenate([np.sin(left), np.sin(1) + 3 * (right - 1)])[:, None]
     slopes = np.concatenate([np.cos(left), np.full(80, 3.0)])[:, None]
-    table = Table(key[::way], columns[::way], slopes[::way])
+    table = LocusTable(key[::way], columns[::way], slopes[::way])
     np.testing.assert_allclose(table.errors(), np.sin(1) / 99**4 / 384, rtol=0.1)
     thin = table.thinned(20)
     assert {1.0, 1 + 1e-13, 0.0, 2.0} <= set(thin.key)
     at = np.linspace(0, 2, 2001)
     exact = np.where(at < 1, np.sin(at), np.sin(1) + 3 * (at - 1))
     np.testing.assert_allclose(thin.at(at)[:, 0], exact, rtol=0, atol=1e-7)  # (1/15)^4/384 is 5e-8
-    np.testing.assert_array_equal(Table(key[98:102], columns[98:102], slopes[98:102]).errors(), [np.inf])
+    np.testing.assert_array_equal(LocusTable(key[98:102], columns[98:102], slopes[98:102]).errors(), [np.inf])
 
 
 def test_a_falling_key_gives_the_same():
     key, columns, slopes = koren(np.geomspace(0.5, 20, 30))
-    one, other = Table(key, columns, slopes), Table(key[::-1], columns[::-1], slopes[::-1])
+    one, other = LocusTable(key, columns, slopes), LocusTable(key[::-1], columns[::-1], slopes[::-1])
     at = np.linspace(1, 19, 500)
     np.testing.assert_array_equal(one.at(at), other.at(at))
     np.testing.assert_array_equal(other.columns, columns[::-1])
@@ -173,7 +173,7 @@ def test_nodes_too_close_to_be_told_apart_by_the_guide():
 )
 def test_tables_that_are_refused(key, columns, slopes, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
-        Table(np.array(key), np.zeros(columns), np.zeros(slopes))
+        LocusTable(np.array(key), np.zeros(columns), np.zeros(slopes))
 
 
 def test_a_key_that_is_no_number_is_refused():
@@ -188,7 +188,7 @@ def test_a_key_that_is_no_number_is_refused():
 
 def test_a_table_does_not_change_with_what_it_was_made_of():
     key, columns, slopes = koren(np.geomspace(0.5, 20, 30))
-    table = Table(key, columns, slopes)
+    table = LocusTable(key, columns, slopes)
     before = table.at(7.0)
     columns[:] = 0.0
     np.testing.assert_array_equal(table.at(7.0), before)
@@ -198,7 +198,7 @@ def test_a_table_does_not_change_with_what_it_was_made_of():
 
 def test_columns_are_put_where_they_are_wanted():
     key = np.array([0.0, 1.0, 3.0])
-    table = Table(key, np.column_stack([key**3, key]), np.column_stack([3 * key**2, np.ones(3)]))
+    table = LocusTable(key, np.column_stack([key**3, key]), np.column_stack([3 * key**2, np.ones(3)]))
     out = np.full(2, np.nan)
     assert table.at(2.0, out=out) is out
     np.testing.assert_allclose(out, table.at(2.0), rtol=0)

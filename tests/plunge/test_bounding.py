@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plunge_inside import CONSTRAINTS, SETTINGS, SOLVED, Task, moved, optimum, program, readings
+from plunge_inside import CONSTRAINTS, SETTINGS, SOLVED, StageTask, moved, optimum, program, readings
 from scipy.optimize import brentq
 
 import hwsim
@@ -210,7 +210,7 @@ def test_the_statement_in_cvxpy_has_the_solution_of_osqp():
 
 
 def test_slopes_against_differences():
-    task = Task(program(COARSE), settings_of(believed(COARSE, stage_remaining=0.1)), {"roundness": 0.003}, SETTINGS)
+    task = StageTask(program(COARSE), settings_of(believed(COARSE, stage_remaining=0.1)), {"roundness": 0.003}, SETTINGS)
     x, prices = task.start, np.linspace(0, 1, task.ceilings.size)
     slope, _, slopes, curvature = (np.asarray(each) for each in task.program.derivatives(x, prices))
 

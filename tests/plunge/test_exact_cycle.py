@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from plunge_inside import Envelope, Limits, _damage, _slowing
+from plunge_inside import Envelope, EnvelopeLimits, _damage, _slowing
 from scipy.integrate import quad, simpson, solve_ivp
 
 from sdpgrind import physics, plunge
@@ -134,7 +134,7 @@ def test_bound_against_a_running_minimum(rate_max, B, stock, stiffness, area, ma
     except ValueError:
         assume(False)
     model, margin = problem.model, min(margin, 0.9 * stock)
-    limits = Limits(model.core, rate_max, model.burn_rate, problem.final_rate, margin, stock)
+    limits = EnvelopeLimits(model.core, rate_max, model.burn_rate, problem.final_rate, margin, stock)
     envelope = Envelope(limits)
     left = np.linspace(0.0, stock, 2001)
     rate = np.array([limits.rate_at(r) for r in left])

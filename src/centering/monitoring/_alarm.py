@@ -89,7 +89,7 @@ class Shock(NamedTuple):
     spread: float
 
 
-class Step(NamedTuple):
+class DriftStep(NamedTuple):
     """The most likely step behind a row of innovations: part, size, and the size's sd for noise of sd 1."""
 
     since: int
@@ -97,17 +97,17 @@ class Step(NamedTuple):
     size_sd: float
 
 
-def likely_step(shocks: Sequence[Shock], side: int) -> Step:
+def likely_step(shocks: Sequence[Shock], side: int) -> DriftStep:
     """Return the step to that side that explains a row of innovations best.
 
     A step at one part makes innovations that fade as the filter follows: by ``1 - gain = 1/spread^2`` with each reading. Sum of
     squares that a step at part j explains: (s'u)^2/(s's), with s the fading row from j on.
     """
-    found, most = Step(shocks[-1].part, 0.0, np.inf), -np.inf
+    found, most = DriftStep(shocks[-1].part, 0.0, np.inf), -np.inf
     values, spreads = np.array([shock.value for shock in shocks]), np.array([shock.spread for shock in shocks])
     for j, shock in enumerate(shocks):
         fading = np.concatenate([[1.0], np.cumprod(spreads[j:-1] ** -2.0)]) / spreads[j:]
         square, along = float(fading @ fading), float(fading @ values[j:])
         if side * along > 0 and along**2 / square > most:
-            found, most = Step(shock.part, along / square, square**-0.5), along**2 / square
+            found, most = DriftStep(shock.part, along / square, square**-0.5), along**2 / square
     return found

@@ -34,7 +34,7 @@ _APART = 1e-3
 """Of the radius, from which on optima as good as each other are told."""
 
 
-class Found(NamedTuple):
+class ExchangeFound(NamedTuple):
     """A circle, about the mean of the points (mm), and what is proved of it."""
 
     center: tuple[float, float]
@@ -64,26 +64,26 @@ def start_centre(x: Floats, y: Floats) -> tuple[float, float]:
     return cx, cy
 
 
-def least_squares(x: Floats, y: Floats) -> Found:
+def least_squares(x: Floats, y: Floats) -> ExchangeFound:
     """LSC: the sum of squared deviations is least."""
     cx, cy, radius, bends = least_squares_circle(x, y, *start_centre(x, y))
     across, up = x - cx, y - cy
     rms = float(np.sqrt(np.mean((np.sqrt(across * across + up * up) - radius) ** 2)))
     told = "the sum of squares is level at this centre" + (", and bends upwards in every direction" if bends else "")
-    return Found((cx, cy), radius, rms, told)
+    return ExchangeFound((cx, cy), radius, rms, told)
 
 
-def circumscribed(x: Floats, y: Floats) -> Found:
+def circumscribed(x: Floats, y: Floats) -> ExchangeFound:
     """MCC: the smallest circle that holds all points."""
     start_centre(x, y)
     basis = np.zeros(3, dtype=np.int64)
     cx, cy, radius, bound, size = smallest_circle(x, y, rounding(x, y), basis)
     held = "two contacts are ends of a diameter" if size == 2 else "three contacts stand about the centre"
     told = f"no point lies outside, and {held}: no smaller circle holds these alone"
-    return Found((cx, cy), radius, bound, told, basis[:size], np.full(size, True))
+    return ExchangeFound((cx, cy), radius, bound, told, basis[:size], np.full(size, True))
 
 
-def inscribed(x: Floats, y: Floats) -> Found:
+def inscribed(x: Floats, y: Floats) -> ExchangeFound:
     """MIC: the largest circle with no point inside, its centre among the points."""
     tolerance, basis = rounding(x, y), np.zeros(4, dtype=np.int64)
     cx, cy, radius, held = empty_circle(x, y, *start_centre(x, y), tolerance, basis)
@@ -103,10 +103,10 @@ def inscribed(x: Floats, y: Floats) -> Found:
             freed = max(radius, -best.free)
             raise ValueError(f"points must hold the inscribed circle from all sides; one of {freed:.6g} mm can leave by a gap")
         told = f"all centres within {reach:.3g} mm were searched: {best.told}; beyond all among the points are worse"
-    return Found((cx, cy), radius, bound, told, basis[:3], np.full(3, False))
+    return ExchangeFound((cx, cy), radius, bound, told, basis[:3], np.full(3, False))
 
 
-def minimum_zone(x: Floats, y: Floats) -> Found:
+def minimum_zone(x: Floats, y: Floats) -> ExchangeFound:
     """MZC: the two concentric circles, closest together, that hold all points between them."""
     tolerance, basis = rounding(x, y), np.zeros(4, dtype=np.int64)
     cx, cy, width, held = zone(x, y, *start_centre(x, y), tolerance, basis)
@@ -124,7 +124,7 @@ def minimum_zone(x: Floats, y: Floats) -> Found:
     far, most, near, least = extremes(x, y, cx, cy)
     contacts = basis if held else np.array([far, near])
     outer = np.array([True, True, False, False] if held else [True, False])
-    return Found((cx, cy), 0.5 * (most + least), bound, told, contacts, outer)
+    return ExchangeFound((cx, cy), 0.5 * (most + least), bound, told, contacts, outer)
 
 
 class _Best(NamedTuple):

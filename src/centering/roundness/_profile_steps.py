@@ -18,7 +18,7 @@ from centering.roundness._roundness import Roundness
 from centering.roundness._samples import Samples
 from centering.roundness._sampling import even_turn, highest_degree, supported, widest_gap
 from centering.roundness._separation import separate
-from centering.roundness._separation_task import Task
+from centering.roundness._separation_task import SeparationTask
 from centering.roundness._spectrum import Spectrum
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
@@ -28,7 +28,7 @@ _LEFT = 0.25  # of the samples: with that many degrees of freedom what a fit lea
 _BRIDGE = 2.0  # sd of one reading: a form that is less sure than that in a gap is warned of
 
 
-def without_runout(profile: Measured, task: Task) -> Made:
+def without_runout(profile: Measured, task: SeparationTask) -> Made:
     """The same samples without the roller's runout; as they are where that is not told from noise."""
     with one_blas_thread():
         found = separate(task)

@@ -12,8 +12,8 @@ from scipy.special import fdtrc
 
 from centering.roundness._runout import Runout
 from centering.roundness._separation_rows import Basis, condition
-from centering.roundness._separation_start import REACH, SEEN, State, start
-from centering.roundness._separation_task import Task, refuse_integer
+from centering.roundness._separation_start import REACH, SEEN, SeparationState, start
+from centering.roundness._separation_task import SeparationTask, refuse_integer
 from sdpgrind.base.checks import Floats
 
 _STEPS = 20
@@ -54,7 +54,7 @@ class _Fit:
         return [self.noise_sd**2 * part if self.noise_sd < inf else np.full(part.shape, inf) for part in parts]
 
 
-def separate(task: Task) -> Separation:
+def separate(task: SeparationTask) -> Separation:
     """Tell form and runout apart."""
     samples = task.samples
     nominal = task.ratio or float(samples.circle[0]) / abs(samples.tip_radius)
@@ -78,22 +78,24 @@ def _fitted(basis: Basis, further: Floats, target: Floats) -> _Fit:
     return _Fit(solution, gram, target - solution[:first] @ basis.rows - solution[first:] @ further)
 
 
-def _moved(task: Task, state: State, fit: _Fit, nominal: float, refine: bool) -> State:
+def _moved(task: SeparationTask, state: SeparationState, fit: _Fit, nominal: float, refine: bool) -> SeparationState:
     """The state after a step; the tip's radius goes with the ratio unless that was given."""
     first = 2 * task.upr_max + 1
     circle, ratio, rho = state.circle + fit.solution[:3], state.ratio, state.tip_radius
     if refine:
         ratio = float(np.clip(ratio + fit.solution[-1], nominal * (1 - REACH), nominal * (1 + REACH)))
         rho = rho if task.ratio else copysign(float(circle[0]) / ratio, rho)
-    return State(circle, rho, ratio, fit.solution[first : first + 2])
+    return SeparationState(circle, rho, ratio, fit.solution[first : first + 2])
 
 
-def _still(before: State, after: State) -> bool:
+def _still(before: SeparationState, after: SeparationState) -> bool:
     moved = np.abs(after.circle - before.circle).max() / after.circle[0]
     return bool(max(moved, abs(after.ratio / before.ratio - 1)) < _STILL)
 
 
-def _separation(task: Task, state: State, fit: _Fit, part_angle: Floats, basis: Basis, further: Floats) -> Separation:
+def _separation(
+    task: SeparationTask, state: SeparationState, fit: _Fit, part_angle: Floats, basis: Basis, further: Floats
+) -> Separation:
     first, size = len(basis.rows), len(further)
     of_circle, of_runout = fit.covariance(slice(0, 3), slice(first, first + size))
     covariance = np.zeros((3, 3))
@@ -113,7 +115,7 @@ def _separation(task: Task, state: State, fit: _Fit, part_angle: Floats, basis: 
     return Separation(state.circle, of_circle, state.tip_radius, runout, fit.residual)
 
 
-def _slip(state: State, part_angle: Floats, rows: Floats, fit: _Fit) -> tuple[float, float]:
+def _slip(state: SeparationState, part_angle: Floats, rows: Floats, fit: _Fit) -> tuple[float, float]:
     """Spread of the roller's phase over pieces of a turn as a way along the part, mm; probability of as much by noise.
 
     What the fit has taken off the residual is taken off the covariance of the phases, too: of the pieces that were read once it

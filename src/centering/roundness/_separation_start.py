@@ -10,7 +10,7 @@ from centering.roundness._runout import Runout
 from centering.roundness._samples import TOO_BAD
 from centering.roundness._sampling import widest_gap
 from centering.roundness._separation_rows import Basis, condition, harmonic_rows
-from centering.roundness._separation_task import Task
+from centering.roundness._separation_task import SeparationTask
 from sdpgrind.base.checks import Floats
 
 REACH = 5e-3
@@ -26,7 +26,7 @@ _LATER = (0, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class State:
+class SeparationState:
     """What a step moves: circle, tip radius, ratio, runout's cosine and sine."""
 
     circle: Floats
@@ -40,10 +40,10 @@ class State:
         return rows if refine else rows[:2]
 
 
-def start(task: Task, nominal: float) -> tuple[State, bool]:
+def start(task: SeparationTask, nominal: float) -> tuple[SeparationState, bool]:
     """What the steps begin with, and whether there is a runout whose ratio can be refined."""
     samples = task.samples
-    state = State(samples.circle, samples.tip_radius, nominal, np.zeros(2))
+    state = SeparationState(samples.circle, samples.tip_radius, nominal, np.zeros(2))
     part_angle, deviation = samples.about(state.circle, state.tip_radius)
     basis = Basis.of(part_angle, task.upr_max)
     _refuse_ill(task, condition(basis.bordered(state.runout_rows(part_angle, False))), nominal)
@@ -57,7 +57,7 @@ def start(task: Task, nominal: float) -> tuple[State, bool]:
     return (better, True) if _told(basis, better, left, part_angle, nominal) else (state, False)
 
 
-def _told(basis: Basis, state: State, left: Floats, part_angle: Floats, nominal: float) -> bool:
+def _told(basis: Basis, state: SeparationState, left: Floats, part_angle: Floats, nominal: float) -> bool:
     """Whether the samples tell the ratio better than its reach does: hardly so over one turn, where harmonics make up for it.
 
     Nor is it looked for where that would make the amplitude unsure which is known at the ratio as it is: near a whole number
@@ -84,7 +84,9 @@ def _unsettled(gram: Floats, tone: Floats, noise_sd: float) -> bool:
     return unsure > max(_UNSURE * amplitude, _INFLATED * sure)
 
 
-def _first_runout(task: Task, basis: Basis, left: Floats, part_angle: Floats, nominal: float) -> tuple[float, Floats] | None:
+def _first_runout(
+    task: SeparationTask, basis: Basis, left: Floats, part_angle: Floats, nominal: float
+) -> tuple[float, Floats] | None:
     """Of ratios within reach that whose runout explains most of what harmonics leave; None where that is no more than noise."""
     count = 2 * ceil(REACH * nominal * task.samples.turns / _APART) + 3
     ratios = nominal * (1 + np.linspace(-REACH, REACH, count))
@@ -104,7 +106,7 @@ def _explained(basis: Basis, left: Floats, part_angle: Floats, ratio: float) -> 
     return float(left @ tone.T @ found), found
 
 
-def _refuse_ill(task: Task, found: float, ratio: float) -> None:
+def _refuse_ill(task: SeparationTask, found: float, ratio: float) -> None:
     if found <= TOO_BAD:
         return
     raise ValueError(
@@ -113,7 +115,7 @@ def _refuse_ill(task: Task, found: float, ratio: float) -> None:
     )
 
 
-def _advice(task: Task, ratio: float) -> str:
+def _advice(task: SeparationTask, ratio: float) -> str:
     """What would make the condition good: turns, on an even grid, or samples where there are none."""
     more = _more_turns(ratio, task.upr_max, task.samples.turns)
     if more == 0:

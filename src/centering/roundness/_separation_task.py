@@ -18,7 +18,7 @@ _LEFT = 0.25  # of the samples: degrees of freedom that all harmonics must leave
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Task:
+class SeparationTask:
     """What is to be separated: the ratio belongs to the tip radius where none is given, as `origin` tells; refined or kept."""
 
     samples: Samples
@@ -29,7 +29,7 @@ class Task:
     origin: str
 
 
-def task_of(samples: Samples, *, ratio: float | None, upr_max: int | None, refine: bool, near_integer: bool) -> Task:
+def task_of(samples: Samples, *, ratio: float | None, upr_max: int | None, refine: bool, near_integer: bool) -> SeparationTask:
     """What is to be separated, checked: the ratio, the harmonics, the samples."""
     tip_radius = samples.tip_radius
     if ratio is None and tip_radius == 0:
@@ -41,7 +41,7 @@ def task_of(samples: Samples, *, ratio: float | None, upr_max: int | None, refin
     origin = "" if ratio is not None else f" ({samples.circle[0]:.6g} mm over a tip_radius of {abs(tip_radius):.6g} mm)"
     refuse_integer(turned, origin, near_integer)
     degree = _degree(turned, samples, samples.angle.size / samples.turns, upr_max)
-    return Task(samples, ratio, degree, bool(refine), bool(near_integer), origin)
+    return SeparationTask(samples, ratio, degree, bool(refine), bool(near_integer), origin)
 
 
 def _degree(ratio: float, samples: Samples, points: float, upr_max: int | None) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hwsim._log.labels import Labels
 from hwsim._part.motions import stacked
-from hwsim._part.part import Column, Part
+from hwsim._part.part import Column, LivePart
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,13 +26,13 @@ class Frames:
     outcome: "xr.Dataset"
 
 
-def from_parts(parts: Sequence[Part], labels: Labels) -> Frames:
+def from_parts(parts: Sequence[LivePart], labels: Labels) -> Frames:
     """Label the parts of one run."""
     tiers = dict.fromkeys(tier for part in parts for tier in part.tables)
     return Frames({tier: _table(tier, parts, labels) for tier in tiers}, _outcome(parts, labels))
 
 
-def _table(tier: str, parts: Sequence[Part], labels: Labels) -> "xr.Dataset":
+def _table(tier: str, parts: Sequence[LivePart], labels: Labels) -> "xr.Dataset":
     import xarray as xr
 
     tables = [part.tables.get(tier, {"time": np.empty(0)}) for part in parts]
@@ -48,7 +48,7 @@ def _table(tier: str, parts: Sequence[Part], labels: Labels) -> "xr.Dataset":
     return xr.Dataset(variables, coords, {"tier": tier})
 
 
-def _outcome(parts: Sequence[Part], labels: Labels) -> "xr.Dataset":
+def _outcome(parts: Sequence[LivePart], labels: Labels) -> "xr.Dataset":
     import xarray as xr
 
     variables = {}
@@ -61,7 +61,7 @@ def _outcome(parts: Sequence[Part], labels: Labels) -> "xr.Dataset":
     return xr.Dataset(variables, coords, {**names, **labels.description})
 
 
-def repeated(series: Sequence[Sequence[Part]], labels: Labels) -> "xr.Dataset":
+def repeated(series: Sequence[Sequence[LivePart]], labels: Labels) -> "xr.Dataset":
     """Label the outcomes of many series of equally many parts."""
     import xarray as xr
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
-from hwsim._part.part import Column, Part
+from hwsim._part.part import Column, LivePart
 from sdpgrind.base import checks
 
 _SCHEMA = """
@@ -125,7 +125,7 @@ class Journal:
             begun = f"{str(self.path)!r} was begun with another {' and '.join(other)}"
             raise ValueError(f"journal must be of this run; {begun}")
 
-    def read(self, limit: int = -1) -> Iterator[Part]:
+    def read(self, limit: int = -1) -> Iterator[LivePart]:
         """Give the first `limit` finished parts (private to this package)."""
         rows = self._database.execute("SELECT number, names, arrays FROM part ORDER BY number LIMIT ?", (limit,)).fetchall()
         for expected, (number, names, arrays) in enumerate(rows):
@@ -133,7 +133,7 @@ class Journal:
                 raise ValueError(f"{str(self.path)!r} lacks part {expected}")
             yield _unpacked(names, arrays)
 
-    def add(self, number: int, part: Part) -> None:
+    def add(self, number: int, part: LivePart) -> None:
         """Write one finished part, durably, in one transaction (private to this package)."""
         outcome = {name: _as_json(value) for name, value in part.outcome.items()}
         try:
@@ -164,7 +164,7 @@ def _as_json(value: Column) -> Any:
     return plain.tolist()
 
 
-def _packed(part: Part) -> tuple[str, bytes]:
+def _packed(part: LivePart) -> tuple[str, bytes]:
     """Index (name, dtype, shape) and bytes of a part's arrays; names: ``tier/column``, outcomes ``/name``."""
     named: dict[str, Column] = {f"/{name}": value for name, value in part.outcome.items()}
     for tier, table in part.tables.items():
@@ -173,7 +173,7 @@ def _packed(part: Part) -> tuple[str, bytes]:
     return json.dumps(index), b"".join(value.tobytes() for value in named.values())
 
 
-def _unpacked(index: str, arrays: bytes) -> Part:
+def _unpacked(index: str, arrays: bytes) -> LivePart:
     tables: dict[str, dict[str, Column]] = {}
     outcome: dict[str, Column] = {}
     start = 0
@@ -182,4 +182,4 @@ def _unpacked(index: str, arrays: bytes) -> Part:
         value = np.frombuffer(arrays, dtype, math.prod(shape), start).reshape(shape)
         (tables.setdefault(tier, {}) if tier else outcome)[name] = value
         start += value.nbytes
-    return Part(tables, outcome)
+    return LivePart(tables, outcome)

@@ -10,7 +10,7 @@ from hwsim._log import frames as _frames
 from hwsim._log.frames import Frames
 from hwsim._log.labels import Labels
 from hwsim._part.motions import is_of_rows, rows_of
-from hwsim._part.part import Column, Part
+from hwsim._part.part import Column, LivePart
 from sdpgrind.base.plans import Record
 
 if TYPE_CHECKING:
@@ -58,11 +58,11 @@ class Log(Record):
 
     kind = "hwsim.log"
 
-    def __init__(self, make: Callable[[], Frames], parts: Sequence[Part] | None = None) -> None:
+    def __init__(self, make: Callable[[], Frames], parts: Sequence[LivePart] | None = None) -> None:
         self._make, self._parts = make, parts
 
     @classmethod
-    def of(cls, parts: Sequence[Part], labels: Labels) -> Self:
+    def of(cls, parts: Sequence[LivePart], labels: Labels) -> Self:
         """Label the parts of a run when they are first looked at (private to this package)."""
         return cls(lambda: _frames.from_parts(parts, labels), parts)
 

@@ -36,7 +36,7 @@ class _Retimed(Protocol):
 
 
 @dataclass(frozen=True)
-class Report:
+class CheckReport:
     """Result of `check`: false when something is wrong; prints one line a fault."""
 
     plant: str
@@ -55,7 +55,7 @@ class Report:
         return "\n".join([head, *(f"- {fault}" for fault in self.faults)])
 
 
-def check(plant: Plant, controller: Controller) -> Report:
+def check(plant: Plant, controller: Controller) -> CheckReport:
     """Say what is missing for `run(plant, controller)`, and try the plant's first moments.
 
     Parameters
@@ -86,14 +86,14 @@ def check(plant: Plant, controller: Controller) -> Report:
     faults = list(_faults(plant, controller))
     if _knows(plant, Plant) and not _lacks("plant", plant, Plant):
         faults += _first_moments(plant)
-    return Report(type(plant).__name__, type(controller).__name__, tuple(faults))
+    return CheckReport(type(plant).__name__, type(controller).__name__, tuple(faults))
 
 
 def checked_clock(plant: Plant, controller: Controller, name: str = "") -> tuple[Plant, Clock]:
     """Give plant and clock of a run, or refuse what cannot run; `name` is that of the controller."""
     faults = tuple(_faults(plant, controller))
     if faults:
-        report = str(Report(type(plant).__name__, type(controller).__name__, faults))
+        report = str(CheckReport(type(plant).__name__, type(controller).__name__, faults))
         raise ValueError(f"controllers[{name!r}]: {report}" if name else report)
     clock = _clock(plant, controller)
     if clock.tick != exact("tick of the plant", plant.tick):

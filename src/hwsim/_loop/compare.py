@@ -10,9 +10,9 @@ from hwsim._log import frames as _frames
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
 from hwsim._loop.check import checked_clock
-from hwsim._loop.loop import BLOCK, PIECE, Numbered, Series, batched, check_helpers, check_order
+from hwsim._loop.loop import BLOCK, PIECE, Numbered, RunSeries, batched, check_helpers, check_order
 from hwsim._part.clock import Clock
-from hwsim._part.part import Part
+from hwsim._part.part import LivePart
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import execute
@@ -94,7 +94,7 @@ def compare(
         fitted, clock = checked_clock(plant, controller, name)
         check_order(fitted, executor)
         labels = Labels.of(fitted, controller)
-        series = Series(fitted, clock, controller, None, labels)
+        series = RunSeries(fitted, clock, controller, None, labels)
         done = list(series.in_order(list(enumerate(copy.deepcopy(rngs))), executor))
         runs[name] = _frames.from_parts(done, labels)
         progress((k + 1) / len(controllers), f"{name}: {parts} parts")
@@ -151,7 +151,7 @@ def repeat(
     plant, clock = checked_clock(plant, controller)
     labels = Labels.of(plant, controller)
     work = partial(_outcomes, plant, controller, clock, labels, checks.count("parts", parts), adapt)
-    done: list[list[Part]] = []
+    done: list[list[LivePart]] = []
     for piece in batched(list(enumerate(rngs)), BLOCK):
         done += [each for few in execute(work, batched(piece, PIECE), executor) for each in few]
         progress(len(done) / series, f"series {len(done)} of {series}")
@@ -160,10 +160,10 @@ def repeat(
 
 def _outcomes(
     plant: Plant, controller: Controller, clock: Clock, labels: Labels, parts: int, adapt: Any, piece: Sequence[Numbered]
-) -> list[list[Part]]:
+) -> list[list[LivePart]]:
     """A few series; of each part the outcome alone travels back."""
     done = []
     for _, rng in piece:
-        series = Series(plant, clock, controller, copy.deepcopy(adapt), labels)
-        done.append([Part({}, part.outcome) for part in series.in_order(list(enumerate(children(rng, parts))), None)])
+        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels)
+        done.append([LivePart({}, part.outcome) for part in series.in_order(list(enumerate(children(rng, parts))), None)])
     return done

@@ -18,7 +18,7 @@ from hwsim._log.labels import Labels
 from hwsim._log.log import Log
 from hwsim._loop.check import checked_clock, other_job
 from hwsim._part.clock import Clock
-from hwsim._part.part import Part, run_part
+from hwsim._part.part import LivePart, run_part
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import execute
@@ -107,7 +107,7 @@ def run(
     check_order(plant, executor)
     labels = Labels.of(plant, controller)
     with _book(journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels) as book:
-        series = Series(plant, clock, controller, copy.deepcopy(adapt), labels)
+        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels)
         done = list(book.read(parts)) if book else []
         for part in done:
             series.learn(part)
@@ -134,7 +134,7 @@ def check_order(plant: Plant, executor: Executor | None) -> None:
 
 
 @dataclass
-class Series:
+class RunSeries:
     """Parts one after the other; between them the plant may change, and the controller may learn."""
 
     plant: Plant
@@ -143,7 +143,7 @@ class Series:
     adapt: Adaptation | None
     labels: Labels
 
-    def learn(self, part: Part) -> None:
+    def learn(self, part: LivePart) -> None:
         """Take the plant as the part left it, and the next controller, made from the last one as it began."""
         after = getattr(self.plant, "after", None)
         if after is not None:
@@ -155,7 +155,7 @@ class Series:
             if faults := other_job(self.plant, self.controller):
                 raise ValueError(f"next of the adaptation must return a controller that fits: {faults[0]}")
 
-    def in_order(self, waiting: Sequence[Numbered], executor: Executor | None) -> Iterator[Part]:
+    def in_order(self, waiting: Sequence[Numbered], executor: Executor | None) -> Iterator[LivePart]:
         """Run the parts that are waiting and give them in order, each as soon as it can be had."""
         if executor is not None:
             yield from self._parallel(waiting, executor)
@@ -165,7 +165,7 @@ class Series:
             yield part
             self.learn(part)
 
-    def _parallel(self, waiting: Sequence[Numbered], executor: Executor) -> Iterator[Part]:
+    def _parallel(self, waiting: Sequence[Numbered], executor: Executor) -> Iterator[LivePart]:
         work = partial(_run_piece, self.plant, self.controller, self.clock)
         for block in batched(waiting, BLOCK):
             for piece in execute(work, batched(block, PIECE), executor):
@@ -177,11 +177,11 @@ def batched(items: Sequence[Numbered], size: int) -> Iterator[Sequence[Numbered]
     return (items[k : k + size] for k in range(0, len(items), size))
 
 
-def _run_piece(plant: Plant, controller: Controller, clock: Clock, piece: Sequence[Numbered]) -> list[Part]:
+def _run_piece(plant: Plant, controller: Controller, clock: Clock, piece: Sequence[Numbered]) -> list[LivePart]:
     return [_run_one(plant, controller, clock, numbered) for numbered in piece]
 
 
-def _run_one(plant: Plant, controller: Controller, clock: Clock, numbered: Numbered) -> Part:
+def _run_one(plant: Plant, controller: Controller, clock: Clock, numbered: Numbered) -> LivePart:
     """Run one part on a copy of the controller, so that nothing leaks into the next."""
     number, rng = numbered
     try:

@@ -25,7 +25,7 @@ _NOTHING: Mapping[str, Any] = {}
 
 
 @dataclass(frozen=True)
-class Part:
+class LivePart:
     """Result of one part: tables (name -> column) of tiers and of rows of motions, and the outcome."""
 
     tables: Mapping[str, Mapping[str, Column]]
@@ -49,7 +49,7 @@ class Tier:
     rows: list[Row] = field(default_factory=list)
 
 
-def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.Generator) -> Part:
+def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.Generator) -> LivePart:
     """Run one part from its start until it is done."""
     machine = plant.start(rng)
     controller.reset()
@@ -75,13 +75,13 @@ def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.
     return _finished(tiers, machine, reading, clock)
 
 
-def _at_once(machine: Machine, controller: Controller) -> Part | None:
+def _at_once(machine: Machine, controller: Controller) -> LivePart | None:
     """The whole part at once, where machine and controller have compiled cores; None: step by step."""
     whole = getattr(machine, "whole", None)
     tables = whole(controller) if whole else None
     if tables is None:
         return None
-    return Part(tables, {name: _figure(value) for name, value in machine.outcome().items()})
+    return LivePart(tables, {name: _figure(value) for name, value in machine.outcome().items()})
 
 
 def _whole(measured: Mapping[str, Any], measures: Mapping[str, str]) -> dict[str, Any]:
@@ -157,7 +157,7 @@ def _wait(tiers: list[Tier], now: int) -> int:
     return due - now
 
 
-def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], clock: Clock) -> Part:
+def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], clock: Clock) -> LivePart:
     """Turn rows into columns; a last row without a command holds what was measured when the part was done."""
     said: dict[str, Any] = {}
     for tier in tiers:
@@ -171,7 +171,7 @@ def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], c
     tables: dict[str, Mapping[str, Column]] = {}
     for tier in tiers:
         tables |= _tables(tier, clock)
-    return Part(tables, {name: _figure(value) for name, value in outcome.items()})
+    return LivePart(tables, {name: _figure(value) for name, value in outcome.items()})
 
 
 def _tables(tier: Tier, clock: Clock) -> dict[str, dict[str, Column]]:

@@ -15,13 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hwsim._processor.schedule import Kind, Schedule
-from hwsim._processor.tasks import NEVER, Motion, Released, Task
+from hwsim._processor.tasks import NEVER, Released, Task, TaskMotion
 from sdpgrind.base import checks
 
 Told = Collection[tuple[str, Kind]]
 
 
-class Event(NamedTuple):
+class TaskEvent(NamedTuple):
     """Something that happened on the processor.
 
     Parameters
@@ -37,7 +37,7 @@ class Event(NamedTuple):
 
     Examples
     --------
-    >>> Event(10_000_000, Kind.START, "control", 1).kind.name
+    >>> TaskEvent(10_000_000, Kind.START, "control", 1).kind.name
     'START'
     """
 
@@ -47,7 +47,7 @@ class Event(NamedTuple):
     job: int
 
 
-class Job(NamedTuple):
+class TaskJob(NamedTuple):
     """A job that is complete.
 
     Parameters
@@ -62,7 +62,7 @@ class Job(NamedTuple):
 
     Examples
     --------
-    >>> job = Job("control", 1, 10_000_000, 10_500_000, 12_000_000)
+    >>> job = TaskJob("control", 1, 10_000_000, 10_500_000, 12_000_000)
     >>> job.completion - job.release  # ns
     2000000
     """
@@ -96,7 +96,7 @@ class Processor:
     Examples
     --------
     >>> from hwsim._processor.scheduler import Scheduler
-    >>> from hwsim._processor.tasks import NEVER, Motion, Released, Task
+    >>> from hwsim._processor.tasks import NEVER, TaskMotion, Released, Task
     >>> core = Scheduler([Task("control", 0.01, execution_time=0.002)]).start(0)
     >>> core.next_event(5_000_000).kind.name, core.next_event(5_000_000).kind.name
     ('RELEASE', 'START')
@@ -114,12 +114,12 @@ class Processor:
         self._completions = {own.name for own in self._own if own.told[Kind.COMPLETE]}
         self._angular = [place for place, own in enumerate(self._own) if own.period is None]
         self._now = 0
-        self._motion = Motion(0, angle, 0.0, 0.0)
+        self._motion = TaskMotion(0, angle, 0.0, 0.0)
         self._releases: list[tuple[int, int, int]] = []  # heap of time (ns), priority, place
         self._ready: list[tuple[int, int, int]] = []  # heap of priority, release, place
         self._running: Released | None = None
         self._ends = NEVER  # ns, the job that has the processor, if it keeps it
-        self._news: deque[tuple[Event, Job | None]] = deque()
+        self._news: deque[tuple[TaskEvent, TaskJob | None]] = deque()
         self._trace = array("q")  # four numbers an event
         for own in self._own:
             own.next()
@@ -136,7 +136,7 @@ class Processor:
         trace = np.array(self._trace, dtype=np.int64).reshape(-1, 4)
         return Schedule(tuple(own.task for own in self._own), self._now, trace)
 
-    def next_event(self, to: int, angle: float | None = None, speed: float = 0.0, acceleration: float = 0.0) -> Event | None:
+    def next_event(self, to: int, angle: float | None = None, speed: float = 0.0, acceleration: float = 0.0) -> TaskEvent | None:
         """Go on to the next event, at `to` at the latest, and return it; None: nothing more until then.
 
         Parameters
@@ -168,7 +168,7 @@ class Processor:
                 return event
         return None
 
-    def advance(self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0) -> list[Job]:
+    def advance(self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0) -> list[TaskJob]:
         """Go on to a time and return the jobs that became complete on the way, that time included.
 
         Parameters
@@ -201,7 +201,7 @@ class Processor:
         """From now on the spindle turns like this; a multiple that was reached before stays reached."""
         if checks.count("to", to, 0) < self._now:
             raise checks.refuse("to", f">= now, {self._now}", to, "ns")
-        self._motion = Motion(self._now, *motion)
+        self._motion = TaskMotion(self._now, *motion)
         moved = [place for place in self._angular if self._own[place].nominal > self._now]
         if moved:
             self._releases = [entry for entry in self._releases if entry[2] not in moved]
@@ -216,7 +216,7 @@ class Processor:
         if own.nominal < NEVER:
             heappush(self._releases, (max(own.nominal + own.late, self._now), own.priority, own.place))
 
-    def _next(self, to: int) -> tuple[Event, Job | None] | None:
+    def _next(self, to: int) -> tuple[TaskEvent, TaskJob | None] | None:
         while not self._news:
             time = min(self._releases[0][0], self._ends) if self._releases else self._ends
             if time > to:
@@ -239,8 +239,8 @@ class Processor:
     def _complete(self, own: Released) -> None:
         own.open, self._running, self._ends = False, None, NEVER
         self._trace.extend((self._now, Kind.COMPLETE, own.place, own.number))
-        event = Event(self._now, Kind.COMPLETE, own.name, own.number)
-        self._news.append((event, Job(own.name, own.number, own.release, own.start, self._now)))
+        event = TaskEvent(self._now, Kind.COMPLETE, own.name, own.number)
+        self._news.append((event, TaskJob(own.name, own.number, own.release, own.start, self._now)))
 
     def _release(self, own: Released) -> None:
         self._tell(Kind.OVERRUN if own.open else Kind.RELEASE, own, own.count)
@@ -266,4 +266,4 @@ class Processor:
     def _tell(self, kind: Kind, own: Released, job: int) -> None:
         self._trace.extend((self._now, kind, own.place, job))
         if own.told[kind]:
-            self._news.append((Event(self._now, kind, own.name, job), None))
+            self._news.append((TaskEvent(self._now, kind, own.name, job), None))

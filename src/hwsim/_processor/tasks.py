@@ -139,7 +139,7 @@ def release_time(period: Fraction, number: int) -> int:
     return (2 * numerator + denominator) // (2 * denominator)
 
 
-class Motion(NamedTuple):
+class TaskMotion(NamedTuple):
     """Motion of the spindle: begin (ns), angle (rad), speed (rad/s), acceleration (rad/s^2)."""
 
     time: int
@@ -194,7 +194,7 @@ class Released:
         self.open, self.begun, self.number, self.release = True, False, self.count, now
         self.remaining = self.execution
 
-    def crossing(self, motion: Motion) -> int:
+    def crossing(self, motion: TaskMotion) -> int:
         """When the spindle reaches the next multiple, ns."""
         assert self.task.angle_step is not None
         way = motion.until(self.multiple * self.task.angle_step) * NANOSECONDS

@@ -23,7 +23,7 @@ Finished = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Report:
+class CommandReport:
     """Printed report of a run: a head, the first parts, the plan's promise beside what came of it.
 
     `head` gives lines from title, plan and job; `summary` gives lines from log, plan, job and `Finished`. The

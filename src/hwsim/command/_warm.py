@@ -7,14 +7,14 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from hwsim.command.base import Area
+from hwsim.command.base import AreaCommand
 from sdpgrind.base.progress import Progress, silent
 
 INTERRUPTED = 130  # exit status; source: 128 + SIGINT of a shell
 _EVERY = 2.0  # s between lines in a pipe; chosen: work says what it does within two seconds
 
 
-def add_warm(subparsers: Any, areas: dict[str, Area], arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
+def add_warm(subparsers: Any, areas: dict[str, AreaCommand], arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
     """Add the command to the parser's subparsers; `arguments_of` reads the line of an area's own command."""
     about = "compile what the first use of an area needs, once on a machine, so that it need not wait"
     parser = subparsers.add_parser("warm", help=about, description=about.capitalize() + ".")
@@ -22,7 +22,7 @@ def add_warm(subparsers: Any, areas: dict[str, Area], arguments_of: Callable[[li
     parser.set_defaults(work=lambda arguments: work(areas, arguments.area, arguments_of))
 
 
-def work(areas: dict[str, Area], name: str | None, arguments_of: Callable[[list[str]], argparse.Namespace]) -> int:
+def work(areas: dict[str, AreaCommand], name: str | None, arguments_of: Callable[[list[str]], argparse.Namespace]) -> int:
     """Warm one area, or all, and return the exit status."""
     try:
         for area in [areas[name]] if name is not None else areas.values():
@@ -35,7 +35,7 @@ def work(areas: dict[str, Area], name: str | None, arguments_of: Callable[[list[
     return 0
 
 
-def _warmed(area: Area, tell: Progress, arguments_of: Callable[[list[str]], argparse.Namespace]) -> str:
+def _warmed(area: AreaCommand, tell: Progress, arguments_of: Callable[[list[str]], argparse.Namespace]) -> str:
     begin = time.monotonic()
     tell(0.0, f"{area.name}: first use")
     from sdpgrind.base.compile_line import listener, told
@@ -50,7 +50,7 @@ def _warmed(area: Area, tell: Progress, arguments_of: Callable[[list[str]], argp
     return f"{area.name}: compiled {count} kernels in {lasted:.0f} s" if count else f"{area.name}: compiled already"
 
 
-def _one_part(area: Area, arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
+def _one_part(area: AreaCommand, arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
     """Plan the area's first preset and work on one part of it."""
     from hwsim._loop.loop import run
 

@@ -52,7 +52,7 @@ class StandJob(Generic[Stand]):
         return stand.problem
 
 
-class Area(ABC):
+class AreaCommand(ABC):
     """Words and functions by which ``hwsim weldbead``, ``hwsim plunge``, ... differ.
 
     Presets and plans are those of its `library`; beside its module, ``toml`` has ``read(path)`` and
@@ -128,7 +128,7 @@ class Area(ABC):
         return import_module(f"{type(self).__module__.rpartition('.')[0]}.{module}")
 
 
-def add_to(subparsers: Any, area: Area) -> None:
+def add_to(subparsers: Any, area: AreaCommand) -> None:
     """Add the command of an area to the parser's subparsers."""
     word = area.plan_word
     parser = subparsers.add_parser(area.name, help=area.about, description=area.about.capitalize() + ".", epilog=area.more)
@@ -148,7 +148,7 @@ def add_to(subparsers: Any, area: Area) -> None:
     parser.set_defaults(work=partial(work, area), tolerance=None)
 
 
-def work(area: Area, arguments: argparse.Namespace) -> int:
+def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
     """Carry out the command line and return the exit status: 0, or 1 where every part was broken off."""
     job, given = _job(area, arguments)
     _check_numbers(area, arguments)
@@ -188,7 +188,7 @@ def announce(text: str) -> None:
     print(f"hwsim: {text} ...", file=sys.stderr, flush=True)
 
 
-def _check_numbers(area: Area, arguments: argparse.Namespace) -> None:
+def _check_numbers(area: AreaCommand, arguments: argparse.Namespace) -> None:
     from sdpgrind.base import checks
 
     for name in ("--parts", *area.counts):
@@ -199,7 +199,7 @@ def _check_numbers(area: Area, arguments: argparse.Namespace) -> None:
         checks.positive("--tolerance", arguments.tolerance, area.error_unit)
 
 
-def _job(area: Area, arguments: argparse.Namespace) -> tuple[Job, Any]:
+def _job(area: AreaCommand, arguments: argparse.Namespace) -> tuple[Job, Any]:
     """The stand with its controller, and the plan where one is given."""
     word = area.plan_word
     if arguments.problem is not None and arguments.preset is not None:
@@ -220,7 +220,7 @@ def _job(area: Area, arguments: argparse.Namespace) -> tuple[Job, Any]:
     return job, plan
 
 
-def _loaded(area: Area, path: Path) -> Any:
+def _loaded(area: AreaCommand, path: Path) -> Any:
     import sdpgrind
 
     plan = sdpgrind.load(path)
@@ -230,7 +230,7 @@ def _loaded(area: Area, path: Path) -> Any:
     return plan
 
 
-def _plan(area: Area, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> Any:
+def _plan(area: AreaCommand, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> Any:
     """The plan that is given, that is kept in the folder, or a new one; no less exact than was asked for."""
     from sdpgrind.base.progress import TerminalLine
 
@@ -245,7 +245,7 @@ def _plan(area: Area, job: Job, given: Any, folder: RunFolder | None, arguments:
     return kept
 
 
-def _check_error(area: Area, plan: Any, arguments: argparse.Namespace, where: str, advice: str) -> None:
+def _check_error(area: AreaCommand, plan: Any, arguments: argparse.Namespace, where: str, advice: str) -> None:
     """Refuse a plan that is not known to be as exact as was asked for."""
     asked, unit, word = arguments.tolerance, area.error_unit, area.plan_word
     if asked is not None and (plan.error is None or plan.error > asked):
@@ -253,7 +253,7 @@ def _check_error(area: Area, plan: Any, arguments: argparse.Namespace, where: st
         raise ValueError(f"{where} holds a {word} {known}, --tolerance asks for {asked:g} {unit}: {advice}")
 
 
-def _run(area: Area, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> "Log":
+def _run(area: AreaCommand, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> "Log":
     from hwsim._loop.loop import run
     from sdpgrind.base.progress import TerminalLine
 

@@ -1,24 +1,24 @@
 """Hidden physics of a weld bead under the grinder, for the stands of other packages.
 
-`Coefficients`, `blamed` and `grinding_power` are what a pass obeys; `force_table` is the compiled table under force control, with
-its `Grinder`, `Layout`, `Motor`, `Bead` and scatter.
+`PassCoefficients`, `blamed` and `grinding_power` are what a pass obeys; `force_table` is the compiled table under force
+control, with its `Grinder`, `TableLayout`, `Motor`, `GroundBead` and scatter.
 """
 
 from sdpgrind.weldbead._plant import force_table_kernels as force_table
-from sdpgrind.weldbead._plant.force_table_bead import FINE, SPACING, Bead, drop, reach
-from sdpgrind.weldbead._plant.force_table_kernels import Grinder, Layout
+from sdpgrind.weldbead._plant.force_table_bead import FINE, SPACING, GroundBead, drop, reach
+from sdpgrind.weldbead._plant.force_table_kernels import Grinder, TableLayout
 from sdpgrind.weldbead._plant.force_table_truth import CoefficientScatter, Motor, drawn_disc
-from sdpgrind.weldbead._plant.truth import Coefficients, blamed, grinding_power
+from sdpgrind.weldbead._plant.truth import PassCoefficients, blamed, grinding_power
 
 __all__ = [
     "FINE",
     "SPACING",
-    "Bead",
     "CoefficientScatter",
-    "Coefficients",
     "Grinder",
-    "Layout",
+    "GroundBead",
     "Motor",
+    "PassCoefficients",
+    "TableLayout",
     "blamed",
     "drawn_disc",
     "drop",

@@ -17,7 +17,7 @@ _DIRECTION_BIAS = 0.0035  # rad: sd of a constant error of direction, before any
 
 
 @dataclass(frozen=True)
-class Travel(Frozen):
+class RingTravel(Frozen):
     """How a part went, from the centres before and after a push.
 
     Parameters
@@ -28,7 +28,7 @@ class Travel(Frozen):
     Examples
     --------
     >>> from math import pi
-    >>> travel = Travel.between((3.0, 4.0), (0.0, 0.0), towards=0.0)
+    >>> travel = RingTravel.between((3.0, 4.0), (0.0, 0.0), towards=0.0)
     >>> travel.along, travel.across, travel.distance  # mm
     (-3.0, -4.0, 5.0)
     """
@@ -37,7 +37,7 @@ class Travel(Frozen):
     across: float
 
     @classmethod
-    def between(cls, before: tuple[float, float], after: tuple[float, float], *, towards: float) -> "Travel":
+    def between(cls, before: tuple[float, float], after: tuple[float, float], *, towards: float) -> "RingTravel":
         """Return the travel between two centres (mm) in a push whose direction on the table is `towards` (rad)."""
         x, y = after[0] - before[0], after[1] - before[1]
         return cls(x * cos(towards) + y * sin(towards), y * cos(towards) - x * sin(towards))
@@ -156,7 +156,7 @@ class PartLearner:
         last, self._last = self._last, None
         if last is None:
             return
-        travel = Travel.between((last.x, last.y), (view.x, view.y), towards=last.towards)
+        travel = RingTravel.between((last.x, last.y), (view.x, view.y), towards=last.towards)
         # Else turning hides what friction did.
         if last.choice.aim <= _LONG and abs(last.beyond) <= max(_TOLD * last.choice.aim, _HIDDEN):
             told = max(travel.distance - last.beyond, 0.0)

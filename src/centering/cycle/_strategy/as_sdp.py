@@ -42,7 +42,7 @@ class Size(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True)
-class Ground:
+class StrategyGround:
     """All that pushes of one problem are worked out from; picklable."""
 
     problem: CenteringProblem
@@ -109,7 +109,7 @@ def _compiled(friction: Floats, direction: Floats, *others: Floats) -> tuple[Flo
 class KindOfPush:
     """One kind of push as a transition; `pushes` were seen before, or as many as the stage coordinate says are left to see."""
 
-    ground: Ground
+    ground: StrategyGround
     kind: int
     settled: int
 
@@ -159,7 +159,7 @@ class KindOfPush:
         return out, found
 
 
-def moves(ground: Ground, settled: int, timed: bool) -> list[sdp.Move]:
+def moves(ground: StrategyGround, settled: int, timed: bool) -> list[sdp.Move]:
     """One move for each kind of push; `timed`: the stage coordinate tells how many pushes are still to be seen."""
     return [
         sdp.Move(kind.name, {"share": FRACTIONS}, KindOfPush(ground, k, settled), timed=timed)

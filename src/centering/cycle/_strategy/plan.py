@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from centering.cycle._strategy.as_sdp import FRACTIONS, Ground, Size, finish_offset, moves, offset_axis
+from centering.cycle._strategy.as_sdp import FRACTIONS, Size, StrategyGround, finish_offset, moves, offset_axis
 from centering.cycle._strategy.outcomes import PushKind, default_kinds, simulated
 from centering.cycle._strategy.strategy import Strategy
 from centering.cycle._strategy.timing import CycleTiming, table_speeds
@@ -84,7 +84,7 @@ def prepared(
     size: Size,
     executor: Executor | None,
     tell: Progress,
-) -> Ground:
+) -> StrategyGround:
     """Simulate the kinds of push, and fix table speeds."""
     axis = offset_axis(problem, size.offsets)
     outcomes = simulated(
@@ -96,10 +96,12 @@ def prepared(
         tell=lambda share, text: tell(_SHARES[1] * share, text),
     )
     offsets = np.geomspace(axis.low, axis.high, axis.nodes)
-    return Ground(problem, outcomes, CycleTiming(), table_speeds(problem, offsets, spindle_speed), finish_offset(problem), size)
+    return StrategyGround(
+        problem, outcomes, CycleTiming(), table_speeds(problem, offsets, spindle_speed), finish_offset(problem), size
+    )
 
 
-def solved(ground: Ground, executor: Executor | None, tell: Progress) -> Strategy:
+def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) -> Strategy:
     """Work out the strategy: first with a belief that no longer narrows, then backward to the first push."""
     given_up = sdp.Stop("given up", _given_up, allowed=_no_more)
     further = max(1, ground.problem.pushes_max - SETTLED)

@@ -24,7 +24,7 @@ _ITERATIONS = 200  # chosen
 SOLVED = "Solve_Succeeded"
 
 
-class Task(NamedTuple):
+class PushTask(NamedTuple):
     """What is asked, in the units of the program; `at_once`: all break away with the touch, by the damper alone."""
 
     contact: float  # b and kappa over sqrt(k M)
@@ -41,7 +41,7 @@ class Task(NamedTuple):
     at_once: bool
 
 
-class Found(NamedTuple):
+class PushFound(NamedTuple):
     """Durations, speeds and accelerations of the segments, and what the solver says."""
 
     duration: Floats
@@ -51,7 +51,7 @@ class Found(NamedTuple):
     steps: int
 
 
-class State(NamedTuple):
+class TipState(NamedTuple):
     """Of one part: closing of the contact, speed of the part."""
 
     closing: Any
@@ -62,9 +62,9 @@ class State(NamedTuple):
 class Swing:
     """Part on contact, of natural frequency 1."""
 
-    task: Task
+    task: PushTask
 
-    def step(self, state: State, v: Any, a: Any, h: Any, r: float) -> State:
+    def step(self, state: TipState, v: Any, a: Any, h: Any, r: float) -> TipState:
         """State after a time of slip, exactly."""
         damping = self.task.contact + self.task.viscous
         slope = self.task.viscous * a
@@ -74,7 +74,7 @@ class Swing:
         half = damping / 2.0
         later = away * (stays + half * turns) + moving * turns
         faster = moving * (stays - half * turns) - away * turns
-        return State(later + rest + slope * h, v + a * h - faster - slope)
+        return TipState(later + rest + slope * h, v + a * h - faster - slope)
 
     def _turn(self, h: Any) -> tuple[Any, Any]:
         """The damped cosine and sine of a time."""
@@ -87,15 +87,15 @@ class Swing:
         fading = casadi.exp(-half * h)
         return fading * cosine(frequency * h), fading * sine(frequency * h) / frequency
 
-    def force(self, state: State, v: Any) -> Any:
+    def force(self, state: TipState, v: Any) -> Any:
         """Of the contact."""
         return state.closing + self.task.contact * (v - state.speed)
 
 
-class Program:
+class PushProgram:
     """The unknowns, with bounds and start; what is to be least; and conditions with bounds."""
 
-    def __init__(self, task: Task, start: tuple[float, float, float]) -> None:
+    def __init__(self, task: PushTask, start: tuple[float, float, float]) -> None:
         self.task, self.swing, self.begin = task, Swing(task), start
         self.parts: dict[str, Any] = {}
         self.lower: list[float] = []
@@ -170,27 +170,27 @@ class Program:
         for j in range(lasting.size - 1):
             v = self.v[j] + (self.a[j] * begin if j == 0 else 0.0)
             after = self._slip(at, v, self.a[j], self.h[j] - (begin if j == 0 else 0.0), r, self._places(j))
-            at = State(closing[j], speed[j])
+            at = TipState(closing[j], speed[j])
             self._require(after.closing - at.closing, 0.0, 0.0)
             self._require(after.speed - at.speed, 0.0, 0.0)
         self._rest(k, r, at)
 
-    def _broken_away(self, k: int, r: float) -> tuple[State, Any]:
+    def _broken_away(self, k: int, r: float) -> tuple[TipState, Any]:
         """State and time at which the part breaks away."""
         if self.task.at_once:
-            return State(0.0, 0.0), 0.0
+            return TipState(0.0, 0.0), 0.0
         v, a = self.v[0], self.a[0]
         t = self._unknown(f"begin{k}", 0.1 * self.guess[0][0], 0.0, np.inf)
         closing = (v + 0.5 * a * t) * t
         self._require(closing + self.task.contact * (v + a * t) - r * self.task.breakaway, 0.0, 0.0)
         self._require(self.h[0] - t, 0.0, np.inf)
-        return State(closing, 0.0), t
+        return TipState(closing, 0.0), t
 
     def _places(self, j: int) -> int:
         """Number of places in a segment where bounds are held."""
         return min(ceil(float(self.guess[0][j]) / _WATCHED) + 1, _PLACES)
 
-    def _slip(self, at: State, v: Any, a: Any, h: Any, r: float, places: int) -> State:
+    def _slip(self, at: TipState, v: Any, a: Any, h: Any, r: float, places: int) -> TipState:
         """State after a segment in which force and speed keep to their bounds."""
         for j in range(1, places + 1):
             t = h * (j / places)
@@ -200,7 +200,7 @@ class Program:
                 self._require(after.speed, 0.0, np.inf)
         return after
 
-    def _rest(self, k: int, r: float, at: State) -> None:
+    def _rest(self, k: int, r: float, at: TipState) -> None:
         """The last segment: the part comes to rest near enough, and the tip that still comes does not set it off again."""
         v, a, h = self.v[-2], self.a[-1], self.h[-1]
         t = self._unknown(f"end{k}", 0.9 * self.guess[0][-1], 0.0, np.inf)
@@ -213,7 +213,7 @@ class Program:
         held = stopped.closing + left + self.task.contact * self.v[-1]
         self._require(held - r * self.task.breakaway, -np.inf, 0.0)
 
-    def solved(self) -> Found:
+    def solved(self) -> PushFound:
         """The least time, by interior points."""
         import casadi
 
@@ -228,7 +228,7 @@ class Program:
         values = casadi.Function("tip", [x], [self.h, self.v, self.a])(found["x"])
         h, v, a = (np.asarray(each).ravel() for each in values)
         stats = solver.stats()
-        return Found(h, v[:-1], a, str(stats["return_status"]), int(stats["iter_count"]))
+        return PushFound(h, v[:-1], a, str(stats["return_status"]), int(stats["iter_count"]))
 
 
 def _graded(whole: float, fineness: float) -> Floats:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from centering.push._contact.reaction import simulate_pushes
-from centering.push._fastest.model import SOLVED, STARTS, Program, Task
+from centering.push._fastest.model import SOLVED, STARTS, PushProgram, PushTask
 from centering.push._fastest.push import OptimalPush, PushStatus, judged, with_friction
 from centering.push._machine.model import PushModel
 from centering.push._machine.problem import CenteringProblem
@@ -47,11 +47,11 @@ class _Wish:
         return model.coulomb_force / model.contact_stiffness, sqrt(model.inertia / model.contact_stiffness)
 
     @property
-    def tasks(self) -> list[Task]:
+    def tasks(self) -> list[PushTask]:
         """Programs that may have the answer: the part sticks before it breaks away, or the touch sets it off at once."""
         model, limits, (length, time) = self.problem.model, self.problem.limits, self.units
         scaled = sqrt(model.contact_stiffness * model.inertia)
-        task = Task(
+        task = PushTask(
             contact=model.contact_damping / scaled,
             viscous=model.viscous_coefficient / scaled,
             breakaway=model.mu_static / model.mu_kinetic,
@@ -170,7 +170,7 @@ def _fastest(wish: _Wish, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipP
     limits, (length, time) = wish.problem.limits, wish.units
     plain = gentle_profile(wish.problem.model, wish.distance, limits.push_speed_max, acceleration_max=limits.acceleration_max)
     pushes = []
-    for found in [Program(task, start).solved() for task in wish.tasks for start in STARTS[:guesses]]:
+    for found in [PushProgram(task, start).solved() for task in wish.tasks for start in STARTS[:guesses]]:
         if found.message == SOLVED:
             rows = np.column_stack((found.duration * time, found.velocity * length / time, found.acceleration * length / time**2))
             stopped = TipProfile(*_stopped(rows, limits.acceleration_max).T)

@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from hwsim.command.base import Area
+from hwsim.command.base import AreaCommand
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
     from hwsim.command._centering.toml import Job
 
 
-class Centering(Area):
+class Centering(AreaCommand):
     """Whole cycles of centering: measure, push, measure, until the ring lies on the axis of the table."""
 
     name = "centering"

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from hwsim.command._run_folder import drawn
-from hwsim.command.base import Area, announce
+from hwsim.command.base import AreaCommand, announce
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
     from hwsim.command._finishing.toml import Job
 
 
-class Finishing(Area):
+class Finishing(AreaCommand):
     """Robot-assisted finishing: a motion over a surface, a torque axis that presses the tool."""
 
     name = "finishing"

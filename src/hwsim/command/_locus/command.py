@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from hwsim.command.base import Area
+from hwsim.command.base import AreaCommand
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
     from hwsim.command._locus.toml import Job
 
 
-class Locus(Area):
+class LocusCommand(AreaCommand):
     """Grinding along the curve of best points while the wheel dulls."""
 
     name = "locus"
@@ -85,4 +85,4 @@ finished part, with the results that it would have had; a finished run is report
         return report(title, log, plan, job)
 
 
-AREA = Locus()
+AREA = LocusCommand()

@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from hwsim.command.base import Area
+from hwsim.command.base import AreaCommand
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
     from hwsim.command._plunge.toml import Job
 
 
-class Plunge(Area):
+class Plunge(AreaCommand):
     """Cycles of plunge grinding: planned, ground with a controller that learns, and margins that are learned between parts."""
 
     name = "plunge"

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from hwsim.command.base import Area
+from hwsim.command.base import AreaCommand
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
     from hwsim.command._weldbead.toml import Job
 
 
-class WeldBead(Area):
+class WeldBeadCommand(AreaCommand):
     """The sequence of passes over a weld bead, alone or over its two lower tiers."""
 
     name = "weldbead"
@@ -70,4 +70,4 @@ the last finished bead, with the results that it would have had; a finished run 
         return report(title, log, plan, job.start)
 
 
-AREA = WeldBead()
+AREA = WeldBeadCommand()

@@ -22,7 +22,7 @@ _SHORT = 2.0  # lags in one piece of the quadrature
 _GONE = 1e-12  # of the stock: so little is left by rounding alone
 
 
-class Rig(NamedTuple):
+class AdaptiveRig(NamedTuple):
     """Machine and wheel at the start of a part; as the fields of `AdaptiveGrinder`."""
 
     wear_flat_area: float
@@ -56,7 +56,7 @@ class _Course(NamedTuple):
 class AdaptivePart:
     """A live part; see `hwsim.protocols.Machine`."""
 
-    def __init__(self, rig: Rig, process: Grinding, ranges: Ranges, rng: np.random.Generator) -> None:
+    def __init__(self, rig: AdaptiveRig, process: Grinding, ranges: Ranges, rng: np.random.Generator) -> None:
         self.time, self.done, self.event = 0, False, False
         self._rig, self._process, self._ranges, self._rng = rig, process, ranges, rng
         self._clock = Clock(exact("tick", rig.tick))

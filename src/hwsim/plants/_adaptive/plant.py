@@ -7,7 +7,7 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 
 from hwsim.devices import Gauge
-from hwsim.plants._adaptive.machine import AdaptivePart, Rig
+from hwsim.plants._adaptive.machine import AdaptivePart, AdaptiveRig
 from sdpgrind.base import checks, stored
 from sdpgrind.base.quantities import Described, custom, described, part, quantity
 from sdpgrind.locus import Problem
@@ -205,4 +205,4 @@ class AdaptiveGrinder(Described):
         of_truth, of_noise = rng.spawn(2)
         truth = self.problem.model if self.truth is None else self.truth
         process = truth if isinstance(truth, Grinding) else _check_process("truth(rng)", truth(of_truth))
-        return AdaptivePart(Rig(*(getattr(self, name) for name in Rig._fields)), process, self._ranges, of_noise)
+        return AdaptivePart(AdaptiveRig(*(getattr(self, name) for name in AdaptiveRig._fields)), process, self._ranges, of_noise)

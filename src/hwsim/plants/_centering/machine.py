@@ -27,7 +27,7 @@ LEAST_FRICTION = 0.1  # of the mean: less is not drawn
 _PROFILE = "rows of duration (s, > 0), velocity (mm/s) and acceleration (mm/s^2)"
 
 
-class Rig(NamedTuple):
+class CenteringRig(NamedTuple):
     """What does not change while a part is on the machine."""
 
     problem: CenteringProblem
@@ -48,7 +48,7 @@ class Rig(NamedTuple):
 class CenteringPart:
     """A live part; see `hwsim.protocols.Machine`."""
 
-    def __init__(self, rig: Rig, ring: Ring, gap: float, rngs: Sequence[np.random.Generator]) -> None:
+    def __init__(self, rig: CenteringRig, ring: Ring, gap: float, rngs: Sequence[np.random.Generator]) -> None:
         self.time, self.done, self.event = 0, False, False
         self._rig = rig
         self._of_pushes, self._of_gauges, of_tasks = rngs

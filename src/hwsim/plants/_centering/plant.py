@@ -12,7 +12,7 @@ from centering.push import PushModel
 from hwsim._part.clock import Clock, exact
 from hwsim._processor.scheduler import Scheduler
 from hwsim.plants._centering.lag import lag_time
-from hwsim.plants._centering.machine import LEAST_FRICTION, CenteringPart, Rig
+from hwsim.plants._centering.machine import LEAST_FRICTION, CenteringPart, CenteringRig
 from hwsim.plants._centering.settings import core_settings, gauge_settings
 from hwsim.plants._centering.tasks import control_period, source_tasks
 from hwsim.plants._probe.errors import ProbeErrors
@@ -222,7 +222,7 @@ class CenteringMachine(Described):
         scatter = self.problem.scatter if self.scatter is None else self.scatter
         friction = max(1.0 + scatter.friction_part_sd * float(of_truth.standard_normal()), LEAST_FRICTION)
         phase = float(of_truth.uniform(-math.pi, math.pi))
-        rig = Rig(
+        rig = CenteringRig(
             self.problem,
             scatter,
             model,

@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hwsim._processor.processor import Event
+from hwsim._processor.processor import TaskEvent
 from hwsim._processor.schedule import Kind
 from hwsim._processor.scheduler import Scheduler
 from hwsim._processor.tasks import NANOSECONDS, Task
@@ -76,7 +76,7 @@ class Tasks:
                 self._complete(event, part)
         return None
 
-    def _next(self, part: Moved, limit: int) -> Event | None:
+    def _next(self, part: Moved, limit: int) -> TaskEvent | None:
         """The next event; None where there is none until the limit, or until the spindle turns otherwise."""
         if self._turned and self._core.now < self._until:
             return self._core.next_event(min(limit, self._until))
@@ -85,7 +85,7 @@ class Tasks:
         self._turned, self._until = True, self._core.now + max(round(lasts * NANOSECONDS), 1) if rate else FOREVER
         return self._core.next_event(min(limit, self._until), angle, speed, rate)
 
-    def _complete(self, event: Event, part: Moved) -> None:
+    def _complete(self, event: TaskEvent, part: Moved) -> None:
         if event.task == CONTROL and event.job == self._job:
             part.move_to(event.time * _SECOND)
             self._turned = self._turned and not part.take_effect()

@@ -23,7 +23,7 @@ _BLOCK = 8192  # ticks for which rows are made at once
 _LONGEST, _IDLE = 2.0, 60.0  # times the duration of the motion, and s more; where nothing says when a part is broken off
 
 
-class Setup(NamedTuple):
+class FinishingSetup(NamedTuple):
     """The cell, what it really is in this part, and what is drawn for the encoder (rad) and the roughness (1)."""
 
     cell: Any  # a FinishingCell, which stands above this module
@@ -35,7 +35,7 @@ class Setup(NamedTuple):
 class FinishingPart:
     """A part under the tool; see `hwsim.protocols.Machine`."""
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: FinishingSetup) -> None:
         self.done, self.event = False, False
         self._setup, self._begun = setup, False
         cell, truth = setup.cell, setup.truth
@@ -185,7 +185,7 @@ class FinishingPart:
         return {"roughness_ra": median * math.exp(drawn), "extrapolated": float(not model.covers(*settings))}
 
 
-def _settings(setup: Setup) -> Floats:
+def _settings(setup: FinishingSetup) -> Floats:
     """Numbers of a cell for the compiled core: those that are drawn are true, those of encoder and converter are the cell's."""
     cell, truth, problem = setup.cell, setup.truth, setup.cell.problem
     settings = np.zeros(core.SETTINGS)

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hwsim.plants._finishing.machine import FinishingPart, Setup
+from hwsim.plants._finishing.machine import FinishingPart, FinishingSetup
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, described, part, quantity, valued
 from sdpgrind.finishing import FinishingProblem, TorqueAxis
@@ -172,4 +172,4 @@ class FinishingCell(Described):
         if self.scatter is not None:
             truth = self.scatter.drawn(truth, of_scatter)
         offset = self.torque_axis.angle_step * (float(of_rest.random()) - 0.5)
-        return FinishingPart(Setup(self, truth, offset, float(of_rest.standard_normal())))
+        return FinishingPart(FinishingSetup(self, truth, offset, float(of_rest.standard_normal())))

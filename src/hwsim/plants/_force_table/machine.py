@@ -13,7 +13,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead.force.kernels import sensor_read
-from sdpgrind.weldbead.kernels import Bead, Grinder, Layout, Motor, drawn_disc, drop, reach
+from sdpgrind.weldbead.kernels import Grinder, GroundBead, Motor, TableLayout, drawn_disc, drop, reach
 from sdpgrind.weldbead.kernels import force_table as kernels
 from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.passes import kernels as cutting
@@ -29,16 +29,16 @@ _AT_EVENTS = ("profile", "profile_x", "height", *_OF_PASS)
 _NO_EVENT = dict.fromkeys(_AT_EVENTS, nan)
 
 
-class Setup(NamedTuple):
+class ForceTableSetup(NamedTuple):
     """The stand, the bead before its first pass, and what the disc and its process really are."""
 
     stand: Any  # a ForceTableStand, which stands above this module
-    bead: Bead
+    bead: GroundBead
     disc: TiltedDisc
 
 
 @dataclass
-class Readings:
+class StandReadings:
     """Sums over the samples of one pass in which the sensors say that there is contact."""
 
     samples: int = 0
@@ -69,7 +69,7 @@ class Done:
 class ForceTable:
     """A bead under the force-controlled grinder (`hwsim.protocols.Machine`)."""
 
-    def __init__(self, setup: Setup, passes: np.random.Generator, noise: np.random.Generator) -> None:
+    def __init__(self, setup: ForceTableSetup, passes: np.random.Generator, noise: np.random.Generator) -> None:
         self.time, self.done, self.event = 0, False, False
         self._setup, self._passes, self._noise = setup, passes, noise
         stand, disc = setup.stand, setup.disc
@@ -78,7 +78,7 @@ class ForceTable:
         grinding = _BOUNCING if stand.grinder_inertia > 0 else _GRINDING
         step = stand.tick / SUB_STEPS
         self._drive_core, self._sensor_core = stand.drive.core(step), stand.sensor.core(step)
-        self._layout = Layout(grinding, SUB_STEPS // grinding, stand.datum, disc.contact_stiffness)
+        self._layout = TableLayout(grinding, SUB_STEPS // grinding, stand.datum, disc.contact_stiffness)
         self._state = np.zeros(kernels.STATES)
         self._state[kernels.PHASE] = noise.uniform(0, 2 * np.pi)
         self._state[kernels.SPIN] = self._free_speed
@@ -87,7 +87,7 @@ class ForceTable:
         self._cut = np.zeros(cutting.STATES)
         self._log: list[Done] = []
         self._stalls, self._lead_samples = 0, 0
-        self._reading = Readings()
+        self._reading = StandReadings()
         self._read = (0.0, 0.0, self._free_speed)
         self._normals, self._next = np.empty((0, 5)), 0
         self._command, self._last_command = self._drawn_back(), self._drawn_back()
@@ -147,7 +147,7 @@ class ForceTable:
         self._cut[cutting.TIP_Z] = stand.datum - back - drop(disc)
         limit = stand.problem.burn_limit or stand.charges.burn_limit
         self._burning = inf if limit is None else float(limit.interval(disc.model, self._feed)[1])  # N
-        self._phase, self._reading, self._pass_start = LEAD_IN, Readings(), self.time
+        self._phase, self._reading, self._pass_start = LEAD_IN, StandReadings(), self.time
 
     def _grinder_core(self, disc: TiltedDisc) -> Grinder:
         stand, motor, model = self._setup.stand, self._setup.stand.motor, disc.model
@@ -165,7 +165,7 @@ class ForceTable:
             reads_spring=stand.spring_first,
         )
 
-    def _disc_core(self, disc: TiltedDisc) -> cutting.Core:
+    def _disc_core(self, disc: TiltedDisc) -> cutting.CutCore:
         """With inertia, contact meets a spring that is stiffer by what turns the grinder in one sub-step."""
         core = disc.core
         core = core._replace(angles=np.ascontiguousarray(core.angles), torques=np.ascontiguousarray(core.torques))

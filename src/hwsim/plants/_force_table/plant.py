@@ -8,12 +8,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hwsim.devices import Gauge, Scanner
-from hwsim.plants._force_table.machine import ForceTable, Setup
+from hwsim.plants._force_table.machine import ForceTable, ForceTableSetup
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, count, custom, described, flag, part, quantity, units_of, valued
 from sdpgrind.weldbead import SequenceProblem, preset
 from sdpgrind.weldbead.force import SensorChain, TableDrive, table_drive
-from sdpgrind.weldbead.kernels import FINE, SPACING, Bead, drawn_disc, reach
+from sdpgrind.weldbead.kernels import FINE, SPACING, GroundBead, drawn_disc, reach
 from sdpgrind.weldbead.kernels import CoefficientScatter as CoefficientScatter
 from sdpgrind.weldbead.kernels import Motor as Motor
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
@@ -153,9 +153,9 @@ class ForceTableStand(Described):
             raise checks.refuse("bead", f"longer than the scanner's spacing {self.scanner.spacing:g}", self.bead.length, "mm")
 
     @cached_property
-    def bead(self) -> Bead:
+    def bead(self) -> GroundBead:
         """The bead on the even grid of the stand, mm."""
-        return Bead.of(self.problem, FINE if self.grinder_inertia > 0 else SPACING)
+        return GroundBead.of(self.problem, FINE if self.grinder_inertia > 0 else SPACING)
 
     @property
     def start_time(self) -> float:
@@ -250,4 +250,4 @@ class ForceTableStand(Described):
         of_truth, of_passes, of_noise = rng.spawn(3)
         disc = self.truth(of_truth) if callable(self.truth) else self.truth
         disc = drawn_disc(self.bead_scatter, _checked_disc(self.problem.disc if disc is None else disc), of_truth)
-        return ForceTable(Setup(self, self.bead, disc), of_passes, of_noise)
+        return ForceTable(ForceTableSetup(self, self.bead, disc), of_passes, of_noise)

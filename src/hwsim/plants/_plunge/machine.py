@@ -20,7 +20,7 @@ _BLOCK = 512  # samples for which random numbers are drawn at once
 class PlungePart:
     """A live part; see `hwsim.protocols.Machine`."""
 
-    def __init__(self, problem: CycleProblem, model: PlungeModel, rig: cycle.Rig, rng: np.random.Generator) -> None:
+    def __init__(self, problem: CycleProblem, model: PlungeModel, rig: cycle.PartRig, rng: np.random.Generator) -> None:
         self.done, self.event = False, False
         self._problem, self._model, self._rig, self._rng = problem, model, rig, rng
         self._clock = Clock(exact("sample_time", problem.sample_time))

@@ -10,7 +10,7 @@ from hwsim._part.clock import Clock, simplest
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
-from sdpgrind.weldbead.kernels import Coefficients, blamed, grinding_power
+from sdpgrind.weldbead.kernels import PassCoefficients, blamed, grinding_power
 
 _AGREE = 1e-9  # relative; duration against feed rate, force against its limit
 _BURNS = 1e-6  # W or N beyond the burn limit, so that a pass planned on the limit does not count
@@ -19,7 +19,7 @@ _BURNS = 1e-6  # W or N beyond the burn limit, so that a pass planned on the lim
 _OF_PASS = ("grinding_power", "normal_force", "tangential_force", "removal_rate", "feed_rate", "cut_depth")
 
 
-class Setup(NamedTuple):
+class WeldBeadSetup(NamedTuple):
     """The bead before its first pass, and what there is to know of it, hidden truth included."""
 
     problem: SequenceProblem
@@ -48,7 +48,9 @@ class Pass(NamedTuple):
 class WeldBead:
     """A bead under the grinder (`hwsim.protocols.Machine`)."""
 
-    def __init__(self, setup: Setup, sd: Noise, clock: Clock, cuts: np.random.Generator, noise: np.random.Generator) -> None:
+    def __init__(
+        self, setup: WeldBeadSetup, sd: Noise, clock: Clock, cuts: np.random.Generator, noise: np.random.Generator
+    ) -> None:
         self.time, self.done, self.event = 0, False, False
         self._problem, self._process, self._scatter = setup.problem, setup.process, setup.scatter
         self._sd, self._clock, self._cuts, self._noise = sd, clock, cuts, noise
@@ -58,7 +60,7 @@ class WeldBead:
         self._ticks_left = 0
         self._finish = 0.0  # $; what the last refinishing pass left
         self._burned = 0
-        self._truth: list[tuple[float, Coefficients]] = []
+        self._truth: list[tuple[float, PassCoefficients]] = []
         self._scan = self._scanned()
         self._of_pass = dict.fromkeys(_OF_PASS, nan)
 
@@ -146,7 +148,7 @@ class WeldBead:
     def _scanned(self) -> float:
         return self._height + self._sd.height * float(self._noise.standard_normal())
 
-    def _sensed(self, done: Pass, truth: Coefficients, cut: float) -> dict[str, float]:
+    def _sensed(self, done: Pass, truth: PassCoefficients, cut: float) -> dict[str, float]:
         """What the sensors say of the last pass; `cut` is the difference of the scans."""
         power, normal, tangential = self._noise.standard_normal(3).tolist()
         force_noise = self._sd.force

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hwsim._part.clock import Clock, common_tick
-from hwsim.plants._weldbead.machine import Noise, Setup, WeldBead
+from hwsim.plants._weldbead.machine import Noise, WeldBead, WeldBeadSetup
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, custom, described, part, quantity, units_of
 from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
@@ -181,7 +181,7 @@ class WeldBeadStand(Described):
             See `hwsim.protocols.Machine`; its ticks are those of ``tick`` (s).
         """
         of_truth, of_cuts, of_noise = rng.spawn(3)
-        setup = Setup(self.problem, *self._drawn(self.truth, of_truth), self.start_height, self.start_time)
+        setup = WeldBeadSetup(self.problem, *self._drawn(self.truth, of_truth), self.start_height, self.start_time)
         noise = Noise(self.height_noise, self.power_noise, self.force_noise)
         return WeldBead(setup, noise, self._clock, of_cuts, of_noise)
 

@@ -23,7 +23,7 @@ SLANT = 0.5
 """Way across by the way along a side, in the square, from which on a part of a path is no pass."""
 
 
-class Route(Protocol):
+class CellRoute(Protocol):
     """A path, as far as its measures need it; see `Path`."""
 
     @property
@@ -43,7 +43,7 @@ class Route(Protocol):
     def sample(self, step: float | None = None, per_leg: int = 8) -> PathSamples: ...
 
 
-def cell_areas(path: Route) -> Floats | None:
+def cell_areas(path: CellRoute) -> Floats | None:
     """Areas (mm^2) of the strips of a zigzag or of the cells of a lattice; None where the path is neither."""
     if path.pattern.startswith("zigzag"):
         return _strips(path)
@@ -79,7 +79,7 @@ def _edges(places: Floats) -> Floats:
     return np.concatenate([[0.0], (places[1:] + places[:-1]) / 2, [1.0]])
 
 
-def _strips(path: Route) -> Floats | None:
+def _strips(path: CellRoute) -> Floats | None:
     """Area of each pass's strip; None where there are no two passes along one side."""
     move = np.abs(np.diff(path.nodes, axis=0)).sum(axis=0)
     along = "u" if move[0] >= move[1] else "v"

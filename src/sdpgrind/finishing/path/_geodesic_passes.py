@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path import _turns as turns
 from sdpgrind.finishing.path._geodesic import Field, distance_field, level_sets, refuse_folds
-from sdpgrind.finishing.path._passes import Pass
+from sdpgrind.finishing.path._passes import PathPass
 from sdpgrind.finishing.path._spacing import ROUNDING
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._creases import refuse_creases
@@ -64,7 +64,7 @@ def geodesic_nodes(square: Square, pitch: float, columns: Floats, top: float, ra
     passes, ends = _split(square, field, levels, columns, top, pitch)
     rim = Rim(columns, top)
     if not ends:
-        places, corners = turns.joined(square, [*passes, Pass.straight(columns, top)], radius)
+        places, corners = turns.joined(square, [*passes, PathPass.straight(columns, top)], radius)
     else:
         places, corners = turns.joined(square, passes, radius) if passes else (np.empty((0, 2)), np.empty(0, bool))
         places, corners = _worked_off(places, corners, ends, rim)
@@ -73,16 +73,16 @@ def geodesic_nodes(square: Square, pitch: float, columns: Floats, top: float, ra
 
 def _split(
     square: Square, field: Field, levels: Floats, columns: Floats, top: float, pitch: float
-) -> tuple[list[Pass], list[list[Pass]]]:
+) -> tuple[list[PathPass], list[list[PathPass]]]:
     """Passes that are whole, and the pieces of each level that is not."""
     inside = field.s[(field.s > columns[0]) & (field.s < columns[-1])]
     s = np.concatenate([columns[:1], inside, columns[-1:]])
     reach = CubicSpline(field.s, [float(PchipInterpolator(field.c, row)(top)) for row in field.distance])(s)
-    whole: list[Pass] = []
-    pieces: list[list[Pass]] = []
+    whole: list[PathPass] = []
+    pieces: list[list[PathPass]] = []
     for level, c in zip(levels, level_sets(field, levels).T, strict=True):
         if not pieces and np.all(reach > level):
-            whole.append(Pass.curved(columns, _curve(field.s, c)))
+            whole.append(PathPass.curved(columns, _curve(field.s, c)))
         else:
             ends = [each for each in _ends(s, reach - level) if _seen(field.s, c, each)]
             pieces.append([_piece(field.s, c, each, columns, top) for each in ends])
@@ -115,7 +115,7 @@ def _seen(s: Floats, c: Floats, ends: tuple[float, float]) -> bool:
     return bool(np.count_nonzero(np.isfinite(c) & (s >= ends[0]) & (s <= ends[1])) >= 2)
 
 
-def _piece(s: Floats, c: Floats, ends: tuple[float, float], columns: Floats, top: float) -> Pass:
+def _piece(s: Floats, c: Floats, ends: tuple[float, float], columns: Floats, top: float) -> PathPass:
     """A pass between its ends, of which those within the surface lie on top."""
     low, high = ends
     known = np.isfinite(c)
@@ -126,10 +126,10 @@ def _piece(s: Floats, c: Floats, ends: tuple[float, float], columns: Floats, top
     places = np.asarray(_curve(s[around], c[around])(nodes))
     on_top = np.array([low > columns[0], high < columns[-1]])
     places[[0, -1]] = np.where(on_top, top, places[[0, -1]])
-    return Pass(nodes, places)
+    return PathPass(nodes, places)
 
 
-def _length(square: Square, each: Pass) -> float:
+def _length(square: Square, each: PathPass) -> float:
     """Rough length of a pass, mm."""
     middle = (each.s[1:] + each.s[:-1]) / 2, (each.c[1:] + each.c[:-1]) / 2
     by_s, by_c = square.tangents(*middle)
@@ -137,7 +137,7 @@ def _length(square: Square, each: Pass) -> float:
     return float(np.linalg.norm(legs, axis=1).sum())
 
 
-def _worked_off(places: Floats, corners: Bools, pieces: Sequence[Sequence[Pass]], rim: Rim) -> tuple[Floats, Bools]:
+def _worked_off(places: Floats, corners: Bools, pieces: Sequence[Sequence[PathPass]], rim: Rim) -> tuple[Floats, Bools]:
     """Whole passes, pieces one column after the other by way of the rim, and a last pass along its top."""
     all_places, all_corners = [places], [corners]
     here = rim.number(*places[-1]) if len(places) else 0.0
@@ -157,7 +157,7 @@ def _worked_off(places: Floats, corners: Bools, pieces: Sequence[Sequence[Pass]]
     return np.concatenate(all_places), np.concatenate(all_corners)
 
 
-def _in_order(pieces: Sequence[Sequence[Pass]], level: int, low: float, high: float) -> Iterator[Pass]:
+def _in_order(pieces: Sequence[Sequence[PathPass]], level: int, low: float, high: float) -> Iterator[PathPass]:
     """Each piece, then what lies beyond it, before the next one beside it."""
     if level == len(pieces):
         return

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.finishing.path._cells import Route, cell_areas
+from sdpgrind.finishing.path._cells import CellRoute, cell_areas
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._forms import area_density
@@ -99,7 +99,7 @@ class PathMetrics(Frozen):
 
 
 def metrics(
-    path: Route, footprint_radius: float, surface_step: float | None = None, path_step: float | None = None
+    path: CellRoute, footprint_radius: float, surface_step: float | None = None, path_step: float | None = None
 ) -> PathMetrics:
     """Measure a path; see `Path.metrics`."""
     radius = checks.positive("footprint_radius", footprint_radius, "mm")
@@ -143,7 +143,7 @@ def _cv(values: Floats) -> float:
     return float(values.std() / values.mean())
 
 
-def _covered(path: Route, radius: float, surface_step: float, path_step: float) -> tuple[float, float]:
+def _covered(path: CellRoute, radius: float, surface_step: float, path_step: float) -> tuple[float, float]:
     """Share of the area within the radius, and the greatest distance from the path."""
     line = path.sample(path_step).point
     tree = cKDTree(line, balanced_tree=False, compact_nodes=False)
@@ -191,7 +191,7 @@ def _square_from_leg(offset: Floats, leg: Floats) -> Floats:
     return np.asarray(np.einsum("ij,ij->i", rest, rest))
 
 
-class Block(NamedTuple):
+class CellBlock(NamedTuple):
     """Samples in the middles of cells with edges `u` (n + 1,), `v` (m + 1,): points (n m, 3) and the cells' areas (n m,)."""
 
     u: Floats
@@ -205,14 +205,14 @@ class Block(NamedTuple):
         return np.array([self.u[i : i + 2], self.v[j : j + 2]])
 
 
-def surface_samples(surface: Surface, step: float) -> Iterator[Block]:
+def surface_samples(surface: Surface, step: float) -> Iterator[CellBlock]:
     """Samples in cells no wider than `step` on both sides, in blocks."""
     edges, v = _edges(surface, 0, step), _edges(surface, 1, step)
     rows = max(1, BLOCK // v.size)
     for first in range(0, edges.size - 1, rows):
         u = edges[first : first + rows + 1]
         there = surface.grid((u[1:] + u[:-1]) / 2, (v[1:] + v[:-1]) / 2)
-        yield Block(u, v, there.point.reshape(-1, 3), (area_density(there) * np.diff(u)[:, None] * np.diff(v)).ravel())
+        yield CellBlock(u, v, there.point.reshape(-1, 3), (area_density(there) * np.diff(u)[:, None] * np.diff(v)).ravel())
 
 
 def sample_count(surface: Surface, step: float) -> float:

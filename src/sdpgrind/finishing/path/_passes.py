@@ -10,7 +10,7 @@ from sdpgrind.base.checks import Floats
 
 
 @dataclass(frozen=True)
-class Pass:
+class PathPass:
     """A pass through nodes (s, c) with rising s; straight where `curve` is None."""
 
     s: Floats

@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.finishing.path._passes import Pass
+from sdpgrind.finishing.path._passes import PathPass
 from sdpgrind.finishing.path._square import Square
 
 ARC = np.pi / 16
@@ -27,7 +27,7 @@ class Arc(NamedTuple):
     step: tuple[float, float]
 
 
-def joined(square: Square, passes: Sequence[Pass], radius: float) -> tuple[Floats, Bools]:
+def joined(square: Square, passes: Sequence[PathPass], radius: float) -> tuple[Floats, Bools]:
     """Places (n, 2) of (s, c) along passes there and back, and which of them are sharp corners."""
     if radius:
         return _rounded(square, passes, radius)
@@ -43,7 +43,7 @@ def ends(count: int) -> Bools:
     return out
 
 
-def _rounded(square: Square, passes: Sequence[Pass], radius: float) -> tuple[Floats, Bools]:
+def _rounded(square: Square, passes: Sequence[PathPass], radius: float) -> tuple[Floats, Bools]:
     """Pass, arc, connector, arc, pass, and so on: no corner is sharp."""
     pairs = list(pairwise(passes))
     up = [_arc(square, one, k % 2 == 0, 1.0, radius) for k, (one, _) in enumerate(pairs)]
@@ -58,7 +58,7 @@ def _rounded(square: Square, passes: Sequence[Pass], radius: float) -> tuple[Flo
     return places, np.zeros(len(places), bool)
 
 
-def _arc(square: Square, each: Pass, forward: bool, turn: float, radius: float) -> Arc:
+def _arc(square: Square, each: PathPass, forward: bool, turn: float, radius: float) -> Arc:
     """Arc from the end of a pass into its connector, towards larger c (`turn` 1) or smaller (-1).
 
     It is round in the tangent plane at the corner, in the directions of pass and connector; along a curved pass it bends with it.
@@ -80,7 +80,7 @@ def _arc(square: Square, each: Pass, forward: bool, turn: float, radius: float) 
     )
 
 
-def _refuse_radius(passes: Sequence[Pass], up: Sequence[Arc], down: Sequence[Arc], radius: float) -> None:
+def _refuse_radius(passes: Sequence[PathPass], up: Sequence[Arc], down: Sequence[Arc], radius: float) -> None:
     """Raise where two arcs are longer than their connector, or than half a pass."""
     room = np.inf
     for k, (first, second) in enumerate(zip(up, down, strict=True)):
@@ -93,7 +93,7 @@ def _refuse_radius(passes: Sequence[Pass], up: Sequence[Arc], down: Sequence[Arc
         raise checks.refuse("radius", f"<= {room * radius:.4g}, what fits between the passes at their ends", radius, "mm")
 
 
-def _along(each: Pass, forward: bool, before: Arc | None, after: Arc | None) -> Floats:
+def _along(each: PathPass, forward: bool, before: Arc | None, after: Arc | None) -> Floats:
     """Nodes of a pass between its arcs, closer together near them."""
     first, last = (before, after) if forward else (after, before)
     low = each.s[0] if first is None else each.s[0] + first.reach[0]

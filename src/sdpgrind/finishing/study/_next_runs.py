@@ -20,7 +20,7 @@ from sdpgrind.finishing.study._best import Best, best
 from sdpgrind.finishing.study._pooling import Pool
 from sdpgrind.finishing.study._reading import law_of_a_reading
 from sdpgrind.finishing.study._settings import Level
-from sdpgrind.finishing.study._surface_fit import Axis, SurfaceFit, surface_fit
+from sdpgrind.finishing.study._surface_fit import FactorAxis, SurfaceFit, surface_fit
 from sdpgrind.finishing.study._texts import amount, level
 
 if TYPE_CHECKING:
@@ -120,7 +120,9 @@ def next_runs(study: "Observations", number: int, pool: Pool) -> NextRuns:
     return NextRuns(tuple(runs), gain, notes, study.unit)
 
 
-def _swaps(study: "Observations", fit: SurfaceFit, axis: Axis, tops: dict[str, Level], found: Best) -> list[tuple[str, Level]]:
+def _swaps(
+    study: "Observations", fit: SurfaceFit, axis: FactorAxis, tops: dict[str, Level], found: Best
+) -> list[tuple[str, Level]]:
     """Other levels of a factor that may be as good as its best, the most promising first."""
     name = axis.factor
     ties = {found[name], *(tie.level for tie in found.ties if tie.factor == name)}
@@ -136,7 +138,7 @@ def _tried(tops: dict[str, Level], swaps: list[tuple[str, Level]]) -> Iterator[d
                 yield tops | dict(chosen)
 
 
-def _settings(fit: SurfaceFit, inside: list[Axis], tried: list[dict[str, Level]], number: int) -> list[dict[str, Level]]:
+def _settings(fit: SurfaceFit, inside: list[FactorAxis], tried: list[dict[str, Level]], number: int) -> list[dict[str, Level]]:
     """At most so many settings, no two alike: first each part of a peak once, then other pairs of levels and parts."""
     found: list[dict[str, Level]] = []
     for k, part in [(k % len(tried), k) for k in range(number)] + list(product(range(len(tried)), range(number))):
@@ -146,7 +148,7 @@ def _settings(fit: SurfaceFit, inside: list[Axis], tried: list[dict[str, Level]]
     return found
 
 
-def _peak(fit: SurfaceFit, axis: Axis) -> float | None:
+def _peak(fit: SurfaceFit, axis: FactorAxis) -> float | None:
     """Where a quadratic is highest between the ends (coordinate); None without."""
     if axis.degree < 2:
         return None
@@ -155,7 +157,7 @@ def _peak(fit: SurfaceFit, axis: Axis) -> float | None:
     return None if c >= 0 or abs(b) >= -2 * c else float(-b / (2 * c))
 
 
-def _top(fit: SurfaceFit, axis: Axis, best_level: Level) -> Level:
+def _top(fit: SurfaceFit, axis: FactorAxis, best_level: Level) -> Level:
     """The best level of names; of numbers the peak, or the better end."""
     if not axis.numeric:
         return best_level
@@ -174,7 +176,7 @@ def _part(run: int, axis: int, number: int) -> float:
     return (float(order[run]) + 0.5) / number
 
 
-def _placed(fit: SurfaceFit, axis: Axis, share: float) -> float:
+def _placed(fit: SurfaceFit, axis: FactorAxis, share: float) -> float:
     """Below which place within the range the peak lies with this probability (1)."""
     k = fit.position(axis)
     value, covariance = fit.estimate.value[k : k + 2], fit.estimate.covariance[k : k + 2, k : k + 2]
@@ -190,13 +192,13 @@ def _placed(fit: SurfaceFit, axis: Axis, share: float) -> float:
 
 
 def _run(
-    study: "Observations", fit: SurfaceFit, settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level]
+    study: "Observations", fit: SurfaceFit, settings: dict[str, Level], inside: list[FactorAxis], tops: dict[str, Level]
 ) -> NextRun:
     mean, sd = fit.law(settings)
     return NextRun(settings, mean, sd, law_of_a_reading(study, mean, sd), _why(settings, inside, tops))
 
 
-def _why(settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level]) -> str:
+def _why(settings: dict[str, Level], inside: list[FactorAxis], tops: dict[str, Level]) -> str:
     parts, peaks = [], {axis.factor for axis in inside}
     for axis in inside:
         value, top = float(settings[axis.factor]), float(tops[axis.factor])
@@ -212,7 +214,7 @@ def _why(settings: dict[str, Level], inside: list[Axis], tops: dict[str, Level])
     return "; ".join([*parts, *swapped]) or "at the best levels: confirms them"
 
 
-def _at_the_end(axis: Axis, value: Level) -> list[str]:
+def _at_the_end(axis: FactorAxis, value: Level) -> list[str]:
     """A number that is best where its range ends may be better beyond."""
     if not axis.numeric:
         return []

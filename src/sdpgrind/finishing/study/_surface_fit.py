@@ -13,7 +13,7 @@ from sdpgrind.finishing.study._settings import Level
 
 
 @dataclasses.dataclass(frozen=True)
-class Axis:
+class FactorAxis:
     """One factor of the surface; numbers that are all positive are taken by their logarithm."""
 
     factor: str
@@ -67,7 +67,7 @@ class Axis:
 class SurfaceFit:
     """A fitted response surface; ratios in dB."""
 
-    axes: tuple[Axis, ...]
+    axes: tuple[FactorAxis, ...]
     estimate: identify.Estimate
     variance: float
 
@@ -80,7 +80,7 @@ class SurfaceFit:
         row = self.row(settings)
         return float(row @ self.estimate.value), float(np.sqrt(self.variance + row @ self.estimate.covariance @ row))
 
-    def position(self, axis: Axis) -> int:
+    def position(self, axis: FactorAxis) -> int:
         """Where the coefficients of an axis begin."""
         widths = [len(other.columns(other.levels[0])) for other in self.axes]
         return 1 + sum(widths[: self.axes.index(axis)])
@@ -89,7 +89,7 @@ class SurfaceFit:
 def surface_fit(study: Observations, pool: Pool) -> SurfaceFit:
     """Fit the surface to the ratios of a study, without the pooled factors."""
     names = {row.source for row in anova(study, pool).effects}
-    axes = tuple(Axis(name, study.levels(name)) for name in study.factors if name in names)
+    axes = tuple(FactorAxis(name, study.levels(name)) for name in study.factors if name in names)
     y, there = analysed(study).y, present(study)
     settings = {name: values[there].tolist() for name, values in study.settings.items()}
     rows = [[1.0, *(x for axis in axes for x in axis.columns(settings[axis.factor][k]))] for k in range(y.size)]

@@ -14,14 +14,14 @@ SETTLED = 1e-13
 """Change by the last doubling, relative, at which the area is taken as found."""
 
 
-class Area(NamedTuple):
+class PatchArea(NamedTuple):
     """An area in mm^2, and by how much its last doubling of points changed it."""
 
     value: float
     change: float
 
 
-def area(surface: Differentiable) -> Area:
+def area(surface: Differentiable) -> PatchArea:
     """Integrate sqrt(EG - F^2) over the domain."""
     value = _by_gauss(surface, POINTS[0])
     change = np.inf
@@ -30,7 +30,7 @@ def area(surface: Differentiable) -> Area:
         change = abs(value - before)
         if change <= SETTLED * value:
             break
-    return Area(value, change)
+    return PatchArea(value, change)
 
 
 def _by_gauss(surface: Differentiable, points: int) -> float:

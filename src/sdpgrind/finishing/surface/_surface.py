@@ -274,7 +274,7 @@ class Surface(Described):
         return forms.area_density(self.derivatives(u, v))
 
     @cached_property
-    def _area(self) -> area.Area:
+    def _area(self) -> area.PatchArea:
         return area.area(self)
 
     @property

@@ -21,7 +21,7 @@ SHORTEST = 1e-3
 """Least duration of an interval over that of the first guess."""
 
 
-class Program(NamedTuple):
+class JerkProgram(NamedTuple):
     """A solver for so many intervals, and what does not change of its bounds."""
 
     solver: Any
@@ -45,7 +45,7 @@ class Data(NamedTuple):
     guess: Floats  # (N + 1, 4): feed, acceleration, duration, jerk
 
 
-class Found(NamedTuple):
+class JerkFound(NamedTuple):
     """What was found, scaled."""
 
     durations: Floats
@@ -55,7 +55,7 @@ class Found(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def program(intervals: int, joints: int, plugin: str) -> Program:
+def program(intervals: int, joints: int, plugin: str) -> JerkProgram:
     """Build the program for so many intervals and joints; it is used again for every run."""
     p = [ca.SX.sym(f"q{d}", joints, intervals + 1) for d in (1, 2, 3)]
     weight, steps = ca.SX.sym("weight", joints), ca.SX.sym("steps", intervals)
@@ -70,7 +70,7 @@ def program(intervals: int, joints: int, plugin: str) -> Program:
     low = np.tile([0.0, 0.0, 0.0, 0.0, *[-1.0] * (ROWS * joints)], intervals)
     high = np.tile([0.0, 0.0, 0.0, np.inf, *[1.0] * (ROWS * joints)], intervals)
     equal = [True] * 3 + [False] * (1 + ROWS * joints)
-    return Program(_solver(plugin, what, equal * intervals), intervals, low, high)
+    return JerkProgram(_solver(plugin, what, equal * intervals), intervals, low, high)
 
 
 def _interval(x: Any, u: Any, after: Any, step: Any, ends: list[Any], weight: Any) -> Any:
@@ -91,7 +91,7 @@ def _solver(plugin: str, what: dict[str, Any], equal: list[bool]) -> Any:
     return ca.nlpsol("law", plugin, what, options | {f"{plugin}.{name}": value for name, value in own.items()})
 
 
-def solve(data: Data) -> Found:
+def solve(data: Data) -> JerkFound:
     """Fastest course over one window, at rest at its end; the second solver where the first one fails or is missing."""
     intervals, _, joints = data.rates.shape
     for plugin in PLUGINS:
@@ -102,7 +102,7 @@ def solve(data: Data) -> Found:
     return found
 
 
-def _solved(made: Program, data: Data) -> Found:
+def _solved(made: JerkProgram, data: Data) -> JerkFound:
     """Fastest course by one solver."""
     count = made.intervals
     low = np.tile([0.0, -data.acceleration, SHORTEST, -np.inf], count + 1)
@@ -118,10 +118,10 @@ def _solved(made: Program, data: Data) -> Found:
     try:
         found = made.solver(x0=data.guess.ravel()[:size], p=known, **bounds)
     except RuntimeError as error:  # the solver gives up on numbers it cannot use
-        return Found(np.zeros(count), np.zeros(count), False, str(error).splitlines()[-1])
+        return JerkFound(np.zeros(count), np.zeros(count), False, str(error).splitlines()[-1])
     stats = made.solver.stats()
     moves = _moves(found["x"], count)
-    return Found(moves[:, 0], moves[:, 1], bool(stats["success"]), str(stats["return_status"]))
+    return JerkFound(moves[:, 0], moves[:, 1], bool(stats["success"]), str(stats["return_status"]))
 
 
 def _moves(x: Any, count: int) -> Floats:

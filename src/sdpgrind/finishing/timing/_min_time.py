@@ -50,7 +50,7 @@ def _duration(run: JointPath, limits: JointLimits, feed_rate: float, acceleratio
     return law_of(grid, swept(run, limits, feed_rate, acceleration, grid)).duration
 
 
-class Rows(NamedTuple):
+class LimitRows(NamedTuple):
     """Limits at the m points of a grid: greatest squared feed x (m,), mm^2/s^2, and ``|p u + c x|`` <= 1, (m, r) of all rows."""
 
     cap: Floats
@@ -60,7 +60,7 @@ class Rows(NamedTuple):
 
 def rows_of(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats, factors: Floats | None = None
-) -> Rows:
+) -> LimitRows:
     """Limits at the points of a grid (mm); those of speed and acceleration are narrowed by factors (2, m)."""
     joints, narrow = run.derivatives(grid), np.ones((2, grid.size)) if factors is None else factors
     speed, most, _ = limits.table
@@ -69,7 +69,7 @@ def rows_of(
         p = np.column_stack([p, np.full(grid.size, 1 / acceleration)])
         c = np.column_stack([c, np.zeros(grid.size)])
     fastest = 1 / np.maximum(np.abs(joints[:, 1] / speed).max(axis=1) * narrow[0], 1e-12)
-    return Rows(np.minimum(feed_rate, fastest) ** 2, np.ascontiguousarray(p), np.ascontiguousarray(c))
+    return LimitRows(np.minimum(feed_rate, fastest) ** 2, np.ascontiguousarray(p), np.ascontiguousarray(c))
 
 
 def swept(

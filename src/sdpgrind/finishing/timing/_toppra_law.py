@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._limits import JointLimits
-from sdpgrind.finishing.timing._min_time import Rows, grid_of, kept_on, law_of, rows_of, swept
+from sdpgrind.finishing.timing._min_time import LimitRows, grid_of, kept_on, law_of, rows_of, swept
 from sdpgrind.finishing.timing._narrowing import slowed_to_limits
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
@@ -90,7 +90,7 @@ def _parts(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: 
     return parts
 
 
-def _with_corners(grid: Floats, ends: Rows) -> Floats:
+def _with_corners(grid: Floats, ends: LimitRows) -> Floats:
     """Grid with the corners of the law that a straight run has: how far it takes to the greatest feed, and from it to rest."""
     span, last = grid[-1] - grid[0], grid.size - 1
     way = np.minimum(ends.cap / (2 * _bound(ends)), span / 2)
@@ -103,13 +103,13 @@ def _with_corners(grid: Floats, ends: Rows) -> Floats:
     return np.unique(np.concatenate([grid[kept], corners[new]]))
 
 
-def _bound(rows: Rows) -> Floats:
+def _bound(rows: LimitRows) -> Floats:
     """Acceleration along the path that no law exceeds, mm/s^2, at each point."""
     free = (1 + np.abs(rows.c) * rows.cap[:, None]) / np.maximum(np.abs(rows.p), 1e-12)
     return np.asarray(free.min(axis=1))
 
 
-def _solved(grid: Floats, rows: Rows) -> Floats | None:
+def _solved(grid: Floats, rows: LimitRows) -> Floats | None:
     """Feed at the points of a grid, mm/s, or None.
 
     Feed and acceleration get units in which they are about `SCALE`; what only rounding has left is 0.

@@ -22,7 +22,7 @@ from sdpgrind.finishing.torque._law import KINDS, OBSERVERS, Setting, TorqueLaw,
 from sdpgrind.finishing.torque._loop import AxisLoop
 from sdpgrind.finishing.torque._model import continuous, sampled
 from sdpgrind.finishing.torque._poles import AxisPoles, check_stable, poles_of
-from sdpgrind.finishing.torque._reference import Reference, reference
+from sdpgrind.finishing.torque._reference import TorqueReference, reference
 from sdpgrind.finishing.torque._states import CONTROLLER, LAW
 
 _UNDAMPED = 0.5  # s: how long to wait for a contact that nothing damps
@@ -116,7 +116,7 @@ class TorqueController(Stateful, Described):
         return setting(self.axis, self.kind, self.gains, self.observer, self.prefilter)
 
     @cached_property
-    def reference(self) -> Reference:
+    def reference(self) -> TorqueReference:
         """Torque to be held along the motion, s and N m."""
         return reference(self.axis, self.motion, self.normal_force, self.load_torque)
 

@@ -12,7 +12,7 @@ from sdpgrind.finishing.torque._axis import TorqueAxis
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Reference:
+class TorqueReference:
     """Times of the motion (s), torque of the contact (N m), load torque that is known (N m), torque over force (N m/N)."""
 
     time: Floats
@@ -21,7 +21,7 @@ class Reference:
     per_force: Floats
 
 
-def reference(axis: TorqueAxis, motion: Any, normal_force: float, load_torque: npt.ArrayLike) -> Reference:
+def reference(axis: TorqueAxis, motion: Any, normal_force: float, load_torque: npt.ArrayLike) -> TorqueReference:
     """Reference along a motion; refused where it needs more current than there is."""
     time, per_force = (np.zeros(1), np.array([1e-3 * axis.lever_arm])) if motion is None else _motion(motion, axis)
     load = checks.finite_array("load_torque", load_torque, "N m")
@@ -29,7 +29,7 @@ def reference(axis: TorqueAxis, motion: Any, normal_force: float, load_torque: n
         raise ValueError(
             f"load_torque must be one number or {time.size}, one for each time of the motion; got shape {load.shape}"
         )
-    found = Reference(time, normal_force * per_force, np.array(np.broadcast_to(load, time.shape)), per_force)
+    found = TorqueReference(time, normal_force * per_force, np.array(np.broadcast_to(load, time.shape)), per_force)
     _check_current(axis, found)
     return found
 
@@ -52,7 +52,7 @@ def _motion(motion: Any, axis: TorqueAxis) -> tuple[Floats, Floats]:
     return time, per_force
 
 
-def _check_current(axis: TorqueAxis, found: Reference) -> None:
+def _check_current(axis: TorqueAxis, found: TorqueReference) -> None:
     """A torque that the motor cannot give for long is no reference."""
     current = (found.torque + found.load) / axis.torque_constant
     k = int(np.argmax(np.abs(current)))

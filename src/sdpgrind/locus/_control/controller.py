@@ -158,14 +158,14 @@ class LocusController(Walking, Described):
         return design_gain(self.stretch, x=self.x)
 
     @cached_property
-    def law(self) -> core.Law:
+    def law(self) -> core.WalkLaw:
         """What the compiled core knows, in the user's units."""
         stretch = self.stretch
         schedule = self.gain if isinstance(self.gain, GainSchedule) else None
         if schedule is None and (self.gain is None or isinstance(self.gain, str)) and self.method == "feedback":
             schedule = self.design.schedule()
         fixed = float(self.gain) if isinstance(self.gain, float | int) else 0.0
-        return core.Law(
+        return core.WalkLaw(
             low=stretch.low if self.floor is None else float(self.floor),
             high=stretch.high,
             direction=1.0 if stretch.loop_slope[0] < 0 else -1.0,

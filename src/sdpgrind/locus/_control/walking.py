@@ -39,7 +39,7 @@ class Walking(Stateful):
         raise AttributeError
 
     @property
-    def law(self) -> core.Law:
+    def law(self) -> core.WalkLaw:
         """What the compiled core knows, in the user's units."""
         raise AttributeError
 

@@ -43,7 +43,7 @@ def pattern(n: int) -> Floats:
     return np.array([np.prod(digits[i:], axis=0) for i in range(n)]).T
 
 
-class Adaptation:
+class ModifierAdaptation:
     """What changes from sample to sample."""
 
     def __init__(self, n: int, hidden: float, center: Floats):
@@ -149,13 +149,13 @@ class ModifierController(Described):
         return Modified(self.problem)
 
     @cached_property
-    def state(self) -> Adaptation:
+    def state(self) -> ModifierAdaptation:
         """What it has learned (scaled, unit 1)."""
         n = self._modified.n
         modifiers = np.append(self.start_hidden, np.zeros(1 + 2 * n))
         if not self._modified.begin(modifiers):
             raise ValueError(f"hidden must be a state with a feasible point; {self.start_hidden:g} has none")
-        state = Adaptation(n, self.start_hidden, self._modified.point[:n].copy())
+        state = ModifierAdaptation(n, self.start_hidden, self._modified.point[:n].copy())
         self._begin(state)
         self._move(state)
         return state
@@ -281,7 +281,7 @@ class ModifierController(Described):
         given = np.vstack([rows[:, :2], np.zeros((others, 2))])
         return np.asarray(np.linalg.lstsq(np.vstack([planes, still]), given, rcond=None)[0][:k] / self.dither)
 
-    def _begin(self, state: Adaptation) -> None:
+    def _begin(self, state: ModifierAdaptation) -> None:
         """Directions of the next pattern: along the limit of the corrected model, and across it where that is asked for."""
         model, n = self._modified.model, self._modified.n
         z = model.unscaled(state.center)
@@ -305,7 +305,7 @@ class ModifierController(Described):
             room, step = max(self.dither, self.across), np.clip(best - state.center, -self.trust, self.trust)
             state.center = np.clip(state.center + step, room, 1 - room)
 
-    def _move(self, state: Adaptation) -> None:
+    def _move(self, state: ModifierAdaptation) -> None:
         state.command = self._modified.model.unscaled(state.center + state.directions @ state.signs[state.row])
 
     def report(self) -> dict[str, float]:

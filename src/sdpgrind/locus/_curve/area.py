@@ -14,9 +14,9 @@ from sdpgrind.base.plans import Plan
 from sdpgrind.locus._curve.point import Point, named_point
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.system import System, system_of
-from sdpgrind.locus._trace.grid import Grid
+from sdpgrind.locus._trace.grid import TraceGrid
 from sdpgrind.locus._trace.pieces import kind_of, point_of
-from sdpgrind.locus._trace.trace import Run, Tracer
+from sdpgrind.locus._trace.trace import Tracer, TraceRun
 
 
 class Area(Plan):
@@ -35,7 +35,7 @@ class Area(Plan):
 
     kind = "locus.area"
 
-    def __init__(self, problem: Problem, grid: Grid, degenerate: bool = False):
+    def __init__(self, problem: Problem, grid: TraceGrid, degenerate: bool = False):
         self.problem, self.grid, self.degenerate = problem, grid, degenerate
 
     @property
@@ -103,11 +103,11 @@ class Area(Plan):
         around = (tuple(low + step) for step in itertools.product((0, 1), repeat=len(place)))
         return [corner for corner in around if self.known[corner]]
 
-    def _followed(self, corner: tuple[int, ...], place: Floats) -> Run | None:
+    def _followed(self, corner: tuple[int, ...], place: Floats) -> TraceRun | None:
         """From a node of the grid, one hidden state after the other, to a place; the last run, or None where the way ends."""
         point, held = self.grid.points[corner].copy(), self.grid.held[corner]
         hidden = self._places[list(corner)].copy()
-        run = Run(point[None], np.eye(1, len(point), len(point) - 1), held, end=("range", 0))
+        run = TraceRun(point[None], np.eye(1, len(point), len(point) - 1), held, end=("range", 0))
         for t in (*range(1, len(place)), 0):
             point[-1] = hidden[t]
             low, high = sorted((hidden[t], place[t]))
@@ -118,7 +118,7 @@ class Area(Plan):
                 point, held = run.nodes[-1].copy(), run.held
             hidden[t] = place[t]
         point[-1] = place[0]
-        return Run(point[None], np.eye(1, len(point), len(point) - 1), held)
+        return TraceRun(point[None], np.eye(1, len(point), len(point) - 1), held)
 
     def retrieve(self, **measured: float) -> Point:
         """Return the best point for what is measured at any point: the hidden states are inverted from it first.

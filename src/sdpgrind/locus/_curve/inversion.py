@@ -8,7 +8,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.inversion_kernels import CONTROLS, DIRECTION, GUESS, HEAD, HIGH, LOW, RESPONSE, SLOPE, TAPE, retrieve
-from sdpgrind.locus._trace.table import Table
+from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.locus._trace.table_kernels import INSIDE, NO_KEY
 
 
@@ -38,13 +38,13 @@ class Inversion:
     >>> v, x = casadi.SX.sym("v"), casadi.SX.sym("x")
     >>> response = tape(casadi.Function("f", [v, x], [x * v, v]))
     >>> key = np.array([1.0, 2.0, 4.0])
-    >>> table = Table(key, np.column_stack([key**2]), np.column_stack([2 * key]))
+    >>> table = LocusTable(key, np.column_stack([key**2]), np.column_stack([2 * key]))
     >>> Inversion(response, table, low=1.0, high=4.0).at(7.5, 2.5)
     (array([3., 9.]), False)
     """
 
     tape: Floats = field(repr=False)
-    table: Table
+    table: LocusTable
     low: float
     high: float
     rising: bool = True

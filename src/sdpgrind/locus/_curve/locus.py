@@ -25,7 +25,7 @@ from sdpgrind.locus._trace.trace import ROUNDING, Tracer
 if TYPE_CHECKING:
     from sdpgrind.locus._curve.inversion import Inversion
     from sdpgrind.locus._stretch.stretch import Stretch
-    from sdpgrind.locus._trace.table import Table
+    from sdpgrind.locus._trace.table import LocusTable
 
 
 NEAR, FAR = 1e-6, 0.25
@@ -209,7 +209,7 @@ class Locus(Plan):
         flag = find_state(tape, inputs, places, low, high, np.sign(out[slope]), measured, work, out)
         return float(inputs[-1]), flag == INSIDE
 
-    def table(self, key: str | None = None, *, points: int = 200) -> "Table":
+    def table(self, key: str | None = None, *, points: int = 200) -> "LocusTable":
         """Return the best controls by one number, as a compiled table: cubic with exact slopes.
 
         Parameters

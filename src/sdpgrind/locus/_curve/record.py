@@ -8,7 +8,7 @@ import xarray as xr
 
 from sdpgrind.locus._problem.problem import Problem, read_problem, written
 from sdpgrind.locus._problem.system import system_of
-from sdpgrind.locus._trace.grid import Grid
+from sdpgrind.locus._trace.grid import TraceGrid
 from sdpgrind.locus._trace.pieces import Columns, Piece
 
 _WIDE = {"controls": "control", "slope": "control", "bound_multipliers": "control"}
@@ -83,7 +83,7 @@ def fields_in(data: xr.Dataset) -> tuple[Problem, Columns, tuple[Piece, ...], bo
     return problem, table, tuple(pieces), bool(data.attrs["degenerate"])
 
 
-def area_dataset(problem: Problem, grid: Grid, degenerate: bool) -> xr.Dataset:
+def area_dataset(problem: Problem, grid: TraceGrid, degenerate: bool) -> xr.Dataset:
     """The grid, with hidden states as coordinates."""
     system, dims, shape = system_of(problem, degenerate), problem.hidden_names, grid.residual.shape
     places = np.linspace(0.0, 1.0, shape[0])
@@ -98,9 +98,9 @@ def area_dataset(problem: Problem, grid: Grid, degenerate: bool) -> xr.Dataset:
     return xr.Dataset(variables, coordinates(problem) | along, {"problem": written(problem), "degenerate": int(degenerate)})
 
 
-def area_fields(data: xr.Dataset) -> tuple[Problem, Grid, bool]:
+def area_fields(data: xr.Dataset) -> tuple[Problem, TraceGrid, bool]:
     """What the area was made of that `area_dataset` described."""
     problem = read_problem(data.attrs["problem"])
     degenerate = bool(data.attrs["degenerate"])
-    grid = Grid(data.points.values, data.held.values.astype(np.int64), data.residual.values)
+    grid = TraceGrid(data.points.values, data.held.values.astype(np.int64), data.residual.values)
     return problem, grid, degenerate

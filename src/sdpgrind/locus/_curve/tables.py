@@ -9,14 +9,14 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.inversion import Inversion
 from sdpgrind.locus._curve.protocol import Curve
 from sdpgrind.locus._trace.pieces import Columns, counts, tabulate
-from sdpgrind.locus._trace.table import Table
-from sdpgrind.locus._trace.trace import Run, Tracer
+from sdpgrind.locus._trace.table import LocusTable
+from sdpgrind.locus._trace.trace import Tracer, TraceRun
 
 FINER = 5
 """Points traced for each that a table keeps."""
 
 
-def table(curve: Curve, key: str | None, points: int) -> Table:
+def table(curve: Curve, key: str | None, points: int) -> LocusTable:
     """Controls by the hidden state, one control, or a response where it equals its limit."""
     name = curve.hidden_name if key is None else key
     checks.one_of("key", name, (curve.hidden_name, *curve.names, *curve.responses))
@@ -46,7 +46,7 @@ def inversion(curve: Curve, response: str | None, points: int) -> Inversion:
 def _fine(curve: Curve, points: int) -> list[Columns]:
     """The global pieces with more points, by Newton's method from those that are known."""
     tracer = Tracer(curve.system, np.zeros(1))
-    runs = [Run(piece.table.points, piece.table.along, piece.held) for piece in curve.best]
+    runs = [TraceRun(piece.table.points, piece.table.along, piece.held) for piece in curve.best]
     return [tabulate(tracer, [run], [size]) for run, size in zip(runs, counts(runs, FINER * points), strict=True)]
 
 
@@ -62,14 +62,14 @@ def _keyed(curve: Curve, rows: Columns, name: str) -> tuple[Floats, Floats]:
     return rows.limit[:, j], limits
 
 
-def _part(rows: Columns, key: Floats, slope: Floats) -> Table:
+def _part(rows: Columns, key: Floats, slope: Floats) -> LocusTable:
     known = np.isfinite(slope) & np.all(np.isfinite(rows.slope), axis=1)
     if not (np.all(slope[known] > 0) or np.all(slope[known] < 0)):
         raise ValueError("key must change one way along the locus, so that it belongs to one point; it turns, or stands still")
-    return Table(key[known], rows.controls[known], rows.slope[known] / slope[known, None])
+    return LocusTable(key[known], rows.controls[known], rows.slope[known] / slope[known, None])
 
 
-def _joined(parts: list[Table], name: str, hidden: str) -> Table:
+def _joined(parts: list[LocusTable], name: str, hidden: str) -> LocusTable:
     """One table of several; where they meet, two nodes stand next to each other, each with the slopes of its own side."""
     parts = sorted((_rising(part) for part in parts), key=lambda part: part.low)
     keys = [part.key.copy() for part in parts]
@@ -80,10 +80,10 @@ def _joined(parts: list[Table], name: str, hidden: str) -> Table:
     if name != hidden:
         _check_joined(parts, name)
     columns, slopes = ([getattr(part, what) for part in parts] for what in ("columns", "slopes"))
-    return Table(np.concatenate(keys), np.concatenate(columns), np.concatenate(slopes))
+    return LocusTable(np.concatenate(keys), np.concatenate(columns), np.concatenate(slopes))
 
 
-def _check_joined(parts: list[Table], name: str) -> None:
+def _check_joined(parts: list[LocusTable], name: str) -> None:
     """Between the ends of a jump nothing is best."""
     for before, after in pairwise(parts):
         if not np.allclose(before.columns[-1], after.columns[0], rtol=1e-6, atol=1e-9):
@@ -92,5 +92,5 @@ def _check_joined(parts: list[Table], name: str) -> None:
             )
 
 
-def _rising(part: Table) -> Table:
-    return part if part.key[-1] > part.key[0] else Table(part.key[::-1], part.columns[::-1], part.slopes[::-1])
+def _rising(part: LocusTable) -> LocusTable:
+    return part if part.key[-1] > part.key[0] else LocusTable(part.key[::-1], part.columns[::-1], part.slopes[::-1])

@@ -14,7 +14,7 @@ samples that were waited for it, samples in a row that asked for less than the e
 STATES = 8
 
 
-class Law(NamedTuple):
+class WalkLaw(NamedTuple):
     """What a controller on a locus knows; places are coordinates along it, in the user's unit."""
 
     low: float

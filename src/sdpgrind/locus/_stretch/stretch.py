@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.locus._stretch.law_kernels import find_many
 from sdpgrind.locus._stretch.single_valued import check_hidden, check_single, told
 from sdpgrind.locus._trace.segments import apart, bends
-from sdpgrind.locus._trace.table import Table
+from sdpgrind.locus._trace.table import LocusTable
 
 if TYPE_CHECKING:
     from sdpgrind.locus._stretch.calibration import Calibration
@@ -228,16 +228,16 @@ class Stretch:
         return self.limit_slope - self.response_slope
 
     @cached_property
-    def table(self) -> Table:
+    def table(self) -> LocusTable:
         """Controls, hidden state, limit, loop slope in their units: n + 3 columns by the coordinate."""
         values = np.column_stack([self.controls, self.hidden, self.limit, self.loop_slope])
         slopes = np.column_stack([self.controls_slope, self.hidden_slope, self.limit_slope, self._bend])
-        return Table(self.coordinate, values, slopes)
+        return LocusTable(self.coordinate, values, slopes)
 
     @cached_property
-    def slopes(self) -> Table:
+    def slopes(self) -> LocusTable:
         """The loop slope alone by the coordinate, in its unit."""
-        return Table(self.coordinate, self.loop_slope[:, None], self._bend[:, None])
+        return LocusTable(self.coordinate, self.loop_slope[:, None], self._bend[:, None])
 
     @cached_property
     def _bend(self) -> Floats:

@@ -15,7 +15,7 @@ NODES = {2: 17, 3: 7}
 
 
 @dataclass(frozen=True)
-class Grid:
+class TraceGrid:
     """Scaled unknowns (..., n + m + 2), sets (..., n + m) and residuals (...) at the nodes; NaN where no best point is known."""
 
     points: Floats
@@ -40,7 +40,7 @@ class Grid:
         return Columns.joined(rows)
 
 
-def trace_grid(system: System) -> tuple[Grid, bool]:
+def trace_grid(system: System) -> tuple[TraceGrid, bool]:
     """The cheapest points at a grid; and whether there were places at which many points were as good."""
     nodes = NODES.get(system.h, 5)
     shape, flat = (nodes,) * system.h, False
@@ -52,7 +52,7 @@ def trace_grid(system: System) -> tuple[Grid, bool]:
         for k, known, own in _line(tracer, places):
             points[(k, *others)], held[(k, *others)], residual[(k, *others)] = known.points[0], own, known.residual[0]
         flat = flat or bool(tracer.flat)
-    return Grid(points, held, residual), flat
+    return TraceGrid(points, held, residual), flat
 
 
 def _line(tracer: Tracer, places: Floats) -> list[tuple[int, Columns, Ints]]:

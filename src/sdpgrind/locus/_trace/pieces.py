@@ -8,7 +8,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._trace.spread_kernels import spread
-from sdpgrind.locus._trace.trace import Ints, Run, Tracer
+from sdpgrind.locus._trace.trace import Ints, Tracer, TraceRun
 
 NONE = 1e-12
 """Weight of the cost that is none: its multipliers have no limit."""
@@ -107,13 +107,13 @@ class Piece:
         return f"Piece({self.kind}: {what}; {low:.6g} to {high:.6g}; {self.start or '-'} to {self.end or '-'})"
 
 
-def counts(runs: Sequence[Run], points: int) -> list[int]:
+def counts(runs: Sequence[TraceRun], points: int) -> list[int]:
     """How many points each run gets of about as many as asked for: by length of arc, two at least."""
     lengths = np.array([np.sum(np.sqrt(np.sum(np.diff(run.nodes, axis=0) ** 2, axis=1))) for run in runs])
     return [max(2, round(share)) for share in points * lengths / np.sum(lengths)]
 
 
-def tabulate(tracer: Tracer, runs: Sequence[Run], sizes: Sequence[int]) -> Columns:
+def tabulate(tracer: Tracer, runs: Sequence[TraceRun], sizes: Sequence[int]) -> Columns:
     """All points of runs, exact."""
     system, total = tracer.system, sum(sizes)
     n, m, h = system.n, system.m, system.h
@@ -151,10 +151,10 @@ def columns(tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residu
 
 def point_of(tracer: Tracer, held: Ints, point: Floats, along: Floats) -> Columns:
     """What is known at one exact point; `along` is a tangent near it."""
-    return tabulate(tracer, [Run(np.vstack([point, point]), np.vstack([along, along]), held)], [1])
+    return tabulate(tracer, [TraceRun(np.vstack([point, point]), np.vstack([along, along]), held)], [1])
 
 
-def pieces(problem: Problem, runs: Sequence[tuple[Run, bool]], table: Columns, sizes: Sequence[int]) -> tuple[Piece, ...]:
+def pieces(problem: Problem, runs: Sequence[tuple[TraceRun, bool]], table: Columns, sizes: Sequence[int]) -> tuple[Piece, ...]:
     """Name what the runs are, with their points."""
     names, responses = problem.names, list(problem.responses)
     n, found, since = len(names), [], 0

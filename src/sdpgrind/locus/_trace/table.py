@@ -22,7 +22,7 @@ KINK = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Table:
+class LocusTable:
     """Columns by a key that rises or falls strictly, with their exact slopes by the key.
 
     `packed` is all of it in one flat array, for compiled code: ``look_up(table.packed, key, out)``, with `width` columns.
@@ -42,7 +42,7 @@ class Table:
     Examples
     --------
     >>> key = np.array([0.0, 1.0, 3.0])
-    >>> table = Table(key, np.column_stack([key**3]), np.column_stack([3 * key**2]))
+    >>> table = LocusTable(key, np.column_stack([key**3]), np.column_stack([3 * key**2]))
     >>> table.at(2.0)
     array([8.])
     >>> table.at(5.0), table.clamped(5.0)
@@ -73,7 +73,7 @@ class Table:
             object.__setattr__(self, name, _fixed(array))
 
     def __repr__(self) -> str:
-        return f"Table({self.key.size} nodes from {self.low:.6g} to {self.high:.6g}, {self.width} columns)"
+        return f"LocusTable({self.key.size} nodes from {self.low:.6g} to {self.high:.6g}, {self.width} columns)"
 
     def __deepcopy__(self, memo: object) -> Self:
         return self  # nothing in it changes
@@ -136,7 +136,7 @@ class Table:
         found: Floats = np.max(widths[:, None] ** 4 / 384.0 * self._fourth(), axis=0)
         return found
 
-    def thinned(self, count: int) -> "Table":
+    def thinned(self, count: int) -> "LocusTable":
         """Return a table of about `count` of the nodes, so chosen that all intervals err alike, each column over its span.
 
         Ends and kinks always stay.
@@ -157,7 +157,7 @@ class Table:
         edges = np.concatenate([[0.0], shares / shares[-1]])
         kinks = np.flatnonzero(self._kinks())
         kept = np.unique(np.concatenate([_nearest(edges, count), kinks, kinks + 1]))
-        return Table(self.key[kept], self.columns[kept], self.slopes[kept])
+        return LocusTable(self.key[kept], self.columns[kept], self.slopes[kept])
 
     def _kinks(self) -> Any:
         """Which intervals are so narrow that they only join two smooth parts."""

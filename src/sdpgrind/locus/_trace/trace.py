@@ -43,7 +43,7 @@ KINDS = {
 
 
 @dataclass(frozen=True)
-class Run:
+class TraceRun:
     """Part of a branch with one set: nodes (k, n + m + 2) with unit tangents, by rising place; what happens at its ends."""
 
     nodes: Floats
@@ -63,7 +63,7 @@ class Run:
         return float(self.nodes[-1, -1])
 
 
-Branch: TypeAlias = list[Run]
+Branch: TypeAlias = list[TraceRun]
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Tracer:
             elif curvature == 0:
                 self.flat.append((place, float(self._costs(point[None])[0])))
 
-    def follow(self, point: Floats, held: Ints, rising: float, low: float = 0.0, high: float = 1.0) -> list[Run]:
+    def follow(self, point: Floats, held: Ints, rising: float, low: float = 0.0, high: float = 1.0) -> list[TraceRun]:
         """Runs to one side of a best point, in the order in which they are met."""
         n, m, h = self._sizes
         nodes, tangents = np.empty((MOST, n + m + 2)), np.empty((MOST, n + m + 2))
@@ -108,7 +108,7 @@ class Tracer:
         down, up = self.follow(point, held, -1.0), self.follow(point, held, 1.0)
         backward = [_reversed(run) for run in reversed(down)]
         last, first = backward[-1], up[0]
-        joined = Run(
+        joined = TraceRun(
             np.concatenate([last.nodes, first.nodes[1:]]),
             np.concatenate([last.tangents, first.tangents[1:]]),
             held,
@@ -117,7 +117,7 @@ class Tracer:
         )
         return _rising([run for run in [*backward[:-1], joined, *up[1:]] if run.high > run.low + ROUNDING], self.system.n)
 
-    def at(self, run: Run, place: float) -> Floats | None:
+    def at(self, run: TraceRun, place: float) -> Floats | None:
         """The point of a run at a place of the hidden state; None where it cannot be found."""
         n, m, h = self._sizes
         point = np.empty(n + m + 2)
@@ -191,7 +191,7 @@ class Tracer:
         n = self.system.n
         return there is not None and bool(np.max(np.abs(there[:n] - point[:n])) < SAME)
 
-    def cut(self, run: Run, places: list[float]) -> Iterator[Run]:
+    def cut(self, run: TraceRun, places: list[float]) -> Iterator[TraceRun]:
         """A run in parts, cut at places between its ends where another branch takes over."""
         rest = run
         for place in sorted(places):
@@ -208,12 +208,12 @@ class Tracer:
             )
         yield rest
 
-    def _tangent(self, point: Floats, run: Run, k: int, out: Floats) -> None:
+    def _tangent(self, point: Floats, run: TraceRun, k: int, out: Floats) -> None:
         n, m, h = self._sizes
         kernels.tangent_of(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, point, run.tangents[k], out)
 
 
-def run_at(branch: Branch, place: float) -> Run | None:
+def run_at(branch: Branch, place: float) -> TraceRun | None:
     """The run of a branch at a place of the hidden state."""
     for run in branch:
         if run.low - ROUNDING <= place <= run.high + ROUNDING:
@@ -221,12 +221,12 @@ def run_at(branch: Branch, place: float) -> Run | None:
     return None
 
 
-def _runs(nodes: Floats, tangents: Floats, sets: Ints, events: Ints) -> Iterator[Run]:
+def _runs(nodes: Floats, tangents: Floats, sets: Ints, events: Ints) -> Iterator[TraceRun]:
     """Cut what was followed where something happens."""
     since, start = 0, ("", 0)
     for k in np.flatnonzero(events[:, 0] != kernels.NONE):
         end = (KINDS[int(events[k, 0])], int(events[k, 1]))
-        yield Run(nodes[since : k + 1], tangents[since : k + 1], sets[k], start, end)
+        yield TraceRun(nodes[since : k + 1], tangents[since : k + 1], sets[k], start, end)
         since, start = int(k) + 1, end
 
 
@@ -247,5 +247,5 @@ def _change(before: Ints, after: Ints, n: int) -> tuple[str, int]:
     return ("active" if after[i] else "inactive"), i - n
 
 
-def _reversed(run: Run) -> Run:
-    return Run(run.nodes[::-1].copy(), -run.tangents[::-1], run.held, run.end, run.start)
+def _reversed(run: TraceRun) -> TraceRun:
+    return TraceRun(run.nodes[::-1].copy(), -run.tangents[::-1], run.held, run.end, run.start)

@@ -23,7 +23,7 @@ REPORTS: Mapping[str, str] = {
 """What a controller of a cycle reports: name -> unit."""
 
 
-class Sampled:
+class SampledCycle:
     """What steps in compiled code once in a sample; a batch of parts runs the same code on the same state."""
 
     problem: CycleProblem
@@ -42,11 +42,11 @@ class Sampled:
         return self.problem.job
 
     @cached_property
-    def law(self) -> places.Law:
+    def law(self) -> places.SectionLaw:
         """What the compiled core knows, in mm, s and N."""
         return self._compiled()
 
-    def _compiled(self) -> places.Law:
+    def _compiled(self) -> places.SectionLaw:
         """Of the problem and what the controller makes of it."""
         return places.law_of(self.problem, places.final_rate(self.problem, 0.0))
 

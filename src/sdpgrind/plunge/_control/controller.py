@@ -3,15 +3,15 @@
 import dataclasses
 
 from sdpgrind.base.quantities import Described, choice, described, flag, part, quantity
-from sdpgrind.plunge._control.base import Sampled
-from sdpgrind.plunge._control.state import GAUGE, P_END, PRINTED, Law, final_rate, law_of
+from sdpgrind.plunge._control.base import SampledCycle
+from sdpgrind.plunge._control.state import GAUGE, P_END, PRINTED, SectionLaw, final_rate, law_of
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _FORMS = {"p_end": P_END, "gauge": GAUGE, "printed": PRINTED}
 
 
 @described()
-class CycleController(Sampled, Described):
+class CycleController(SampledCycle, Described):
     """Full rate, then as fast as the damage still comes off, then spark-out: Dong, Danai and Malkin (2004), section 2.
 
     The structure is that of the fastest cycle (`plan`). Damage is that of the model; the stock is measured. Spark-out begins
@@ -95,7 +95,7 @@ class CycleController(Sampled, Described):
         """Infeed rate at size that it aims at, mm/s."""
         return final_rate(self.problem, self.roundness_margin)
 
-    def _compiled(self) -> Law:
+    def _compiled(self) -> SectionLaw:
         model = self.problem.model
         return law_of(self.problem, self.final_rate)._replace(
             form=_FORMS[self.sparkout],

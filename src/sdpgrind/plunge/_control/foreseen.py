@@ -8,14 +8,14 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._control import part_kernels as kernels
 from sdpgrind.plunge._control import state as places
 from sdpgrind.plunge._control.control_kernels import start_control
-from sdpgrind.plunge._control.state import Law
+from sdpgrind.plunge._control.state import SectionLaw
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _SPARE = 1000  # samples beyond those in which all the stock comes off at the slowest rate
 
 
 def foreseen(
-    problem: CycleProblem, law: Law, *, rng: np.random.Generator | None = None, contact: float = 0.0
+    problem: CycleProblem, law: SectionLaw, *, rng: np.random.Generator | None = None, contact: float = 0.0
 ) -> tuple[Floats, dict[str, Floats]]:
     """Return the state at the end and the table, with the names of a log, of a part.
 

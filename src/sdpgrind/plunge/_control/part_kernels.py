@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._control import state as places
 from sdpgrind.plunge._control.control_kernels import control_step
-from sdpgrind.plunge._model.kernels import Core, _damage, _deflected, _rate_near, _worn, rate
+from sdpgrind.plunge._model.kernels import PlungeCore, _damage, _deflected, _rate_near, _worn, rate
 
 Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)
 """State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges, what
@@ -24,10 +24,10 @@ ROW = ("samples", *COLUMNS, "command_rate", "balancing", *PLANNED)
 """Columns of a table of a whole part."""
 
 
-class Rig(NamedTuple):
+class PartRig(NamedTuple):
     """Truth of a part, and its gauges."""
 
-    core: Core
+    core: PlungeCore
     sample_time: float
     stock: float
     growth: float  # of the wear flat area, relative, at the reference rate, 1/mm
@@ -45,11 +45,11 @@ class Rig(NamedTuple):
     samples_max: int
 
 
-def rig(model: Any, stock: float, sample_time: float, samples_max: int = 20_000) -> Rig:
+def rig(model: Any, stock: float, sample_time: float, samples_max: int = 20_000) -> PartRig:
     """A part with gauges that tell the truth; `_replace` makes them worse."""
     wear = model.wear
     growth = (0.0, 0.0, 1.0) if wear is None else (wear.growth / model.wear_flat_area, wear.exponent, wear.reference_rate)
-    return Rig(
+    return PartRig(
         core=model.core,
         sample_time=float(sample_time),
         stock=float(stock),

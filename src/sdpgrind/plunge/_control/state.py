@@ -4,7 +4,7 @@ from math import exp
 from typing import NamedTuple
 
 from sdpgrind.base import checks
-from sdpgrind.plunge._model.kernels import Core
+from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 
 PRINTED, GAUGE, P_END = range(3)
@@ -31,10 +31,10 @@ DEFLECTION_DRIFT, SHARPNESS_DRIFT = 5e-6, 5e-4
 """What the model may be wrong by in a sample: deflection, mm; wear flat area, relative."""
 
 
-class Law(NamedTuple):
+class SectionLaw(NamedTuple):
     """What a controller knows."""
 
-    core: Core
+    core: PlungeCore
     form: int
     no_burn: bool
     online: bool
@@ -59,10 +59,10 @@ class Law(NamedTuple):
     stage_rate: float  # and its rate, mm/s
 
 
-def law_of(problem: CycleProblem, final_rate: float) -> Law:
+def law_of(problem: CycleProblem, final_rate: float) -> SectionLaw:
     """What every controller of a problem knows; nothing is learned and the gauge is believed."""
     assert problem.time_constant is not None
-    return Law(
+    return SectionLaw(
         core=problem.model.core,
         form=P_END,
         no_burn=False,
@@ -89,7 +89,7 @@ def law_of(problem: CycleProblem, final_rate: float) -> Law:
     )
 
 
-def staged_law(problem: CycleProblem, remaining: float, rate: float) -> Law:
+def staged_law(problem: CycleProblem, remaining: float, rate: float) -> SectionLaw:
     """What the compiled core needs of a cycle of three stages, mm and mm/s."""
     law = law_of(problem, final_rate(problem, 0.0))
     return law._replace(staged=True, stage_remaining=float(remaining), stage_rate=float(rate))

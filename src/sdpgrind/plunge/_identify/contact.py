@@ -22,19 +22,19 @@ _STEPS = 2  # of Runge and Kutta in a sample: 1e-9 s of a cycle
 _FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
 
 
-class Course(NamedTuple):
+class ContactCourse(NamedTuple):
     """What the model says of a cycle: size (mm) and infeed rate (mm/s) at each reading."""
 
     size: Floats
     infeed_rate: Floats
 
 
-def course(cycle: Cycle, model: PlungeModel, contact_zero: float = 0.0, scale: float = 1.0) -> Course:
+def course(cycle: Cycle, model: PlungeModel, contact_zero: float = 0.0, scale: float = 1.0) -> ContactCourse:
     """Run the model on the command; it gives way by `scale` times its deflection."""
     core = model.core
     core = core._replace(K0=scale * core.K0, K1=scale * core.K1, K2=scale * core.K2)
     y, rate = deflections(contact_zero - core.K0, cycle.command_rate, cycle.step, _STEPS, core).T
-    return Course(cycle.infeed + contact_zero - core.K0 - y, rate)
+    return ContactCourse(cycle.infeed + contact_zero - core.K0 - y, rate)
 
 
 def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:

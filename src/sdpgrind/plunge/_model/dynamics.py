@@ -10,13 +10,13 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
-from sdpgrind.plunge._model.kernels import Core, Give
+from sdpgrind.plunge._model.kernels import Give, PlungeCore
 from sdpgrind.plunge._model.model import PlungeModel
 
 HALVINGS = 60
 
 
-def core_at(model: PlungeModel, rotation: Any = None, area: Any = None) -> Core:
+def core_at(model: PlungeModel, rotation: Any = None, area: Any = None) -> PlungeCore:
     """Coefficients at another rotation (rad/s) and wear flat area; numbers, arrays or symbols."""
     core = model.core
     share = 1.0 if rotation is None else rotation / model.work_rotation
@@ -42,13 +42,13 @@ def _sliding(model: PlungeModel, rotation: Any) -> Any:
     )  # fmt: skip
 
 
-def burn_depth(v: Any, core: Core, log: Any = np.log) -> Any:
+def burn_depth(v: Any, core: PlungeCore, log: Any = np.log) -> Any:
     """Depth of damage, mm, of arrays or, with their own logarithm, symbols; negative: what is left; v > 0."""
     root = v**0.25
     return core.reach * root * log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
 
 
-def coolest(core: Core) -> Floats:
+def coolest(core: PlungeCore) -> Floats:
     """Rates (mm/s) at which the least of what the surface stands is used: between the two roots of burning."""
     parts = np.broadcast_arrays(3 * core.heat1, (4 * core.p - 1) * core.heat2, core.p, core.heat0)
     terms = zip(*(part.ravel().tolist() for part in parts), strict=True)
@@ -56,12 +56,12 @@ def coolest(core: Core) -> Floats:
     return np.reshape(rates, parts[0].shape)
 
 
-def burns_always(core: Core) -> Any:
+def burns_always(core: PlungeCore) -> Any:
     """Whether no rate is without damage."""
     return burn_depth(coolest(core), core) > 0
 
 
-def allowed_rate(core: Core, depth: Floats, most: float) -> Floats:
+def allowed_rate(core: PlungeCore, depth: Floats, most: float) -> Floats:
     """Greatest rates (mm/s), up to `most`, whose damage goes no deeper than `depth` (mm, >= 0)."""
     low = np.minimum(np.broadcast_to(coolest(core), np.shape(depth)), most)
     high = np.full(np.shape(depth), most)

@@ -14,7 +14,7 @@ FLAT = 1e-12
 """Slope (mm) by the logarithm of the rate that is none."""
 
 
-class Core(NamedTuple):
+class PlungeCore(NamedTuple):
     """x = K0 + K1 v + K2 v^p; heat over what the surface stands (heat0 + heat1 v + heat2 v^p)/v^(1/4); z = reach v^(1/4) ln.
 
     Power is power0 + power1 v + power2 v^p.
@@ -58,7 +58,7 @@ def burn_depth(v, core):
 def _worn(core, ratio):
     """The core of a wheel whose wear flats have grown by `ratio`."""
     k2, heat2, power2 = core.K2 * ratio, core.heat2 * ratio, core.power2 * ratio
-    return Core(core.K0, core.K1, k2, core.p, core.heat0, core.heat1, heat2, core.reach, core.power0, core.power1, power2)
+    return PlungeCore(core.K0, core.K1, k2, core.p, core.heat0, core.heat1, heat2, core.reach, core.power0, core.power1, power2)
 
 
 @compiled

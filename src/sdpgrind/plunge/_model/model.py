@@ -13,7 +13,7 @@ from sdpgrind.base.quantities import Described, described, flag, part, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._model import kernels as _kernels
-from sdpgrind.plunge._model.kernels import Core
+from sdpgrind.plunge._model.kernels import PlungeCore
 
 SLOWEST_WHEEL, FASTEST_WORK = 1000.0, 300.0  # mm/s and rad/s: beyond them another unit is meant
 
@@ -238,7 +238,7 @@ class PlungeModel(Described):
         return high if high >= low else 0.0
 
     @cached_property
-    def core(self) -> Core:
+    def core(self) -> PlungeCore:
         """The coefficients of this model, for compiled loops, in mm, s and N."""
         a1 = 1.0 / self.turns  # depth of cut at 1 mm/s
         ratio = self.normal_force_ratio / self.stiffness
@@ -254,7 +254,7 @@ class PlungeModel(Described):
         gives = ratio * self.width * np.array([power.ploughing_force, chips, float(sliding)])
         if self.linear_time_constant is not None:
             gives = np.array([0.0, self.linear_time_constant, 0.0])
-        return Core(
+        return PlungeCore(
             K0=float(gives[0]),
             K1=float(gives[1]),
             K2=float(gives[2]),

@@ -40,7 +40,7 @@ RESIDUAL = 1e-6
 
 
 @dataclass(frozen=True)
-class Task:
+class CollocationTask:
     """What is to be solved: problem, margin (mm), range of the rotation (rad/s), and the intervals of each phase.
 
     Phases: until the stock is the margin; with a margin, from then on; with a free rotation, the last turn.
@@ -72,10 +72,10 @@ class Guess(NamedTuple):
     ends: Floats
 
 
-class Program:
+class CollocationProgram:
     """The unknowns, all of order 1, with bounds and start; what is to be least; and conditions with bounds."""
 
-    def __init__(self, job: Task, begin: Guess) -> None:
+    def __init__(self, job: CollocationTask, begin: Guess) -> None:
         self.job, self.model = job, job.problem.model
         self.phase, self.count = job.phase, sum(job.intervals)
         self.parts: dict[str, Any] = {}
@@ -213,7 +213,7 @@ class Program:
 
 
 @dataclass(frozen=True)
-class Found:
+class CollocationFound:
     """A solution: commands, residual of the optimality conditions, iterations, what the solver says."""
 
     commands: Commands
@@ -222,14 +222,14 @@ class Found:
     message: str
 
 
-def task(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> Task:
+def task(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> CollocationTask:
     """The intervals shared out between the phases."""
     until = 2 * intervals // 3 if margin > 0 else intervals
     shared = (until, intervals - until)[: 1 + (margin > 0)]
-    return Task(problem, margin, rotation, shared + ((TURN,) if rotation[1] > rotation[0] else ()))
+    return CollocationTask(problem, margin, rotation, shared + ((TURN,) if rotation[1] > rotation[0] else ()))
 
 
-def guess(job: Task) -> Guess:
+def guess(job: CollocationTask) -> Guess:
     """A course of a rate that rises to a tenth below full rate and falls to next to nothing: no solution of anything."""
     problem, most = job.problem, job.problem.command_rate_max
     total = 2.0 * problem.stock / most
@@ -243,22 +243,22 @@ def guess(job: Task) -> Guess:
     return Guess(total * share, left, problem.model.deflection(rate) - problem.model.core.K0, rate, total * ends)
 
 
-def plainly(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> Found:
+def plainly(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> CollocationFound:
     """Solve from the plain guess."""
     job = task(problem, margin, rotation, intervals)
     return solve(job, guess(job))
 
 
-def solve(job: Task, start: Guess) -> Found:
+def solve(job: CollocationTask, start: Guess) -> CollocationFound:
     """Solve from a start, with the faster strategy of IPOPT, else with the other; where both fail, the last it reached."""
     found = _solve(job, start, "adaptive")
     return found if found.message == SOLVED else _solve(job, start, "monotone")
 
 
-def _solve(job: Task, start: Guess, strategy: str) -> Found:
+def _solve(job: CollocationTask, start: Guess, strategy: str) -> CollocationFound:
     import casadi
 
-    nlp = Program(job, start)
+    nlp = CollocationProgram(job, start)
     program = {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)}
     solver = casadi.nlpsol("cycle", "ipopt", program, {"print_time": False, "ipopt": IPOPT | {"mu_strategy": strategy}})
     low, high = np.array(nlp.low), np.array(nlp.high)
@@ -269,10 +269,10 @@ def _solve(job: Task, start: Guess, strategy: str) -> Found:
     else:
         x = np.array(nlp.start)
     message = SOLVED if residual <= RESIDUAL else f"not solved: IPOPT says {stats['return_status']}"
-    return Found(_commands(nlp, x), residual, int(stats["iter_count"]), message)
+    return CollocationFound(_commands(nlp, x), residual, int(stats["iter_count"]), message)
 
 
-def _commands(nlp: Program, x: Floats) -> Commands:
+def _commands(nlp: CollocationProgram, x: Floats) -> Commands:
     """Of a solution, each held for an interval."""
     parts = nlp.split(x)
     time = nlp.nodes(np.concatenate([[0.0], np.cumsum(parts["time"])]))
@@ -280,7 +280,7 @@ def _commands(nlp: Program, x: Floats) -> Commands:
     return Commands(command, np.diff(time), parts.get("rotation", np.full(nlp.count, nlp.job.rotation[0])))
 
 
-def _residual(nlp: Program, found: Any, low: Floats, high: Floats) -> float:
+def _residual(nlp: CollocationProgram, found: Any, low: Floats, high: Floats) -> float:
     """Largest violation of the conditions of Karush, Kuhn and Tucker, scaled as the unknowns are.
 
     Where multipliers are large on average (above 100) it is relative to them, as IPOPT has it.

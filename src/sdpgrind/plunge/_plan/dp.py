@@ -17,7 +17,7 @@ from sdpgrind import sdp
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._model.dynamics import allowed_rate, core_at
-from sdpgrind.plunge._model.kernels import Core
+from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 
 STAGES = 200
@@ -58,7 +58,7 @@ class Ground:
         self.drop = np.diff(self.left)
         ends = self._wheel(problem, self.left)
         middle = self._wheel(problem, self.left[1:] - 0.5 * self.drop)
-        self.cores = [Core(*(float(x) for x in fields)) for fields in zip(*middle, strict=True)]
+        self.cores = [PlungeCore(*(float(x) for x in fields)) for fields in zip(*middle, strict=True)]
         limit = allowed_rate(ends, np.maximum(self.left - margin, 0.0), self.rate_max)
         limit[0] = min(limit[0], problem.final_rate)
         y = _kernels.beyond.py_func(limit, ends)
@@ -66,7 +66,7 @@ class Ground:
 
     @staticmethod
     def _wheel(problem: CycleProblem, left: Floats) -> Any:
-        """Coefficients where so much is left: a `Core` of arrays."""
+        """Coefficients where so much is left: a `PlungeCore` of arrays."""
         wear, area = problem.model.wear, problem.model.wear_flat_area
         growth = 0.0 if wear is None else wear.growth
         core: Any = core_at(problem.model, area=area + growth * (problem.stock - left))
@@ -84,7 +84,7 @@ class Ground:
         least = np.clip(y - drop, 0.0, most)
         return least, np.maximum(least, np.minimum(self._full(y, _rates(y, core), drop, core, most), most))
 
-    def _full(self, y: Floats, v: Floats, drop: float, core: Core, most: float) -> Floats:
+    def _full(self, y: Floats, v: Floats, drop: float, core: PlungeCore, most: float) -> Floats:
         """Deflection at full rate; `most` where it is more: (y' - y + drop) mean rate = u drop, convex in v'^p; from above."""
         w = np.full(y.shape, _rates(np.array([most]), core)[0] ** core.p)
         for _ in range(NEWTON):
@@ -103,11 +103,11 @@ class Ground:
         return np.asarray(core.K1 * w ** (1 / core.p) + core.K2 * w)
 
 
-def _rates(y: Floats, core: Core) -> Floats:
+def _rates(y: Floats, core: PlungeCore) -> Floats:
     return np.asarray(_kernels.rates(np.ravel(y), core)).reshape(np.shape(y))
 
 
-def mean_rate(v: Floats, after: Floats, core: Core) -> Floats:
+def mean_rate(v: Floats, after: Floats, core: PlungeCore) -> Floats:
     """Mean over the deflection of the rate between two rates, mm/s: (G(v') - G(v))/(y' - y) with G the integral of v dy."""
     near = np.abs(after - v) <= 1e-6 * (after + v)
     other = np.where(near, 2 * v + 1e-9, after)  # any other, where both are one

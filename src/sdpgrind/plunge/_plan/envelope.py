@@ -17,14 +17,14 @@ from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
-from sdpgrind.plunge._model.kernels import Core
+from sdpgrind.plunge._model.kernels import PlungeCore
 
 SCAN = 512
 """Places at which the limit on burning is looked at for where its slope, against the stock, passes 1."""
 
 
 @dataclass(frozen=True)
-class Piece:
+class EnvelopePiece:
     """A stretch [low, high] of remaining stock (mm) of one kind: "line", "hold" or "track"; y at its low end (mm)."""
 
     kind: str
@@ -34,10 +34,10 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Limits:
+class EnvelopeLimits:
     """What bounds the rate: of the command, of burning (upper and none: infinite), at the end; and margin and stock (mm)."""
 
-    core: Core
+    core: PlungeCore
     rate_max: float
     burn_rate: float
     final_rate: float
@@ -81,7 +81,7 @@ class Limits:
 class Envelope:
     """The bound Y~ in pieces, from no stock left upwards."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: EnvelopeLimits) -> None:
         self.limits = limits
         self.pieces = tuple(_pieces(limits))
 
@@ -93,7 +93,7 @@ class Envelope:
         return piece.y if piece.kind == "hold" else self.limits.y(self.limits.rate_at(r))
 
 
-def _pieces(limits: Limits) -> Iterator[Piece]:
+def _pieces(limits: EnvelopeLimits) -> Iterator[EnvelopePiece]:
     """One running minimum of Y - r: the limits where they set a new one, a line of slope 1 where they do not."""
     low, level = 0.0, limits.y(min(limits.final_rate, limits.rate_at(0.0)))
     for falling in _falling(limits):
@@ -101,24 +101,26 @@ def _pieces(limits: Limits) -> Iterator[Piece]:
             continue
         start = _crossing(limits, falling, level)
         if start > low:
-            yield Piece("line", low, start, level + low)
-        yield Piece(falling.kind, start, falling.high, limits.y(limits.rate_at(start)))
+            yield EnvelopePiece("line", low, start, level + low)
+        yield EnvelopePiece(falling.kind, start, falling.high, limits.y(limits.rate_at(start)))
         low, level = falling.high, limits.y(limits.rate_at(falling.high)) - falling.high
 
 
-def _falling(limits: Limits) -> Iterator[Piece]:
+def _falling(limits: EnvelopeLimits) -> Iterator[EnvelopePiece]:
     """Stretches on which the limits rise no faster than the stock; between them they do."""
     top = 0.0
     if limits.burns:
         top = limits.margin + limits.z(limits.rate_max)
         if limits.margin > 0:
-            yield Piece("hold", 0.0, limits.margin, limits.y(limits.burn_rate))
+            yield EnvelopePiece("hold", 0.0, limits.margin, limits.y(limits.burn_rate))
         for first, last in _slower(limits):
-            yield Piece("track", limits.margin + max(limits.z(first), 0.0), limits.margin + limits.z(last), limits.y(first))
-    yield Piece("hold", top, np.inf, limits.y(limits.rate_max))
+            yield EnvelopePiece(
+                "track", limits.margin + max(limits.z(first), 0.0), limits.margin + limits.z(last), limits.y(first)
+            )
+    yield EnvelopePiece("hold", top, np.inf, limits.y(limits.rate_max))
 
 
-def _slower(limits: Limits) -> Iterator[tuple[float, float]]:
+def _slower(limits: EnvelopeLimits) -> Iterator[tuple[float, float]]:
     """Ranges of rate (mm/s) in which, on the limit of burning, the deflection rises no faster than the stock."""
 
     def faster(v: float) -> float:
@@ -133,7 +135,7 @@ def _slower(limits: Limits) -> Iterator[tuple[float, float]]:
     yield from zip(ends[first:-1:2], ends[first + 1 :: 2], strict=True)
 
 
-def _crossing(limits: Limits, falling: Piece, level: float) -> float:
+def _crossing(limits: EnvelopeLimits, falling: EnvelopePiece, level: float) -> float:
     """The stock at which a falling stretch comes down to `level` (mm of y - r)."""
     if falling.y - falling.low <= level:
         return falling.low

@@ -10,7 +10,7 @@ from scipy.special import digamma, gamma, hyp2f1, poch
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
-from sdpgrind.plunge._plan.envelope import Envelope, Limits, Piece
+from sdpgrind.plunge._plan.envelope import Envelope, EnvelopeLimits, EnvelopePiece
 
 SAMPLES = 200
 """Points of each piece of a trajectory."""
@@ -25,7 +25,7 @@ WAIT, START, LINE, HOLD, TRACK = range(5)
 Rule: TypeAlias = tuple[Floats, Floats]
 
 
-class Course(NamedTuple):
+class ExactCourse(NamedTuple):
     """A trajectory: time (s), remaining stock, deflection beyond ploughing (mm), infeed and command rate (mm/s), piece."""
 
     time: Floats
@@ -36,7 +36,7 @@ class Course(NamedTuple):
     kind: Floats
 
 
-def fastest(limits: Limits, points: int = 40) -> tuple[float, tuple[float, ...], Course]:
+def fastest(limits: EnvelopeLimits, points: int = 40) -> tuple[float, tuple[float, ...], ExactCourse]:
     """Return the least time (s), the times at which its pieces end, and its course, by Gauss's rule of some points."""
     envelope, rule = Envelope(limits), leggauss(points)
     meet, left = _meeting(limits, envelope)
@@ -55,10 +55,10 @@ def fastest(limits: Limits, points: int = 40) -> tuple[float, tuple[float, ...],
         parts.append(part)
     wait = np.zeros(1), np.array([limits.stock]), np.zeros(1), np.zeros(1), np.array([limits.rate_max]), np.array([WAIT])
     columns = [np.concatenate(column) for column in zip(wait, *parts, strict=True)]
-    return now, tuple(ends), Course(*columns)
+    return now, tuple(ends), ExactCourse(*columns)
 
 
-def _start(limits: Limits, lag: Floats) -> tuple[Floats, Floats, Floats]:
+def _start(limits: EnvelopeLimits, lag: Floats) -> tuple[Floats, Floats, Floats]:
     """Time from contact, deflection and rate at full command where the rate is u_max (1 - exp(-lag)).
 
     The time is the integral of y'(v)/(u_max - v), in closed form.
@@ -84,7 +84,7 @@ def _late(p: float) -> tuple[Floats, Floats, Floats]:
     return n, p * poch(p, n) / gamma(n + 1.0), digamma(n + 1.0) - digamma(n + p)
 
 
-def _meeting(limits: Limits, envelope: Envelope) -> tuple[float, float]:
+def _meeting(limits: EnvelopeLimits, envelope: Envelope) -> tuple[float, float]:
     """The lag at which the start meets the bound, or the stock is gone before, and the stock that is left then (mm).
 
     A bound at full rate is met as well as it can be.
@@ -106,7 +106,7 @@ def _meeting(limits: Limits, envelope: Envelope) -> tuple[float, float]:
     return meet, max(left(meet), 0.0)
 
 
-def _piece(limits: Limits, piece: Piece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
+def _piece(limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
     """Course of a piece from `high` (mm) down to its low end."""
     if piece.kind == "track":
         return _tracking(limits, piece, high, now, rule)
@@ -121,14 +121,14 @@ def _piece(limits: Limits, piece: Piece, high: float, now: float, rule: Rule) ->
     return now + given_back[0] - given_back, remaining, y, rates, np.zeros(SAMPLES), np.full(SAMPLES, LINE)
 
 
-def _antiderivative(limits: Limits, rate: Floats) -> Floats:
+def _antiderivative(limits: EnvelopeLimits, rate: Floats) -> Floats:
     """Of y'(v)/v: the time in which deflection is given back."""
     c = limits.core
     power = np.log(rate) if c.p == 1 else c.p / (c.p - 1) * rate ** (c.p - 1)
     return np.asarray(c.K1 * np.log(rate) + c.K2 * power)
 
 
-def _tracking(limits: Limits, piece: Piece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
+def _tracking(limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
     """On the limit of burning, r = m + z(v): the time is the integral of z'(v)/v."""
     first, last = limits.rate_at(high), limits.rate_at(piece.low)
     rates = np.geomspace(first, last, SAMPLES)

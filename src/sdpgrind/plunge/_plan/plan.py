@@ -10,9 +10,9 @@ from sdpgrind.plunge._model.dynamics import burns_always, core_at
 from sdpgrind.plunge._model.model import FASTEST_WORK
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.cycle import SOLVED, CycleError, CyclePlan, CycleSolution
-from sdpgrind.plunge._plan.envelope import Limits
+from sdpgrind.plunge._plan.envelope import EnvelopeLimits
 from sdpgrind.plunge._plan.exact import fastest
-from sdpgrind.plunge._plan.replay import Commands, Replay, replay
+from sdpgrind.plunge._plan.replay import Commands, CycleReplay, replay
 from sdpgrind.plunge._plan.trajectory import of_exact, of_replay, switches
 
 METHODS = ("exact", "dp", "collocation")
@@ -131,7 +131,7 @@ def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float
 
 def _exactly(problem: CycleProblem, margin: float) -> CyclePlan:
     model = problem.model
-    limits = Limits(model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock)
+    limits = EnvelopeLimits(model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock)
     time, ends, course = fastest(limits)
     error = abs(time - fastest(limits, points=20)[0]) + ROUNDING * time
     return CyclePlan(problem, margin, error, ends, partial(of_exact, problem, course))
@@ -161,7 +161,7 @@ def _by_collocation(problem: CycleProblem, margin: float, rotation: tuple[float,
     return _stepped(problem, margin, "collocation", played, found)
 
 
-def _stepped(problem: CycleProblem, margin: float, method: str, played: list[Replay], found: CycleSolution) -> CyclePlan:
+def _stepped(problem: CycleProblem, margin: float, method: str, played: list[CycleReplay], found: CycleSolution) -> CyclePlan:
     """The plan of the finest of three solutions, each of twice the steps; they are of second order.
 
     The last change is three times the error, or by luck less than the error; so a quarter of the one before counts too.

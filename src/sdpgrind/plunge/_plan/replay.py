@@ -6,7 +6,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model.dynamics import allowed_rate, burn_depth, core_at
-from sdpgrind.plunge._model.kernels import Core
+from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.replay_kernels import COLUMNS, play
 
@@ -26,7 +26,7 @@ class Commands:
 
 
 @dataclass(frozen=True)
-class Replay:
+class CycleReplay:
     """What commands do: time (s) from the start of the feed, and the columns of a trajectory (mm, mm/s, rad/s)."""
 
     time: Floats
@@ -45,7 +45,7 @@ class Replay:
         return max(0.0, float(self.remaining[-1]))
 
 
-def replay(problem: CycleProblem, commands: Commands, margin: float) -> Replay:
+def replay(problem: CycleProblem, commands: Commands, margin: float) -> CycleReplay:
     """Play the commands, and say by how much the limit on burning is passed."""
     model, wear = problem.model, problem.model.wear
     kept = commands.duration > 0
@@ -62,10 +62,10 @@ def replay(problem: CycleProblem, commands: Commands, margin: float) -> Replay:
     held = index[:count]
     touch = model.core.K0 / problem.command_rate_max
     excess = _excess(problem, v, left - margin, core_at(model, rotation[held], area))
-    return Replay(touch + time, np.maximum(left, 0.0), y, v, area, rate[held], rotation[held], excess)
+    return CycleReplay(touch + time, np.maximum(left, 0.0), y, v, area, rate[held], rotation[held], excess)
 
 
-def _excess(problem: CycleProblem, rate: Floats, depth: Floats, core: Core) -> float:
+def _excess(problem: CycleProblem, rate: Floats, depth: Floats, core: PlungeCore) -> float:
     """Deepest damage beyond what will be ground off, mm; rates below the greatest without damage have none."""
     cold = allowed_rate(core, np.zeros(rate.size), 10 * problem.command_rate_max)
     burning = rate > cold

@@ -8,8 +8,8 @@ import numpy.typing as npt
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model.dynamics import burn_depth, core_at
 from sdpgrind.plunge._model.problem import CycleProblem
-from sdpgrind.plunge._plan.exact import HOLD, LINE, START, TRACK, WAIT, Course
-from sdpgrind.plunge._plan.replay import Replay
+from sdpgrind.plunge._plan.exact import HOLD, LINE, START, TRACK, WAIT, ExactCourse
+from sdpgrind.plunge._plan.replay import CycleReplay
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,14 +37,14 @@ _COLUMNS = {
 }
 
 
-def of_exact(problem: CycleProblem, course: Course) -> "xr.Dataset":
+def of_exact(problem: CycleProblem, course: ExactCourse) -> "xr.Dataset":
     """Label the exact course."""
     model, same = problem.model, np.ones(course.time.size)
     columns = (course.remaining, course.rate, course.command, course.y, model.wear_flat_area * same, model.work_rotation * same)
     return _labelled(problem, course.time, columns, course.kind)
 
 
-def of_replay(problem: CycleProblem, played: Replay, margin: float) -> "xr.Dataset":
+def of_replay(problem: CycleProblem, played: CycleReplay, margin: float) -> "xr.Dataset":
     """Label what commands do, and put the time before the touch in front."""
 
     def whole(first: float, column: Floats) -> Floats:
@@ -88,7 +88,7 @@ def damage(problem: CycleProblem, rate: Floats, area: Floats, rotation: Floats) 
     return np.where(rate > 0, burn_depth(np.where(rate > 0, rate, 1.0), core), 0.0)
 
 
-def _kinds(problem: CycleProblem, played: Replay, margin: float) -> Floats:
+def _kinds(problem: CycleProblem, played: CycleReplay, margin: float) -> Floats:
     """What a sampled course does, by its command and by how near the damage is to what will be ground off."""
     most = problem.command_rate_max
     room = np.maximum(played.remaining - margin, 0.0) - damage(problem, played.rate, played.area, played.rotation)

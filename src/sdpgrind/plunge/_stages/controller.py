@@ -3,13 +3,13 @@
 import dataclasses
 
 from sdpgrind.base.quantities import Described, described, part, quantity
-from sdpgrind.plunge._control.base import Sampled
-from sdpgrind.plunge._control.state import Law, staged_law
+from sdpgrind.plunge._control.base import SampledCycle
+from sdpgrind.plunge._control.state import SectionLaw, staged_law
 from sdpgrind.plunge._model.problem import CycleProblem
 
 
 @described()
-class StagedController(Sampled, Described):
+class StagedController(SampledCycle, Described):
     """A rough rate, a slower rate, spark-out: the cycle of an ordinary machine.
 
     Parameters
@@ -77,7 +77,7 @@ class StagedController(Sampled, Described):
         if not 0.0 <= getattr(self, name) <= most:
             raise self._refused(name, f"in [0, {most:g}]")
 
-    def _compiled(self) -> Law:
+    def _compiled(self) -> SectionLaw:
         assert self.stage_remaining is not None and self.stage_rate is not None
         assert self.rough_rate is not None and self.final_rate is not None
         return staged_law(self.problem, self.stage_remaining, self.stage_rate)._replace(

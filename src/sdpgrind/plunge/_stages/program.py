@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model.dynamics import burn_depth
-from sdpgrind.plunge._model.kernels import Core
+from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 
 SETTINGS = ("rough_rate", "stage_rate", "stage_remaining", "final_rate")
@@ -34,13 +34,13 @@ _FINE, _COARSE = 12, 3
 
 
 @lru_cache(maxsize=16)
-def program(problem: CycleProblem) -> "Program":
+def program(problem: CycleProblem) -> "StageProgram":
     """The program of a problem, made once."""
-    return Program(problem)
+    return StageProgram(problem)
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class StageProgram:
     """Time and conditions of a cycle; unknowns and conditions are scaled to order 1."""
 
     problem: CycleProblem
@@ -196,7 +196,7 @@ class Program:
         return float(time[0]), {name: float(np.max(value)) for name, value in found.items() if value.size}
 
 
-def _passes(u: Any, start: Any, span: Any, core: Core, nodes: int = _FINE) -> Any:
+def _passes(u: Any, start: Any, span: Any, core: PlungeCore, nodes: int = _FINE) -> Any:
     """Time (s) while u is commanded, from a rate on until v = u + (start - u) e^-span."""
     import casadi
 
@@ -209,5 +209,5 @@ def _passes(u: Any, start: Any, span: Any, core: Core, nodes: int = _FINE) -> An
     return span * total
 
 
-def _beyond(v: Any, core: Core) -> Any:
+def _beyond(v: Any, core: PlungeCore) -> Any:
     return core.K1 * v + core.K2 * v**core.p

@@ -10,7 +10,7 @@ import scipy.sparse
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model.problem import CycleProblem
-from sdpgrind.plunge._stages.program import FREE, SETTINGS, Program, program
+from sdpgrind.plunge._stages.program import FREE, SETTINGS, StageProgram, program
 
 if TYPE_CHECKING:
     import cvxpy
@@ -99,7 +99,7 @@ def optimum(
     """The least time within bounds, from settings on; those that do not move stay. Where a quadratic program cannot be solved
     IPOPT has the last word; where it fails, too, the settings stay.
     """
-    task = Task(program(problem), settings, bounds, tuple(moving))
+    task = StageTask(program(problem), settings, bounds, tuple(moving))
     found = task.by_quadratic_programs() if method == "qp" else task.by_ipopt()
     if found[1] != SOLVED and method == "qp":
         found = task.by_ipopt()
@@ -111,11 +111,11 @@ def optimum(
     return Optimum(kept if message == SOLVED else dict(settings), time, reached, message, steps, task.first)
 
 
-class Task:
+class StageTask:
     """A program with bounds, and settings to begin from."""
 
     def __init__(
-        self, program: Program, settings: Mapping[str, float], bounds: Mapping[str, float], moving: tuple[str, ...]
+        self, program: StageProgram, settings: Mapping[str, float], bounds: Mapping[str, float], moving: tuple[str, ...]
     ) -> None:
         self.program, self.ceilings = program, program.ceilings(bounds)
         self.start = program.at(settings)
@@ -160,7 +160,7 @@ class About:
     A step d of the settings makes one of all unknowns of own + along d.
     """
 
-    def __init__(self, task: Task, x: Floats, prices: Floats) -> None:
+    def __init__(self, task: StageTask, x: Floats, prices: Floats) -> None:
         slope, conditions, slopes, curvature = (np.asarray(each) for each in task.program.derivatives(x, prices))
         conditions, self._slope, self._slopes = conditions.ravel(), slope.ravel(), slopes
         follow = np.linalg.solve(slopes[:2, FREE:], -np.column_stack([conditions[:2], slopes[:2, :FREE]]))
@@ -183,7 +183,7 @@ class About:
 
 
 @lru_cache(maxsize=16)
-def _ipopt(program: Program) -> Any:
+def _ipopt(program: StageProgram) -> Any:
     import casadi
 
     x, time, conditions = program.symbols

@@ -20,7 +20,7 @@ from sdpgrind.sdp._policy.table import Solution
 from sdpgrind.sdp._problem.layout import Layout
 from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.kinks import Kinks
-from sdpgrind.sdp._solve.stages import TABLES, Table
+from sdpgrind.sdp._solve.stages import TABLES, StageTable
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Policy(Solution, Plan):
 
     kind = "sdp.policy"
 
-    def __init__(self, problem: Problem | None, layout: Layout, table: Table, error: float | None) -> None:
+    def __init__(self, problem: Problem | None, layout: Layout, table: StageTable, error: float | None) -> None:
         super().__init__(problem, layout, table)
         self.error = error
 
@@ -279,7 +279,7 @@ class Policy(Solution, Plan):
         shape = (dataset.sizes["stage"], dataset.sizes["mode"], -1)
         first, search_error = int(dataset.attrs["first"]), float(dataset.attrs["search_error"])
         arrays: dict[str, Any] = {name: np.ascontiguousarray(dataset[name].values.reshape(shape)) for name in TABLES}
-        table = Table(first=first, search_error=search_error, **arrays)
+        table = StageTable(first=first, search_error=search_error, **arrays)
         error = dataset.attrs.get("error")
         found = None if error is None else float(error)
         policy = cls(problem, layout, table, found)

@@ -13,14 +13,14 @@ from sdpgrind.sdp._problem.layout import Layout
 from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.kernels import TIE_ABS
 from sdpgrind.sdp._solve.kinks import Kinks, sorted_kinks, split
-from sdpgrind.sdp._solve.stages import Table
+from sdpgrind.sdp._solve.stages import StageTable
 from sdpgrind.sdp._solve.steps import Steps
 
 
 class Solution:
     """Table, layout and, unless it was loaded from a file that cannot hold it, the problem."""
 
-    def __init__(self, problem: Problem | None, layout: Layout, table: Table) -> None:
+    def __init__(self, problem: Problem | None, layout: Layout, table: StageTable) -> None:
         self.problem, self.layout, self.table = problem, layout, table
         self.grid, self.countdown = layout.grid, layout.countdown(table.first)
         self.locator = Locator(layout, self.countdown)

@@ -12,7 +12,7 @@ ROUNDING = 1e-9
 """Share of a cell or stage that counts as rounding (chosen)."""
 
 
-class Arrival(NamedTuple):
+class CountdownArrival(NamedTuple):
     """Where a move ends: slice of the table, the late charge that its values lack, the late charge there, and its stage."""
 
     row: int
@@ -69,18 +69,18 @@ class Countdown:
         stage = int(np.floor(time / self.step + ROUNDING))
         return stage, float(max(0.0, time - stage * self.step))
 
-    def arrival(self, row: int, duration: int, begin: float | None = None) -> Arrival | None:
+    def arrival(self, row: int, duration: int, begin: float | None = None) -> CountdownArrival | None:
         """Return where a move from slice `row` ends; None before a table without base.
 
         `begin` is the stage coordinate at which it begins if that is in the base; otherwise the lowest that is not.
         """
         if self.endless:
-            return Arrival(0, 0.0, 0.0, None)
+            return CountdownArrival(0, 0.0, 0.0, None)
         end, base = row - duration, 1 if self.has_base else 0
         if end >= base and not self.in_base(row):
-            return Arrival(end, 0.0, float(self.late(self.time(end))), end + self.first)
+            return CountdownArrival(end, 0.0, float(self.late(self.time(end))), end + self.first)
         if not self.has_base:
             return None
         used = self.lowest * self.step if begin is None else begin
         late = float(self.late((used if row == 0 else self.time(row)) - duration * self.step))
-        return Arrival(0, late, late, end + self.first)
+        return CountdownArrival(0, late, late, end + self.first)

@@ -22,7 +22,7 @@ from sdpgrind.sdp._problem.problem import Problem, Stages
 from sdpgrind.sdp._solve.point_backup import PointBundle
 from sdpgrind.sdp._solve.shift_backup import ShiftBundle
 from sdpgrind.sdp._transitions.menu import Menu
-from sdpgrind.sdp._transitions.rows import Found
+from sdpgrind.sdp._transitions.rows import RowsFound
 from sdpgrind.sdp._transitions.shift import Shift
 
 LINES, NODES = 4, 2048
@@ -30,7 +30,7 @@ LINES, NODES = 4, 2048
 
 
 @dataclass(frozen=True)
-class Piece:
+class BundlePiece:
     """What a worker needs to prepare and evaluate one block of one bundle."""
 
     moves: tuple[int, ...]
@@ -63,7 +63,7 @@ class Bundles:
             else {piece: piece.prepare(problem, grid, None, keep) for _, pieces in self._groups for piece in pieces}
         )
 
-    def best(self, value: Floats, level: Floats, stage: int | None, last: int | None) -> Iterator[tuple[list[int], Found]]:
+    def best(self, value: Floats, level: Floats, stage: int | None, last: int | None) -> Iterator[tuple[list[int], RowsFound]]:
         """Yield the moves of each bundle with what is best into value[mode, node], which is that of `stage`.
 
         Moves that would begin beyond the stage `last` are left out where that saves work; `stage` None: the late side.
@@ -76,7 +76,7 @@ class Bundles:
                 continue
             yield [move], self.timed(move, value, level, departure)
 
-    def timed(self, move: int, value: Floats, level: Floats, departure: int) -> Found:
+    def timed(self, move: int, value: Floats, level: Floats, departure: int) -> RowsFound:
         """Return what is best of one timed move that begins at the stage `departure` and leads into value[mode, node]."""
         pieces = self._cut([move])
         ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
@@ -89,12 +89,12 @@ class Bundles:
         bundle = next(iter(self._here.values()))
         return bundle if isinstance(bundle, ShiftBundle) else None
 
-    def _evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
+    def _evaluate(self, pieces: list[BundlePiece], value: Floats, level: Floats) -> list[tuple[RowsFound, float]]:
         if self._remote is not None:
             return self._remote.evaluate(pieces, value, level)
         return [(self._here[piece].best(value, level), self._here[piece].search_error) for piece in pieces]
 
-    def _join(self, moves: list[int], pieces: list[Piece], results: list[tuple[Found, float]]) -> Found:
+    def _join(self, moves: list[int], pieces: list[BundlePiece], results: list[tuple[RowsFound, float]]) -> RowsFound:
         """Put blocks together: [move, mode or 0, node]."""
         self.search_error = max(self.search_error, *(error for _, error in results))
         shift = self.problem.moves[moves[0]].to
@@ -103,14 +103,14 @@ class Bundles:
             if not isinstance(shift, Shift):
                 return found
             if len(self.grid.shape) == 1:
-                return Found(found.q[:, :, 0], found.control[:, :, 0], found.entry[:, :, 0])
+                return RowsFound(found.q[:, :, 0], found.control[:, :, 0], found.entry[:, :, 0])
         parts = [np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")]
         if not isinstance(shift, Shift):
-            return Found(*parts)
+            return RowsFound(*parts)
         axis = shift.position(self.grid)
         rest = [n for k, n in enumerate(self.grid.shape) if k != axis]
         lines = [np.moveaxis(p.reshape(*p.shape[:2], *rest, p.shape[-1]), -1, axis + 2) for p in parts]
-        return Found(*(p.reshape(*p.shape[:2], self.grid.size) for p in lines))
+        return RowsFound(*(p.reshape(*p.shape[:2], self.grid.size) for p in lines))
 
     def _together(self, moves: list[int]) -> list[list[int]]:
         """Shifts that share the falling axis and the treatment of modes go together; the order of the moves is kept."""
@@ -121,12 +121,14 @@ class Bundles:
             groups.setdefault(key, []).append(k)
         return list(groups.values())
 
-    def _cut(self, moves: list[int]) -> list[Piece]:
+    def _cut(self, moves: list[int]) -> list[BundlePiece]:
         to = self.problem.moves[moves[0]].to
         total, size = self.grid.size, NODES
         if isinstance(to, Shift):
             total, size = self.grid.size // self.grid.shape[to.position(self.grid)], LINES
-        return [Piece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total))) for a in range(0, total, size)]
+        return [
+            BundlePiece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total))) for a in range(0, total, size)
+        ]
 
 
 def _per_mode(menu: Menu) -> bool:
@@ -156,7 +158,7 @@ class _Remote:
         self.recipe = pickle.dumps((problem, grid))
         self.token = hashlib.sha256(self.recipe).hexdigest()
 
-    def evaluate(self, pieces: list[Piece], value: Floats, level: Floats) -> list[tuple[Found, float]]:
+    def evaluate(self, pieces: list[BundlePiece], value: Floats, level: Floats) -> list[tuple[RowsFound, float]]:
         """Evaluate every piece; the recipe travels along, and is unpacked once in each worker."""
         return execute(partial(_work, self.token, self.recipe, value, level), pieces, self.executor)
 
@@ -168,11 +170,11 @@ def _unpacked(token: str, recipe: bytes) -> tuple[Problem, Grid]:
 
 
 @lru_cache(maxsize=256)
-def _prepared(token: str, recipe: bytes, piece: Piece) -> Any:
+def _prepared(token: str, recipe: bytes, piece: BundlePiece) -> Any:
     return piece.prepare(*_unpacked(token, recipe))
 
 
-def _work(token: str, recipe: bytes, value: Floats, level: Floats, piece: Piece) -> tuple[Found, float]:
+def _work(token: str, recipe: bytes, value: Floats, level: Floats, piece: BundlePiece) -> tuple[RowsFound, float]:
     bundle = _prepared(token, recipe, piece)
     with one_blas_thread():
         return bundle.best(value, level), bundle.search_error

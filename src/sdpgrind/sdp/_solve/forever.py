@@ -18,7 +18,7 @@ from sdpgrind.sdp._solve import kernels as _kernels
 from sdpgrind.sdp._solve import sweep_kernels as _sweep_kernels
 from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.kinks import Changes
-from sdpgrind.sdp._solve.stages import Table
+from sdpgrind.sdp._solve.stages import StageTable
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Rows
 from sdpgrind.sdp._transitions.sampled import Sampled
@@ -29,14 +29,14 @@ DIRECT = 6000
 """States up to which a policy is evaluated by a direct solve (chosen)."""
 
 
-def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> Table:
+def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> StageTable:
     """Solve ``J = min(stop, min charge + E J)`` on the grid; with a searched control, J is what the policy found costs."""
     refuse_endless(problem, grid)
     stops = StopCharges(problem, grid)
     value = np.zeros((len(problem.modes), grid.size))
     table = _improve(problem, grid, bundles, stops, value)
     searched = any(move.levels is not None and move.levels.search for move in problem.moves)
-    followed: Table | None = None
+    followed: StageTable | None = None
     for sweep in range(10_000):
         change = float(np.max(np.abs(table.value[0] - value)))
         scale = max(1.0, float(np.max(np.abs(table.value[0]))))
@@ -63,7 +63,7 @@ def _tied(new: Floats, old: Floats) -> bool:
     return bool(np.all(np.abs(new - old) <= _kernels.TIE_ABS + _kernels.TIE_REL * np.abs(new)))
 
 
-def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, value: Floats) -> Table:
+def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, value: Floats) -> StageTable:
     """One Bellman sweep."""
     shape = (len(problem.moves), *value.shape)
     q, u, a = np.full(shape, np.inf), np.zeros(shape), np.zeros(shape, dtype=np.int32)
@@ -72,7 +72,7 @@ def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges,
             used = slice(0, 1) if bundles.shared[move] else slice(None)
             q[move, used], u[move, used], a[move, used] = found.q[k], found.control[k], found.entry[k]
     stop_q = stops.at(0, 0.0) if problem.stops else np.full((0, *value.shape), np.inf)
-    table = Table.empty(0, 1, *value.shape)
+    table = StageTable.empty(0, 1, *value.shape)
     _sweep_kernels.choose(stop_q, (q, u, a), bundles.shared, table.slice(0))
     if len(grid.shape) != 1:
         return dataclasses.replace(table, search_error=bundles.search_error)
@@ -95,7 +95,7 @@ def policy_rows(problem: Problem, grid: Grid, best: Any, control: Floats, entry:
     return out
 
 
-def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: Table, value: Floats) -> Floats:
+def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: StageTable, value: Floats) -> Floats:
     """The cost of following the table's policy for ever; `value` where that policy never ends."""
     size = value.size
     rest = np.zeros(size)
@@ -123,7 +123,7 @@ def _transitions(found: list[tuple[Any, Any, Rows]], grid: Grid, size: int) -> A
     return step
 
 
-def _refuse_idle(problem: Problem, grid: Grid, table: Table) -> None:
+def _refuse_idle(problem: Problem, grid: Grid, table: StageTable) -> None:
     """Raise where the best policy itself never ends: moves that charge nothing and lead nowhere look cheaper than any stop."""
     best = table.best[0]
     found = policy_rows(problem, grid, best, table.control[0], table.entry[0])

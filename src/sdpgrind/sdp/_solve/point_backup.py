@@ -10,7 +10,7 @@ from sdpgrind.sdp._problem.grid import Ints, record
 from sdpgrind.sdp._solve import kernels as _kernels
 from sdpgrind.sdp._transitions import step_kernels as _compiled
 from sdpgrind.sdp._transitions.menu import Menu
-from sdpgrind.sdp._transitions.rows import Found, Rows
+from sdpgrind.sdp._transitions.rows import Rows, RowsFound
 from sdpgrind.sdp._transitions.sampled import CHUNK, Sampled, land, masked
 from sdpgrind.sdp._transitions.stay import Stay
 
@@ -76,7 +76,7 @@ class PointBundle:
         """Estimated error ($) of the search between levels so far."""
         return float(self.difference[0])
 
-    def best(self, value: Floats, level: Floats) -> Found:
+    def best(self, value: Floats, level: Floats) -> RowsFound:
         """Return the best for value[mode, node] and the stops' further charge level[mode]."""
         q = self.penalty + self._expect(value, level)
         out = (q.shape[0], self.count)
@@ -92,7 +92,7 @@ class PointBundle:
                 entry[k],
                 self.difference,
             )
-        return Found(best[None], control[None], entry[None])
+        return RowsFound(best[None], control[None], entry[None])
 
     def _expect(self, value: Floats, level: Floats) -> Floats:
         shape = (self.sources.size, self.menu.rows, self.count)

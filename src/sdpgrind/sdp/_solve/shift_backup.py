@@ -17,7 +17,7 @@ from sdpgrind.sdp._problem.grid import Grid, Ints
 from sdpgrind.sdp._solve import kernels as _kernels
 from sdpgrind.sdp._transitions.edges import Exit
 from sdpgrind.sdp._transitions.menu import Menu
-from sdpgrind.sdp._transitions.rows import Found
+from sdpgrind.sdp._transitions.rows import RowsFound
 from sdpgrind.sdp._transitions.shift import Shift, refuse_leak
 
 ROUGH = 0.05
@@ -188,7 +188,7 @@ class ShiftBundle:
         """Estimated error ($) of the search between levels so far."""
         return float(self.difference[0])
 
-    def best(self, value: Floats, level: Floats) -> Found:
+    def best(self, value: Floats, level: Floats) -> RowsFound:
         """Return the best of each move for value[mode, node] and the stops' further charge level[mode]."""
         v = self._by_line(value)
         flipped = np.ascontiguousarray((v - v[:, :1])[:, ::-1])
@@ -217,7 +217,7 @@ class ShiftBundle:
             self.difference,
         )
         lines = (len(self.menus), self.sources, -1, self.nodes)  # [move, mode or 0, line, node of the falling axis]
-        return Found(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
+        return RowsFound(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
 
     def _starts(self) -> tuple[list[Floats], Ints | None]:
         """Coordinates on the other axes of every group, and its mode (None where there is but one or none matters)."""

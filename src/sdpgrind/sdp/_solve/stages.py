@@ -35,7 +35,7 @@ CONVERGED = 1e-13
 
 
 @dataclass(frozen=True)
-class Table:
+class StageTable:
     """The solution on the grid; the first axis is the stage, from `first` on (one entry for `Forever`).
 
     `best` counts stops as -1, -2, ... and moves as 0, 1, ...; `move`, `control` and `entry` are those of the best move, also
@@ -51,10 +51,10 @@ class Table:
     gap: Floats
     search_error: float = 0.0  # estimated, of the search between levels, $
     changes: Changes | None = None  # on one axis
-    base: "Table | None" = None
+    base: "StageTable | None" = None
 
     @classmethod
-    def empty(cls, first: int, stages: int, modes: int, nodes: int) -> "Table":
+    def empty(cls, first: int, stages: int, modes: int, nodes: int) -> "StageTable":
         """Return a table to be filled."""
         shape = (stages, modes, nodes)
         best, move, entry = np.empty(shape, np.int16), np.empty(shape, np.int16), np.empty(shape, np.int32)
@@ -69,7 +69,7 @@ class Table:
         """The arrays of one stage, [mode, node]."""
         return tuple(array[row] for array in self.arrays)
 
-    def stacked(self) -> "Table":
+    def stacked(self) -> "StageTable":
         """Return the table with its base as the slice before the first."""
         if self.base is None:
             return self
@@ -99,7 +99,7 @@ def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
     return -int(np.ceil(window / stages.step - 1e-9)), False
 
 
-def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> Table:
+def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> StageTable:
     """Solve on the grid by backward induction."""
     stages = problem.stages
     assert isinstance(stages, Stages)
@@ -152,10 +152,10 @@ class _Sweep:
         self.q = np.full((self.slots, *shape), np.inf)
         self.control = np.zeros((self.slots, *shape))
         self.entry = np.zeros((self.slots, *shape), dtype=np.int32)
-        self.filled = Table.empty(first, last - first + 1, self.modes, grid.size)
+        self.filled = StageTable.empty(first, last - first + 1, self.modes, grid.size)
         self.value = self.filled.value
         self.changes = Changes.of(problem, bundles.shared) if len(grid.shape) == 1 else None
-        self.base: Table | None = None
+        self.base: StageTable | None = None
         self._base_found: list[tuple[Any, Any, Any]] = []
 
     def late(self, stage: int) -> float:
@@ -259,12 +259,12 @@ class _Sweep:
         found = self.bundles.timed(move, self.base.value[0], self.stops.level(self.first - 1, 0.0), stage)
         return found.q[0], found.control[0], found.entry[0]
 
-    def stopped(self) -> Table:
+    def stopped(self) -> StageTable:
         """Beyond the late window one stops."""
         stop_q = self.stops.at(self.first - 1, 0.0)
         return self._settle(stop_q, stop_q.min(axis=0))
 
-    def stationary(self, late: Any) -> Table:
+    def stationary(self, late: Any) -> StageTable:
         """The late side of a charge of constant rate: the same at all times."""
         stop_q = self.stops.at(self.first - 1, 0.0)
         value = stop_q.min(axis=0)
@@ -278,7 +278,7 @@ class _Sweep:
                 return replace(base, value=value[None])
         raise ValueError("the late side does not settle: some move costs no time and charges nothing")
 
-    def _settle(self, stop_q: Floats, value: Floats, rate: float | None = None) -> Table:
+    def _settle(self, stop_q: Floats, value: Floats, rate: float | None = None) -> StageTable:
         """One sweep of the base (`rate` None: one only stops); keeps what each move finds in `value`."""
         found_all: list[Any] = [None] * len(self.duration)
         q = np.full(self.q.shape[1:], np.inf)
@@ -290,7 +290,7 @@ class _Sweep:
                     q[move, used] = found.q[k] + rate * self.duration[move]
                     self.control[0, move, used], self.entry[0, move, used] = found.control[k], found.entry[k]
         self._base_found = found_all
-        base = Table.empty(0, 1, *value.shape)
+        base = StageTable.empty(0, 1, *value.shape)
         best = (q, self.control[0], self.entry[0])
         _sweep_kernels.choose(stop_q, best, self.bundles.shared, base.slice(0))
         if self.changes is None:
@@ -299,7 +299,7 @@ class _Sweep:
         changes.add(0, stop_q, best, base.best[0], base.entry[0], base.control[0])
         return replace(base, changes=changes)
 
-    def table(self) -> Table:
+    def table(self) -> StageTable:
         """The finished table."""
         if self.keeps and self.changes is not None and self.stops.still is not None:
             self.changes.history = self._history(self.stops.still)

@@ -14,7 +14,7 @@ from sdpgrind.sdp._transitions.edges import Exit, beyond
 
 
 @dataclass(frozen=True)
-class Found:
+class RowsFound:
     """Best of each move: least expectation ($), control and entry of the lists, each [move, mode or 0, node]."""
 
     q: Floats

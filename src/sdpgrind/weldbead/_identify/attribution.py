@@ -89,7 +89,7 @@ class ScatterEstimate(Frozen):
         return f"ScatterEstimate({self.favoured} favoured of relative sd {shown}; plausible {plausible}; {self.message})"
 
 
-class _Fit(NamedTuple):
+class _LawFit(NamedTuple):
     scatter: Scatter
     process: GrindingProcess
     likelihood: float
@@ -119,7 +119,7 @@ def estimate_scatter(data: Any, method: str, *, model: GrindingProcess | None, l
     )
 
 
-def _refuse_absurd(fit: _Fit, depth_noise: float) -> None:
+def _refuse_absurd(fit: _LawFit, depth_noise: float) -> None:
     """Noise of the scans, left out, shows as residuals that no law has: in light passes they dwarf the scatter."""
     worst = float(np.max(np.abs(fit.unit)))
     if worst > _ABSURD:
@@ -167,10 +167,10 @@ def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[idf.
     return (read.levels("normal_force") if method == "fit" else read), model
 
 
-def _fitted(read: idf.Readings, process: GrindingProcess, name: str, refit: bool, law: str, noise: float) -> _Fit:
+def _fitted(read: idf.Readings, process: GrindingProcess, name: str, refit: bool, law: str, noise: float) -> _LawFit:
     """The relative sd of greatest likelihood under one attribution."""
 
-    def tried(log_r: float) -> _Fit:
+    def tried(log_r: float) -> _LawFit:
         scatter = Scatter(name, float(np.exp(log_r)), law=law)
         return _evaluated(read, _refitted(read, process, scatter, noise) if refit else process, scatter, noise)
 
@@ -184,11 +184,11 @@ def _fitted(read: idf.Readings, process: GrindingProcess, name: str, refit: bool
     return best._replace(scatter=Scatter(name, min(float(inflated), float(np.exp(bound))), law=law))
 
 
-def _evaluated(read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> _Fit:
+def _evaluated(read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> _LawFit:
     mean, sd = _mean_and_sd(read, process, scatter, noise)
     unit = (read["cut_depth"] - mean) / sd
     likelihood = -float(np.sum(0.5 * unit**2 + np.log(sd) + 0.5 * np.log(2 * np.pi)))
-    return _Fit(scatter, process, likelihood, unit, sd)
+    return _LawFit(scatter, process, likelihood, unit, sd)
 
 
 def _mean_and_sd(read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> tuple[Floats, Floats]:
@@ -215,6 +215,6 @@ def _refitted(read: idf.Readings, process: GrindingProcess, scatter: Scatter, no
     return process
 
 
-def _standard_error(fit: _Fit) -> float:
+def _standard_error(fit: _LawFit) -> float:
     kurtosis = float(np.mean(fit.unit**4) / np.mean(fit.unit**2) ** 2)
     return float(fit.scatter.total * np.sqrt((kurtosis - 1) / (4 * fit.unit.size)))

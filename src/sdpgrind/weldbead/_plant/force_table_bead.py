@@ -16,7 +16,7 @@ FINE = 0.01
 
 
 @dataclass(frozen=True)
-class Bead:
+class GroundBead:
     """A contour on even nodes, and what it stands on."""
 
     x: Floats

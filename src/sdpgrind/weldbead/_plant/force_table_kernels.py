@@ -10,7 +10,7 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.weldbead.force.kernels import drive_step, sensor_step
-from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, Core, Step, cut_step
+from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, CutCore, Step, cut_step
 
 _NO_PATH = np.zeros(2)
 
@@ -34,7 +34,7 @@ class Grinder(NamedTuple):
     reads_spring: bool  # the sensor sees the spring, not the contact
 
 
-class Layout(NamedTuple):
+class TableLayout(NamedTuple):
     """Sub-steps of a sample, and where the platform is 0."""
 
     grinding: int
@@ -72,7 +72,7 @@ def ground(bead, core, cut, grinder, state, height):
         slope, offset = inertial(grinder, state)
         free = offset / (grinder.stiffness + slope)
     angle = grinder.relaxed_angle - free
-    now = Core(
+    now = CutCore(
         core.radius, core.angles, core.torques, angle - 0.02, state[SPIN], 0.0, core.friction_ratio,
         core.specific_energy, core.idle_power, core.grinding_ratio,
     )  # fmt: skip

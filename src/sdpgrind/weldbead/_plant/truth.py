@@ -7,7 +7,7 @@ from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import Scatter
 
 
-class Coefficients(NamedTuple):
+class PassCoefficients(NamedTuple):
     """What the process really was during one pass."""
 
     specific_energy: float  # J/mm^3
@@ -28,13 +28,13 @@ class _Pass(NamedTuple):
         return self.process.bead_width * self.feed_rate
 
 
-def blamed(scatter: Scatter, process: GrindingProcess, normal_force: float, feed_rate: float, cut: float) -> Coefficients:
+def blamed(scatter: Scatter, process: GrindingProcess, normal_force: float, feed_rate: float, cut: float) -> PassCoefficients:
     """Coefficients with which the static cut (Brown (4.4)-(4.8)) is exactly `cut` (mm) at this force and feed.
 
     Where several coefficients scatter, each takes the share of the deviation that it has of the variance.
     """
     done = _Pass(process, normal_force, feed_rate)
-    now = Coefficients(process.specific_energy, process.idle_power, process.friction_ratio)
+    now = PassCoefficients(process.specific_energy, process.idle_power, process.friction_ratio)
     if cut <= 0:
         return now._replace(idle_power=max(process.idle_power, grinding_power(process, now, normal_force)))
     mean, shares = _shares(scatter, done)
@@ -45,7 +45,7 @@ def blamed(scatter: Scatter, process: GrindingProcess, normal_force: float, feed
     return now
 
 
-def grinding_power(process: GrindingProcess, now: Coefficients, normal_force: float) -> float:
+def grinding_power(process: GrindingProcess, now: PassCoefficients, normal_force: float) -> float:
     """Power at the patch (W) with the friction of this pass."""
     return float(process.replace(friction_ratio=now.friction_ratio).grinding_power(normal_force))
 
@@ -61,12 +61,12 @@ def _shares(scatter: Scatter, done: _Pass) -> tuple[float, list[tuple[str, float
     return float(mean), [(name, variance / sum(variances)) for name, variance in zip(names, variances, strict=True)]
 
 
-def _specific_energy(done: _Pass, now: Coefficients, cut: float) -> Coefficients:
+def _specific_energy(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:
     power = grinding_power(done.process, now, done.normal_force)
     return now._replace(specific_energy=(power - now.idle_power) / (done.swept * cut))
 
 
-def _c1(done: _Pass, now: Coefficients, cut: float) -> Coefficients:
+def _c1(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:
     """C1 = 1/K1 scatters while C2 = -K2/(w K1) stays (Brown (4.9a)): K1 and K2 move together."""
     power = grinding_power(done.process, now, done.normal_force)
     idle_volume = now.idle_power / now.specific_energy  # mm^3/s
@@ -74,12 +74,12 @@ def _c1(done: _Pass, now: Coefficients, cut: float) -> Coefficients:
     return now._replace(specific_energy=energy, idle_power=energy * idle_volume)
 
 
-def _idle_power(done: _Pass, now: Coefficients, cut: float) -> Coefficients:
+def _idle_power(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:
     power = grinding_power(done.process, now, done.normal_force)
     return now._replace(idle_power=power - now.specific_energy * done.swept * cut)
 
 
-def _friction_ratio(done: _Pass, now: Coefficients, cut: float) -> Coefficients:
+def _friction_ratio(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:
     """Power depends on mu F alone; where the drive has not the power that is needed, K1 takes the rest."""
     power = now.specific_energy * done.swept * cut + now.idle_power
     needed = min(float(done.process.force_of_power(power)), done.process.peak_force)
@@ -87,7 +87,7 @@ def _friction_ratio(done: _Pass, now: Coefficients, cut: float) -> Coefficients:
     return explained if needed < done.process.peak_force else _specific_energy(done, explained, cut)
 
 
-_EXPLAIN: dict[str, Callable[[_Pass, Coefficients, float], Coefficients]] = {
+_EXPLAIN: dict[str, Callable[[_Pass, PassCoefficients, float], PassCoefficients]] = {
     "C1": _c1,
     "K1": _specific_energy,
     "K2": _idle_power,

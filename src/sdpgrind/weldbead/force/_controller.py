@@ -14,7 +14,7 @@ from sdpgrind.control import Law
 from sdpgrind.weldbead.force._feedback import ForceLoop
 from sdpgrind.weldbead.force._kernels import ControlCore, control_step
 from sdpgrind.weldbead.force._limits import Limits
-from sdpgrind.weldbead.force._reference import Reference, Trajectory
+from sdpgrind.weldbead.force._reference import ForceReference, Trajectory
 
 FORCE_MAX = 90.0
 _MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
@@ -100,7 +100,7 @@ class ForceController(Stateful):
         self._limits = Limits() if limits is None else checks.kind("limits", limits, Limits)
         self._datum = checks.number("datum", datum, "mm")
         self._core, self._lag = self._control_core(), loop.plant.lag
-        self._reference = None if plan is None else Reference.of(plan, self._force_max)
+        self._reference = None if plan is None else ForceReference.of(plan, self._force_max)
         self.reset()
 
     @property
@@ -143,7 +143,7 @@ class ForceController(Stateful):
         plan : PassPlan
             Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm).
         """
-        self._reference = Reference.of(plan, self._force_max)
+        self._reference = ForceReference.of(plan, self._force_max)
         self._restart()
 
     def reset(self) -> None:
@@ -152,7 +152,7 @@ class ForceController(Stateful):
         if self._plan is None:
             self._reference = None
         else:
-            self._reference = Reference.of(self._plan, self._force_max)
+            self._reference = ForceReference.of(self._plan, self._force_max)
         self._restart()
 
     def start(self) -> Floats:
@@ -259,7 +259,7 @@ class ForceController(Stateful):
         same = bool(pairs) and all(a is b or np.array_equal(a, b) for a, b in pairs)
         if not same:
             self._set_points = given
-            self._reference = Reference.arrays(time, force, height, self._force_max, place)
+            self._reference = ForceReference.arrays(time, force, height, self._force_max, place)
             self._restart()
 
     def _now(self, pass_time: float, center_x: float) -> float:
@@ -277,7 +277,7 @@ class ForceController(Stateful):
             return -self._lag
         return self._samples * self.period if isnan(pass_time) else pass_time
 
-    def _known(self) -> Reference:
+    def _known(self) -> ForceReference:
         if self._reference is None:
             names = ", ".join(_SET_POINTS)
             raise ValueError(f"plan must be given before the first step, or come with it as set-points {names}")

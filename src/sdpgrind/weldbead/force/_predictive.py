@@ -13,7 +13,7 @@ from sdpgrind.weldbead.force._designs import DesignLimits, best_parameters
 from sdpgrind.weldbead.force._feedback import ForceLoop, ForcePlant
 
 
-class Prediction(NamedTuple):
+class HorizonPrediction(NamedTuple):
     """Readings of the next samples: free @ state + held * last correction + moves @ changes; changes that minimise: -gain."""
 
     free: Floats
@@ -101,7 +101,7 @@ class Predictive(Described):
         return np.asarray(P @ model.C / (model.C @ P @ model.C + 1.0))
 
     @cached_property
-    def prediction(self) -> Prediction:
+    def prediction(self) -> HorizonPrediction:
         """Matrices of the horizon, in N."""
         model, n = self.drifting, self.horizon
         rows, row = [], model.C
@@ -113,7 +113,7 @@ class Predictive(Described):
         moves = scipy.linalg.toeplitz(steps, np.zeros(n))
         hessian = moves.T @ moves + self.move_weight * np.eye(n)
         gain = np.linalg.solve(hessian, moves.T)
-        return Prediction(np.array(rows), steps, moves, hessian, gain)
+        return HorizonPrediction(np.array(rows), steps, moves, hessian, gain)
 
     @property
     def law(self) -> Law:

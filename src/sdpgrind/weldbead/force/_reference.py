@@ -27,7 +27,7 @@ class Trajectory(Protocol):
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Reference:
+class ForceReference:
     """Planned force (N) and fly height (mm) over time (s), and where the disc is then (mm) where that is known."""
 
     time: Floats
@@ -36,7 +36,7 @@ class Reference:
     center_x: Floats | None = None
 
     @classmethod
-    def of(cls, plan: Trajectory, force_max: float) -> "Reference":
+    def of(cls, plan: Trajectory, force_max: float) -> "ForceReference":
         """Read a plan and refuse what no force loop can do."""
         for name in ("time", "normal_force", "fly_height"):
             if not hasattr(plan, name):
@@ -54,7 +54,7 @@ class Reference:
         fly_height: npt.ArrayLike,
         force_max: float,
         center_x: npt.ArrayLike | None = None,
-    ) -> "Reference":
+    ) -> "ForceReference":
         """Check arrays and keep them."""
         t = checks.finite_array("time", time, "s").ravel()
         force = checks.finite_array("normal_force", normal_force, "N").ravel()

@@ -8,7 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described, part, quantity, valued
 from sdpgrind.base.units import N_MM_S_PER_W
-from sdpgrind.weldbead.passes._kernels import Core
+from sdpgrind.weldbead.passes._kernels import CutCore
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 STEEPEST = 1.3
@@ -238,12 +238,12 @@ class TiltedDisc(Described):
         return Linearized(d / e, per * feed / d, per * depth / np.tan(angle) / e, angle, force)
 
     @property
-    def core(self) -> Core:
+    def core(self) -> CutCore:
         """The disc as the compiled kernels want it, in mm, N, rad and s."""
         m, (angles, torques) = self.model, self._table
         most = self.relaxed_angle - FLATTEST
         peak = float(self.deflection(self.peak_torque)) if np.isfinite(self.peak_torque) else most
-        return Core(
+        return CutCore(
             m.disk_radius, angles, torques, min(peak, most), m.free_speed, m.speed_droop, m.friction_ratio,
             m.specific_energy, m.idle_power, float(self.grinding_ratio),
         )  # fmt: skip

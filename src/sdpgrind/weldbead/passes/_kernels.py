@@ -22,7 +22,7 @@ GIVEN, INVERSE, FEEDBACK = 0, 1, 2
 _TOLERANCE = 1e-13  # rad
 
 
-class Core(NamedTuple):
+class CutCore(NamedTuple):
     """A disc as arrays: radius (mm), spring (rad, N mm), and what turns torque into removal (mm^3/s)."""
 
     radius: float

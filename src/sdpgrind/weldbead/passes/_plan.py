@@ -13,7 +13,7 @@ from sdpgrind.weldbead.passes._collocation import Collocation, Freedom, collocat
 from sdpgrind.weldbead.passes._contour import Contour, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
 from sdpgrind.weldbead.passes._problem import PassProblem
-from sdpgrind.weldbead.passes._simulate import PassRecord, Run, even_bead, simulate
+from sdpgrind.weldbead.passes._simulate import PassRecord, PassRun, even_bead, simulate
 
 METHODS = ("inverse", "pi", "static", "quasistatic", "collocation")
 GAINS = (10.0, 2000.0)
@@ -240,7 +240,7 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
         height = _static_height(problem, center, ahead=method == "quasistatic")
         return simulate(disc, problem.bead, center_x=center, fly_height=height, feed_rate=problem.feed_rate, spacing=spacing)
     ground = even_bead(problem.bead, nodes, disc.model.bead_width)
-    run = Run(
+    run = PassRun(
         disc,
         ground,
         center,

@@ -152,7 +152,7 @@ def simulate(
     if exact:
         return _exactly(disc, bead, (x, height, angle, times), width, order)
     ground = even_bead(bead, nodes, width if width is not None else disc.model.bead_width)
-    run = Run(disc, ground, x, angle, times, nodes)
+    run = PassRun(disc, ground, x, angle, times, nodes)
     return run.record(bead, run.grind(height, _kernels.GIVEN, order=order))
 
 
@@ -169,7 +169,7 @@ def _exactly(disc: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Co
     )
     if code == _kernels.OVERLAPPING:
         raise ValueError(f"the disc must start clear of the bead (mm); its center starts at {center[0]:.5g}")
-    run = Run(disc, Bead(0.0, 1.0, room[1, :size], room[1, :0], room[1, :0]), center, angle, times, room[0, :size])
+    run = PassRun(disc, Bead(0.0, 1.0, room[1, :size], room[1, :0], room[1, :0]), center, angle, times, room[0, :size])
     if code == _kernels.STALLED:
         raise run.stalled(done - 1, float(out[done - 1, 3]))
     return run.record(bead, out)
@@ -202,7 +202,7 @@ def _nodes(bead: Contour, spacing: float) -> Floats:
 
 
 @dataclasses.dataclass
-class Run:
+class PassRun:
     """A disc over a bead on even nodes, at positions of its center with the times between them; used once."""
 
     disc: TiltedDisc
