@@ -10,8 +10,11 @@ from scipy.signal import TransferFunction, lsim
 
 import hwsim
 from sdpgrind import finishing
+from sdpgrind.base.compiled import opened
 from sdpgrind.finishing import kernels as torque
 from sdpgrind.finishing.kernels import cell as core
+
+keep = opened(core._keep)
 
 TICK = AXIS.sample_time
 
@@ -150,7 +153,7 @@ def test_a_trace_is_thinned_evenly(ticks):
     cell_now[core.TICK] = 1.0
     for k in range(1, ticks + 1):
         state[core.TICKS], state[core.FORCE] = k, 10.0 * k
-        core._keep(state, cell_now, trace)
+        keep(state, cell_now, trace)
     every = 1
     while ticks // every > 8:
         every *= 2
