@@ -355,7 +355,7 @@ def test_decisions_are_numbered_and_complete():
 
 SHARED = {
     "FrictionEstimator": 2,  # public in weldbead and in centering
-    "Job": 5,  # plug-ins of the command line
+    "Job": 6,  # plug-ins of the command line
     "Law": 2,  # public in sdp and in control
     "LoopRecord": 2,  # public in weldbead.force and in locus
     "Point": 2,  # public in sdp and in locus
