@@ -148,6 +148,17 @@ def test_a_torn_file_is_compiled_again(toy, torn):
     assert run(toy)[:2] == ["1103.0", "0"]
 
 
+def test_a_class_or_a_module_of_another_name_is_compiled_again(toy):
+    """The index on disk names the classes of arguments as they were called."""
+    run(toy)
+    (toy / "toy_callee.py").write_text(CALLEE.replace("Pair", "Couple"))
+    (toy / "toy_caller.py").write_text(CALLER.replace("Pair", "Couple"))
+    assert run(toy, RUN.replace("Pair", "Couple"))[:2] == ["1103.0", "0"]
+    (toy / "toy_callee.py").rename(toy / "toy_other.py")
+    (toy / "toy_caller.py").write_text(CALLER.replace("Pair", "Couple").replace("toy_callee", "toy_other"))
+    assert run(toy, RUN.replace("Pair", "Couple").replace("toy_callee", "toy_other"))[:2] == ["1103.0", "0"]
+
+
 def test_where_nothing_can_be_written_one_line_says_so(toy):
     """Files in the place of the three folders: no right is enough to make one there."""
     for name in ("cache", "__pycache__", "home"):

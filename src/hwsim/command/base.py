@@ -56,7 +56,7 @@ class AreaCommand(ABC):
     """Words and functions by which ``hwsim weldbead``, ``hwsim plunge``, ... differ.
 
     Presets and plans are those of its `library`; beside its module, ``toml`` has ``read(path)`` and
-    ``report`` a `hwsim.command._report.Report` of that name. An area overrides what it does otherwise. Its
+    ``report`` a `hwsim.command._report.CommandReport` of that name. An area overrides what it does otherwise. Its
     module imports nothing heavy at the top: ``hwsim --help`` asks every area.
     """
 

@@ -46,7 +46,7 @@ class KernelCache(_Cache):
         found = None
         try:
             found = self._files().load_overload(sig, target_context)
-        except (EOFError, pickle.UnpicklingError, ImportError):  # torn, or of a module that has moved
+        except (EOFError, pickle.UnpicklingError, ImportError, AttributeError):  # torn, or of what has another name now
             with suppress(OSError):
                 self.flush()
         except OSError:

@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from hwsim.command.base import AreaCommand
@@ -28,6 +27,7 @@ With --out the strategy, the log, the journal and pictures (a film strip of the 
 Killed? The same command goes on after the last finished part, with the results that it would have had; a finished run is
 reported again.
 """
+    library, plans = "centering", "Strategy"
     made_for, plan_word = "centering pushes", "strategy"
     presets, units = "printed, identified", "mm, s, N, kg, rad"
     error_unit = "s"
@@ -36,30 +36,12 @@ reported again.
         "--source": "the same parts with the source's controller, too",
     }
 
-    def read(self, path: Path, arguments: argparse.Namespace) -> "Job":
-        """Read the job in a TOML file."""
-        from hwsim.command._centering.toml import read
-
-        return read(path)
-
-    def preset(self, name: str) -> Any:
-        """Give a problem by its name."""
-        import centering
-
-        return centering.preset(name)
-
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a machine that is what it is believed to be, with its scatter."""
         from hwsim.command._centering.toml import Job
         from hwsim.plants._centering.plant import CenteringMachine
 
         return Job(CenteringMachine(problem))
-
-    def plan_class(self) -> type:
-        """Class of its strategies."""
-        import centering
-
-        return centering.Strategy
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
         """Plan a job anew."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from centering.cycle import CycleState
 from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
+from hwsim.command._run_folder import drawn, refuse_file, with_kept
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -125,7 +126,7 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
     announce(f"running {parts} part{'s' if parts > 1 else ''} twice")
     log = compare(job.stand, both, parts=parts, rng=arguments.rng, progress=TerminalLine())
     text = side_by_side(title, log, plan)
-    return text if folder is None else f"{text}\n\nkept in {folder}: {', '.join(_keep(folder, plan, log, arguments))}"
+    return text if folder is None else with_kept(text, folder, _keep(folder, plan, log, arguments))
 
 
 def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
@@ -142,18 +143,13 @@ def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
 
 def _folder(path: Path | None) -> Path | None:
     """An empty or new folder: one of another run is not written into."""
-    if path is None:
-        return None
-    if path.exists() and not path.is_dir():
-        raise ValueError(f"--out must be a folder; {path} is a file")
-    if path.exists() and any(path.iterdir()):
+    refuse_file(path)
+    if path is not None and path.exists() and any(path.iterdir()):
         raise ValueError(f"--out must be a new or empty folder with --source; {path} holds something")
     return path
 
 
 def _keep(folder: Path, plan: Any, log: Any, arguments: argparse.Namespace) -> list[str]:
-    from hwsim.command._run_folder import drawn
-
     folder.mkdir(parents=True, exist_ok=True)
     plan.save(folder / "strategy.nc")
     log.save(folder / "compare.nc")

@@ -5,11 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from hwsim.command._run_folder import drawn
+from hwsim.command._run_folder import drawn, refuse_file, with_kept
 from hwsim.command.base import AreaCommand, announce
 
 if TYPE_CHECKING:
-    from hwsim._log.log import Log
     from hwsim.command._finishing.toml import Job
 
 
@@ -29,6 +28,7 @@ With --study nothing is repeated, but varied: tool, path, feed and force by an o
 With --out the motion, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the last
 finished part, with the results that it would have had; a finished run is reported again.
 """
+    library, plans = "sdpgrind.finishing", "Motion"
     made_for, plan_word = "a finishing job", "motion"
     presets, units = "nominal, specimen", "mm, s, N, N m, A, rad"
     error_unit = "mm"
@@ -38,19 +38,11 @@ finished part, with the results that it would have had; a finished run is report
     }
     counts: ClassVar[Mapping[str, str]] = {"--confirm": "with --study: number of runs that confirm it (3)"}
 
-    def read(self, path: Path, arguments: argparse.Namespace) -> "Job":
+    def read(self, path: Path, arguments: argparse.Namespace) -> Any:
         """Read the job in a TOML file."""
-        from hwsim.command._finishing.toml import read
-
         if arguments.nominal:
             raise ValueError("--nominal must be left out where a problem.toml describes the cell; got both")
-        return read(path)
-
-    def preset(self, name: str) -> Any:
-        """Give a problem by its name."""
-        from sdpgrind import finishing
-
-        return finishing.preset(name)
+        return super().read(path, arguments)
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem in a cell of which nothing is said."""
@@ -58,23 +50,11 @@ finished part, with the results that it would have had; a finished run is report
 
         return scattered(problem, nominal=arguments.nominal)
 
-    def plan_class(self) -> type:
-        """Class of its motions."""
-        from sdpgrind import finishing
-
-        return finishing.Motion
-
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
         """Plan a motion anew."""
         from sdpgrind import finishing
 
         return finishing.plan(job.problem, method=job.method, progress=progress)
-
-    def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
-        """Say what was planned and what came of it."""
-        from hwsim.command._finishing.report import report
-
-        return report(title, log, plan, job)
 
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
         """Vary and analyse, where that is asked for."""
@@ -97,17 +77,12 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
         raise ValueError(f"--parts must be left out with --study (--confirm is of the runs that confirm); got {arguments.parts}")
     if arguments.confirm is not None:
         settings["confirm"] = arguments.confirm
-    folder = _folder(arguments.out)
+    folder = arguments.out
+    refuse_file(folder)
     announce("planning and running an experiment")
     found = finishing_study(job.stand, rng=arguments.rng, folder=folder, progress=TerminalLine(), **settings)
     text = f"{title}: {found.report(rng=arguments.rng)}"
-    return text if folder is None else f"{text}\n\nkept in {folder}: {', '.join(_keep(folder, found, text, arguments))}"
-
-
-def _folder(path: Path | None) -> Path | None:
-    if path is not None and path.exists() and not path.is_dir():
-        raise ValueError(f"--out must be a folder; {path} is a file")
-    return path
+    return text if folder is None else with_kept(text, folder, _keep(folder, found, text, arguments))
 
 
 def _keep(folder: Path, found: Any, text: str, arguments: argparse.Namespace) -> list[str]:

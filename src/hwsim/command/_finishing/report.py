@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
+from hwsim.command._report import CommandReport, Finished, summary_line
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -21,13 +21,6 @@ _COLUMNS = (
 _UM = 1000.0
 
 
-def report(title: str, log: "Log", plan: Any, job: Any) -> str:
-    """Return the whole report as text."""
-    why = broken_off(log.outcome)
-    lines = parts_table(log, "part", _COLUMNS, _SHORT, why)
-    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job, why)])
-
-
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     path, problem = plan.problem.path, plan.problem
     yield f"{title}: {path.pattern}, {path.length:.0f} mm of path, pitch {path.pitch:.3g} mm, tool {problem.tool_diameter:g} mm"
@@ -39,12 +32,9 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     yield f"controller: {controller.kind}, {job.stand.target_force:g} N{slowest}"
 
 
-def _summary(log: "Log", plan: Any, job: Any, why: list[str]) -> Iterator[str]:
-    finished = np.array([not each for each in why])
-    yield summary_head(int(finished.sum()), len(log), "part")
+def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[str]:
     if finished.any():
         yield from _means(log.outcome.isel(part=finished), plan, job.stand.target_force)
-    yield from broken_lines(why, "part")
 
 
 def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
@@ -65,3 +55,6 @@ def _expected(problem: Any, force: float) -> float | None:
     """Mean roughness (µm) that the model gives for the set force; None: beyond its range."""
     settings = problem.path.pattern, problem.tool_diameter, force
     return _UM * float(problem.model.law(*settings).mean) if problem.model.covers(*settings) else None
+
+
+report = CommandReport(_COLUMNS, _SHORT, _head, _summary)

@@ -14,6 +14,7 @@ import numpy as np
 from hwsim._study.study import UNITS
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
+from hwsim.command.base import StandJob
 from hwsim.plants._finishing.plant import FinishingCell
 from sdpgrind import finishing
 from sdpgrind.base import checks
@@ -32,18 +33,11 @@ _METHODS = ("trapezoid", "toppra", "min_time")
 
 
 @dataclass(frozen=True)
-class Job:
+class Job(StandJob[FinishingCell]):
     """A cell, what it is believed to be, how its motion is planned, how its controller is set, and what a study varies."""
 
-    stand: FinishingCell
-    settings: Mapping[str, Any] = field(default_factory=dict)
     method: str = "trapezoid"
     study: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def problem(self) -> finishing.FinishingProblem:
-        """What is planned."""
-        return self.stand.problem
 
     def controller(self, plan: finishing.Motion) -> finishing.TorqueController:
         """The controller of every part."""

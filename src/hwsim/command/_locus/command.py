@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from hwsim.command.base import AreaCommand
 
 if TYPE_CHECKING:
-    from hwsim._log.log import Log
     from hwsim.command._locus.toml import Job
 
 
@@ -25,6 +24,7 @@ from part to part.
 With --out the curve, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the last
 finished part, with the results that it would have had; a finished run is reported again.
 """
+    library, plans = "sdpgrind.locus", "Locus"
     made_for, plan_word = "an optimal locus", "curve"
     presets, units = "grinding", "mm, s, N, J, W, rad"
     error_unit = ""
@@ -33,19 +33,11 @@ finished part, with the results that it would have had; a finished run is report
         "--printed": "with Koren's printed gains, not the designed ones (not with a problem.toml)",
     }
 
-    def read(self, path: Path, arguments: argparse.Namespace) -> "Job":
+    def read(self, path: Path, arguments: argparse.Namespace) -> Any:
         """Read the job in a TOML file."""
-        from hwsim.command._locus.toml import read
-
         if arguments.printed:
             raise ValueError("--printed must be left out where a problem.toml sets the controller; got both")
-        return read(path)
-
-    def preset(self, name: str) -> Any:
-        """Give a problem by its name."""
-        from sdpgrind import locus
-
-        return locus.preset(name)
+        return super().read(path, arguments)
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a grinder that is what it is believed to be."""
@@ -60,29 +52,11 @@ finished part, with the results that it would have had; a finished run is report
             )
         return Job(AdaptiveGrinder(problem), PRINTED if arguments.printed else DESIGNED)
 
-    def plan_class(self) -> type:
-        """Class of its curves."""
-        from sdpgrind import locus
-
-        return locus.Locus
-
-    def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
-        """Trace a curve anew."""
-        from sdpgrind import locus
-
-        return locus.plan(job.problem)
-
     def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
         """Begin each part where the last one ended, unless told not to."""
         from sdpgrind import locus
 
         return None if arguments.no_adapt else locus.LearnedStart()
-
-    def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
-        """Say what was planned and what came of it."""
-        from hwsim.command._locus.report import report
-
-        return report(title, log, plan, job)
 
 
 AREA = LocusCommand()

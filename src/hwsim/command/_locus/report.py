@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
+from hwsim.command._report import CommandReport, Finished, summary_line
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -16,13 +16,6 @@ _COLUMNS = (
     ("true_wear_flat_area", ".5f"),
 )  # fmt: skip
 _UM = 1000.0
-
-
-def report(title: str, log: "Log", plan: Any, job: Any) -> str:
-    """Return the whole report as text."""
-    why = broken_off(log.outcome)
-    lines = parts_table(log, "part", _COLUMNS, _SHORT, why)
-    return "\n".join([*_head(title, plan, job), "", *lines, "", *_summary(log, plan, job, why)])
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
@@ -39,9 +32,8 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     yield f"controller: begins at {begin}; margin {controller.margin:g} W"
 
 
-def _summary(log: "Log", plan: Any, job: Any, why: list[str]) -> Iterator[str]:
-    outcome, finished = log.outcome, np.array([not each for each in why])
-    yield summary_head(int(finished.sum()), len(log), "part")
+def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[str]:
+    outcome = log.outcome
     if finished.any():
         yield from _rates(log, plan, job, finished)
     yield summary_line("least slack (W)", outcome.slack.values, ".2f", job.controller(plan).margin)
@@ -51,7 +43,6 @@ def _summary(log: "Log", plan: Any, job: Any, why: list[str]) -> Iterator[str]:
         yield summary_line("converged (s)", converged[np.isfinite(converged)], ".2f")
     if not np.isfinite(converged).all():
         yield summary_line("never converged (%)", 100.0 * np.isnan(converged), ".1f", 0.0)
-    yield from broken_lines(why, "part")
 
 
 def _rates(log: "Log", plan: Any, job: Any, finished: Any) -> Iterator[str]:
@@ -67,3 +58,6 @@ def best_rates(log: "Log", plan: Any, job: Any) -> Any:
     outcome, stand = log.outcome, job.stand
     middles = outcome.true_wear_flat_area.values - 0.5 * stand.dulling * (stand.stock - outcome.remaining.values)
     return np.array([plan.at(wear_flat_area=float(area)).controls["infeed_rate"] for area in middles])
+
+
+report = CommandReport(_COLUMNS, _SHORT, _head, _summary)

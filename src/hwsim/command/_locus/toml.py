@@ -5,12 +5,13 @@ Every fault is one line that names the key.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
+from hwsim.command.base import StandJob
 from hwsim.devices import Gauge
 from hwsim.plants._adaptive.plant import AdaptiveGrinder
 from sdpgrind import locus
@@ -28,16 +29,8 @@ DESIGNED: Mapping[str, Any] = {"margin": 2.0}  # W; what the lags and the dullin
 
 
 @dataclass(frozen=True)
-class Job:
+class Job(StandJob[AdaptiveGrinder]):
     """A grinder, what it is believed to be, and how the controller is set."""
-
-    stand: AdaptiveGrinder
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def problem(self) -> locus.Problem:
-        """What is planned."""
-        return self.stand.problem
 
     def controller(self, plan: locus.Locus) -> locus.LocusController:
         """The controller of the first part: of designed gain, where nothing is said."""
@@ -102,7 +95,7 @@ def _grinder(problem: locus.Problem, table: Table) -> AdaptiveGrinder:
     if table.has("power_gauge"):
         options["power_gauge"] = _gauge(table.table("power_gauge"))
     if table.has("truth"):
-        options["truth"] = _truth(problem.model, table.table("truth"))
+        options["truth"] = table.table("truth").changed(problem.model, skip=("roughness",))
     table.done()
     return table.made(AdaptiveGrinder, problem, **options)
 
@@ -111,10 +104,3 @@ def _gauge(table: Table) -> Gauge:
     gauge = table.made(Gauge, **table.given(_GAUGE))
     table.done()
     return gauge
-
-
-def _truth(process: locus.processes.Grinding, table: Table) -> locus.processes.Grinding:
-    """What wheel and work really are, where it is not what is believed."""
-    changes = table.values(locus.processes.Grinding, every=False, skip=("roughness",))
-    table.done()
-    return table.made(process.replace, **changes)

@@ -2,13 +2,11 @@
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from hwsim.command.base import AreaCommand
 
 if TYPE_CHECKING:
-    from hwsim._log.log import Log
     from hwsim.command._plunge.toml import Job
 
 
@@ -24,22 +22,11 @@ margins shrink to what noise and scatter need; with --no-adapt they stay as they
 With --out the plan, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the
 last finished part, with the results that it would have had; a finished run is reported again.
 """
+    library, plans = "sdpgrind.plunge", "CyclePlan"
     made_for = "a plunge cycle"
     presets, units = "simulation, experiment", "mm, s, N, J, W, rad"
     error_unit = "s"
     switches: ClassVar[Mapping[str, str]] = {"--no-adapt": "the same margins for every part"}
-
-    def read(self, path: Path, arguments: argparse.Namespace) -> "Job":
-        """Read the job in a TOML file."""
-        from hwsim.command._plunge.toml import read
-
-        return read(path)
-
-    def preset(self, name: str) -> Any:
-        """Give a problem by its name."""
-        from sdpgrind import plunge
-
-        return plunge.preset(name)
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a grinder that is what it is believed to be, with noise."""
@@ -47,12 +34,6 @@ last finished part, with the results that it would have had; a finished run is r
         from hwsim.plants._plunge.plant import PlungeGrinder
 
         return Job(PlungeGrinder(problem))
-
-    def plan_class(self) -> type:
-        """Class of its plans."""
-        from sdpgrind import plunge
-
-        return plunge.CyclePlan
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
         """Plan a job anew."""
@@ -65,12 +46,6 @@ last finished part, with the results that it would have had; a finished run is r
         from sdpgrind import plunge
 
         return None if arguments.no_adapt else plunge.adaptation(job.problem)
-
-    def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
-        """Say what was planned and what came of it."""
-        from hwsim.command._plunge.report import report
-
-        return report(title, log, plan)
 
 
 AREA = Plunge()

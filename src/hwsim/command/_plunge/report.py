@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
+from hwsim.command._report import CommandReport, Finished, summary_line
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -18,14 +18,7 @@ _UM = 1000.0
 _GAVE_UP = "readings of size were missing, frozen or jumped"  # all that its controller breaks a part off for
 
 
-def report(title: str, log: "Log", plan: Any) -> str:
-    """Return the whole report as text."""
-    why = broken_off(log.outcome, _GAVE_UP)
-    lines = parts_table(log, "part", _COLUMNS, _SHORT, why)
-    return "\n".join([*_head(title, plan), "", *lines, "", *_summary(log, plan, why)])
-
-
-def _head(title: str, plan: Any) -> Iterator[str]:
+def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     problem = plan.problem
     limits = f"up to {problem.command_rate_max:g} mm/s, {_UM * problem.roundness_max:g} µm round"
     yield f"{title}: {problem.stock:g} mm of stock, {limits}"
@@ -33,9 +26,8 @@ def _head(title: str, plan: Any) -> Iterator[str]:
     yield f"plan: the fastest cycle takes {plan.time:.4f} s ({known}); {plan.binding} binds at the end"
 
 
-def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
-    outcome, finished = log.outcome, np.array([not each for each in why])
-    yield summary_head(int(finished.sum()), len(log), "part")
+def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[str]:
+    outcome = log.outcome
     if finished.any():
         yield from _times(outcome.time.values, finished, plan)
     known = outcome.part_slack.values[np.isfinite(outcome.part_slack.values)]
@@ -45,10 +37,12 @@ def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
     if finished.any():
         yield summary_line("roundness (µm)", _UM * outcome.roundness.values[finished], ".3f", _UM * plan.roundness)
         yield summary_line("out of round (%)", 100.0 * outcome.out_of_round.values[finished], ".1f", 0.0)
-    yield from broken_lines(why, "part")
 
 
 def _times(time: Any, finished: Any, plan: Any) -> Iterator[str]:
     yield summary_line("time (s)", time[finished], ".3f", plan.time)
     if finished[2:].any():
         yield summary_line("time from part 2 on (s)", time[2:][finished[2:]], ".3f", plan.time)
+
+
+report = CommandReport(_COLUMNS, _SHORT, _head, _summary, otherwise=_GAVE_UP)

@@ -4,13 +4,12 @@ Keys are the names of the Python interface; numbers are in the library's units (
 Every fault is one line that names the key.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
+from hwsim.command.base import StandJob
 from hwsim.plants._plunge.plant import PlungeGrinder
 from sdpgrind import plunge
 
@@ -18,16 +17,8 @@ _SHARE = 0.05  # of the stock: the margin of the first part, where nothing is sa
 
 
 @dataclass(frozen=True)
-class Job:
+class Job(StandJob[PlungeGrinder]):
     """A grinder, what it is believed to be, and how the controller is set."""
-
-    stand: PlungeGrinder
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def problem(self) -> plunge.CycleProblem:
-        """What is planned."""
-        return self.stand.problem
 
     def controller(self, plan: plunge.CyclePlan) -> plunge.CycleController:
         """The controller of the first part."""
@@ -60,13 +51,6 @@ def _job(file: Table) -> Job:
 def _grinder(problem: plunge.CycleProblem, table: Table) -> PlungeGrinder:
     options = table.values(PlungeGrinder, skip=("problem", "truth"))
     if table.has("truth"):
-        options["truth"] = _truth(problem.model, table.table("truth"))
+        options["truth"] = table.table("truth").changed(problem.model, skip=("power", "burning", "internal"))
     table.done()
     return table.made(PlungeGrinder, problem, **options)
-
-
-def _truth(model: plunge.PlungeModel, table: Table) -> plunge.PlungeModel:
-    """What wheel, work and machine really are, where it is not what is believed."""
-    changes = table.values(plunge.PlungeModel, every=False, skip=("power", "burning", "internal"))
-    table.done()
-    return table.made(model.replace, **changes)

@@ -25,6 +25,7 @@ a force loop follows them 60 times a second. With --simple the sequence runs alo
 With --out the policy, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after
 the last finished bead, with the results that it would have had; a finished run is reported again.
 """
+    library, plans = "sdpgrind.weldbead", "SequencePolicy"
     made_for, part, plan_word = "a weld bead", "bead", "policy"
     presets = "P1 ... P5, C0"
     tolerance = "of the plan's expected penalty, $ (1e-5, or what suits greater charges)"
@@ -36,23 +37,11 @@ the last finished bead, with the results that it would have had; a finished run 
 
         return read(path, simple=arguments.simple)
 
-    def preset(self, name: str) -> Any:
-        """Give a problem by its name."""
-        from sdpgrind import weldbead
-
-        return weldbead.preset(name)
-
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a stand of which nothing is said."""
         from hwsim.command._weldbead.toml import job_of
 
         return job_of(problem, simple=arguments.simple)
-
-    def plan_class(self) -> type:
-        """Class of its plans."""
-        from sdpgrind import weldbead
-
-        return weldbead.SequencePolicy
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
         """Plan a job; how exact the policy is without a tolerance that was asked for, the report says."""
