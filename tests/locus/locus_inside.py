@@ -14,6 +14,7 @@ from sdpgrind.locus._trace import kkt_kernels as kkt_kernels
 from sdpgrind.locus._trace import pieces as pieces
 from sdpgrind.locus._trace import trace_kernels as trace_kernels
 from sdpgrind.locus._trace.exchange_kernels import _exchange as _exchange
+from sdpgrind.locus._trace.table import LocusTable as LocusTable
 from sdpgrind.locus._trace.table_kernels import ABOVE as ABOVE
 from sdpgrind.locus._trace.table_kernels import BELOW as BELOW
 from sdpgrind.locus._trace.table_kernels import INSIDE as INSIDE

@@ -22,11 +22,11 @@ from sdpgrind.plunge._model.kernels import _damage as _damage
 from sdpgrind.plunge._plan import collocation as collocation
 from sdpgrind.plunge._plan import dp as dp
 from sdpgrind.plunge._plan.envelope import Envelope as Envelope
-from sdpgrind.plunge._plan.envelope import Limits as Limits
+from sdpgrind.plunge._plan.envelope import EnvelopeLimits as EnvelopeLimits
 from sdpgrind.plunge._plan.exact import _slowing as _slowing
 from sdpgrind.plunge._stages.program import CONSTRAINTS as CONSTRAINTS
 from sdpgrind.plunge._stages.program import SETTINGS as SETTINGS
 from sdpgrind.plunge._stages.program import program as program
 from sdpgrind.plunge._stages.solvers import SOLVED as SOLVED
-from sdpgrind.plunge._stages.solvers import Task as Task
+from sdpgrind.plunge._stages.solvers import StageTask as StageTask
 from sdpgrind.plunge._stages.solvers import optimum as optimum
