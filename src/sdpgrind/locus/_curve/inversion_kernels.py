@@ -1,4 +1,4 @@
-"""The hidden state that a measurement tells of, and the best point for it, in one compiled call; see `_inversion`."""
+"""The hidden state that a measurement tells of, and the best point for it, in one compiled call; see `inversion`."""
 
 import numpy as np
 

@@ -81,7 +81,7 @@ class System:
     """Tapes of a problem, in the user's units and with every range scaled to 0..1 (logarithmic where it is positive).
 
     `value_tape`: of controls and hidden states: cost, responses, limits. `response_tape`: responses, and their slopes by the
-    hidden states, row by row. `kkt_tape`, scaled: what `_kkt_kernels` reads, in its order. With `tie`, of many points of least
+    hidden states, row by row. `kkt_tape`, scaled: what `kkt_kernels` reads, in its order. With `tie`, of many points of least
     cost the one of the most slack is the best.
     """
 

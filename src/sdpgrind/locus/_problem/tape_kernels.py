@@ -1,4 +1,4 @@
-"""Run a tape: elementary operations on numbers, one after the other, packed in one flat array; see `_tape`."""
+"""Run a tape: elementary operations on numbers, one after the other, packed in one flat array; see `tape`."""
 
 import math
 from enum import IntEnum

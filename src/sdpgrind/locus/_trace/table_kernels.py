@@ -1,4 +1,4 @@
-"""Look up a table of values and exact slopes, packed in one flat array; see `_table`."""
+"""Look up a table of values and exact slopes, packed in one flat array; see `table`."""
 
 import numpy as np
 

@@ -82,7 +82,7 @@ def _wanted(duration, left):
 
 @compiled(fastmath=REORDER)
 def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, scan_tables, plan, tables, shared, table, state):
-    """A whole backward induction in one axis and one mode; see `_stages` for what it does stage by stage.
+    """A whole backward induction in one axis and one mode; see `stages` for what it does stage by stage.
 
     `ring[row, move, 0, node]` keeps all that is found; `late[k]` is the late charge at stage ``first - longest duration + k``.
     Return -1, or the row at which no stop and no move
