@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.plunge._control.online_kernels import _estimated, _know_nothing, _spread
+from sdpgrind.plunge._control.estimator_kernels import _estimated, _know_nothing, _spread
 from sdpgrind.plunge._control.state import (
     BALANCE,
     BALANCED,
